@@ -37,9 +37,10 @@ cluster:  ## the workflow on a SLURM of this machine, as root; skipped where Deb
 	@tools/setup --slurm
 	$(PYTHON) -m pytest -rs tests/cluster
 
-run: setup  ## the 18 screening cases, cross-check and report
+run: setup  ## the 18 screening cases, cross-check and report; then a sweep of 24 small runs
 	@$(PYTHON) -m pywet.cli.workflow_lock
 	@status=0; .venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) || status=$$?; \
+	.venv/bin/pywet sweep examples/sweeps/small_drum.yaml --cores $(CORES) || status=$$?; \
 	[ ! -e results/$(SCALE)/report.html ] || echo "The report is in results/$(SCALE)/report.html"; exit $$status
 
 report: setup  ## the report, with the cases that it still needs

@@ -28,7 +28,7 @@ from pywet.engines.liggghts import driver
 from pywet.geometry import build_apparatus, fill
 from pywet.geometry.initial import write_initial
 from pywet.laws import own
-from pywet.planning import PRESETS
+from pywet.laws.kinds import PRESETS
 from pywet.scene import Effects, Output, Scene
 from pywet.util.files import write_table
 

@@ -1,8 +1,8 @@
 """What a user's mistake or a machine's lack raises: one sentence naming what was given, what was expected and where to mend it.
 
-The kinds below are for callers who want to tell them apart; what a caller may want to know of one is an attribute, so that no
-sentence has to be read by a program. All data have defaults: an exception that comes from another process is made of its sentence
-first.
+The kinds below are for callers who want to tell them apart, the codes for programs; what a caller may want to know of one is an
+attribute, so that no sentence has to be read by a program. All data have defaults: an exception that comes from another process
+is made of its sentence first.
 """
 
 from __future__ import annotations
@@ -22,56 +22,100 @@ from pywet import ending
 
 
 class PywetError(Exception):
-    """A mistake the user can mend; its text is one sentence, shown without a traceback."""
+    """A mistake the user can fix; its text is one sentence, shown without a traceback.
+
+    Attributes
+    ----------
+    code : str
+        The mistake as a word that stays between versions, such as `config.unknown_key`; else that of the class.
+    key : str
+        What is wrong: a dotted key of a file, or an option; empty where it is all of it.
+    given, expected : object
+        What was found there, and what belongs there: a value in SI units, or the names to choose from; None: not known.
+    where : str
+        The file or folder to fix; empty where it is none.
+    """
+
+    code = "error"
+
+    def __init__(
+        self, sentence: str, *, code: str = "", key: str = "", given: Any = None, expected: Any = None,
+        where: str | Path = "",
+    ) -> None:  # fmt: skip
+        super().__init__(sentence)
+        self.code, self.key, self.where = code or type(self).code, key, str(where)
+        self.given, self.expected = given, expected
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Code, key, given, expected and where, as another error of this kind takes them."""
+        return {name: getattr(self, name) for name in ("code", "key", "given", "expected", "where")}
 
 
 class ConfigError(PywetError):
     """A configuration, or a question in JSON, is not as expected; `key` is dotted, empty where it is all of the file."""
 
-    def __init__(self, sentence: str, *, file: str | Path = "", key: str = "") -> None:
-        super().__init__(sentence)
-        self.file, self.key = str(file), key
+    code = "config"
+
+    def __init__(self, sentence: str, *, file: str | Path = "", **data: Any) -> None:
+        super().__init__(sentence, **{"where": file, **data})
+
+    @property
+    def file(self) -> str:
+        return self.where
 
 
 class FileError(PywetError):
     """A file is missing, damaged or cannot be read or written."""
 
-    def __init__(self, sentence: str, *, path: str | Path | None = None) -> None:
-        super().__init__(sentence)
+    code = "file"
+
+    def __init__(self, sentence: str, *, path: str | Path | None = None, **data: Any) -> None:
+        super().__init__(sentence, **{"where": path or "", **data})
         self.path = None if path is None else Path(path)
 
 
 class NotWhole(PywetError):
     """Raw output of a run that does not hold what was planned: nothing can be made of it, the run has to be done again."""
 
+    code = "run.not_whole"
+
 
 class LawError(PywetError):
     """There is no law of that name, or it is not one of its kind, does not compile or gives nonsense."""
 
-    def __init__(self, sentence: str, *, law: str = "") -> None:
-        super().__init__(sentence)
+    code = "law"
+
+    def __init__(self, sentence: str, *, law: str = "", **data: Any) -> None:
+        super().__init__(sentence, **{"given": law or None, **data})
         self.law = law
 
 
 class UnstableStep(PywetError):
     """The time step is beyond what the scene allows."""
 
-    def __init__(self, sentence: str, *, step_s: float = 0.0, largest_s: float = 0.0) -> None:
-        super().__init__(sentence)
+    code = "step.unstable"
+
+    def __init__(self, sentence: str, *, step_s: float = 0.0, largest_s: float = 0.0, **data: Any) -> None:
+        super().__init__(sentence, **{"key": "time_step_s", "given": step_s, "expected": largest_s, **data})
         self.step_s, self.largest_s = step_s, largest_s
 
 
 class EngineError(PywetError):
     """The engine, or what its plugin is built with, is missing or of another version, does not start, or stopped."""
 
+    code = "engine"
+
 
 class StoppedRun(EngineError):
     """The engine stopped a run: why, without decoration, the spheres (numbers from 1) and the step that it names."""
 
+    code = "engine.stopped"
+
     def __init__(
-        self, sentence: str, *, reason: str = "", spheres: tuple[int, ...] = (), step: int | None = None
+        self, sentence: str, *, reason: str = "", spheres: tuple[int, ...] = (), step: int | None = None, **data: Any
     ) -> None:
-        super().__init__(sentence)
+        super().__init__(sentence, **data)
         self.reason, self.spheres, self.step = reason, spheres, step
 
 
@@ -145,7 +189,10 @@ def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
     given, name = sys.argv[1:], Path(sys.argv[0]).name
     if len(given) != len(kinds):
         raise PywetError(
-            f"{name} was given {len(given)} arguments ({one_line(shlex.join(given))}); expected {' '.join(kinds)}"
+            f"{name} was given {len(given)} arguments ({one_line(shlex.join(given))}); expected {' '.join(kinds)}",
+            code="program.arguments",
+            given=given,
+            expected=tuple(kinds),
         )
     found = []
     for word, (key, kind) in zip(given, kinds.items(), strict=True):
@@ -153,7 +200,13 @@ def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
             found.append(kind(word))
         except ValueError as error:
             what = "a whole number" if kind is int else kind.__name__
-            raise PywetError(f"{name}: {key} is {one_line(word) if word else 'empty'}; expected {what}") from error
+            raise PywetError(
+                f"{name}: {key} is {one_line(word) if word else 'empty'}; expected {what}",
+                code="program.argument",
+                key=key,
+                given=word,
+                expected=what,
+            ) from error
     return found
 
 

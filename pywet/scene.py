@@ -249,8 +249,8 @@ class Scene(Strict):
     bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
     """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     contacts: Contacts = "batched"
-    """Who makes the contacts of spheres where the plugin takes part: its batches or the engine's stock loop, to the same bits.
-    Batches hold the linear spring with history; other contacts are the stock loop's."""
+    """Who makes dry contacts where the plugin takes part: its batches or the engine's stock loops, to the same bits.
+    Batches of spheres hold the linear spring with history; other contacts of spheres are the stock loop's."""
     wall_film: WallFilm = "triangle"
     """What has a film of one thickness: a triangle, a part (a wire, a flat face) or a whole wall."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5

@@ -13,7 +13,7 @@ from pywet.cases.custom.description import Scene
 from pywet.cases.screening import identity, verdict
 from pywet.config.loading import placed_laws, read_yaml
 from pywet.errors import PywetError
-from pywet.planning import EffectPlan
+from pywet.planning.effect_plan import EffectPlan
 from pywet.runs import second
 from pywet.runs.loaded import Run
 from pywet.util.files import read_bytes
@@ -89,14 +89,14 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
     """
     objections = finish(scene, folder, ranks, progress)
     if objections:
-        raise PywetError("; ".join(objections))
+        raise PywetError("; ".join(objections), code="scene.objections", given=tuple(objections))
     return load(folder)
 
 
 def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> list[str]:
     """Do the same, and return the objections: one sentence for every check that failed."""
     if not str(folder):
-        raise PywetError("the folder of the run is empty; expected the path of a run directory")
+        raise PywetError("the folder of the run is empty; expected the path of a run directory", code="scene.no_folder")
     where, word = Path(folder), fingerprint(scene)
     with identity.held(where, word):
         identity.leave(where, word)

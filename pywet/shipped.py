@@ -87,7 +87,12 @@ def examples() -> list[str]:
 def _contents(example: str) -> dict[str, bytes]:
     """Files of an example by their names."""
     if example not in examples():
-        raise PywetError(f"there is no example {one_line(example)}; expected one of {', '.join(examples())}")
+        raise PywetError(
+            f"there is no example {one_line(example)}; expected one of {', '.join(examples())}",
+            code="init.unknown_example",
+            given=example,
+            expected=tuple(examples()),
+        )
     if example == "case":
         files = {f"config/{path.name}": path.read_bytes() for path in sorted(place("config").iterdir())}
         return files | {"Snakefile": SNAKEFILE.encode(), "README.md": README.encode()}
@@ -115,7 +120,11 @@ def begin(folder: Path, example: str = "case") -> list[Path]:
     whole = begun == set(files) or any((folder / top).is_symlink() or (folder / top).is_file() for top in folders)
     for top in tops:
         if whole or any(file.partition("/")[0] == top for file in left - begun):
-            raise PywetError(f"{shown(folder / top)} is there already; expected a folder without one: name another")
+            raise PywetError(
+                f"{shown(folder / top)} is there already; expected a folder without one: name another",
+                code="init.there",
+                where=folder / top,
+            )
     for name, data in files.items():
         with atomic_write(folder / name) as temporary:
             temporary.write_bytes(data)

@@ -8,11 +8,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tests.engines.liggghts import planted, planted_in_bin, planted_in_yard
+from tests.engines.liggghts import planted, planted_between, planted_in_bin, planted_in_yard
 from tests.reference_impl import (
     planted_files,
     planted_log,
     planted_yard,
+    test_configuration_files,
+    test_described,
     test_newton,
     test_report,
     test_scenes,
@@ -51,6 +53,10 @@ def of_report(faults: Mapping[str, tuple[Any, str]], where: str) -> dict[str, tu
 BEFORE = (
     Place("scene", "input files of a screening run", "reference_impl/test_sections.py",
           shown(planted_files.SCENE)),
+    Place("configuration", "the code that reads the configuration", "reference_impl/test_configuration_files.py",
+          {name: ("scene_configuration", words[0]) for name, (_, *words) in test_configuration_files.FAULTS.items()}),
+    Place("custom scene, built", "the code that builds a user-defined scene", "reference_impl/test_described.py",
+          {name: ("scene_description", words) for name, (_, _, words) in test_described.FAULTS.items()}),
 )  # fmt: skip
 ENGINE = (
     Place("plugin", "a modified build of the plugin; spheres pulled off a floor, a plate and each other",
@@ -58,6 +64,9 @@ ENGINE = (
     Place("plugin, screen", "a modified build; a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_planted_in_yard.py",
           {**planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP, **planted_in_yard.IN_GROWN}),
+    Place("plugin, between", "a modified build; the same screen with the shipped windows: forces between sampled steps, works",
+          "engines/liggghts/test_planted_between.py",
+          {name: (quantity, words) for name, (_, quantity, words) in planted_between.FAULTS.items()}),
     Place("plugin, bin", "a modified build; a bed whose lowest layer is retired", "engines/liggghts/test_planted_faults.py",
           planted_in_bin.IN_PLUGIN),
     Place("log, bin", "tables of a sound run of the bed with a retired layer", "engines/liggghts/test_retirement.py",

@@ -29,7 +29,7 @@ WITHOUT = {
     "my_capillary",
     "studies",
 }
-"""Come with a dependency (numba, pydantic, pyvista), with another program that runs our file, or are our own."""
+"""Come with a dependency (matplotlib, numba, pydantic, pyvista), with another program that runs our file, or are our own."""
 
 
 def imported(*folders: str) -> set[str]:

@@ -128,7 +128,13 @@ def bridge(
 
         answer = bridge_engine.measured(query, engine)
     else:
-        raise PywetError(f"there is no engine {engine}; expected liggghts or lammps")
+        raise PywetError(
+            f"there is no engine {engine}; expected liggghts or lammps",
+            code="cli.bridge_engine",
+            key="--engine",
+            given=engine,
+            expected=("liggghts", "lammps"),
+        )
     if plot is not None:
         showing.bridge_plot(query, answer, plot)
     if as_table:
@@ -183,17 +189,25 @@ def sweep(
 
     if words[0] == "plot":
         if len(words) not in (4, 5):
-            raise PywetError(f"plot was given {len(words) - 1} words; expected FILE X Y or FILE X Y HUE")
+            raise PywetError(
+                f"plot was given {len(words) - 1} words; expected FILE X Y or FILE X Y HUE",
+                code="cli.plot_words",
+                given=len(words) - 1,
+            )
         tell(sweep_command.plot(Path(words[1]), None, words[2:], out_dir))
         return
     if len(words) > 1:
-        raise PywetError(f"{words[1]} was given after {words[0]}; expected one file, or plot FILE X Y [HUE]")
+        raise PywetError(
+            f"{words[1]} was given after {words[0]}; expected one file, or plot FILE X Y [HUE]",
+            code="cli.sweep_words",
+            given=words[1],
+        )
     asked = plan.read(Path(words[0]), out_dir, trust=trust)
     machine_code.say_wait()
     if check:
         sweep_command.check(asked, cores, tell)
     elif failed := sweep_command.failures(sweep_command.carry_out(asked, cores, ranks, more, tell)):
-        raise PywetError(failed)
+        raise PywetError(failed, code="cli.sweep_failed")
 
 
 @app.command()

@@ -59,7 +59,11 @@ def plan(
     name = loaded.settings.scale if scale is None else scale
     if case is None:
         if accuracy is not None:
-            raise PywetError("--accuracy was given without a case; expected pywet plan CASE --accuracy 2%")
+            raise PywetError(
+                "--accuracy was given without a case; expected pywet plan CASE --accuracy 2%",
+                code="cli.no_case",
+                key="--accuracy",
+            )
         from pywet.cost.needs import campaign
 
         for line in campaign(loaded, name):

@@ -40,7 +40,7 @@ def show(folders: Sequence[Path], verbose: bool = False) -> None:
     wrong = {folder: verdict.objections(folder) for folder in folders}
     named = len(folders) > 1
     if said := [f"{folder}: {s}" if named else s for folder, all_of in wrong.items() for s in all_of]:
-        raise PywetError(f"{'; '.join(said)}; all results are written and marked")
+        raise PywetError(f"{'; '.join(said)}; all results are written and marked", code="cli.objections")
 
 
 def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:

@@ -60,7 +60,8 @@ def study(context: typer.Context) -> None:
     Example: pywet study stability --cases 20"""
     if not shipped.open_studies():
         raise PywetError(
-            "the studies are not in an installed pywet; expected a checkout of the project: run `pywet study` there"
+            "the studies are not in an installed pywet; expected a checkout of the project: run `pywet study` there",
+            code="cli.no_studies",
         )
     studies = import_module("studies.command").app
     raise typer.Exit(studies(context.args, prog_name="pywet study", standalone_mode=False) or 0)

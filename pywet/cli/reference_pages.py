@@ -87,8 +87,8 @@ def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
 
 def _limits(value: dict[str, Any]) -> list[str]:
     """The bounds that a schema states for a key."""
-    own = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
-    return own + [limit for inner in value.get("anyOf", ()) for limit in _limits(inner)]
+    limits = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
+    return limits + [limit for inner in value.get("anyOf", ()) for limit in _limits(inner)]
 
 
 COLUMNS = """# Columns and codes
@@ -138,6 +138,11 @@ def page(name: str) -> str:
         return "\n\n".join("".join(cell["source"]) for cell in cells)
     pages = {path.stem: path for path in sorted(place("docs").glob("*.md")) if path.stem != "index"}
     if word not in pages:
-        known = ", ".join(sorted({*pages, *MADE, Path(NOTEBOOK).stem}))
-        raise PywetError(f"there is no page {one_line(name)} in the documentation; expected one of {known}")
+        known = sorted({*pages, *MADE, Path(NOTEBOOK).stem})
+        raise PywetError(
+            f"there is no page {one_line(name)} in the documentation; expected one of {', '.join(known)}",
+            code="cli.no_page",
+            given=name,
+            expected=tuple(known),
+        )
     return pages[word].read_text(encoding="utf-8")

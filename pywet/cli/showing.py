@@ -71,7 +71,9 @@ def say_time(config: Any, case: int, scale: str) -> None:
 def need_run(run_dir: Path) -> None:
     if not (run_dir / "scene.json").exists():
         raise PywetError(
-            f"no scene.json in {run_dir}; expected a run directory as `pywet run CASE --out DIR` writes it"
+            f"no scene.json in {run_dir}; expected a run directory as `pywet run CASE --out DIR` writes it",
+            code="cli.no_run",
+            where=run_dir,
         )
 
 
@@ -81,7 +83,9 @@ def stage(folder: Path, stage: str, work: Any) -> None:
 
     status = stages.attempt(folder, stage, work, aloud=False)
     if not status.ok:
-        raise PywetError(f"stage {status.failed_at} failed: {status.reason}")
+        raise PywetError(
+            f"stage {status.failed_at} failed: {status.reason}", code="cli.stage_failed", given=status.failed_at
+        )
 
 
 def show_audit(run_dir: Path, to: Console = out) -> None:

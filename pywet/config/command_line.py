@@ -30,7 +30,10 @@ def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
     for name in other:
         if name not in REPLACED:
             raise ConfigError(
-                f"--config {name} was given, expected one of {', '.join(REPLACED)}: write {name} into config/config.yaml"
+                f"--config {name} was given, expected one of {', '.join(REPLACED)}: write {name} into config/config.yaml",
+                code="config.not_on_command_line",
+                key=name,
+                expected=tuple(REPLACED),
             )
     return configured.model_copy(update={name: getattr(found, name) for name in REPLACED})
 

@@ -78,7 +78,12 @@ class Config:
             raise ConfigError(
                 f"{materials.FILE}: spheres.{case.material} has "
                 f"{'no residual_liquid_percent' if lost is None else f'a residual_liquid_percent of {lost.value:g}'}, expected "
-                "0 to below 100 where readings.liquid_amount in config.yaml is less_residual"
+                "0 to below 100 where readings.liquid_amount in config.yaml is less_residual",
+                code="config.residual",
+                key=f"spheres.{case.material}.residual_liquid_percent",
+                given=None if lost is None else lost.value,
+                expected="0 to below 100",
+                file=materials.FILE,
             )
         return case.liquid_percent * (1.0 - 0.01 * lost.value)
 
@@ -93,13 +98,26 @@ class Config:
     def _one_of(self, known: Mapping[Key, Entry], key: Key, what: str, file: str) -> Entry:
         if key not in known:
             have, path = ", ".join(map(str, known)), self.folder / file
-            raise ConfigError(f"there is no {what} in {path}, expected one of {have}", file=path)
+            raise ConfigError(
+                f"there is no {what} in {path}, expected one of {have}",
+                file=path,
+                code="config.unknown_name",
+                key=what.partition(" ")[0],
+                given=key,
+                expected=have,
+            )
         return known[key]
 
     def with_preset(self, name: str) -> Config:
         """The same with another preset of laws, and no law named besides."""
         if name not in PRESETS:
-            raise ConfigError(f"there is no preset {name and one_line(name)!r}; expected one of {', '.join(PRESETS)}")
+            raise ConfigError(
+                f"there is no preset {name and one_line(name)!r}; expected one of {', '.join(PRESETS)}",
+                code="config.unknown_preset",
+                key="laws.preset",
+                given=name,
+                expected=tuple(PRESETS),
+            )
         chosen = LawSettings.model_validate({"preset": name})
         return replace(self, settings=self.settings.model_copy(update={"laws": chosen}))
 
@@ -232,7 +250,7 @@ class Mistakes:
             raise self._kept[0]
         if self._kept:
             lines = "\n".join(str(error) for error in self._kept)
-            raise ConfigError(lines, file=self._kept[0].file, key=self._kept[0].key) from self._kept[0]
+            raise ConfigError(lines, **self._kept[0].data) from self._kept[0]
 
 
 def parse(model: type[Model], data: Any, where: str) -> Model:
@@ -253,7 +271,10 @@ def _read_text(path: Path) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(
-            f"{path} is not text (byte {error.start}), expected UTF-8: save it anew in that encoding", file=path
+            f"{path} is not text (byte {error.start}), expected UTF-8: save it anew in that encoding",
+            file=path,
+            code="config.not_text",
+            expected="UTF-8",
         ) from error
 
 
@@ -306,11 +327,17 @@ def read_yaml(path: Path, model: type[BaseModel]) -> dict[str, Any]:
         mark = getattr(error, "problem_mark", None)
         line = f" in line {mark.line + 1}" if mark is not None else ""
         raise ConfigError(
-            f"{path} is not YAML{line}: {getattr(error, 'problem', None) or one_line(error)}; mend it there", file=path
+            f"{path} is not YAML{line}: {getattr(error, 'problem', None) or one_line(error)}; mend it there",
+            file=path,
+            code="config.not_yaml",
         ) from error
     if not isinstance(data, dict):
         raise ConfigError(
-            f"{path} holds {type(data).__name__}, expected the keys {', '.join(model.model_fields)}", file=path
+            f"{path} holds {type(data).__name__}, expected the keys {', '.join(model.model_fields)}",
+            file=path,
+            code="config.not_keys",
+            given=type(data).__name__,
+            expected=tuple(model.model_fields),
         )
     return data
 
@@ -327,6 +354,9 @@ def _read_cases(path: Path) -> dict[int, Case]:
                 f"{path} has the columns {one_line(', '.join(header)) or 'none'}, expected {wanted}, each once, with commas "
                 "between them",
                 file=path,
+                code="config.columns",
+                given=header,
+                expected=wanted,
             )
         rows.fieldnames = header
         for row in rows:
@@ -335,20 +365,28 @@ def _read_cases(path: Path) -> dict[int, Case]:
                 raise ConfigError(
                     f"{where} has too many or too few columns, expected {wanted} (a decimal comma makes two of one)",
                     file=path,
+                    code="config.row_length",
+                    expected=wanted,
                 )
             given = {name: value for name, value in row.items() if value or name in needed}
             case = wrong.keep(partial(parse, Case, given, where))
             if case is not None and case.case in found:
                 raise ConfigError(
-                    f"{where}: case {case.case} is given twice, expected another number for each row", file=path
+                    f"{where}: case {case.case} is given twice, expected another number for each row",
+                    file=path,
+                    code="config.case_twice",
+                    key="case",
+                    given=case.case,
                 )
             if case is not None:
                 found[case.case] = case
     except csv.Error as error:
-        raise ConfigError(f"{path} line {rows.line_num} is not CSV ({error}); mend it there", file=path) from error
+        raise ConfigError(
+            f"{path} line {rows.line_num} is not CSV ({error}); mend it there", file=path, code="config.not_csv"
+        ) from error
     wrong.say()
     if not found:
-        raise ConfigError(f"{path} has no case, expected one row for each", file=path)
+        raise ConfigError(f"{path} has no case, expected one row for each", file=path, code="config.no_case")
     return found
 
 
@@ -373,7 +411,8 @@ def _check_choice(config: Config) -> None:
         for number in config.settings.cases:
             config.case(number)
     except PywetError as error:
-        raise ConfigError(f"{config.folder / settings.FILE}: {error}", file=config.folder / settings.FILE) from error
+        where = config.folder / settings.FILE
+        raise ConfigError(f"{where}: {error}", **{**error.data, "where": where}) from error
 
 
 def _check_references(config: Config) -> None:
@@ -389,7 +428,7 @@ def _check_references(config: Config) -> None:
         for reason, numbers in cases_of.items()
     ]
     if lines:
-        raise ConfigError("\n".join(lines), file=path)
+        raise ConfigError("\n".join(lines), file=path, code="config.reference")
 
 
 def _look_up(case: Case, data: Materials) -> None:

@@ -53,7 +53,11 @@ class Size(Limited):
         if self.mass_g is None:
             raise ConfigError(
                 f"{FILE}: the size of {self.diameter_mm.value:g} mm has no mass_g, expected one where readings.sphere_mass in "
-                "config.yaml is weighed"
+                "config.yaml is weighed",
+                code="config.no_mass",
+                key="mass_g",
+                given=self.diameter_mm.value,
+                file=FILE,
             )
         density = 1e-3 * self.mass_g.value / (4.0 / 3.0 * math.pi * self.radius_m**3)
         return self.model_copy(
@@ -200,7 +204,14 @@ class Materials(Limited):
 
     def sphere(self, material: str) -> SphereMaterial:
         if material not in self.spheres:
-            raise ConfigError(f"{FILE}: spheres has no {material}, expected one of {_listed(self.spheres)}")
+            raise ConfigError(
+                f"{FILE}: spheres has no {material}, expected one of {_listed(self.spheres)}",
+                code="config.unknown_material",
+                key="spheres",
+                given=material,
+                expected=tuple(sorted(self.spheres)),
+                file=FILE,
+            )
         return self.spheres[material]
 
     def liquid_named(self, name: str | None) -> LiquidData:
@@ -209,7 +220,12 @@ class Materials(Limited):
             return self.liquid
         if name not in self.liquids:
             raise ConfigError(
-                f"{FILE}: liquids has no {name}, expected one of {', '.join(sorted(self.liquids)) or 'none'}"
+                f"{FILE}: liquids has no {name}, expected one of {', '.join(sorted(self.liquids)) or 'none'}",
+                code="config.unknown_liquid",
+                key="liquids",
+                given=name,
+                expected=tuple(sorted(self.liquids)),
+                file=FILE,
             )
         return self.liquids[name]
 
@@ -228,7 +244,13 @@ class Materials(Limited):
         for contact in self.contacts:
             if (contact.sphere, contact.partner) == (sphere, partner):
                 return contact
-        raise ConfigError(f"{FILE}: contacts has no entry for {sphere} spheres with {partner}; add one")
+        raise ConfigError(
+            f"{FILE}: contacts has no entry for {sphere} spheres with {partner}; add one",
+            code="config.no_contact",
+            key="contacts",
+            given=(sphere, partner),
+            file=FILE,
+        )
 
     def wall_contact(self, sphere: str) -> Contact:
         """The one dry contact of a sphere material with all walls: engines take the walls as one material."""
@@ -238,7 +260,11 @@ class Materials(Limited):
             if other.numbers != found[0].numbers:
                 raise ConfigError(
                     f"{FILE}: contacts of {sphere} with {found[0].partner} and with {other.partner} differ, expected "
-                    "equal friction, rolling_friction_m and restitution: all walls are one material in the engine"
+                    "equal friction, rolling_friction_m and restitution: all walls are one material in the engine",
+                    code="config.walls_differ",
+                    key="contacts",
+                    given=(found[0].partner, other.partner),
+                    file=FILE,
                 )
         return found[0]
 
@@ -253,7 +279,13 @@ def _of_length(rows: Sequence[Row], key: str, length_mm: float, lacks: str) -> R
         if math.isclose(length, length_mm, rel_tol=1e-9):
             return row
     have = ", ".join(f"{length:g}" for length in lengths)
-    raise ConfigError(f"{FILE}: {lacks} {length_mm:g} mm, expected one of {have} mm")
+    raise ConfigError(
+        f"{FILE}: {lacks} {length_mm:g} mm, expected one of {have} mm",
+        code="config.unknown_size",
+        given=length_mm,
+        expected=have,
+        file=FILE,
+    )
 
 
 def _listed(names: dict[str, SphereMaterial] | dict[str, WallMaterial]) -> str:

@@ -38,7 +38,33 @@ def mistake(error: ValidationError, model: type[BaseModel], where: str) -> Confi
     if any(p["type"] in ("extra_forbidden", "missing") for p in told):
         page = PAGES.get(model.__name__, "configuration_reference")
         lines[-1] += f" (all keys: pywet docs {page})"
-    return ConfigError("\n".join(lines), file=where, key=".".join(str(k) for k in problems[0]["loc"]))
+    return ConfigError("\n".join(lines), file=where, **_data(problems[0], problems, model))
+
+
+CODES = {
+    "extra_forbidden": "config.unknown_key", "missing": "config.missing_key", "value_error": "config.inconsistent",
+    "implausible": "config.implausible", "switch": "config.switch",
+}  # fmt: skip
+"""Kind of a mistake -> its code; all others are `config.value`."""
+
+
+def _data(problem: Any, problems: list[Any], model: type[BaseModel]) -> dict[str, Any]:
+    """Code and key of a mistake, what was given and what was expected."""
+    kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
+    key = ".".join(str(k) for k in (*problem["loc"], *([context["key"]] if "key" in context else [])))
+    expected = str(context.get("expected") or problem["msg"].removeprefix("Value error, "))
+    if kind == "extra_forbidden":
+        expected = _meant(problem, problems, model)
+    if kind == "missing":
+        given, expected = None, _kind(model, problem["loc"])
+    if kind == "value_error":
+        given = None  # a group as a whole
+    return {
+        "code": CODES.get(kind, "config.value"),
+        "key": key,
+        "given": context.get("value", given),
+        "expected": expected,
+    }
 
 
 def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:

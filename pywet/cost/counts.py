@@ -19,7 +19,8 @@ from pywet.config import Config
 from pywet.engines.liggghts import deck
 from pywet.geometry import Apparatus, ApparatusSpec, build_apparatus
 from pywet.geometry.motion import peak_speed
-from pywet.planning import GRAVITY, step_choice
+from pywet.planning import step_choice
+from pywet.planning.surroundings import GRAVITY
 from pywet.scene import Scene
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from pywet import run_folder
 from pywet.laws.kinds import FORCES
-from pywet.planning import OPT_IN
+from pywet.planning.effect_plan import OPT_IN
 from pywet.runs.shapes import Contributions, Plan
 from pywet.util.files import read_if_there, read_model, write_json
 

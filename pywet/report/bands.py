@@ -151,7 +151,7 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
         columns = max(1, min(len(shown), int(width_mm // LEAST)))
         figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, HEIGHT / INCH))
         for one, panel in zip(axes, shown, strict=False):  # the last row may have spare axes
-            _draw(one, panel, list(groups))
+            _draw(one, panel, _labels(groups))
         if any(len(runs) > 1 for runs in groups.values()):
             figure.supxlabel("bands: 95 % confidence interval of the mean over the seeds", fontsize=7, color=INK)
         with atomic_write(path) as temporary:
@@ -161,16 +161,32 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
     return path
 
 
-def _draw(axes: Axes, panel: Panel, groups: list[str]) -> None:
+def _labels(groups: Mapping[str, Sequence[Path]]) -> dict[str, str]:
+    """Name of each group in a legend, with its liquid where the groups differ in that."""
+    percent = {group: _percent(RunDir(Path(folders[0]))) for group, folders in groups.items()}
+    if len(set(percent.values())) == 1:
+        return {group: group for group in groups}
+    return {group: f"{group} ({value} liquid)" for group, value in percent.items()}
+
+
+def _percent(run: RunDir) -> str:
+    """Liquid put in over the dry mass, in per cent."""
+    scene, mass = run.scene, sum(c.count * c.mass_kg for c in run.scene.classes)
+    initial = float(run.ledger["initial"].iloc[-1]) if run.moist else 0.0
+    return f"{100.0 * initial * (scene.liquid.density_kg_per_m3 if scene.liquid else 0.0) / mass:.3g} %"
+
+
+def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
     """One panel: a colour for each group, or for each curve where there is one group; the other is dashed."""
+    groups = list(labels)
     names = list(dict.fromkeys(name for _, name in panel.curves))
     for (group, name), curves in panel.curves.items():
         k, j = groups.index(group), names.index(name)
         colour, dash = (k, j) if len(groups) > 1 else (j, k)
-        label = name if len(groups) == 1 else " ".join(part for part in (group, name) if part)
+        label = name if len(groups) == 1 else " ".join(part for part in (labels[group], name) if part)
         x, mean, half = mean_and_band(curves)
         style: Any = {"color": COLOURS[colour % len(COLOURS)], "linestyle": DASHES[dash % len(DASHES)]}
-        axes.plot(x, mean, label=label or group, marker="o" if panel.x.startswith("diameter") else "", **style)
+        axes.plot(x, mean, label=label or labels[group], marker="o" if panel.x.startswith("diameter") else "", **style)
         if half is not None:
             axes.fill_between(x, mean - half, mean + half, color=style["color"], alpha=0.2, linewidth=0)
     axes.set_xlabel(panel.x)

@@ -11,6 +11,7 @@ from pywet.report.sketch import BRIDGE_COLOUR, METAL
 from pywet.runs.rundir import RunDir
 
 INK, PAPER, SOFT, FILM, DRY = "#27323d", "#ffffff", "#aab3bb", "#5b9fd0", "#d9d3c7"
+WALL = "#b9c4cf"
 LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 """Of scale bars [mm]."""
 
@@ -20,7 +21,8 @@ def entries(run: RunDir) -> list[tuple[str, str]]:
     there = set(run.triangles["holder"]) if run.scene.walls else set()
     metal = ", ".join(name.replace("_", " ") for name in ("wires", "impact_plate") if name in there)
     moist = [(FILM, "spheres, darker where their film is thicker"), (BRIDGE_COLOUR, "liquid bridges")]
-    return [*(moist if run.moist else [(DRY, "spheres")]), *([(METAL, metal)] if metal else [])]
+    cut = [(WALL, "walls, their near half cut away")] if "wall" in there else []
+    return [*(moist if run.moist else [(DRY, "spheres")]), *([(METAL, metal)] if metal else []), *cut]
 
 
 def said(run: RunDir, step: int) -> str:

@@ -66,21 +66,21 @@ def write(folder: Path, picture: Path) -> Path:
 
 
 def _cards(runs: seeds.Runs, found: verdict.Standing) -> list[page.Card]:
-    said = runs[0].summary
+    summary = runs[0].summary
     computing = sum(run.summary["wall_s"] for run in runs)
     cards = [
         page.Card(found.word, "recomputed and agrees", found.grade),
-        page.Card(str(sum(said["spheres"].values())), "spheres"),
-        page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {computing:.0f} s of computing"),
+        page.Card(str(sum(summary["spheres"].values())), "spheres"),
+        page.Card(f"{summary['simulated_s']:g} s", f"in {summary['steps']} steps, {computing:.0f} s of computing"),
     ]
-    if said["events"] is not None:
+    if summary["events"] is not None:
         events = [run.summary["events"] for run in runs]
         formed, active = (seeds.over([of[kind] for of in events], 9) for kind in ("formations", "standing_bridges"))
         error = max(run.summary["ledger_error"] for run in runs)
-        kept = error <= verdict.LEDGER_TOLERANCE
+        closed = error <= verdict.LEDGER_TOLERANCE
         cards += [
             page.Card(formed, f"bridges formed, {active} stand"),
-            page.Card(f"{error:.1g}", "of the liquid lost or made", "good" if kept else "bad"),
+            page.Card(f"{error:.1g}", "of the liquid lost or made", "good" if closed else "bad"),
         ]
     return cards
 

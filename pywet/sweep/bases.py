@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet import scene_stages as commands
-from pywet.cases.custom.building import Building
-from pywet.cases.custom.description import Scene
+from pywet.cases.custom import building, description
 from pywet.cases.screening import identity
 from pywet.cases.small import bridge_query
 from pywet.collisions.wall import sweep as collisions
@@ -111,12 +110,12 @@ class OfScene(Kind):
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        return read_yaml(self.file, Scene)
+        return read_yaml(self.file, description.Scene)
 
     def built(self, values: Point, seed: int) -> Built:
         content = filled(self.content, values)
         content["seed"] = content.get("seed", 1) + seed
-        scene = Scene(**{**content, "folder": self.file.parent, "file": self.file})
+        scene = description.Scene(**{**content, "folder": self.file.parent, "file": self.file})
         placed_laws(scene.laws, scene.folder, self.trust)
         return Built(f"scene-{commands.fingerprint(scene)}", scene)
 
@@ -124,7 +123,7 @@ class OfScene(Kind):
         return run_numbers.numbers(commands.run(built.given, folder, ranks))
 
     def cost(self, built: Built) -> Cost:
-        return costs.of_scene(Building(built.given))
+        return costs.of_scene(building.Building(built.given))
 
     def known(self, built: Built) -> list[str]:
         return run_numbers.of_scene(built.given)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogFormatter, NullFormatter
 
 from pywet.errors import PywetError
 from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
@@ -79,7 +79,7 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
         )
     axes.set(xlabel=label(rows, x), ylabel=label(rows, y))
     if x in sweep.axes and sweep.axes[x].logarithmic:
-        axes.set_xscale("log")
+        _scale(axes, "x", True)
     if hue:
         axes.legend()
 
@@ -103,12 +103,19 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
         figure.colorbar(filled, ax=axes)
         axes.plot(rows[x], rows[y], "o", ms=3, color="white", mec=INK, mew=0.6)
         axes.set(xlabel=label(rows, x), ylabel=label(rows, y), title=f"{result}: {title}")
-        axes.set_xscale("log" if sweep.axes[x].logarithmic else "linear")
-        axes.set_yscale("log" if sweep.axes[y].logarithmic else "linear")
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        _scale(axes, "x", sweep.axes[x].logarithmic)
+        _scale(axes, "y", sweep.axes[y].logarithmic)
         axes.grid(False)
     return figure
+
+
+def _scale(axes: Axes, which: str, logarithmic: bool) -> None:
+    """A logarithmic scale with plain numbers at powers of ten, since text with $ is no formula in pictures here."""
+    if logarithmic:
+        axes.set(**{f"{which}scale": "log"})
+        axis = getattr(axes, f"{which}axis")
+        axis.set_major_formatter(LogFormatter())
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _spaced(values: np.ndarray, logarithmic: bool) -> np.ndarray:

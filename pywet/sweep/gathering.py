@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError, one_line
-from pywet.laws import own as user_laws
 from pywet.runs.loaded import Run as Loaded
 from pywet.sweep import run_numbers
 from pywet.sweep.description import Function
-from pywet.sweep.plan import Plan, Run, path_of
+from pywet.sweep.plan import Plan, Run, called, path_of, refuse_untrusted
 from pywet.util.files import read_bytes
 
 Numbers = dict[str, float | None]
@@ -54,12 +53,11 @@ def _subject(plan: Plan, run: Run, numbers: Numbers) -> Any:
 def _function(plan: Plan, function: Function) -> tuple[str, Callable[[Any], float]]:
     """The word under which a function's result is stored, with the hash of its file, and the function."""
     name = path_of(plan.file, function)
-    source = read_bytes(Path(name.rpartition(":")[0]), user_laws.CURE)
-    if not user_laws.may_run(name):
-        raise PywetError(f"{function.function} has changed since it was trusted; read the file, then give --trust")
+    source = read_bytes(Path(name.rpartition(":")[0]), "fix its path in gather")
+    refuse_untrusted(plan.file, function)
 
     def measure(subject: Any) -> float:
-        call = user_laws.execute(name, source)
+        call = called(name, source)
         try:
             return _finite(float(call(subject)), function.name)
         except PywetError:

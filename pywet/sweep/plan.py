@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pywet.cost.command import duration
 from pywet.errors import ConfigError, PywetError
@@ -50,7 +50,13 @@ class Plan:
     @property
     def added(self) -> list[Point]:
         """Points of adaptive sampling."""
-        return list(read_if_there(self.folder / ADDED, "remove the file", list[dict[str, description.Value]]) or [])
+        path = self.folder / ADDED
+        found = list(read_if_there(path, "remove the file", list[dict[str, description.Value]]) or [])
+        if any(point.keys() != self.sweep.axes.keys() for point in found):
+            raise ConfigError(
+                f"{path} holds points of other axes than {self.file}; expected the same: remove it", file=path
+            )
+        return found
 
     @cached_property
     def points(self) -> list[Numbered]:
@@ -79,7 +85,7 @@ class Plan:
             try:
                 found += [self.run(point.number, seed) for seed in range(self.sweep.seeds)]
             except PywetError as error:
-                wrong.append(_placed(self.file, point, error))
+                wrong.append((point, error))
         _refuse(self.file, wrong)
         return found
 
@@ -98,20 +104,24 @@ class Plan:
             try:
                 by_point[run.point.number] = self.kind.cost(run.built)
             except PywetError as error:
-                wrong.append(_placed(self.file, run.point, error))
+                wrong.append((run.point, error))
         _refuse(self.file, wrong)
         return [(run, by_point[run.point.number]) for run in missing]
 
 
-def _placed(file: Path, point: Numbered, error: PywetError) -> str:
-    return f"{file}: point {point.number} ({printed(point.values)}): {str(error).splitlines()[0]}"
-
-
-def _refuse(file: Path, wrong: list[str]) -> None:
-    """Raise the first mistakes, and how many there are."""
-    if wrong:
-        more = [f"{file}: {len(wrong) - LISTED} more points with mistakes"] if len(wrong) > LISTED else []
-        raise ConfigError("\n".join([*wrong[:LISTED], *more]), file=file)
+def _refuse(file: Path, wrong: list[tuple[Numbered, PywetError]]) -> None:
+    """Raise the first mistakes, each with the first point that has it and how many others do; further ones are counted."""
+    by_message: dict[str, list[Numbered]] = {}
+    for point, error in wrong:
+        by_message.setdefault(str(error).splitlines()[0], []).append(point)
+    lines = []
+    for message, where in list(by_message.items())[:LISTED]:
+        others = f" (and at {len(where) - 1} other points)" if len(where) > 1 else ""
+        lines.append(f"{file}: point {where[0].number} ({printed(where[0].values)}): {message}{others}")
+    if len(by_message) > LISTED:
+        lines.append(f"{file}: {len(by_message) - LISTED} more mistakes at other points")
+    if lines:
+        raise ConfigError("\n".join(lines), file=file)
 
 
 def read_file(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
@@ -165,6 +175,12 @@ def path_of(file: Path, function: Function) -> str:
     return user_laws.placed(function.function, file.parent)
 
 
+def called(name: str, source: bytes) -> Callable[[Any], Any]:
+    """The function of a trusted file's text."""
+    function: Callable[[Any], Any] = user_laws.execute(name, source)
+    return function
+
+
 def _check_function(file: Path, function: Function, trust: bool) -> None:
     name = path_of(file, function)
     if trust:
@@ -173,7 +189,12 @@ def _check_function(file: Path, function: Function, trust: bool) -> None:
         raise ConfigError(
             f"{file}: gather names {function.function}; its file does not exist, expected path/to/file.py:name"
         )
-    if not user_laws.may_run(name):
+    refuse_untrusted(file, function)
+
+
+def refuse_untrusted(file: Path, function: Function) -> None:
+    """Refuse a function whose file, as it is now, may not run."""
+    if not user_laws.may_run(path_of(file, function)):
         raise ConfigError(
             f"{file}: gather names {function.function}, which was not run: read its file, then give --trust",
             file=file,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pywet.cases.custom.description import Scene
-from pywet.cases.custom.walls import word_of
+from pywet.cases.custom import description, walls
 from pywet.cases.screening import cases
 from pywet.cases.screening.results import WALL_HOLDERS, column
 from pywet.config import Config
@@ -48,9 +47,9 @@ def numbers(run: Run) -> Numbers:
     return {name: None if value is None else float(value) for name, value in found.items()}
 
 
-def of_scene(scene: Scene) -> list[str]:
+def of_scene(scene: description.Scene) -> list[str]:
     """Names of the results of a scene."""
-    liquid = [column("spheres", s.name) for s in scene.spheres] + [f"wall_{word_of(w.name)}" for w in scene.walls]
+    liquid = [column("spheres", s.name) for s in scene.spheres] + [f"wall_{walls.word_of(w.name)}" for w in scene.walls]
     return [*ON_REQUEST, *AT_END, *OF_ANY, *_of_liquid([*liquid, "left", "total"])]
 
 

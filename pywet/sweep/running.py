@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
 from pathlib import Path
 
 from pywet import run_lock
@@ -15,6 +16,7 @@ from pywet.errors import PywetError, one_line, refused
 from pywet.sweep.base_kind import Kind
 from pywet.sweep.plan import Plan, Run
 from pywet.sweep.store import Store
+from pywet.util.notices import notice
 
 Report = Callable[..., None]
 
@@ -22,14 +24,19 @@ Report = Callable[..., None]
 def do(kind: Kind, run: Run, store: Store, ranks: int = 1) -> bool:
     """Run a point unless it is in the store; whether it has results then. Why not is in its folder.
 
-    Raises `PywetError` where another call works in that folder: its run is not disturbed.
+    A folder in which another call is at work is left to it, with a notice.
     """
     name, folder = run.built.name, store.place(run.built.name)
     if store.numbers(name, kind.engine) is not None:
         return True
     if not kind.engine:
         return _attempt(kind, run, store, folder, ranks)
-    with run_lock.hold(folder):
+    with ExitStack() as held:
+        try:
+            held.enter_context(run_lock.hold(folder))
+        except PywetError as busy:
+            notice.warning(str(busy))
+            return False
         return _attempt(kind, run, store, folder, ranks)
 
 

@@ -19,11 +19,11 @@ from scipy import stats
 
 from pywet.compare import statistics
 from pywet.compare.statistics import LEVEL, Finding, Sample, holm
-from pywet.runs.spread import half_width
 from pywet.sweep.description import Sweep
 from pywet.sweep.table import DONE
 
 Floats = NDArray[np.float64]
+CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ def _error(rows: pd.DataFrame, result: str, residual: float, count: int) -> tupl
 
 @dataclass(frozen=True)
 class Optimum:
-    """The best point of a result, its mean with the half width of its 95 % interval (None of one seed), and what is like it."""
+    """The best point of a result, its mean, half width of its 95 % interval (scatter of all seeds), and what is like it."""
 
     result: str
     sense: str
@@ -176,23 +176,30 @@ def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Opt
     order = sorted(groups, key=lambda n: groups[n].mean(), reverse=largest)
     best = order[0]
     first = rows.drop_duplicates("point").set_index("point")
-    alike = [best, *_alike(groups, best, order[1:])]
+    scatter, freedom = _scatter(groups)
+    alike = [best, *_alike(groups, best, order[1:], scatter, freedom)]
     spans = {key: _span(first.loc[alike, key]) for key in sweep.axes}
+    half = statistics.half_width(scatter, len(groups[best]), freedom, CONFIDENCE) if freedom else None
     return Optimum(
         result, "largest" if largest else "smallest", best, {key: first.loc[best, key] for key in sweep.axes},
-        float(groups[best].mean()), half_width(groups[best].tolist()), sorted(alike), spans, order[1] if len(order) > 1 else None,
+        float(groups[best].mean()), half, sorted(alike), spans, order[1] if len(order) > 1 else None,
     )  # fmt: skip
 
 
-def _alike(groups: dict[int, Floats], best: int, others: list[int]) -> list[int]:
-    """Points whose mean is not significantly worse: t tests with the pooled scatter of all seeds, Holm over the points."""
+def _scatter(groups: dict[int, Floats]) -> tuple[float, int]:
+    """Standard deviation of a single run within points, pooled over all of them, and its degrees of freedom."""
     freedom = sum(len(v) - 1 for v in groups.values())
+    squares = sum(float(((v - v.mean()) ** 2).sum()) for v in groups.values())
+    return (float(np.sqrt(squares / freedom)) if freedom else 0.0), freedom
+
+
+def _alike(groups: dict[int, Floats], best: int, others: list[int], scatter: float, freedom: int) -> list[int]:
+    """Points whose mean is not significantly worse: t tests with the pooled scatter, Holm over the points."""
     if freedom == 0:
         return []
-    pooled = np.sqrt(sum(((v - v.mean()) ** 2).sum() for v in groups.values()) / freedom)
     found = []
     for n in others:
-        error = max(pooled * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), 1e-300)
+        error = max(scatter * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), 1e-300)
         t = abs(groups[n].mean() - groups[best].mean()) / error
         found.append(Finding(float(t), 0, float(2.0 * stats.t.sf(t, freedom))))
     return [n for n, f in zip(others, holm(found), strict=True) if f.p > LEVEL]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from pywet.sweep.table import DONE, FAILED
 NAME = "report.html"
 MOST_ROWS = 500
 """Runs that the page lists; the table has all."""
+NO_MAP = "No map: it needs a result that varies over two numerical axes of at least three values each."
 SHARES = 4
 """Terms that are printed of a result without scatter."""
 DETAILS = ("report.html", "summary.json", "point.json")
@@ -46,7 +48,7 @@ def write(plan: Plan, made: pd.DataFrame) -> Path:
     ]
     if failed := int((made["status"] == FAILED).sum()):
         cards.append(page.Card(str(failed), "runs failed or were not done; the next call tries them", "bad"))
-    lead = f"{sentences(plan, made)[0]}."
+    lead = f"{'. '.join(sentences(plan, made)[:2])}."
     return page.write(plan.folder / NAME, plan.sweep.name, lead, sections, cards)
 
 
@@ -90,7 +92,8 @@ def _mean(o: Optimum) -> str:
 def _alike(o: Optimum) -> str:
     if o.half_width is None:
         return ", from one run"
-    return f"; {len(o.alike) - 1} other points do not differ significantly from it"
+    count = len(o.alike) - 1
+    return f"; {count} other {'point does' if count == 1 else 'points do'} not differ significantly from it"
 
 
 def _varied(plan: Plan, made: pd.DataFrame) -> str:
@@ -120,8 +123,8 @@ def _optimum(best: list[Optimum]) -> str:
     if not best:
         return page.paragraph("No run has results yet.")
     text = (
-        "Among the points that were run. The interval is that of the mean over seeds (95 %, Student). Like it: points whose "
-        "mean is not significantly worse (t test with the scatter of all seeds, Holm), and the values of the axes there."
+        "Among the points that were run. Interval of the mean: 95 %, Student, scatter of all seeds. Like it: points whose "
+        "mean is not significantly worse (t test with the same scatter, Holm), and the values of the axes there."
     )
     rows: page.Rows = [
         [
@@ -150,7 +153,11 @@ def _compared(plan: Plan, made: pd.DataFrame, best: list[Optimum]) -> str:
     text = f"Best and next best point, {method}."
     if plan.kind.engine:
         folders = {n: made.loc[(made["point"] == n) & (made["status"] == DONE), "run"] for n in (a, b)}
-        words = " ".join(f"--{side} {folder}" for side, n in (("a", a), ("b", b)) for folder in folders[n])
+        words = " ".join(
+            f"--{side} {os.path.normpath(plan.folder / folder)}"
+            for side, n in (("a", a), ("b", b))
+            for folder in folders[n]
+        )
         text += f" All curves of both: `pywet compare {words} --force`."
     return page.paragraph(text) + table
 
@@ -218,7 +225,7 @@ def _maps(plan: Plan, done: pd.DataFrame) -> list[page.Section]:
         "Polynomial of second order through all runs; its standard error holds the scatter of seeds, of axes that are not "
         "drawn, and what the polynomial does not follow."
     )
-    return [page.Section("Response surface", page.paragraph(text, soft=True) + body, "Map")] if body else []
+    return [page.Section("Response surface", page.paragraph(text if body else NO_MAP, soft=True) + body, "Map")]
 
 
 def _runs(plan: Plan, made: pd.DataFrame) -> str:

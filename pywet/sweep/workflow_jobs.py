@@ -50,7 +50,9 @@ class Jobs:
         number, seed, word = job.split("-")
         run = self.plan.run(int(number), int(seed))
         if _word(run) != word:
-            raise PywetError(f"job {job} is of another state of {self.plan.file}; expected it unchanged: call again")
+            raise PywetError(
+                f"job {job} is of another state of {self.plan.file}; expected it unchanged while jobs run: call again"
+            )
         return run
 
     @cached_property

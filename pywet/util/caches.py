@@ -57,17 +57,17 @@ def _private(path: Path) -> Path:
     """The folder, made where missing; refused unless it is the caller's, writable, and by nobody else."""
     try:
         path.mkdir(mode=0o700, parents=True, exist_ok=True)
-        own, link = path.stat(), path.lstat()
+        there, link = path.stat(), path.lstat()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise PywetError(
             f"the cache {shown(path)} could not be made ({reason}); expected a writable folder: {CURE}"
         ) from error
-    if not {own.st_uid, link.st_uid} <= {os.getuid()}:
+    if not {there.st_uid, link.st_uid} <= {os.getuid()}:
         raise PywetError(f"the cache {shown(path)} belongs to somebody else; expected a folder of your own: {CURE}")
-    if own.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    if there.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise PywetError(
-            f"the cache {shown(path)} can be written by others (mode {stat.S_IMODE(own.st_mode):o}), so that what it "
+            f"the cache {shown(path)} can be written by others (mode {stat.S_IMODE(there.st_mode):o}), so that what it "
             f"holds cannot be trusted; expected mode 700: remove it or {CURE}"
         )
     if not os.access(path, os.R_OK | os.W_OK | os.X_OK):

@@ -19,7 +19,7 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor, gaps, middle
 from reference_impl.motion import budget, nearest, window
 from reference_impl.motion.wall_motion import Motion
-from reference_impl.replay import bridge_ends, io, kept_tables, whole
+from reference_impl.replay import bridge_ends, felt, io, kept_tables, whole
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import RUPTURE
@@ -43,12 +43,30 @@ def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
         ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(links_works.works(run))),
         ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
         ({f"between_{n}" for n in ("capillary", "drag", "momentum")}, lambda: list(between.links(run))),
+        ({"felt_force", "felt_drops"}, lambda: list(felt_films(run))),
         ({"contact_rows"}, lambda: list(rows_missing(run))),
         ({"time"}, lambda: [times(run, setup)]),
         ({*retirement.FAULTS}, lambda: list(retirement.links(part))),
     ):
         if names & wrong:
             yield from (link for link in make() if link is not None and link.quantity in wrong)
+
+
+def felt_films(run: Run) -> Iterator[Link]:
+    """What sampled films felt, and their drops where that is right."""
+    table = io.table(io.where(run.folder, "felt"), "felt").sort_values(["id", "step"], ignore_index=True)
+    own = felt.recomputed(run, table)
+    logged, scale = vectors(table, "felt"), np.maximum(np.linalg.norm(own, axis=1), felt.STANDARD)
+    fell, due = felt.drops(run, table, own)
+    for name, what, one, two, of in (
+        ("felt_force", "force felt by a sampled film", logged, own, scale),
+        ("felt_drops", "drop of a sampled sphere", fell, due, np.maximum(np.maximum(due, fell), 1e-300)),
+    ):
+
+        def suspects(rows: Floats, one: Floats = one, two: Floats = two) -> Iterator[Suspect]:
+            yield from factor(one, two, rows)
+
+        yield Link(name, what, table.rename(columns={"id": "i"}), one, two, of, suspects)
 
 
 def walls(setup: window.Setup) -> Link:

@@ -37,8 +37,10 @@ def check(run: Run) -> list[Quantity]:
     own = recomputed(run, table)
     logged = vectors(table, "felt")
     scale = np.maximum(size(own), STANDARD)
-    found = [compare("felt_force", "itself, at least 9.81 m/s2", logged, own, scale, table)]
-    return [*found, _drops(run, table, own), _velocity(run, table)]
+    found = compare("felt_force", "itself, at least 9.81 m/s2", logged, own, scale, table)
+    fell, due = drops(run, table, own)
+    of_drops = compare("felt_drops", "the larger drop", fell, due, np.maximum(np.maximum(due, fell), 1e-300), table)
+    return [found, of_drops, _velocity(run, table)]
 
 
 def _refuse(run: Run, table: pd.DataFrame) -> None:
@@ -73,8 +75,8 @@ def recomputed(run: Run, table: pd.DataFrame) -> Floats:
     return own
 
 
-def _drops(run: Run, table: pd.DataFrame, own: Floats) -> Quantity:
-    """The drop that must let go at each look, none included, against the log of drops."""
+def drops(run: Run, table: pd.DataFrame, own: Floats) -> tuple[Floats, Floats]:
+    """Volume that let go at each look by the log of drops, and that which must, none included."""
     liquid, radius = io.scene(run.folder)["liquid"], bodies(run).radius
     density, tension = liquid["density_kg_per_m3"], liquid["surface_tension_N_per_m"]
     due = np.array([
@@ -83,7 +85,7 @@ def _drops(run: Run, table: pd.DataFrame, own: Floats) -> Quantity:
     ])  # fmt: skip
     logged = run.shed.set_index(["step", "i"])["volume"]
     fell = logged.reindex(pd.MultiIndex.from_frame(table[["step", "id"]])).fillna(0.0).to_numpy(float)
-    return compare("felt_drops", "the larger drop", fell, due, np.maximum(np.maximum(due, fell), 1e-300), table)
+    return fell, due
 
 
 def _velocity(run: Run, table: pd.DataFrame) -> Quantity:

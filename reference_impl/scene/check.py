@@ -9,7 +9,7 @@ from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held, Section
 from reference_impl.replay import io
-from reference_impl.scene import configuration, deck, effects, files, numbers, parts, start, walls
+from reference_impl.scene import configuration, deck, described, effects, files, numbers, parts, start, walls
 
 NAME = "scene"
 NOT_HELD = ("largest_overlap", "transfer_nodes", "spheres_file")
@@ -31,7 +31,10 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
                 "walls whose parts follow from a feature angle",
             )
             section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
-        section.not_checked.append(f"scene: no configuration ({configuration.FILE}) in the run directory")
+        if (said := described.of_run(run)) is None:
+            section.not_checked.append(f"scene: no configuration ({configuration.FILE}) in the run directory")
+        else:
+            _user_defined(section, run, said, scene)
         return section
     scene = io.scene(run)
     try:
@@ -42,6 +45,20 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
             "`pywet run` writes them: build the run again"
         ) from error
     return section
+
+
+def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict[str, Any]) -> None:
+    try:
+        held = described.held(run, said, scene)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, ArithmeticError) as error:
+        raise io.ReplayError(
+            f"{run}: scene.json and {described.FILE} do not describe the same scene ({error!r}); expected both of one run: "
+            "build the run again"
+        ) from error
+    section.add("scene_description", "itself", held, f"numbers of the scene against {described.FILE}")
+    if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
+        section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
+    section.not_checked.append(f"scene: {described.NOT_HELD}")
 
 
 def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from pywet.planning import OF_THE_CONTACT
+from pywet.planning.effect_plan import OF_THE_CONTACT
 from pywet.report import page
 from pywet.report.pictures import plt
 from studies.effects.measures import ABSOLUTE, WORDS

@@ -18,7 +18,7 @@ from pywet.cases.small.subset import with_spheres
 from pywet.geometry.motion import peak_speed
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import Surface, make_surface
-from pywet.planning import Surroundings
+from pywet.planning.surroundings import Surroundings
 from pywet.scene import Effects, Rotation, Scene, SphereClass
 from pywet.shipped import place
 from pywet.util.files import read_table

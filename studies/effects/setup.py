@@ -13,7 +13,7 @@ import numpy as np
 from pywet.cases.small.bodies import at_places
 from pywet.cases.small.small import Sphere
 from pywet.geometry.surface import Surface
-from pywet.planning import Surroundings
+from pywet.planning.surroundings import Surroundings
 from pywet.scene import ContactPair, Effects, Liquid, Rotation, Scene, SphereClass
 
 Vector = tuple[float, float, float]

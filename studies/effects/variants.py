@@ -14,7 +14,8 @@ from pywet.config.entries import RatioEntry
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.inputs import transfer_tables
-from pywet.planning import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan, step_choice
+from pywet.planning import step_choice
+from pywet.planning.effect_plan import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan
 from pywet.scene import Effects, Output, Scene
 from pywet.util.files import read_table
 from studies.effects.scenes import StudyScene

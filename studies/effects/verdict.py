@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
-from pywet.planning import OF_THE_CONTACT
+from pywet.planning.effect_plan import OF_THE_CONTACT
 from studies.effects.measures import ABSOLUTE, WORDS
 from studies.effects.variants import EVERYTHING, IDLE, PLANNED, TOLERANCE
 

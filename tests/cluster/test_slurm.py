@@ -153,3 +153,30 @@ def test_killed_job_is_submitted_again_and_goes_on_while_a_node_is_drained(folde
         pd.testing.assert_frame_equal(
             pd.read_parquet(run_dir / f"{name}.parquet"), pd.read_parquet(alone / f"{name}.parquet"), check_exact=True
         )
+
+
+def test_a_sweep_is_jobs_of_the_cluster(folder: Path) -> None:
+    """Four drums, a job each, with memory and time of their prediction; the page and the verdict are made here."""
+    shutil.copytree(ROOT / "examples" / "sweeps", folder / "sweeps")
+    drum = folder / "sweeps" / "small_drum.yaml"
+    text = drum.read_text().replace("[0.02, 0.035, 0.05, 0.07]", "[0.02, 0.07]")
+    drum.write_text(text.replace("{logspace: [1.0e-3, 1.0e-2, 3]}", "[1.0e-3]"))
+    command = [
+        sys.executable,
+        "-m",
+        "snakemake",
+        "--profile",
+        "workflow/profiles/slurm",
+        "--slurm-status-command",
+        "squeue",
+    ]
+    command += ["--slurm-init-seconds-before-status-checks", "2", "--seconds-between-status-checks", "2"]
+    command += ["sweep", "--config", "sweep=sweeps/small_drum.yaml"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with local_slurm.running():
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        table = [job for job in jobs() if job.name.startswith("rule_sweep_run")]
+    assert len(table) == 4 and {job.state for job in table} == {"COMPLETED"}
+    made = pd.read_parquet(folder / "results" / "sweeps" / "small_drum" / "sweep.parquet")
+    assert made["status"].tolist() == ["done"] * 4 and made["ruptures"].gt(0).all()

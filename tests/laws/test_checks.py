@@ -47,6 +47,7 @@ def test_no_law_of_ours_is_called_wrong(kind: str, name: str) -> None:
 
 
 AS_PUBLISHED: dict[tuple[str, str], set[str]] = {
+    ("capillary", "davis"): {"continuity over separation"},
     ("capillary", "buck"): {"continuity over separation", "exchange of the two bodies"},
     ("viscous_normal", "buck_water"): {"continuity over separation"},
     ("viscous_tangential", "buck"): {"continuity over separation"},

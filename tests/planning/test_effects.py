@@ -11,7 +11,9 @@ from pywet.cases.small import bodies
 from pywet.config import EffectSettings, LawSettings
 from pywet.config.entries import RatioEntry
 from pywet.errors import PywetError
-from pywet.planning import EffectPlan, Surroundings, effect_numbers, plan
+from pywet.planning.effect_plan import EffectPlan, plan
+from pywet.planning.numbers import effect_numbers
+from pywet.planning.surroundings import Surroundings
 from pywet.scene import Effects, Liquid
 
 (SPHERE,) = bodies.sphere_classes(2.5e-3, counts=10, density=1358, angle_rad=math.radians(40), name="small")

@@ -10,7 +10,8 @@ A row:  name: what is wrong
         damage: {scene.json: cut}             optional, in {run}: cut (half), empty, gone, folder, {write: …} as above, or of a
                                               table: {without: column}, {only: rows}, {set: {column: value}}
         exit: 1
-        says: [words]                         all must be in standard error or output
+        says: [words]                         all must be in standard error or output; or
+        error: {code: config.value, key: ranks}   attributes of the error (its file is the one that `config` changes)
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from typer.testing import CliRunner
 
 from pywet import stages
 from pywet.cli.app import app
+from pywet.errors import PywetError
 from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
@@ -99,8 +101,14 @@ def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, m
     said = result.stderr + result.stdout
     assert result.exit_code == row["exit"], said
     assert not any(words in said for words in NEVER), said
-    for words in row["says"]:
+    for words in row.get("says", ()):
         assert words in re.sub(r"\s+", " ", said), said
+    if "error" in row:
+        error = result.exception.__context__ if result.exception else None
+        assert isinstance(error, PywetError), said
+        assert {name: getattr(error, name) for name in row["error"]} == row["error"]
+        assert {Path(error.where).name.partition(" line ")[0]} <= {*row.get("config", ()), "config.yaml"}
+        assert str(error).splitlines()[0] in said
     if row["exit"] == 1:
         lines = [  # where nobody has called `make setup` yet, that is said first
             line for line in result.stderr.strip().splitlines() if not line.startswith("compiling for this processor")

@@ -32,10 +32,12 @@ from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.surface import Floats
 from pywet.laws.contact import film_volume, reduced_radius
 from pywet.laws.hertz import Elastic, Hertz
-from pywet.planning import EffectPlan, Surroundings, step_choice
-from pywet.planning import plan as plan_effects
+from pywet.planning import step_choice
+from pywet.planning.effect_plan import EffectPlan
+from pywet.planning.effect_plan import plan as plan_effects
 from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
+from pywet.planning.surroundings import Surroundings
 from pywet.planning.time_steps import hertz_lines
 from pywet.runs.rundir import placed
 from pywet.util.files import write_json
@@ -347,7 +349,11 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         a, b = close[int(np.argmin(gap))]
         raise ConfigError(
             f"scene {made.said.name}: {int((gap < 0).sum())} pairs of spheres overlap at the start, such as one of "
-            f"{names[kind[a]]} and one of {names[kind[b]]}; expected room between them: mend their regions or places"
+            f"{names[kind[a]]} and one of {names[kind[b]]}; expected room between them: mend their regions or places",
+            code="scene.overlap",
+            key="spheres",
+            given=int((gap < 0).sum()),
+            expected=0,
         )
     import pyvista as pv
 
@@ -361,7 +367,10 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
             first = placed(at[inside][0], made.origin_mm)
             raise ConfigError(
                 f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
-                f"{first} mm; expected all outside: mend the region or the wall"
+                f"{first} mm; expected all outside: mend the region or the wall",
+                code="scene.in_wall",
+                key=f"walls.{wall.name}",
+                expected="all outside",
             )
 
 

@@ -256,7 +256,9 @@ class Scene(Excusable):
     def __setattr__(self, name: str, value: Any) -> None:
         raise ConfigError(
             f"scene {self.name}: {name} cannot be set, a scene does not change; expected a new one: "
-            f"scene.with_({name}=…)"
+            f"scene.with_({name}=…)",
+            code="scene.frozen",
+            key=name,
         )
 
     @model_validator(mode="after")

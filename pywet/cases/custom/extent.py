@@ -70,7 +70,10 @@ def refuse_vast(name: str, low: Floats, high: Floats, diameter: float) -> None:
         raise ConfigError(
             f"scene {name}: spheres and walls, wherever they move, take a box of {size} mm, {cells:.2g} cells of the largest "
             f"sphere's diameter ({1e3 * diameter:.3g} mm); expected at most {MOST_CELLS:.0e}: bring them nearer to each other, "
-            "or mend lengths, speeds and stl_unit"
+            "or mend lengths, speeds and stl_unit",
+            code="scene.box",
+            given=float(cells),
+            expected=MOST_CELLS,
         )
 
 

@@ -47,7 +47,10 @@ def waiting(
         else:
             raise ConfigError(
                 f"spheres {entry.name}: {n} fit on their way, the next does not; expected fewer, a larger region, a longer "
-                "fed.for_s or a larger velocity_m_per_s"
+                "fed.for_s or a larger velocity_m_per_s",
+                code="scene.crowded_feed",
+                key=f"spheres.{entry.name}",
+                given=n,
             )
     return pd.DataFrame({"type": kinds, **dict(zip("xyz", places.T, strict=True))})
 
@@ -62,13 +65,20 @@ def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
     if least <= 2.0 * sphere.radius_m:
         raise ConfigError(
             f"spheres {entry.name}: their region is {1e3 * least:g} mm wide or high, the sphere {2e3 * sphere.radius_m:g} mm; "
-            "expected room for one: a larger box or cylinder"
+            "expected room for one: a larger box or cylinder",
+            code="scene.narrow_region",
+            key=f"spheres.{entry.name}",
+            given=least,
+            expected=2.0 * sphere.radius_m,
         )
     way = (sphere.fed.from_s + sphere.fed.for_s) * math.hypot(*entry.velocity_m_per_s)
     if sphere.count * way / (2.0 * sphere.radius_m) > MOST_PLACES:
         raise ConfigError(
             f"spheres {entry.name}: {sphere.count} of them come {way:.3g} m until the last enters, expected at most "
-            f"{MOST_PLACES:.0e} diameters of travel in all: a smaller velocity_m_per_s or an earlier end of feeding"
+            f"{MOST_PLACES:.0e} diameters of travel in all: a smaller velocity_m_per_s or an earlier end of feeding",
+            code="scene.long_feed",
+            key=f"spheres.{entry.name}",
+            given=way,
         )
 
 

@@ -73,7 +73,11 @@ def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
         raise ConfigError(
             f"wall {wall.name}: {wall.stl.name} in {wall.stl_unit} is {1e3 * longest:.4g} mm long beside spheres of "
             f"{sizes} mm; expected a size that they meet: in {other} it is "
-            f"{1e3 * longest * factor:.4g} mm (stl_unit: {other})"
+            f"{1e3 * longest * factor:.4g} mm (stl_unit: {other})",
+            code="scene.stl_unit",
+            key=f"walls.{wall.name}.stl_unit",
+            given=wall.stl_unit,
+            expected=other,
         )
 
 
@@ -126,5 +130,8 @@ def refuse_far(said: Scene, corners: Sequence[Floats]) -> None:
         x, y, z = (digits * round(1e3 * m / digits) for m in middle)
         raise ConfigError(
             f"scene {said.name}: all lies about {away:.4g} m from the origin and is {size:.3g} m large; expected positions near "
-            f"the origin, which keep their digits: add origin_mm: [{x:.10g}, {y:.10g}, {z:.10g}]"
+            f"the origin, which keep their digits: add origin_mm: [{x:.10g}, {y:.10g}, {z:.10g}]",
+            code="scene.far_away",
+            key="origin_mm",
+            given=away,
         )

@@ -20,7 +20,7 @@ def of_scene(folder: Path) -> list[Run]:
     folder = folder.resolve() if folder.name in ("", "..") else folder
     description = _but_seed(folder)
     found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
-    others = [p for p in found if (p / "summary.json").exists() and _but_seed(p) == description]
+    others = [p for p in found if description and (p / "summary.json").exists() and _but_seed(p) == description]
     return [Run(p) for p in (folder, *sorted(others, key=lambda p: int(p.name.rpartition("-")[2])))]
 
 

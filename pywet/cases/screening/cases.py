@@ -14,9 +14,11 @@ from pywet.errors import PywetError
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.motion import peak_speed
-from pywet.planning import GRAVITY, EffectPlan, step_choice
-from pywet.planning import plan as plan_effects
+from pywet.planning import step_choice
+from pywet.planning.effect_plan import EffectPlan
+from pywet.planning.effect_plan import plan as plan_effects
 from pywet.planning.retirement import Retirement, decide
+from pywet.planning.surroundings import GRAVITY
 from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
 from pywet.util.files import write_json
 

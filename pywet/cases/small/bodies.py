@@ -56,9 +56,9 @@ def contact(
 
 def contacts(types: int, stiffness: float | Sequence[float], **how: float) -> tuple[ContactPair, ...]:
     """The same dry contact (`how`: as `contact` takes it) of all types and with walls; of two stiffnesses the smaller."""
-    own = [stiffness] * types if isinstance(stiffness, float | int) else stiffness
+    of_each = [stiffness] * types if isinstance(stiffness, float | int) else stiffness
     return tuple(
-        contact(a, b, min(own[a - 1], own[(b or a) - 1]), **how)
+        contact(a, b, min(of_each[a - 1], of_each[(b or a) - 1]), **how)
         for a in range(1, types + 1)
         for b in (0, *range(a, types + 1))
     )

@@ -18,7 +18,7 @@ import pandas as pd
 
 from pywet import run_folder, run_lock
 from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, logs, windows
+from pywet.engines.liggghts import checkpoint, deck, logs, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.geometry.motion import Floats, engine_displacement
 from pywet.runs import retired, tables
@@ -41,7 +41,7 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     convert_trajectory(folder / logs.TRAJECTORY, made / "trajectory.parquet", scene.time_step_s, gone)
     trajectory = steps_of(made / "trajectory.parquet")
     planned(trajectory, scene, str(folder / logs.TRAJECTORY))
-    windows.collect(scene, folder, made / "history")
+    windows.collect(scene, folder, made / "history", deck.touched(scene))
     shifts = {wall.name: mesh_translations(scene, wall) for wall in scene.walls}
     rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts.items()]
     write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), made / "mesh_motion.parquet")

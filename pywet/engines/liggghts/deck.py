@@ -42,6 +42,12 @@ def attached(scene: Scene) -> bool:
     return scene.effects.bridges or scene.is_fed or scene.retire or any(w.prisms for w in scene.walls)
 
 
+def touched(scene: Scene) -> list[str]:
+    """Walls whose contacts the engine makes itself; the plugin makes those with prisms and, with its batches, all others."""
+    plugin = attached(scene) and scene.contacts == "batched"
+    return [w.name for w in scene.walls if not (plugin or w.prisms)]
+
+
 def film_factor(scene: Scene) -> float:
     """How far beyond touch the neighbour list must see, of the radii: where films can touch; 1 for a dry scene."""
     if not scene.effects.bridges or scene.liquid is None:
@@ -103,8 +109,12 @@ def movers(scene: Scene) -> list[dict[str, str]]:
 
 
 def mesh_style(scene: Scene, wall: WallMesh) -> str:
-    """A moving wall of a moist scene keeps the sum of its contact forces, from which its work follows."""
-    if not scene.effects.bridges or not scene.effects.wall_films or wall.motion == "fixed" or wall.prisms:
+    """A moving wall of a moist scene keeps the sum of the engine's contact forces, from which its work follows."""
+    if (
+        not (scene.effects.bridges and scene.effects.wall_films)
+        or wall.motion == "fixed"
+        or wall.name not in touched(scene)
+    ):
         return "mesh/surface"
     return "mesh/surface/stress"
 
@@ -250,7 +260,7 @@ def write_deck(
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
         "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},
-        "touched": [w.name for w in scene.walls if not w.prisms],
+        "touched": touched(scene),
         "below": repr(2.0 * scene.box_low_m[2] - scene.box_high_m[2]),
         "attached": attached(scene),
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
@@ -260,7 +270,7 @@ def write_deck(
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
         "output_every": every,
-        "windows": windows.deck_lines(scene),
+        "windows": windows.deck_lines(scene, touched(scene)),
     }
     write_data(scene, spheres, folder / "particles.data")
     begin = {

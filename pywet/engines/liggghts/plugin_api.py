@@ -17,6 +17,7 @@ import pandas as pd
 
 from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
+from pywet.engines.liggghts.deck import touched
 from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
 from pywet.geometry.initial import wall_groups
@@ -81,9 +82,10 @@ class Plugin:
             self._set_transfer(tables)
         films = _doubles(spheres["film"] if moist else np.zeros(len(spheres)))
         groups = wall_groups(scene) if moist and scene.effects.wall_films else {}
+        faces = bool(scene.walls) and not touched(scene)
         self._library.pywet_set_wall_film(WALL_FILMS.index(scene.wall_film))
         for k, wall in enumerate(scene.walls):
-            if groups or wall.prisms:
+            if groups or faces or wall.prisms:
                 self._add_mesh(wall, nodes[wall.name], groups)
             if wall.prisms:
                 self._add_prisms(k, wall, nodes[wall.name])
@@ -96,7 +98,9 @@ class Plugin:
         gravity, implicit = _doubles(scene.gravity_m_per_s2), scene.viscous_integration == "semi_implicit"
         overlap, every = C.c_double(scene.largest_overlap), C.c_int64(checkpoint_every(scene))
         batched = scene.contacts == "batched" and scene.hertz is None  # batches hold the linear spring alone
-        self._library.pywet_set_rules(_pointer(gravity), overlap, implicit, every, moist, scene.output.energy, batched)
+        self._library.pywet_set_rules(
+            _pointer(gravity), overlap, implicit, every, moist, scene.output.energy, batched, faces
+        )
         self._library.pywet_set_impulses(scene.bridges_every)
         if scene.retire:
             self._library.pywet_set_retirement(

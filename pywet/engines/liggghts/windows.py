@@ -6,7 +6,7 @@ The engine's own dumps, made only in the windows; without `output.window_traject
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -42,15 +42,15 @@ def next_step(windows: list[tuple[int, int]]) -> list[str]:
     return [*terms, f"(step>={before})*{NEVER:.0f}"]
 
 
-def deck_lines(scene: Scene) -> dict[str, Any] | None:
-    """What the template of the set-up needs, None where nothing is recorded."""
+def deck_lines(scene: Scene, touched: Sequence[str]) -> dict[str, Any] | None:
+    """What the template of the set-up needs, None where nothing is recorded; `touched`: walls whose contacts are the engine's."""
     windows = schedule.recorded(scene)
     if not windows:
         return None
     motion = ["id", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz"]
     words = [*motion, "fx", "fy", "fz", "tqx", "tqy", "tqz"]
     dumps = [{"name": STATES, "style": "custom", "columns": " ".join(words), "format": "%d" + " %.17g" * 15}]
-    springs = SPRINGS if any(not w.prisms for w in scene.walls) else SPRINGS[:1]
+    springs = SPRINGS if touched else SPRINGS[:1]
     for name in springs if scene.effects.tangential_history else ():
         columns = " ".join(f"c_{name}[{k}]" for k in range(1, 7))
         dumps.append({"name": name, "style": "local", "columns": columns, "format": "%.0f %.0f %.0f %.17g %.17g %.17g"})
@@ -101,27 +101,27 @@ def _frames(text: bytearray, steps: list[int], counts: list[int], columns: list[
     return table
 
 
-def wall_springs(scene: Scene, folder: Path) -> pd.DataFrame:
-    """Springs of contacts with walls: the engine's, meshes numbered as in the scene, and the plugin's with prisms."""
+def wall_springs(scene: Scene, folder: Path, touched: Sequence[str]) -> pd.DataFrame:
+    """Springs of contacts with walls: the engine's with those `touched`, meshes numbered as in the scene, and the plugin's."""
     path, springs = folder / "wall_springs.txt", []
     if path.exists():
-        meshes = np.array([k for k, w in enumerate(scene.walls) if not w.prisms])
+        meshes = np.array([k for k, w in enumerate(scene.walls) if w.name in touched])
         table = read_dump(path, COLUMNS["wall_springs"])
         springs.append(table.assign(mesh=meshes[table["mesh"].astype(np.int64)]))
-    if any(w.prisms for w in scene.walls):
+    if len(touched) < len(scene.walls):
         own = to_frame(read_raw(folder, "wire_springs"))
         springs.append(own.set_axis(["step", *COLUMNS["wall_springs"]], axis=1))
     return pd.concat(springs, ignore_index=True)
 
 
-def collect(scene: Scene, folder: Path, history: Path) -> None:
-    """Turn the dumps in `folder` into `history`/window_<name>.parquet."""
-    prisms = scene.effects.tangential_history and any(w.prisms for w in scene.walls)
+def collect(scene: Scene, folder: Path, history: Path, touched: Sequence[str]) -> None:
+    """Turn the dumps in `folder` into `history`/window_<name>.parquet; `touched` as in `deck_lines`."""
+    plugin = scene.effects.tangential_history and len(touched) < len(scene.walls)
     for name in (STATES, *SPRINGS) if schedule.recorded(scene) else ():
         path = folder / f"{name}.txt"
-        if not path.exists() and not (name == "wall_springs" and prisms):
+        if not path.exists() and not (name == "wall_springs" and plugin):
             continue
-        table = wall_springs(scene, folder) if name == "wall_springs" else read_dump(path, COLUMNS[name])
+        table = wall_springs(scene, folder, touched) if name == "wall_springs" else read_dump(path, COLUMNS[name])
         table = table.drop_duplicates(["step", *COLUMNS[name][:3]], keep="last")
         whole = [c for c in ("step", "id", "i", "j", "image", "mesh", "triangle") if c in table]
         write_table(table.astype(dict.fromkeys(whole, np.int64)), history / f"window_{name}.parquet")

@@ -8,10 +8,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pywet.bench import small
-
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
+from tests.engines.liggghts import beds
 from tests.reference_impl import yard
 
+SOAPY = water(4.5e-4, tension=0.02, density=998.2)
+DRIPS = small.PAPER.model_copy(update={"shedding": "tate"})
 UNSEEN = "!world_.clock.logs_contacts()"
 A_WHILE = "(world_.clock.now >= 1500 && world_.clock.now < 2900)"
 PATCHES: list[tuple[str, str, str]] = [
@@ -48,16 +51,22 @@ PATCHES: list[tuple[str, str, str]] = [
      'power[VISCOUS_TANGENTIAL] += planted("work of spin left out") ? power_of(on.tangential, v) : side;'),
     ("wires.cpp", "energy_.wall_power[CONTACT] += dot(",
      'energy_.wall_power[CONTACT] += (planted("work of wires turned") ? -1 : 1) * dot('),
-    ("wires.cpp", "if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;",
-     'if (planted("springs of wires forgotten") && fresh) c.spring[0] = c.spring[1] = c.spring[2] = 0;\n'
-     "    if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;"),
     ("wires.cpp", "const Vec point = mesh.to_world(Vec(q)), d",
      'const Vec point = mesh.to_world(Vec(q)) + (planted("wires off by a micrometre") ? 1e-6 : 0.0) * Vec(0, 0, 1), d'),
     ("wires.cpp", "velocity = mesh.velocity_at(point);",
      'velocity = (planted("wires at rest for friction") ? 0.0 : 1.0) * mesh.velocity_at(point);'),
+    ("shedding.cpp", "norm(felt), world_.rules.density",
+     '(planted("drops at half the force felt") ? 0.5 : 1.0) * norm(felt), world_.rules.density'),
+    ("shedding.cpp", "const double part = -std::expm1(",
+     'const double part = planted("films feel at once") ? 1.0 : -std::expm1('),
+    ("shedding.cpp", "/ span - g[k];", '/ span - (planted("gravity is not felt") ? 0.0 : g[k]);'),
+    ("shedding.cpp", "if (!(d.volume > 0)) continue;",
+     'if (!(d.volume > 0) || (planted("one sphere never drips") && id == 3)) continue;'),
+    ("shedding.cpp", "felt_[3 * id + k] += part * (mean",
+     'felt_[3 * id + k] += (planted("films feel more") ? 1.1 : 1.0) * part * (mean'),
 ]  # fmt: skip
 """As those of planted.py."""
-EXPLICIT, SEMI, WIRES = "explicit", "semi_implicit", "wires"
+EXPLICIT, SEMI, WIRES, DRIPPING = "explicit", "semi_implicit", "wires", "dripping"
 FAULTS: dict[str, tuple[str, str, str]] = {
     "pull of spheres halved unseen": (EXPLICIT, "between_capillary", "it is 0.5 times what is expected (between spheres"),
     "pull of walls a tenth high unseen": (EXPLICIT, "between_capillary", "it is 1.1 times what is expected (at walls"),
@@ -80,15 +89,22 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "work of walls turned": (EXPLICIT, "energy_windows", "work in a window: wall_motion: the sign is turned"),
     "work of spin left out": (EXPLICIT, "energy_windows", "work in a window: viscous_tangential"),
     "work of wires turned": (WIRES, "energy_windows", "work in a window: wall_motion"),
-    "springs of wires forgotten": (WIRES, "contact_spring", ""),
-    "wires off by a micrometre": (WIRES, "newton_force", ""),
-    "wires at rest for friction": (WIRES, "newton_force", ""),
+    "wires off by a micrometre": (WIRES, "newton_force", "force that acts: it is off by"),
+    "wires at rest for friction": (WIRES, "newton_force", "force that acts: its direction is not the expected one"),
+    "drops at half the force felt": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is"),
+    "films feel at once": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
+    "gravity is not felt": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
+    "films feel more": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
+    "one sphere never drips": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is left out"),
 }  # fmt: skip
 """Fault -> scene, quantity in which it must show, words of the sentence that names it."""
 
 
 def prepare(folder: Path, kind: str) -> list[small.Sphere]:
-    """The yard with the shipped windows: with explicit or semi-implicit drag, or with analytic wires."""
+    """The yard with the shipped windows: with explicit or semi-implicit drag, with analytic wires; or a small bed that drips."""
+    if kind == DRIPPING:
+        beds.prepare(folder, beds.bed((2, 2, 2)), 900, effects=DRIPS, liquid=SOAPY)
+        return []
     more: dict[str, Any] = {"viscous_integration": "semi_implicit"} if kind == SEMI else {}
     bodies = yard.prepare(folder, **more, prisms=("screen",) if kind == WIRES else ())
     path = folder / "scene.json"

@@ -21,12 +21,17 @@ def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundr
     made.close()
 
 
-@pytest.mark.parametrize("kind", [planted_between.EXPLICIT, planted_between.SEMI, planted_between.WIRES])
+@pytest.mark.parametrize(
+    "kind", [planted_between.EXPLICIT, planted_between.SEMI, planted_between.WIRES, planted_between.DRIPPING]
+)
 def test_sound_run_agrees(foundry: planted.Foundry, tmp_path: Path, kind: str) -> None:
     """What is found below is the fault and not the patch; every kind of record between the windows is compared."""
     foundry.run(tmp_path, planted_between.prepare(tmp_path, kind), "none")
     result = replay(tmp_path)
     assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
+    if kind == planted_between.DRIPPING:
+        assert result["quantities"]["felt_force"]["count"] > 100 and result["quantities"]["drop_volume"]["count"] > 2
+        return
     counts = {n: q["count"] for n, q in result["quantities"].items()}
     least = {"between_capillary": 1000, "between_momentum": 100, "energy_windows": 15, "between_range": 1000}
     assert {n: counts[n] for n in least if counts[n] < least[n]} == {}

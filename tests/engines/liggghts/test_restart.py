@@ -104,7 +104,9 @@ def kill_and_compare(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, 
     driver.run(tmp_path / "whole", ranks, progress=False)
     if kind != "dry":
         events = beds.table(tmp_path / "whole", "history/events")
-        ends = {0, 1, 2} if kind == "retired" else {0, 1}
+        ends = {"retired": {0, 1, 2}, "hertz": {0}}.get(
+            kind, {0, 1}
+        )  # soft spheres do not part again in so short a run
         assert len(events) > 70 and set(events["kind"]) == ends and set(events["partner_kind"]) >= {0, 1}
         assert (len(beds.table(tmp_path / "whole", "history/drops")) > 20) == (kind == "drops")
     for step in moments:

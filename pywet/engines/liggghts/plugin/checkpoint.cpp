@@ -90,7 +90,9 @@ void Checkpoint::save() {
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, ranks.all);
-  std::vector<WireSpring> springs = ranks.told_first(wires_.springs());
+  std::vector<WireSpring> springs = faces_.springs(), of_wires = wires_.springs();
+  springs.insert(springs.end(), of_wires.begin(), of_wires.end());
+  springs = ranks.told_first(springs);
   std::sort(springs.begin(), springs.end());
   const std::vector<Told> bridges = ranks.told_first(standing_.mine());
   double numbers[4] = {energy_.formed, energy_.ruptured, double(standing_.formations), double(standing_.ruptures)};
@@ -184,6 +186,7 @@ void Checkpoint::resume(const std::string &state_file) {
   standing_.expect({file_, bridges}, head.bridges);
   std::vector<WireSpring> springs;
   from.all(springs);
+  faces_.take_up(springs);
   wires_.take_up(springs);
   if (world_.rules.weighs) weight_.taken_up();
   if (world_.laws.shed_drop)

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "faces.h"
 #include "shedding.h"
 #include "wires.h"
 
@@ -18,9 +19,9 @@ static_assert(sizeof(SphereState) == 120, "records must match SPHERE of state_fi
 
 class Checkpoint {
  public:
-  Checkpoint(World &world, Films &films, Standing &standing, EnergyBook &energy, Wires &wires, Weight &weight, Shedding &shedding,
+  Checkpoint(World &world, Films &films, Standing &standing, EnergyBook &energy, Faces &faces, Wires &wires, Weight &weight, Shedding &shedding,
              Logs &logs)
-      : world_(world), films_(films), standing_(standing), energy_(energy), wires_(wires), weight_(weight), shedding_(shedding),
+      : world_(world), films_(films), standing_(standing), energy_(energy), faces_(faces), wires_(wires), weight_(weight), shedding_(shedding),
         logs_(logs) {}
   void save();                                   // at the end of the plugin's part of a step; forces are complete
   void resume(const std::string &state_file);    // every rank reads the same file, before the first step
@@ -31,6 +32,7 @@ class Checkpoint {
   Films &films_;
   Standing &standing_;
   EnergyBook &energy_;
+  Faces &faces_;
   Wires &wires_;
   Weight &weight_;
   Shedding &shedding_;

@@ -1,4 +1,4 @@
-// One of two files with the engine's headers, beside contacts.cpp; LAMMPS has its own (engines/lammps/plugin).
+// The engine's headers are in this file, contacts.cpp and meshes.cpp; LAMMPS has its own (engines/lammps/plugin).
 #include "engine.h"
 
 #include "contacts.h"
@@ -281,7 +281,7 @@ void Engine::forget_springs() const {
 }
 
 // The flags of this step are those with which the engine has just done its other walls.
-Vec Engine::press(int a, double radius, const Vec &d, double distance, const Vec &wall_velocity, double *spring) const {
+Vec Engine::press(int a, double radius, const Vec &d, double overlap, const Vec &wall_velocity, double *spring) const {
   struct Law : LAMMPS_NS::FixWallGran {
     static LIGGGHTS::Walls::IGranularWall *of(LAMMPS_NS::FixWallGran *fix) { return fix->*(&Law::impl); }
   };
@@ -292,7 +292,7 @@ Vec Engine::press(int a, double radius, const Vec &d, double distance, const Vec
   contact.i = a;
   contact.is_wall = true;
   contact.radi = radius;
-  contact.deltan = radius - distance;
+  contact.deltan = overlap;
   contact.contact_history = spring;
   const Vec before(at.f[a]);
   Law::of(wall_law_)->compute_force(wall_law_, contact, true, velocity);

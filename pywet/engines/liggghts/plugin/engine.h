@@ -14,6 +14,7 @@ class LAMMPS;
 class FixMeshSurface;
 class FixPropertyAtom;
 class FixWallGran;
+class TriMesh;
 }  // namespace LAMMPS_NS
 
 namespace pywet {
@@ -43,6 +44,23 @@ struct View {
   bool owned(int a) const { return a >= 0 && a < nlocal; }
 };
 
+// A mesh of the engine in this step.
+struct MeshNow {
+  size_t mesh;
+  LAMMPS_NS::TriMesh *triangles;
+  double ***velocities;                                 // of the corners; none: it never moved
+  bool moves;                                           // something moves it
+};
+
+// A sphere in touch with a triangle: overlap, the way from the closest point to its centre, that point's shares of the corners and its
+// velocity, whether the face is touched and not an edge or a corner.
+struct Meeting {
+  double overlap, share[3];
+  Vec from_wall, velocity;
+  bool face;
+  Vec between(const Vec &a, const Vec &b, const Vec &c) const { return share[0] * a + share[1] * b + share[2] * c; }
+};
+
 class Engine {
  public:
   View at;
@@ -70,7 +88,14 @@ class Engine {
   double read_meshes(Walls &walls, const Ranks &ranks, bool all) const;
 
   // The engine's own dry contact of sphere a with a wall whose closest point is at x - d; returns the force on the sphere.
-  Vec press(int a, double radius, const Vec &d, double distance, const Vec &wall_velocity, double *spring) const;
+  Vec press(int a, double radius, const Vec &d, double overlap, const Vec &wall_velocity, double *spring) const;
+
+  // Triangles by their numbers in the engine's mesh on this rank, -1: not here; of a contact with one of them what the engine says.
+  bool leaves_faces() const;                            // contacts with faces can be made for it
+  std::vector<int> places_of_triangles(size_t m) const;
+  MeshNow mesh_now(size_t m) const;
+  bool meets(const MeshNow &now, int triangle, int a, Meeting &met) const;
+  bool in_one_plane(const MeshNow &now, int one, int two) const;
 
  private:
   LAMMPS_NS::LAMMPS *lmp_ = nullptr;

@@ -13,12 +13,12 @@ void Logs::open(const std::string &directory) {
   wires_.open(directory + "/wire_springs" + end);
   events_.open(directory + "/events" + end);
   film_.open(directory + "/films" + end);
+  impulses_.open(directory + "/impulses" + end);
   if (!world_.ranks.first()) return;
   drops_.open(directory + "/drops" + end);
   if (world_.rules.retires) retired_.open(directory + "/retired" + end);
   ledger_.open(directory + "/ledger" + end);
   wall_film_.open(directory + "/wall_films" + end);
-  impulses_.open(directory + "/impulses" + end);
   felt_.open(directory + "/felt" + end);
   energies_.open(directory + "/energy" + end);
   window_energies_.open(directory + "/window_energy" + end);

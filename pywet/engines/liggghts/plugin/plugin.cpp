@@ -109,6 +109,7 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
     mesh.name = name;
     mesh.first = int(w.triangles.size());
     mesh.count = count;
+    mesh.triangles = n;
     for (int p = 0; p < parts; p++) {
       pywet::Part q;
       q.mesh = int(w.meshes.size());
@@ -121,6 +122,7 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
       const double *p = nodes + 9 * k;
       if (parts > 0) w.parts.at(first_part + part[k]).triangles.push_back(int(w.triangles.size()));
       w.triangles.push_back(pywet::Triangle{pywet::Vec(p), pywet::Vec(p + 3), pywet::Vec(p + 6)});
+      for (int corner = 0; corner < 3; corner++) mesh.extent.widen(pywet::Vec(p + 3 * corner));
     }
     w.meshes.push_back(mesh);
   });
@@ -163,10 +165,11 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
 }
 
 EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every,
-                            int moist, int energy, int batched) {
+                            int moist, int energy, int batched, int faces) {
   pywet::Rules &rules = state->world.rules;
   rules.moist = moist != 0;
   rules.batched = batched != 0;
+  rules.touches_faces = faces != 0;
   rules.gravity = pywet::Vec(gravity);
   rules.largest_overlap = largest_overlap;
   rules.semi_implicit = semi_implicit != 0;

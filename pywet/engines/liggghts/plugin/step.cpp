@@ -8,9 +8,11 @@ void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   const std::vector<double> &radii = world.spheres.type_radius;
   world.ranks.join(processes(lmp));
   world.walls.finish(0.05 * *std::min_element(radii.begin(), radii.end()));
-  world.engine.attach(lmp, world.walls, !wires.prisms.empty());
+  world.rules.touches_faces = world.rules.touches_faces && world.engine.leaves_faces();
+  world.engine.attach(lmp, world.walls, world.rules.touches_faces || !wires.prisms.empty());
   world.engine.look();
   films.begin();
+  faces.arrange();
   wires.arrange();
   weight.begin();
   world.rules.batched = world.rules.batched && world.engine.contacts_in_batches(wet());
@@ -22,10 +24,11 @@ void Plugin::resume(const std::string &state_file) {
   weight.begin();
 }
 
-// Dry contacts with prisms, bridges, and what forms and ruptures.
+// Dry contacts with walls, bridges, and what forms and ruptures.
 void Plugin::act(bool fresh) {
   const Clock &clock = world.clock;
   const bool bridges_act = clock.bridges_act();
+  faces.touch(fresh);
   wires.touch(fresh);
   if (fresh && wet()) {
     films.mark();
@@ -48,7 +51,7 @@ void Plugin::step(int64_t n) {
   const bool feeding = n < world.feed.last;
   engine.look();
   if (wet() && !fresh) engine.forget_springs();
-  if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && wires.prisms.empty() && !feeding)
+  if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && !touches_walls() && !feeding)
     return;
   if (clock.first || clock.again) engine.keep_skin();
   if (fresh && !world.ranks.alone()) {

@@ -7,6 +7,7 @@
 
 #include "booking.h"
 #include "checkpoint.h"
+#include "faces.h"
 #include "forces.h"
 #include "retirement.h"
 
@@ -20,6 +21,7 @@ class Plugin {
   EnergyBook energy{world, standing};
   ImpulseSums sums{world};
   Logs logs{world, films, standing, energy, sums};
+  Faces faces{world, energy, logs};
   Wires wires{world, energy, logs};
   Single single{world, standing, energy, sums};
   Impulses impulses{world, energy};
@@ -30,7 +32,7 @@ class Plugin {
   Booking booking{world, films, standing, near, energy, weight, logs};
   Shedding shedding{world, films, weight, logs};
   Retirement retirement{world, films, standing, booking, logs};
-  Checkpoint checkpoint{world, films, standing, energy, wires, weight, shedding, logs};
+  Checkpoint checkpoint{world, films, standing, energy, faces, wires, weight, shedding, logs};
 
   Plugin() = default;
   Plugin(const Plugin &) = delete;       // the parts know each other by place
@@ -40,6 +42,7 @@ class Plugin {
 
  private:
   bool wet() const { return films.initial > 0; }
+  bool touches_walls() const { return world.rules.touches_faces || !wires.prisms.empty(); }
   void act(bool fresh);
 };
 

@@ -35,10 +35,12 @@ struct Mesh {
   int first = 0;                        // its first triangle; the others follow in file order
   int count = 0;                        // of its triangles, the first ones, those that the engine holds
   Vec shift, velocity;                  // velocity: of the point at y = 0
-  Bounds bounds;                        // at rest, of its parts
+  Bounds bounds, extent;                // at rest, of its parts, and of all its triangles
+  int triangles = 0;
   bool turns = false;
   Turn turn;
   Vec spin;
+  bool whole() const { return count == triangles; }  // else its contacts are those of prisms
   Vec to_rest(const Vec &x) const { return turns ? turn.back(x - shift) : x - shift; }
   Vec to_world(const Vec &y) const { return turns ? turn(y) + shift : y + shift; }
   Vec velocity_at(const Vec &x) const { return turns ? velocity + cross(spin, x - shift) : velocity; }

@@ -78,6 +78,11 @@ std::vector<WireSpring> Wires::springs() const {
   return here;
 }
 
+void Wires::take_up(const std::vector<WireSpring> &springs) {
+  for (const WireSpring &s : springs)
+    if (s.wire >= 0) saved_.push_back(s);
+}
+
 // A sphere that no longer touches loses its spring.
 void Wires::touch(bool fresh) {
   if (prisms.empty()) return;
@@ -99,7 +104,7 @@ void Wires::touch(bool fresh) {
       const double distance = norm(d);
       touches = distance <= r;
       if (touches)
-        energy_.wall_power[CONTACT] += dot(world_.engine.press(c.a, r, d, distance, velocity, c.spring), velocity);
+        energy_.wall_power[CONTACT] += dot(world_.engine.press(c.a, r, d, r - distance, velocity, c.spring), velocity);
     }
     if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;
     else if (log)

@@ -8,7 +8,7 @@
 
 namespace pywet {
 
-// The tangential spring of a sphere on a wire; handed on when the candidates are found anew, and by checkpoints.
+// The tangential spring of a sphere on a wire, or on a triangle (faces.h: then -1 less its number); handed on when the candidates are found anew, and by checkpoints.
 struct WireSpring {
   int32_t id, wire;
   double spring[3];
@@ -25,7 +25,7 @@ class Wires {
 
   // The springs here that are not zero; just after a resumption those of the checkpoint, all of them.
   std::vector<WireSpring> springs() const;
-  void take_up(const std::vector<WireSpring> &springs) { saved_ = springs; }
+  void take_up(const std::vector<WireSpring> &springs);
 
  private:
   // Parallel wires of a mesh in order of their place on the axis that tells them apart.

@@ -1,0 +1,16 @@
+// LAMMPS makes its contacts itself.
+#include "engine.h"
+
+namespace pywet {
+
+bool Engine::leaves_faces() const { return false; }
+
+std::vector<int> Engine::places_of_triangles(size_t) const { return {}; }
+
+MeshNow Engine::mesh_now(size_t m) const { return MeshNow{m, nullptr, nullptr, false}; }
+
+bool Engine::meets(const MeshNow &, int, int, Meeting &) const { return false; }
+
+bool Engine::in_one_plane(const MeshNow &, int, int) const { return false; }
+
+}  // namespace pywet

@@ -1,0 +1,236 @@
+"""A user-defined scene against its description: what scene.json, the first spheres and the walls must be by description.json.
+
+Lengths there are in millimetres and degrees, counted from `origin_mm`; keys that are not compared here are said in `NOT_HELD`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from reference_impl.diagnosis.held import MISSING, Held
+from reference_impl.replay.arrays import Floats
+from reference_impl.replay.io import ReplayError, every
+from reference_impl.scene import inserted
+from reference_impl.scene.numbers import flat
+
+FILE = "description.json"
+MM = 1e-3
+RATIO = 2.0 / 7.0
+"""Tangential over normal stiffness of linear contacts."""
+WALLS = "walls"
+NOT_HELD = "shapes of walls, random positions of spheres that do not enter later, effects and laws decided by numbers"
+Expected = dict[str, tuple[Any, str]]
+
+
+def of_run(folder: Path) -> dict[str, Any] | None:
+    """The description in a run directory; None where there is none."""
+    path = Path(folder) / FILE
+    if not path.exists():
+        return None
+    try:
+        found = json.loads(path.read_text())
+        _ = found["materials"].items(), found["spheres"][0]["name"], found["walls"]
+        return dict(found)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+        raise ReplayError(
+            f"{path} cannot be read ({error!r}); expected the description of the run's scene: build the run again"
+        ) from error
+
+
+def held(folder: Path, said: Mapping[str, Any], scene: Mapping[str, Any]) -> list[Held]:
+    """Every number of the scene that the description gives, and the spheres at the start."""
+    given = flat(scene)
+    wanted = {**_general(said, scene), **_classes(said, scene), **_pairs(said), **_liquid(said, scene), **_walls(said)}
+    found = [Held(path, given.get(path, MISSING), value, f"{FILE}: {key}") for path, (value, key) in wanted.items()]
+    return [*found, *_start(folder, said, scene)]
+
+
+def _general(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
+    results, step = said["results"], said["time_step"]
+    down = said["gravity_m_per_s2"] if scene["effects"].get("gravity", True) else (0.0, 0.0, 0.0)
+    found: Expected = {
+        "name": (said["name"], "name"),
+        "seed": (said["seed"], "seed"),
+        "duration_s": (said["duration_s"], "duration_s"),
+        "viscous_integration": (step["viscous_integration"], "time_step"),
+        "output.interval_s": (results["interval_s"] or said["duration_s"] / 50.0, "results.interval_s"),
+        "output.contact_windows": (results["windows"], "results.windows"),
+        "output.contact_window_steps": (results["window_steps"], "results.window_steps"),
+        "output.checkpoints": (results["checkpoints"], "results.checkpoints"),
+        **{f"gravity_m_per_s2.{a}": (g, "gravity_m_per_s2") for a, g in zip("xyz", down, strict=True)},
+    }
+    if step["time_step_s"]:
+        found["time_step_s"] = (step["time_step_s"], "time_step.time_step_s")
+    return found
+
+
+def _classes(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
+    found: Expected = {"classes": ([s["name"] for s in said["spheres"]], "spheres")}
+    for kind, s in enumerate(said["spheres"], start=1):
+        material, at = said["materials"][s["material"]], f"classes.{s['name']}"
+        found |= {
+            f"{at}.type": (kind, "order of spheres"),
+            f"{at}.radius_m": (0.5 * MM * s["diameter_mm"], f"spheres {s['name']} diameter_mm"),
+            f"{at}.density_kg_per_m3": (material["density_kg_per_m3"], f"materials.{s['material']}"),
+            f"{at}.contact_angle_rad": (math.radians(material["contact_angle_deg"]), f"materials.{s['material']}"),
+        }
+        if s["count"] or s["at_mm"]:
+            found[f"{at}.count"] = (s["count"] or len(s["at_mm"]), f"spheres {s['name']}")
+        if s["fed"]:
+            found |= {f"{at}.fed.{k}": (s["fed"][k], f"spheres {s['name']} fed") for k in ("from_s", "for_s")}
+    return found
+
+
+def _dry(said: Mapping[str, Any], a: str, b: str) -> tuple[Mapping[str, Any], str]:
+    """The dry contact of two materials, or of one with the walls, and its key."""
+    others = [b, said["wall_material"]] if b == WALLS and said["wall_material"] else [b]
+    for other in others:
+        for contact in said["contacts"]:
+            if set(contact["between"]) == {a, other} and len(set(contact["between"])) == len({a, other}):
+                return contact, f"contacts between {a} and {other}"
+    return said["materials"][a], f"materials.{a}"
+
+
+def _pairs(said: Mapping[str, Any]) -> Expected:
+    spheres = said["spheres"]
+    found: Expected = {}
+    for a, one in enumerate(spheres, start=1):
+        for b in (0, *range(a, len(spheres) + 1)):
+            dry, key = _dry(said, one["material"], spheres[b - 1]["material"] if b else WALLS)
+            r = 0.5 * MM * one["diameter_mm"]
+            s = 0.5 * MM * spheres[b - 1]["diameter_mm"] if b else math.inf
+            rolling = dry["rolling_friction_m"]
+            if dry["rolling_friction"] is not None:
+                rolling = dry["rolling_friction"] * (r if b == 0 else r * s / (r + s))
+            found |= {
+                f"pairs.{a}-{b}.friction": (dry["friction"], f"{key} friction"),
+                f"pairs.{a}-{b}.restitution": (dry["restitution"], f"{key} restitution"),
+                f"pairs.{a}-{b}.rolling_friction_m": (rolling, f"{key} rolling friction"),
+            }
+            if said["contact"] == "linear":
+                k = dry["stiffness_N_per_m"]
+                found[f"pairs.{a}-{b}.normal_stiffness_N_per_m"] = (k, f"{key} stiffness_N_per_m")
+                found[f"pairs.{a}-{b}.tangential_stiffness_N_per_m"] = (RATIO * k, f"{key} stiffness_N_per_m")
+    return found
+
+
+def films(said: Mapping[str, Any], scene: Mapping[str, Any]) -> list[float]:
+    """Thickness of the first film of each class [m]; without an amount of their own classes share one."""
+    liquid, classes = said["liquid"], scene["classes"]
+    if liquid is None:
+        return [0.0] * len(classes)
+
+    def of(some: list[Mapping[str, Any]], percent: float | None, film_um: float | None) -> float:
+        if film_um is not None:
+            return 1e-6 * float(film_um)
+        if not percent or not some:
+            return 0.0
+        ball = [4.0 / 3.0 * math.pi * c["radius_m"] ** 3 * c["count"] for c in some]
+        volume = sum(b * c["density_kg_per_m3"] for b, c in zip(ball, some, strict=True))
+        volume *= 0.01 * percent / liquid["density_kg_per_m3"]
+
+        def more(h: float) -> float:
+            held = (b * ((1.0 + h / c["radius_m"]) ** 3 - 1.0) for b, c in zip(ball, some, strict=True))
+            return sum(held) / volume - 1.0
+
+        return float(brentq(more, 0.0, 10.0 * max(c["radius_m"] for c in some), xtol=1e-18, rtol=1e-15))
+
+    own = [s["percent"] is not None or s["film_um"] is not None for s in said["spheres"]]
+    common = of([c for c, o in zip(classes, own, strict=True) if not o], liquid["percent"], liquid["film_um"])
+    return [
+        of([c], s["percent"], s["film_um"]) if o else common
+        for c, s, o in zip(classes, said["spheres"], own, strict=True)
+    ]
+
+
+def _liquid(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
+    thick = films(said, scene)
+    if not any(thick):
+        return {"liquid": (None, "liquid")}
+    keys = ("surface_tension_N_per_m", "viscosity_Pa_s", "density_kg_per_m3")
+    found: Expected = {f"liquid.{k}": (said["liquid"][k], f"liquid.{k}") for k in keys}
+    return {**found, "liquid.initial_film_thickness_m": (max(thick), "liquid percent or film_um")}
+
+
+def _walls(said: Mapping[str, Any]) -> Expected:
+    found: Expected = {"walls": ([w["name"] for w in said["walls"]], "walls")}
+    for w in said["walls"]:
+        at, key = f"walls.{w['name']}", f"walls {w['name']}"
+        found[f"{at}.contact_angle_rad"] = (math.radians(w["contact_angle_deg"]), f"{key} contact_angle_deg")
+        found |= {f"{at}.own_motion.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, said["origin_mm"])}
+        if not any(w[m] for m in MOTIONS):
+            found[f"{at}.motion"], found[f"{at}.own_motion"] = ("fixed", key), (None, key)
+    return found
+
+
+MOTIONS = ("vibrates", "turns", "moves", "removed")
+
+
+def _motion(wall: Mapping[str, Any], origin: list[float]) -> Iterator[tuple[str, Any, str]]:
+    """Numbers of a wall's motion; those of a removed wall that follow from its shape are left out."""
+    if v := wall["vibrates"]:
+        yield "frequency_Hz", v["frequency_Hz"], "vibrates"
+        for axis, a, p in zip("xyz", v["amplitude_mm"], v["phase_deg"], strict=True):
+            yield f"amplitude_m.{axis}", MM * a, "vibrates amplitude_mm"
+            yield f"phase_rad.{axis}", math.radians(p), "vibrates phase_deg"
+    if t := wall["turns"]:
+        yield "period_s", 60.0 / t["turns_per_minute"], "turns turns_per_minute"
+        axis_of = np.array(t["axis"], dtype=float) / np.linalg.norm(t["axis"])
+        for axis, a, o, x in zip("xyz", axis_of.tolist(), t["origin_mm"], origin, strict=True):
+            yield f"axis.{axis}", a, "turns axis"
+            yield f"origin_m.{axis}", MM * (o - x), "turns origin_mm"
+    if m := wall["moves"]:
+        yield "opens_at_s", m["from_s"], "moves from_s"
+        yield "travel_s", m["for_s"], "moves for_s"
+        for axis, v in zip("xyz", m["velocity_m_per_s"], strict=True):
+            yield f"velocity_m_per_s.{axis}", v, "moves velocity_m_per_s"
+    if r := wall["removed"]:
+        yield "opens_at_s", r["at_s"], "removed at_s"
+        way = r["speed_m_per_s"] * np.array(r["towards"], dtype=float) / np.linalg.norm(r["towards"])
+        for axis, v in zip("xyz", way.tolist(), strict=True):
+            yield f"velocity_m_per_s.{axis}", v, "removed towards, speed_m_per_s"
+
+
+def _start(folder: Path, said: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[Held]:
+    """Positions that are given, velocities, films, and where spheres that enter later wait."""
+    table = every(folder / scene["spheres_file"]).sort_values("id")
+    first = every(folder / "history" / "spheres.parquet").sort_values("id")
+    kind, x = table["type"].to_numpy(), table[["x", "y", "z"]].to_numpy(float)
+    v, thick = table[["vx", "vy", "vz"]].to_numpy(float), films(said, scene)
+    origin = np.array(said["origin_mm"], dtype=float)
+    for k, s in enumerate(said["spheres"], start=1):
+        at, r = kind == k, 0.5 * MM * s["diameter_mm"]
+        source = f"{FILE}: spheres {s['name']}"
+        yield from _vectors(f"velocity of {s['name']}", v[at], np.array(s["velocity_m_per_s"]), source, 1.0)
+        film = 4.0 / 3.0 * math.pi * ((r + thick[k - 1]) ** 3 - r**3)
+        given = first["film"].to_numpy(float)[first["type"].to_numpy() == k]
+        worst = given[int(np.argmax(np.abs(given - film)))] if len(given) else film
+        yield Held(f"first film of {s['name']} [m3]", float(worst), film, f"{source} liquid")
+        if s["at_mm"]:
+            places = MM * (np.array(s["at_mm"], dtype=float) - origin)
+            yield from _vectors(f"position of {s['name']}", x[at], places, f"{source} at_mm", r)
+    waits = inserted.places(said, scene, thick)
+    for k, places in waits.items():
+        name, r = said["spheres"][k - 1]["name"], 0.5 * MM * said["spheres"][k - 1]["diameter_mm"]
+        yield from _vectors(
+            f"position of {name}, waiting to enter", x[kind == k], places, f"{FILE}: seed, fed and region of {name}", r
+        )
+
+
+def _vectors(name: str, given: Floats, wanted: Floats, source: str, scale: float) -> Iterator[Held]:
+    """The row that is furthest off, component by component."""
+    wanted = np.broadcast_to(wanted, given.shape) if wanted.ndim == 1 or len(wanted) == len(given) else wanted
+    if wanted.shape != given.shape:
+        yield Held(f"number of rows: {name}", len(given), len(wanted), source)
+        return
+    if len(given):
+        row = int(np.argmax(np.abs(given - wanted).max(axis=1)))
+        for axis, a, b in zip("xyz", given[row], wanted[row], strict=True):
+            yield Held(f"{name}, {axis} (row {row + 1})", float(a), float(b), source, scale=scale)

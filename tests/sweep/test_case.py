@@ -1,0 +1,91 @@
+"""A screening case as base: keys of its configuration, of its row and its scale; fingerprints of `pywet run`; mistakes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pywet import config as settings
+from pywet import stages
+from pywet.errors import PywetError
+from pywet.sweep import plan
+from pywet.sweep.plan import Plan
+from tests.sweep.files import EXAMPLES, write
+
+CONFIG = EXAMPLES.parent / "config"
+CASE: dict[str, Any] = {
+    "name": "moisture", "base": {"case": 2, "config": str(CONFIG), "scale": "smoke"},
+    "axes": {"case.liquid_percent": [2.5, 5.0]}, "seeds": 2,
+}  # fmt: skip
+
+
+def asked(folder: Path, **changes: Any) -> Plan:
+    return plan.read(write(folder, {**CASE, **changes}), folder / "out", folder / "store")
+
+
+def test_a_point_has_the_fingerprint_that_pywet_run_gives_it(tmp_path: Path) -> None:
+    """The case as configured with both seeds, among the points; the other moisture has others."""
+    loaded = settings.load(CONFIG)
+    seeds = [loaded.with_seed(loaded.settings.seed + k) for k in range(2)]
+    words = [stages.fingerprint(one, 2, "smoke").split()[1] for one in seeds]
+    found = [run.built.name for run in asked(tmp_path).runs]
+    assert found[2:] == [f"case-{word}" for word in words] and len(set(found)) == 4
+
+
+@pytest.mark.parametrize(
+    ("axis", "value", "of"),
+    [
+        ("liquid.surface_tension_N_per_m", 0.05, lambda c: c.materials.liquid.surface_tension_N_per_m.value),
+        ("materials.yaml: feed sieve_diameter_mm value", 150, lambda c: c.materials.feed.sieve_diameter_mm.value),
+        ("scale.duration_s", 1.0, lambda c: c.scale("smoke").duration_s.value),
+        ("contacts.1.friction", 0.25, lambda c: c.materials.contact("POM", "POM").friction.value),
+        ("config.laws.capillary", "willett", lambda c: c.settings.laws.capillary),
+        ("laws.capillary", "willett", lambda c: c.settings.laws.capillary),
+        ("case.set_amplitude_mm", 0.8, lambda c: c.case(2).set_amplitude_mm),
+        ("effects.gravity", False, lambda c: c.settings.effects.gravity),
+    ],
+)
+def test_a_key_of_any_file_of_the_configuration_is_an_axis(tmp_path: Path, axis: str, value: Any, of: Any) -> None:
+    plain = asked(tmp_path)
+    kind = plain.kind
+    changed = kind.built({axis: value}, 0)
+    assert of(changed.given[0]) == value
+    assert changed.name != kind.built({}, 0).name
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"axes": {"case.liquid_percent": [5.0, 101.0]}}, "point 2 (case.liquid_percent 101): "),
+        ({"axes": {"frequency": [50.0]}}, "the axis frequency is in none of config, materials, scales, case"),
+        ({"axes": {"liquid.surface_tension_N_per_m": [72.8]}}, "surface_tension_N_per_m.value is 72.8, expected"),
+        ({"axes": {"materials.spheres.POM.contact_angle_deg": [95]}}, "contact_angle_deg is 95 in moist case 2"),
+        ({"axes": {"scale.stiffnes_factor": [0.1]}}, "key scales.smoke.stiffnes_factor is not known, expected stiffness_factor"),
+        ({"axes": {"laws.capillary": ["wilett"]}}, "wilett"),
+        ({"base": {**CASE["base"], "case": 99}}, "there is no case 99"),
+        ({"base": {**CASE["base"], "scale": "huge"}}, "there is no scale huge"),
+        ({"gather": ["fraction_retained"]}, "which no run has; expected fraction_retained_end"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, changes: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(PywetError) as caught:
+        of = asked(tmp_path, **changes)
+        _ = of.runs
+        of.cost()
+    assert sentence in str(caught.value) and "\n" not in str(caught.value), caught.value
+
+
+def test_cost_is_that_of_the_plan_and_disk_counts_every_run(tmp_path: Path) -> None:
+    from pywet.cost import needs
+    from pywet.sweep.costs import FINISHING_S
+
+    of = asked(tmp_path)
+    costs = of.cost()
+    five = [cost for run, cost in costs if run.point.number == 2]
+    need = needs.need(settings.load(CONFIG), 2, "smoke")
+    assert len(costs) == 4 and five[0].seconds == pytest.approx(need.seconds + FINISHING_S)
+    lines = plan.lines(of, costs, cores=2)
+    assert lines[0] == "moisture: 2 points, 4 runs (2 seeds)"
+    assert "core-hours" in lines[1] and lines[1].endswith("GB")

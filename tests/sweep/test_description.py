@@ -1,0 +1,173 @@
+"""The file of a sweep: every mistake is one sentence that names it, before anything runs; constraints run no code."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from pywet import shipped
+from pywet.errors import ConfigError, PywetError
+from pywet.sweep import constraints, plan, points
+from pywet.sweep.description import Axis
+from pywet.sweep.keys import dotted, filled, holds
+from tests.sweep.files import EXAMPLES, WALL, write
+
+SPEEDS = {"normal_velocity_m_per_s": [0.5, 1.0]}
+BAD: list[tuple[dict[str, Any], str]] = [
+    ({"base": None}, "base is None, expected the keys case, config, scale, scene, wall, bridge, script"),
+    ({"base": {"script": "in.liggghts"}}, "script needs `fix pywet`, which does not exist yet"),
+    ({"base": {"wall": "a.json", "bridge": "b.json"}}, "at most one of case, scene, wall, bridge, not wall and bridge"),
+    ({"base": {}}, "expected one of case, scene, wall, bridge"),
+    ({"base": {"wall": "a.json", "scale": "smoke"}}, "config and scale with a case only"),
+    ({"base": {"wall": "missing.json"}}, "missing.json could not be read"),
+    ({"axis": {}}, "key axis is not known, expected axes"),
+    ({"axes": {}}, "axes is {}, expected"),
+    ({"axes": {"frction": [0.1, 0.2]}}, "key frction is not known, expected friction (and at 1 other points)"),
+    ({"axes": {"friction": []}}, "axes.friction is not consistent, expected at least one value"),
+    ({"axes": {"friction": [0.1, 0.2, 0.1]}}, "expected each value once (0.1 is there 2 times)"),
+    ({"axes": {"friction": [0.1, "much"]}}, "expected only numbers or only text"),
+    ({"axes": {"friction": {"linspace": [0.1, 0.5, 1]}}}, "expected linspace: [first, last, count]"),
+    ({"axes": {"friction": {"logspace": [0.0, 0.5, 3]}}}, "expected ends above 0 on a logarithmic scale"),
+    ({"axes": {"friction": {"low": 0.5, "high": 0.1}}, "design": {"sobol": 8}}, "expected low less than high"),
+    ({"axes": {"friction": {"low": 0.1, "high": 0.5}}}, "expected a design with the range of friction"),
+    ({"axes": {"friction": [0.1]}, "design": {"sobol": 8}}, "expected an axis with low and high for the design"),
+    ({"axes": {"friction": {"low": 0.1, "high": 0.5}}, "design": {"seed": 3}}, "expected latin_hypercube or sobol"),
+    ({"axes": {"friction": [0.1], **SPEEDS}, "zips": [["friction", "normal_velocity_m_per_s"]]}, "friction has 1"),
+    ({"zips": [["friction", "speed"]]}, "expected zips of axes with listed values, not speed"),
+    ({"axes": {"particle.radius": [1e-3]}}, "key particle.radius is not known, expected radius_m"),
+    ({"axes": {"particle": [1e-3]}}, "the axis particle is a group of keys; expected one value: particle.X"),
+    ({"axes": {"friction": [0.1, 12.0]}}, "point 2 (friction 12): "),
+    ({"constraints": ["friction <"]}, "`friction <` is not an expression"),
+    ({"constraints": ["__import__('os').system('touch x')"]}, "holds `__import__('os').system('touch x')`, expected an expr"),
+    ({"constraints": ["speed < 1"]}, "names speed, but no axis is speed; expected one of friction, normal_velocity_m_per_s"),
+    ({"constraints": ["friction > 1"]}, "the constraints leave none of 6 points"),
+    ({"constraints": ["1 / (friction - 0.1) > 0"]}, "has no value (float division by zero) at combination 1 (friction 0.1"),
+    ({"constraints": ["9 ** 9 ** 9 * friction > 0"]}, "has no value"),
+    ({"seeds": 3}, "seeds is 3, but a wall has no seed; expected seeds: 1"),
+    ({"gather": ["e_N"]}, "gather names e_N, which no run has; expected e_t or e_n"),
+    ({"gather": ["e_n", "e_n"]}, "each gathered result once (e_n is there twice)"),
+    ({"goal": {"maximise": "e_t"}}, "expected goal to name a gathered result (e_n, duration_s), not e_t"),
+    ({"gather": ["mine.py:depth"]}, "names mine.py:depth; its file does not exist"),
+    ({"gather": [f"{EXAMPLES / 'gallery.py'}:main"]}, "which was not run: read its file, then give --trust"),
+    ({"axes": {"friction": {"linspace": [0.1, 0.5, 10001]}}}, "asks for 10001 runs, expected at most 10000"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "sentence"), BAD, ids=[sentence[:40] for _, sentence in BAD])
+def test_a_mistake_is_one_sentence_before_anything_runs(tmp_path: Path, changes: dict[str, Any], sentence: str) -> None:
+    file = write(tmp_path, {**WALL, **changes})
+    with pytest.raises(PywetError) as caught:
+        _ = plan.read(file, tmp_path / "out", tmp_path / "store").runs
+    assert sentence in str(caught.value) and "\n" not in str(caught.value)
+    assert "sweep.yaml" in str(caught.value) or "missing.json" in str(caught.value)
+    assert not (tmp_path / "store").exists() and not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("text", ["name: [", "- a\n", "name: a\nname: b\n"])
+def test_a_file_that_is_no_sweep_is_one_sentence(tmp_path: Path, text: str) -> None:
+    (tmp_path / "sweep.yaml").write_text(text)
+    with pytest.raises(ConfigError, match=r"sweep\.yaml (is not YAML|holds list)") as caught:
+        plan.read(tmp_path / "sweep.yaml")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_mistake_at_point_17_names_the_combination_before_the_start(tmp_path: Path) -> None:
+    """Either angle is allowed alone; at one of 24 combinations both together are no toroid."""
+    axes = {"liquid.contact_angle_deg": [15, 40, 85], "liquid.half_filling_angle_deg": [88, 40, 45, 50, 55, 60, 65, 70]}
+    asked = plan.read(write(tmp_path, {**WALL, "axes": axes}), tmp_path / "out", tmp_path / "store")
+    with pytest.raises(ConfigError) as caught:
+        _ = asked.runs
+    assert "point 17 (liquid.contact_angle_deg 85, liquid.half_filling_angle_deg 88): " in str(caught.value)
+    assert "contact_angle_deg + half_filling_angle_deg of at most 170" in str(caught.value)
+    assert "\n" not in str(caught.value) and not (tmp_path / "store").exists()
+
+
+def test_several_mistakes_are_listed_with_their_points(tmp_path: Path) -> None:
+    """The first five, each with its first point; the others are counted."""
+    content = {**WALL, "axes": {"friction": [0.1, *range(11, 18)], "normal_velocity_m_per_s": [1.0, 2.0]}}
+    with pytest.raises(ConfigError) as caught:
+        _ = plan.read(write(tmp_path, content), tmp_path, tmp_path).runs
+    lines = str(caught.value).splitlines()
+    assert len(lines) == plan.LISTED + 1 and lines[-1].endswith("2 more mistakes at other points")
+    assert "point 3 (friction 11, normal_velocity_m_per_s 1): " in lines[0] and "(and at 1 other points)" in lines[0]
+
+
+def test_grid_zip_and_design_make_the_points(tmp_path: Path) -> None:
+    """Two zipped axes count as one; a design is crossed with listed axes; a longer Sobol design begins with the shorter one."""
+    content = {**WALL, "axes": {"a": [1, 2], "b": [10, 20], "c": ["x", "y", "z"]}, "zips": [["a", "b"]]}
+    found = points.numbered(plan.description.read(write(tmp_path, content)), tmp_path)
+    rows = [tuple(p.values.values()) for p in found]
+    assert rows[:4] == [(1, 10, "x"), (1, 10, "y"), (1, 10, "z"), (2, 20, "x")]
+    assert [p.number for p in found] == [1, 2, 3, 4, 5, 6]
+    of_range = {"low": 1e-3, "high": 1e-1, "log": True}
+    drawn = {}
+    for design in ({"sobol": 5}, {"sobol": 8}, {"latin_hypercube": 8}):
+        content = {**WALL, "axes": {"v": of_range, "n": {"low": 1, "high": 9, "whole": True}}, "design": design}
+        sweep = plan.description.read(write(tmp_path, content))
+        drawn[next(iter(design)), sweep.count] = points.drawn(sweep)
+    assert drawn["sobol", 8][:5] == drawn["sobol", 5]
+    shares = sorted(int(8 * (3 + math.log10(p["v"])) / 2) for p in drawn["latin_hypercube", 8])
+    assert shares == list(range(8))  # one point in each eighth of the logarithmic scale
+    assert all(isinstance(p["n"], int) and 1 <= p["n"] <= 9 for p in drawn["sobol", 8])
+
+
+def test_spaced_axes_have_both_ends() -> None:
+    assert Axis(linspace=(0.0, 1.0, 3)).listed == (0.0, 0.5, 1.0)
+    assert Axis(logspace=(1e-3, 1e-1, 3)).listed == (1e-3, 1e-2, 1e-1)
+
+
+def test_a_constraint_is_called_by_the_last_word_of_an_axis() -> None:
+    axes = ["liquid.viscosity_Pa_s", "spheres.0.diameter_mm", "law"]
+    rule = constraints.read("viscosity_Pa_s * 1e3 < 5 and diameter_mm in [2, 3] or law == 'willett'", axes)
+    at = {"liquid.viscosity_Pa_s": 1e-3, "spheres.0.diameter_mm": 2, "law": "a"}
+    assert rule.holds(at) and not rule.holds({**at, "spheres.0.diameter_mm": 4})
+    assert rule.holds({**at, "liquid.viscosity_Pa_s": 1.0, "law": "willett"})
+    with pytest.raises(ConfigError, match="2 axes end in x"):
+        constraints.read("x > 0", ["a.x", "b.x"])
+
+
+@pytest.mark.parametrize(
+    "code", ["open('x')", "().__class__", "[a for a in b]", "lambda: 0", "a if b else c", "f'{a}'", "a[0]", "(a := 1)",
+             "b'x'", "sqrt(x=1)", "max.__self__"],
+)  # fmt: skip
+def test_an_expression_holds_nothing_that_could_run(code: str) -> None:
+    with pytest.raises(ConfigError, match="expected"):
+        constraints.read(code, ["a", "b", "c"])
+
+
+def test_keys_lead_into_groups_lists_and_entries_with_a_source() -> None:
+    """By number or name of a list's entry; an entry of the configuration gets its `value`; the editor's notation too."""
+    content = {
+        "walls": [{"name": "mantle", "turns": {"turns_per_minute": 1}}],
+        "liquid": {"v": {"value": 1, "source": "a"}},
+    }
+    changed = filled(content, {"walls.mantle.turns.turns_per_minute": 60, "liquid.v": 2, "liquid.new": 3})
+    assert changed["walls"][0]["turns"] == {"turns_per_minute": 60}
+    assert changed["liquid"] == {"v": {"value": 2, "source": "a"}, "new": 3} and content["liquid"]["v"]["value"] == 1
+    assert holds(content, "walls.0.name") and not holds(content, "walls.1.name")
+    assert dotted("materials.yaml: feed sieve_diameter_mm value") == "materials.feed.sieve_diameter_mm.value"
+    with pytest.raises(ConfigError, match="names front of a list with 1 entries; expected 0 to 0 or one of mantle"):
+        filled(content, {"walls.front.turns": 1})
+
+
+def test_the_examples_are_sweeps() -> None:
+    for file in sorted((EXAMPLES / "sweeps").glob("*.yaml")):
+        if "base" in yaml.safe_load(file.read_text()):
+            assert plan.read(file).sweep.name
+
+
+def test_the_first_sweep_of_the_documentation_is_checked_as_a_new_user_does(tmp_path: Path) -> None:
+    """The file of the page, next to the drum that `pywet init` writes: 18 runs in less than half a core-hour."""
+    block = re.search(r"```yaml\n(.*?)```", (EXAMPLES.parent / "docs" / "sweep.md").read_text(), re.DOTALL)
+    assert block is not None
+    shipped.begin(tmp_path / "mydrum", "drum")
+    (tmp_path / "mydrum" / "drum_sweep.yaml").write_text(block[1])
+    asked = plan.read(tmp_path / "mydrum" / "drum_sweep.yaml", tmp_path / "out", tmp_path / "store")
+    costs = asked.cost()
+    assert len(asked.runs) == len(costs) == 18
+    assert sum(cost.seconds for _, cost in costs) < 1800.0

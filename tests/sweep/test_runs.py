@@ -1,0 +1,263 @@
+"""Runs of a sweep: each point once in the store of all sweeps, killed or not; tried again where it failed; the table of all."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from pyarrow import parquet
+from typer.testing import CliRunner
+
+from pywet import run_lock
+from pywet.cli.app import app
+from pywet.collisions.wall import wall
+from pywet.errors import PywetError
+from pywet.sweep import plan, running, sweep_command, table
+from pywet.sweep.base_kind import Built, Kind
+from pywet.sweep.costs import Cost
+from pywet.sweep.description import Base
+from pywet.sweep.plan import Plan, Run
+from pywet.sweep.points import Numbered
+from pywet.sweep.store import Store
+from pywet.util.files import write_json
+from tests.sweep.files import BRIDGE, WALL, write
+
+MANY = {
+    **WALL,
+    "axes": {"friction": {"linspace": [0.05, 0.4, 10]}, "normal_velocity_m_per_s": {"logspace": [0.5, 2.0, 20]}},
+}
+LAW = """from pywet.laws.force_law import force_law
+
+
+@force_law("capillary")
+def pull(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension):
+    return {factor} * surface_tension * radius_i
+"""
+"""A capillary law in a file of a user."""
+
+
+def asked(folder: Path, content: dict[str, Any], name: str = "sweep.yaml", trust: bool = False) -> Plan:
+    """A sweep whose table is in a folder of its name, with the one store of the test."""
+    return plan.read(write(folder, content, name), folder / Path(name).stem, folder / "store", trust)
+
+
+def done(of: Plan, more: int = 0) -> pd.DataFrame:
+    return sweep_command.carry_out(of, 1, 1, more, lambda line: None)
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The collisions that are computed."""
+    calls: list[Any] = []
+    collide = wall.collide
+    monkeypatch.setattr(wall, "collide", lambda problem: calls.append(problem) or collide(problem))
+    return calls
+
+
+def _killed(of: Plan, count: int) -> int:
+    """Carry a sweep out in a process that is killed once so many points are in the store; how many are there then."""
+    process = os.fork()
+    if process == 0:
+        try:
+            done(of)
+        finally:
+            os._exit(0)
+    end = time.monotonic() + 60.0
+    while len(list(of.store.folder.glob("*/point.json"))) < count and time.monotonic() < end:
+        time.sleep(0.001)
+    os.kill(process, signal.SIGKILL)
+    os.waitpid(process, 0)
+    return len(list(of.store.folder.glob("*/point.json")))
+
+
+def test_two_hundred_points_killed_five_times_give_the_same_table(tmp_path: Path) -> None:
+    """The very table of an unbroken sweep, and each kill left less than all points."""
+    wall.collide(plan.read(write(tmp_path, MANY)).runs[0].built.given)  # machine code is there before processes part
+    (tmp_path / "one").mkdir()
+    (tmp_path / "two").mkdir()
+    whole = done(asked(tmp_path / "one", MANY))
+    broken = asked(tmp_path / "two", MANY)
+    assert len(broken.runs) == 200
+    left = [_killed(broken, count) for count in (10, 50, 90, 130, 170)]
+    assert left == sorted(left) and left[0] >= 10 and left[-1] < 200, left
+    pd.testing.assert_frame_equal(done(broken), whole, check_exact=True)
+    one, two = (table.read(folder / "sweep") for folder in (tmp_path / "one", tmp_path / "two"))
+    pd.testing.assert_frame_equal(one, two, check_exact=True)
+    assert one["e_n"].between(0, 1).all() and one["e_n"].nunique() > 15
+
+
+def test_a_point_is_run_once_in_all_sweeps_and_an_axis_can_be_extended(tmp_path: Path, counted: list[Any]) -> None:
+    first = done(asked(tmp_path, WALL))
+    assert len(counted) == 6
+    longer = {**WALL, "axes": {**WALL["axes"], "friction": [0.1, 0.15, 0.2]}}
+    second = done(asked(tmp_path, longer))
+    assert len(counted) == 9  # three new ones
+    same = second[second["friction"] != 0.15]
+    assert same["e_n"].tolist() == first["e_n"].tolist()
+    other = {**WALL, "name": "another", "axes": {"normal_velocity_m_per_s": [1.0, 3.0], "friction": [0.2]}}
+    done(asked(tmp_path, other, "other.yaml"))
+    assert len(counted) == 10  # one of its two points is in the store
+
+
+def test_a_failed_point_is_tried_again_and_stops_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    collide = wall.collide
+
+    def refuse(problem: Any) -> Any:
+        if problem.friction == 0.2:
+            raise PywetError("no collision today")
+        return collide(problem)
+
+    monkeypatch.setattr(wall, "collide", refuse)
+    made = done(asked(tmp_path, WALL))
+    assert made["status"].tolist() == [table.DONE] * 3 + [table.FAILED] * 3
+    assert set(made["reason"]) == {"", "no collision today"}
+    sentence = sweep_command.failures(made)
+    assert sentence is not None and sentence.startswith(
+        "3 of 6 runs have no results, first point 4, seed 0: no collision today"
+    )
+    assert "3 of 6 runs have results" in (tmp_path / "sweep" / "report.html").read_text()
+    monkeypatch.setattr(wall, "collide", collide)
+    again = done(asked(tmp_path, WALL))
+    assert sweep_command.failures(again) is None and again["e_n"].notna().all()
+
+
+def test_a_damaged_point_is_run_again(tmp_path: Path, counted: list[Any]) -> None:
+    of = asked(tmp_path, WALL)
+    before = done(of)
+    (of.store.place(of.runs[2].built.name) / "point.json").write_text('{"numbers": ')
+    pd.testing.assert_frame_equal(done(asked(tmp_path, WALL)), before)
+    assert len(counted) == 7
+
+
+def test_a_changed_law_redoes_its_points_only(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(LAW.format(factor=2.0))
+    axes = {"laws.0": ["willett", "mine.py:pull"], "surface_tension_N_per_m": [0.03, 0.07]}
+    one_law = {**json.loads(Path(BRIDGE["base"]["bridge"]).read_text()), "laws": ["willett"]}
+    (tmp_path / "bridge.json").write_text(json.dumps(one_law))
+    content = {**BRIDGE, "base": {"bridge": "bridge.json"}, "axes": axes}
+    first = asked(tmp_path, content)
+    before = done(first)
+    names = [run.built.name for run in first.runs]
+    assert before["pull_off_force_N"].iloc[2] == pytest.approx(2.0 * 0.03 * 0.002)
+    (tmp_path / "mine.py").write_text(LAW.format(factor=3.0))
+    second = asked(tmp_path, content)
+    assert [run.built.name == name for run, name in zip(second.runs, names, strict=True)] == [True, True, False, False]
+    assert [run.point.number for run in second.missing] == [3, 4]
+
+
+def test_a_function_of_a_file_runs_with_trust_only_and_again_when_its_file_changes(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("def twice(answer):\n    return 2.0 * answer['e_n']\n")
+    content = {**WALL, "gather": ["e_n", {"function": "mine.py:twice", "unit": "1"}]}
+    with pytest.raises(PywetError, match="read its file, then give --trust"):
+        asked(tmp_path, content)
+    made = done(asked(tmp_path, content, trust=True))
+    assert made["twice"].tolist() == [2.0 * e for e in made["e_n"]]
+    (tmp_path / "mine.py").write_text("def twice(answer):\n    return 1 / 0\n")
+    with pytest.raises(PywetError, match="read its file, then give --trust"):
+        asked(tmp_path, content)
+    made = done(asked(tmp_path, content, trust=True))
+    assert set(made["reason"]) == {
+        "mine.py:twice raises ZeroDivisionError: division by zero; expected a number of every run"
+    }
+
+
+def test_the_table_is_tidy_and_has_units(tmp_path: Path) -> None:
+    """One row a run; the unit of each column in the metadata of its field and in attrs."""
+    of = asked(tmp_path, WALL)
+    done(of)
+    schema = parquet.read_schema(tmp_path / "sweep" / "sweep.parquet")
+    assert schema.names == ["point", *WALL["axes"], "seed", "e_n", "duration_s", "status", "reason", "run"]
+    found = {name: (schema.field(name).metadata or {}).get(b"unit") for name in schema.names}
+    assert found["normal_velocity_m_per_s"] == b"m/s" and found["duration_s"] == b"s" and found["e_n"] == b"1"
+    read = table.read(tmp_path / "sweep")
+    assert read.attrs["units"]["normal_velocity_m_per_s"] == "m/s" and len(read) == 6
+    assert all((tmp_path / "sweep" / run / "point.json").exists() for run in read["run"])
+
+
+def test_a_sweep_beyond_its_limits_is_refused_before_it_starts(tmp_path: Path) -> None:
+    of = asked(tmp_path, {**WALL, "most_core_hours": 1e-7})
+    with pytest.raises(PywetError, match=r"take about 3\.33e-06 core-hours, expected at most 1e-07: shorten axes"):
+        done(of)
+    assert not (tmp_path / "store").exists()
+
+
+def test_the_command_checks_runs_and_draws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = str(
+        write(tmp_path, {**WALL, "axes": {"friction": [0.1, 0.2, 0.3], "normal_velocity_m_per_s": [0.5, 1.0, 2.0]}})
+    )
+    call = CliRunner(env={"COLUMNS": "300"})
+    checked = call.invoke(app, ["sweep", file, "--check"])
+    assert checked.exit_code == 0 and not Path("results").exists()
+    assert "rebound: 9 points, 9 runs" in checked.output and "0 are in the store, 9 to run" in checked.output
+    run = call.invoke(app, ["sweep", file])
+    assert run.exit_code == 0 and "9 of 9 runs have results" in run.output, run.output
+    assert "e_n: share of the variation normal_velocity_m_per_s" in run.output
+    for names in (["normal_velocity_m_per_s", "e_n", "friction"], ["friction", "normal_velocity_m_per_s", "e_n"]):
+        drawn = call.invoke(app, ["sweep", "plot", file, *names])
+        assert drawn.exit_code == 0, drawn.output
+        assert "<svg" in Path(drawn.stdout.strip()).read_text()
+    for words, sentence in (
+        (["plot", file, "friction"], "plot was given 2 words; expected FILE X Y or FILE X Y HUE"),
+        (["plot", file, "frict", "e_n"], "frict is no column of the sweep; expected one of friction"),
+        ([file, "more.yaml"], "expected one file, or plot FILE X Y"),
+        (["none.yaml"], "none.yaml could not be read"),
+    ):
+        wrong = call.invoke(app, ["sweep", *words])
+        assert wrong.exit_code == 1 and sentence in " ".join(wrong.output.split()), wrong.output
+
+
+class Fake(Kind):
+    """A base with run directories and no engine."""
+
+    def built(self, values: Any, seed: int) -> Built:
+        return Built(f"fake-{values['a']}-{seed}", values)
+
+    def run(self, built: Built, folder: Path, ranks: int) -> dict[str, float | None]:
+        write_json(folder / "summary.json", {})
+        return {"b": 1.0}
+
+    def cost(self, built: Built) -> Cost:
+        return Cost(0.0, 0.0)
+
+    def known(self, built: Built) -> list[str]:
+        return ["b"]
+
+
+def test_a_run_of_another_call_is_left_to_it(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The folder of one point is locked by another thread: the other points are run, nothing is written there."""
+    store, kind = Store(tmp_path), Fake(Base(wall=Path("none")), tmp_path)
+    runs = [Run(Numbered(k, {"a": k}), 0, kind.built({"a": k}, 0)) for k in (1, 2)]
+    held, done = threading.Event(), threading.Event()
+
+    def hold() -> None:
+        with run_lock.hold(store.place(runs[0].built.name)):
+            held.set()
+            done.wait(60)
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    held.wait(60)
+    try:
+        assert [running.do(kind, run, store) for run in runs] == [False, True]
+    finally:
+        done.set()
+        thread.join()
+    assert "another run is at work" in caplog.text and store.reason(runs[0].built.name) == "it was not run to the end"
+    assert running.do(kind, runs[0], store) and store.numbers(runs[0].built.name, engine=True) == {"b": 1.0}
+
+
+def test_added_points_of_other_axes_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "sweep").mkdir()
+    write_json(tmp_path / "sweep" / "added.json", [{"friction": 0.3}])
+    with pytest.raises(
+        PywetError, match=r"added\.json holds points of other axes than .*; expected the same: remove it"
+    ):
+        asked(tmp_path, WALL)

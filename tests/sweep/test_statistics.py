@@ -1,0 +1,148 @@
+"""Statistics of a sweep on tables whose truth is known: effects, optimum, surface, where the next points go."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pywet.errors import PywetError
+from pywet.sweep import adaptive, figures, plan, significance, surface
+from pywet.sweep.description import Axis, Sweep
+from pywet.sweep.table import DONE, FAILED
+from tests.sweep.files import WALL, write
+
+AXES = {"a": [0.0, 1.0, 2.0], "b": [0.0, 1.0], "law": ["x", "y"]}
+
+
+def table_of(sweep: Sweep, seeds: int, noise: float) -> pd.DataFrame:
+    """e_n = a + (law is y) + 2 a (law is y), with noise of seeds; b changes nothing."""
+    random, rows = np.random.default_rng(5), []
+    for k, values in enumerate(product(*(axis.listed for axis in sweep.axes.values())), start=1):
+        at = dict(zip(sweep.axes, values, strict=True))
+        for seed in range(seeds):
+            y = at["a"] + (1.0 + 2.0 * at["a"]) * (at["law"] == "y") + noise * random.normal()
+            rows.append({"point": k, **at, "seed": seed, "e_n": y, "f": random.normal(), "status": DONE, "reason": ""})
+    return pd.DataFrame(rows)
+
+
+@pytest.fixture
+def sweep(tmp_path: Path) -> Sweep:
+    return plan.description.read(write(tmp_path, {**WALL, "axes": AXES, "gather": ["e_n"]}))
+
+
+def test_effects_that_are_there_are_significant_and_others_not(sweep: Sweep) -> None:
+    found = significance.effects(sweep, table_of(sweep, 4, 0.3), "e_n")
+    assert found is not None and found.error.startswith("the scatter of seeds (36 degrees of freedom)")
+    assert {t.name for t in found.terms if t.significant} == {"a", "law", "a × law"}
+    assert len(found.terms) == 6
+    of = {t.name: t for t in found.terms}
+    assert of["law"].change == pytest.approx(3.0, abs=0.3)  # 1 + 2a at the mean of a
+    assert of["a × law"].change == pytest.approx(
+        2.0 * 2.0 / 2.0 * 1.0, abs=0.3
+    )  # ±1 of a times ±½ of law, times 2·2 / 2
+
+
+def test_equal_groups_are_called_different_no_more_often_than_the_level(sweep: Sweep) -> None:
+    """Of 200 results of noise alone, 5 % have any significant term; 20 are 3.2 standard deviations more."""
+    random = np.random.default_rng(11)
+    made = table_of(sweep, 2, 0.0)
+    called = 0
+    for _ in range(200):
+        found = significance.effects(sweep, made.assign(e_n=random.normal(size=len(made))), "e_n")
+        assert found is not None
+        called += any(t.significant for t in found.terms)
+    assert called < 20
+
+
+def test_without_seeds_nothing_is_tested_and_shares_add_up(sweep: Sweep) -> None:
+    found = significance.effects(sweep, table_of(sweep, 1, 0.0), "e_n", seeded=False)
+    assert found is not None and all(t.p is None for t in found.terms)
+    assert sum(t.share for t in found.terms) == pytest.approx(1.0)  # a balanced grid: terms are orthogonal
+
+
+def test_the_optimum_has_an_interval_and_the_points_like_it(sweep: Sweep) -> None:
+    """The largest mean is at a = 2 with law y; b, which changes nothing, makes the one point that is like it."""
+    made = table_of(sweep, 5, 0.3)
+    best = significance.optimum(sweep, made, "e_n", largest=True)
+    assert best is not None and best.half_width is not None
+    assert (best.values["a"], best.values["law"]) == (2.0, "y")
+    assert abs(best.mean - 7.0) < 2 * best.half_width and best.half_width < 0.8
+    assert best.ranges == {"a": "2", "b": "0 to 1", "law": "y"} and len(best.alike) == 2
+    method, rows = significance.differences(made, ["e_n", "f"], best.number, int(best.next_best or 0))
+    assert "permutation test" in method and [r.p > 0.05 for r in rows] == [True, True]
+    _, rows = significance.differences(made, ["e_n", "f"], best.number, 1)
+    assert [r.p <= 0.05 for r in rows] == [True, False]
+
+
+def test_failed_runs_are_left_out(sweep: Sweep) -> None:
+    made = table_of(sweep, 3, 0.1)
+    made.loc[made["point"] == 12, ["status", "e_n"]] = [FAILED, np.nan]
+    best = significance.optimum(sweep, made, "e_n", largest=True)
+    assert best is not None and best.number == 10
+
+
+def test_a_surface_is_known_within_its_standard_error(tmp_path: Path) -> None:
+    """Of 300 places, seeds of noise 0.2: the truth is within two standard errors at 95 % of them; half as far without."""
+    axes = {"a": {"linspace": [0.0, 1.0, 5]}, "b": {"logspace": [1.0, 100.0, 5]}}
+    sweep = plan.description.read(write(tmp_path, {**WALL, "axes": axes, "gather": ["e_n"]}))
+    random, inside = np.random.default_rng(3), []
+
+    def truth(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return 1.0 + a - 0.5 * a * np.log10(b) + np.log10(b) ** 2
+
+    a, b = (v.ravel() for v in np.meshgrid(*(axis.listed for axis in sweep.axes.values())))
+    for _ in range(30):
+        made = pd.DataFrame({"a": a, "b": b, "e_n": truth(a, b) + random.normal(0, 0.2, 25), "status": DONE})
+        response = surface.through(sweep, made, "e_n", ["a", "b"])
+        assert response is not None
+        at = np.column_stack([random.uniform(0, 1, 10), 10 ** random.uniform(0, 2, 10)])
+        mean, error = response.at(at)
+        inside += (np.abs(mean - truth(*at.T)) < 2.09 * error).tolist()
+    assert 0.90 < np.mean(inside) < 0.99
+
+
+def test_next_points_go_where_no_point_is_and_where_interpolations_differ() -> None:
+    """A hole in one corner is filled first; of two equal gaps that with the bend."""
+    axes = {"a": Axis(low=0.0, high=1.0), "b": Axis(low=0.0, high=1.0)}
+    grid = np.array(list(product(np.linspace(0, 1, 5), repeat=2)))
+    rest = grid[~((grid[:, 0] > 0.6) & (grid[:, 1] > 0.6))]
+    first = adaptive.least_known(rest, np.ones(len(rest)) + rest[:, 0], 1, axes, [])[0]
+    assert first["a"] > 0.8 and first["b"] > 0.8
+    line = np.array([[0.0], [0.1], [0.2], [0.5], [0.8], [0.9], [1.0]])
+    bend = np.where(line[:, 0] > 0.45, 10.0 * (line[:, 0] - 0.5) ** 2, 0.0)
+    found = adaptive.least_known(line, bend, 1, {"a": Axis(low=0.0, high=1.0)}, [])[0]
+    assert 0.5 < found["a"] < 0.8
+
+
+def test_adaptive_points_belong_to_the_sweep(tmp_path: Path) -> None:
+    from pywet.sweep import sweep_command
+
+    axes = {"friction": {"low": 0.05, "high": 0.4}, "liquid.viscosity_Pa_s": {"low": 1e-3, "high": 1e-2, "log": True}}
+    content = {**WALL, "axes": axes, "design": {"sobol": 8}, "constraints": ["friction < 0.3"]}
+    file = write(tmp_path, content)
+    first = plan.read(file, tmp_path / "out", tmp_path / "store")
+    before = len(first.points)
+    made = sweep_command.carry_out(first, 1, 1, 4, lambda line: None)
+    assert len(made) == before + 4 and made["e_n"].notna().all()
+    new = made.iloc[-4:]
+    assert (new["friction"] < 0.3).all() and not new.duplicated(subset=list(axes)).any()
+    assert len(plan.read(file, tmp_path / "out", tmp_path / "store").missing) == 0
+    text = plan.read(
+        write(tmp_path, {**WALL, "axes": {"variant": ["mended", "as_printed"]}}), tmp_path / "b", tmp_path / "store"
+    )
+    with pytest.raises(PywetError, match="the axis variant is not a range of numbers"):
+        sweep_command.carry_out(text, 1, 1, 1, lambda line: None)
+
+
+def test_a_figure_has_means_and_intervals_of_the_table(sweep: Sweep) -> None:
+    made = table_of(sweep, 4, 0.1)
+    figure = figures.drawn(sweep, made, ["e_n"], "a", "e_n", "law")
+    lines = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) == 3 and line.get_linestyle() == "-"]
+    means = made[made["law"] == "y"].groupby("a")["e_n"].mean().tolist()
+    assert any(np.allclose(np.asarray(line.get_ydata(), float), means) for line in lines)
+    with pytest.raises(PywetError, match="a and b are axes; expected a result as the third"):
+        figures.drawn(sweep, made, ["e_n"], "a", "b")
