@@ -3,8 +3,8 @@
     python benchmarks/growth.py [--sizes 4 16 64] [--ranks 1 2 4]
 
 Spheres stand on a shaken lattice whose films meet, three bridges each, are numbered by chance, as a fill has them, and drift at
-1 m/s, so that the engine makes its lists anew. Per size and number of ranks, each
-run in processes of its own: one of `--steps`, one three times as long (their difference is the price of a step: set-up and first
+1 m/s, so that the engine makes its lists again. Per size and number of ranks, each
+run in processes of its own: one of `--steps`, one three times as long (their difference is the cost of a step: set-up and first
 formations cancel), and one of that length with more outputs; at one rank its replay. All is processor time; that of a step is
 of the first rank, without what it spends within MPI, where it mostly waits. mpi_account.c counts that, and the messages.
 """

@@ -67,7 +67,7 @@ def replayed(folder: Path) -> dict[str, Any]:
 
 
 def results(folder: Path) -> dict[str, Any]:
-    """Fraction retained, liquid by holder, checks, summary."""
+    """Fraction retained, liquid by reservoir, checks, summary."""
     from pywet.cases.screening.results import summarise, write_results
     from pywet.runs.rundir import RunDir
 

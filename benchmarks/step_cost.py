@@ -1,7 +1,7 @@
 """Cost of a step on a settled bed, side by side: milliseconds of processor time, and ratios to the stock program's dry step.
 
 `python benchmarks/step_cost.py [--side N] [--only VARIANT ...] [--against CHECKOUT]`: a bed of N x N x 6 spheres (13) settles
-dry; each variant goes on from there, in turn, ROUNDS times, and the least of each counts. `--against` also runs another checkout.
+dry; each variant resumes from there, in turn, ROUNDS times, and the least of each counts. `--against` also runs another checkout.
 
 Variants: the stock program, dry; the same through this package; the plugin attached without liquid; moist with preset `paper`
 and every capillary law there is, preset `exact`, semi-implicit drag, `output.energy`, and the equation of `rabinovich` as a law

@@ -19,12 +19,11 @@ A scene is described, run and read back::
     run.ledger, run.events, run.liquid     # DataFrames; their units are in attrs["units"]
     pywet.view("results/two_layers")       # time series for ParaView and a picture
 
-Of a scene: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` in a `Box` or `Cylinder`, there or `Fed`, `Wall` (STL, `Block`,
-`Tube`, `Disc`, `Vessel`, `Bars`) that `Vibrates`, `Turns`, `Moves` or is `Removed`, `TimeStep`, `Results`; `read_scene` reads one
-from YAML. With it: `plan`, `run`, `load`, `replay`, `view`. Force laws: `laws`, such as `pywet.laws.capillary.rabinovich`, and
-of one's own `force_law`. Mistakes: `PywetError`.
-
-All else belongs to the program and may change; docs/own-scene.md shows how scenes are made.
+Scenes: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` in a `Box` or `Cylinder`, inserted continuously with `Fed`;
+`Wall` as an STL file, `Block`, `Tube`, `Disc`, `Vessel` or `Bars`, which `Vibrates`, `Turns`, `Moves` or is `Removed`;
+`TimeStep`, `Results`. Functions: `read_scene`, `plan`, `run`, `load`, `replay`, `view`. Laws: `laws`, such as
+`pywet.laws.capillary.rabinovich`, and `force_law` for custom laws. Errors: `PywetError`. Everything else may change;
+docs/own-scene.md explains scenes.
 """
 
 from __future__ import annotations

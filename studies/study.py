@@ -1,4 +1,4 @@
-"""The frame of the three studies: what a run is, how it is kept and found again, how all of them become one table.
+"""The frame of the three studies: what a run is, how it is stored and found again, how all of them become one table.
 
 A study is a list of jobs; a job is some runs that are done one after the other, so that what is compared is timed side by side.
 Each run leaves one file: its rows, and a hash of all that they follow from. A run whose file is there with the same hash is not
@@ -34,7 +34,7 @@ Report = Callable[[str, float], None]
 class Run:
     """One run: the name of its file, all that its rows follow from (plain data), and the function that gives them.
 
-    `labels` are put beside the rows in the table. Runs of one name and the same `given` are done once.
+    `labels` are put next to the rows in the table. Runs of one name and the same `given` are done once.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Kept(TypedDict):
 
 
 class Study(ABC):
-    """A study in a folder; the page is beside the folder, under its name."""
+    """A study in a folder; the page is next to the folder, under its name."""
 
     folder: Path
 
@@ -70,14 +70,14 @@ class Study(ABC):
 
     @abstractmethod
     def show(self) -> Path:
-        """Write tables and page from the runs that are kept; the page."""
+        """Write tables and page from the runs that are stored; the page."""
 
     @property
     def page(self) -> Path:
         return self.folder.with_suffix(".html")
 
     def file(self, run: Run) -> Path:
-        """Where a run is kept."""
+        """Where a run is stored."""
         return self.folder / "runs" / f"{run.name}.json"
 
     def kept(self, run: Run) -> list[Row] | None:
@@ -106,7 +106,7 @@ class Study(ABC):
                 write_json(self.file(run), {"key": run.key, "rows": rows})
 
     def gather(self, jobs: Iterable[str] | None = None) -> pd.DataFrame:
-        """The rows of all kept runs (of these jobs) in one table, with the runs' names and labels."""
+        """The rows of all stored runs (of these jobs) in one table, with the runs' names and labels."""
         runs = [run for job in (self.jobs() if jobs is None else jobs) for run in self.runs(job)]
         return pd.DataFrame([{"run": r.name, **r.labels, **row} for r in runs for row in self.kept(r) or ()])
 
@@ -124,7 +124,7 @@ def plain(row: Row) -> Row:
 
 
 def write_rows(path: Path, value: Any) -> None:
-    """JSON to be kept under version control: what holds no list or object of its own stands on one line."""
+    """JSON to be stored under version control: what holds no list or object of its own stands on one line."""
     text = re.sub(r"[{\[][^{}\[\]]*[}\]]", lambda row: " ".join(row[0].split()), json.dumps(value, indent=1))
     with atomic_write(path) as temporary:
         temporary.write_text(text + "\n")

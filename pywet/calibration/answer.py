@@ -26,7 +26,7 @@ ALIKE = 5
 def calibrate(
     file: Path, folder: Path, ranks: int = 1, say: Callable[[str], None] = lambda line: None
 ) -> dict[str, Any]:
-    """Answer a file; writes `calibration.json` and `calibration.svg` into the folder, beside the runs; returns the answer."""
+    """Answer a file; writes `calibration.json` and `calibration.svg` into the folder, next to the runs; returns the answer."""
     from pywet.calibration import figure
 
     question, experiments = asking.read(file)

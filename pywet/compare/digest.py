@@ -1,6 +1,6 @@
 """Digest of a reference run: mean and spread of its quantities over several seeds, a few kilobytes of JSON with provenance.
 
-A digest is a regression alarm, not an oracle: it says that numbers have moved, not that they were right. A run is held against
+A digest is a regression alarm, not an oracle: it says that numbers have moved, not that they were right. A run is compared with
 mean ± Student's quantile (two-sided, shared out over all numbers of the digest) × spread × √(1 + 1/n), plus a numerical
 tolerance of the quantity's scale.
 """

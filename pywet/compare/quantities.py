@@ -139,7 +139,7 @@ def _retained(run: RunDir) -> Iterator[Quantity]:
 
 
 def _liquid(run: RunDir) -> Iterator[Quantity]:
-    """Liquid by holder over time, over the liquid put in; of a small scene films, bridges and walls from the ledger."""
+    """Liquid by reservoir over time, over the liquid put in; of a small scene films, bridges and walls from the ledger."""
     table, ledger = run.table_if_there("results/liquid_by_holder"), run.table_if_there("history/ledger")
     if not run.moist:
         return
@@ -157,7 +157,7 @@ def _liquid(run: RunDir) -> Iterator[Quantity]:
 
 
 def _counts(run: RunDir) -> Iterator[Quantity]:
-    """Formations and ruptures in all, standing bridges over time."""
+    """Formations and ruptures in all, active bridges over time."""
     ledger = run.table_if_there("history/ledger")
     if ledger is None:
         return

@@ -35,12 +35,12 @@ NEAREST = ("reduced", "smoke")
 MATTERS = 1e-3
 """Errors closer than this share are the same."""
 GAIN, WORTH = 0.05, 1.3
-"""A level that is better by this share for no more than this price is a bargain."""
+"""A level that is better by this share for no more than this cost is a bargain."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """One level of a knob as the choice sees it."""
+    """One level of a setting as the choice sees it."""
 
     knob: str
     level: knobs.Level
@@ -50,7 +50,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Chosen:
-    """The outcome: levels by knob, price over that of the default, error by group."""
+    """The outcome: levels by setting, cost over that of the default, error by group."""
 
     levels: dict[str, knobs.Level]
     price: float
@@ -76,7 +76,7 @@ def parse(text: str) -> float:
 
 @cache
 def stored(path: Path = STORED) -> dict[str, Any]:
-    """The stored table of the study; a knob that came after it has no levels there, and stays where it is."""
+    """The stored table of the study; a setting that came after it has no levels there, and stays where it is."""
     table: dict[str, Any] = read_json(
         path, "make the table of the accuracy study with `pywet study accuracy --store`", dict[str, Any]
     )
@@ -95,11 +95,11 @@ def for_scale(scale: str) -> tuple[dict[str, Any], tuple[str, ...]]:
 def options(
     table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGURABLE, longer_by: float = 1.0
 ) -> dict[str, list[Option]]:
-    """Levels of every knob that a moist or a dry case has, as they are charged; knobs not to be turned keep the default,
+    """Levels of every setting that a moist or a dry case has, as they are charged; settings not to be turned keep the default,
     and a level with which a run of the study stopped is none.
 
     `longer_by`: of this case, the step of semi-implicit drag over that of explicit drag. The study's liquid is water, where both
-    have the same step; with a thicker one the longer step divides the price.
+    have the same step; with a thicker one the longer step divides the cost.
     """
     kind = "moist" if moist else "dry"
     scenes = SCENES[kind]
@@ -150,14 +150,14 @@ def choose(
 
 
 def combinations(by_knob: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
-    """Every combination of levels that is not worse than another of its knob in price and in all wanted errors."""
+    """Every combination of levels that is not worse than another of its setting in cost and in all wanted errors."""
     for picked in product(*(_worth(levels, wanted) for levels in by_knob.values())):
         error = {group: sum(o.charge[group] for o in picked) for group in wanted}
         yield Chosen({o.knob: o.level for o in picked}, math.prod(o.price for o in picked), error)
 
 
 def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
-    """Levels that no other of the same knob beats in everything; of equal ones the first listed."""
+    """Levels that no other of the same setting beats in everything; of equal ones the first listed."""
     rows = np.array([[o.price, *(o.charge[g] for g in wanted)] for o in levels])
     beaten = [bool(((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any()) for row in rows]
     _, first = np.unique(rows, axis=0, return_index=True)
@@ -184,7 +184,7 @@ def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Standing:
-    """Where the default of a knob stands in one group of quantities.
+    """Where the default of a setting stands in one group of quantities.
 
     It is beaten when another level is no dearer and no less accurate, beyond doubt: at the limit for all errors of the study
     together (`family`), since all of them are looked at.
@@ -200,7 +200,7 @@ class Standing:
 
 
 def points(table: dict[str, Any], knob: str, kind: str, group: str) -> list[dict[str, Any]]:
-    """Levels of a knob with price and the error that is largest in the group; coarse to fine."""
+    """Levels of a setting with cost and the error that is largest in the group; coarse to fine."""
     of_levels = []
     for row in table["knobs"].get(knob, ()):
         price = row["price"].get(kind)
@@ -224,7 +224,7 @@ def points(table: dict[str, Any], knob: str, kind: str, group: str) -> list[dict
 
 
 def standing(table: dict[str, Any], knob: str, kind: str, group: str) -> Standing | None:
-    """Where the default of a knob stands; None where the group was not measured for it."""
+    """Where the default of a setting stands; None where the group was not measured for it."""
     levels = points(table, knob, kind, group)
     own = next((p for p in levels if p["level"] == table["default"][knob]), None)
     if own is None or len(levels) < 2:

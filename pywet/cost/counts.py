@@ -26,7 +26,7 @@ from pywet.scene import Scene
 Floats = NDArray[np.float64]
 AT_REST = 2.25
 """Contacts per sphere in a heap at rest: two pairs, since the isostatic number of spheres with friction is four each, and a
-quarter for those beside floor and walls (heaps of some five layers in a bin of 200 mm)."""
+quarter for those next to floor and walls (heaps of some five layers in a bin of 200 mm)."""
 COLLISIONS = 4.0
 """Collisions of a sphere in a stroke on the screen: 210 1/s in a full-scale run (case 1, 50.6 strokes a second)."""
 SETTLING = 1.5

@@ -26,7 +26,7 @@ PLACES = {
     "stiffness": "scales.yaml: scales {scale} stiffness_factor value",
     "wire_sides": "scales.yaml: scales {scale} wire_sides value",
 }
-"""Knob -> its entry of the configuration: the file, and the path to it."""
+"""Setting -> its entry of the configuration: the file, and the path to it."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Size:
 
 
 def law_names(level: str) -> dict[str, str | None]:
-    """Fields of the configuration's laws for a level of the capillary knob."""
+    """Fields of the configuration's laws for a level of the capillary setting."""
     exact = level == "exact"
     own = {"preset": "exact", "capillary": None} if exact else {"preset": "paper", "capillary": level}
     return {**own, "rupture": None, "transfer": None}

@@ -1,4 +1,4 @@
-"""What is varied, one knob at a time: levels from coarse to fine, the last being the one the others are measured against."""
+"""What is varied, one setting at a time: levels from coarse to fine, the last being the one the others are measured against."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Level = float | int | str
 
 @dataclass(frozen=True)
 class Setting:
-    """All knobs of a run. The defaults are those of `config/` at smoke scale (a test says so)."""
+    """All settings of a run. The defaults are those of `config/` at smoke scale (a test says so)."""
 
     fraction: float = 0.05
     """Time step over the duration of the shortest collision."""
@@ -32,7 +32,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Knob:
-    """One knob: its name in words, its place in the configuration, its levels by size of the study, coarse to fine."""
+    """One setting: its name in words, its place in the configuration, its levels by size of the study, coarse to fine."""
 
     name: str
     title: str
@@ -42,7 +42,7 @@ class Knob:
     reduced: tuple[Level, ...] = ()
     """As `quick` where there are none."""
     exact_twin: bool = False
-    """Whether all levels ought to give the same result, so that it is their price alone that matters."""
+    """Whether all levels ought to give the same result, so that it is their cost alone that matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
         """Levels of a study of this size; `whole` has those of `standard`, `reduced_whole` those of `reduced`."""
@@ -93,9 +93,9 @@ KNOBS: dict[str, Knob] = {
         Knob("bridges_every", "steps between impulses", "config.yaml: time_step.bridges_every", (4, 2, 1)),
     )
 }  # fmt: skip
-"""Name of a field of `Setting` -> its knob."""
+"""Name of a field of `Setting` -> its setting."""
 CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
-"""Knobs that a choice turns in the configuration; contact log and ranks change nothing but the price, and are the user's."""
+"""Settings that a choice turns in the configuration; contact log and ranks change nothing but the cost, and are the user's."""
 KNOBS_OF: dict[str, tuple[str, ...]] = {
     "dry": ("fraction", "stiffness", "wire_sides", "ranks"),
     "moist": tuple(KNOBS),
@@ -105,7 +105,7 @@ KNOBS_OF: dict[str, tuple[str, ...]] = {
     "pull": ("fraction", "capillary", "integration", "bridges_every"),
     "laws": ("capillary", "transfer_nodes"),
 }
-"""Scene -> the knobs that are turned in it."""
+"""Scene -> the settings that are turned in it."""
 
 
 def default(size: str) -> Setting:

@@ -32,7 +32,7 @@ SNAPSHOT_SPHERE_B, SNAPSHOT_BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
 WINDOW_SPHERE_B, CONTACT_B = 140.0, 240.0
 """The same of a sphere and of a bridge at a step of a window."""
 RAW = 3.0
-"""Disk while tables are made, over that of the tables: the raw logs lie beside them until all are whole."""
+"""Disk while tables are made, over that of the tables: the raw logs lie next to them until all are whole."""
 SAFE = 3.0
 """Wall time that is asked of a cluster over the prediction, which is of a quiet machine."""
 LEAST_MIN = 10

@@ -1,7 +1,7 @@
 """What a step costs on this machine: short runs of spheres on a lattice, in which the clock all but stands still.
 
 In a time step of 1e-10 s nothing moves, so that counts are known and stay: spheres that touch or do not, in the feed bin or on
-the wires, dry or with bridges, with the neighbour list kept or made anew in every tenth step. Differences of runs tell what
+the wires, dry or with bridges, with the neighbour list kept or made again in every tenth step. Differences of runs tell what
 each costs, for few spheres and for so many that they do not fit into the processor's cache.
 """
 
@@ -34,11 +34,11 @@ SIZES = ((1, 50.0), (7, 180.0))
 FROZEN = 1e-10
 """Time step [s]."""
 WORK = 2e6
-"""Spheres times steps that are timed together; a third of it where lists are made anew."""
+"""Spheres times steps that are timed together; a third of it where lists are made again."""
 FIRST = 20
 """Steps before those that are timed; bridges form in them."""
 EVERY = 10
-"""Steps between lists made anew."""
+"""Steps between lists made again."""
 LOOSE = 0.01
 """Gap in radii, across which films of the moist cases touch."""
 JITTER = 1e-4

@@ -43,7 +43,7 @@ class ApparatusSpec:
 
     @property
     def outlet_opening_m(self) -> float:
-        """Free width beside the impact plate's low edge: three apertures or 40 % of the width, whichever is more."""
+        """Free width next to the impact plate's low edge: three apertures or 40 % of the width, whichever is more."""
         return max(0.4 * self.width_m, 3.0 * self.aperture_m)
 
     @property

@@ -48,7 +48,7 @@ def displacement(vibration: Vibration, time: ArrayLike) -> Floats:
 def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float) -> Floats:
     """Displacement of the engine's mesh after `step` steps [m]: Σ v(t_n) Δt for n = 1 … step, shape (…, 3).
 
-    t_n is the engine's clock, Δt added n times: after three million steps it is some 1e-9 s beside n Δt.
+    t_n is the engine's clock, Δt added n times: after three million steps it is some 1e-9 s next to n Δt.
     """
     wanted = np.asarray(step, dtype=np.int64)
     times, place, done = np.zeros(1), np.zeros(3), 0

@@ -195,7 +195,7 @@ def rabinovich_as_printed(
 
     Notes
     -----
-    Second term 2π σ r sin θ_m sin(θ_m + φ) (here sin θ_m stands for sin φ: it vanishes for perfect wetting, and does not
+    Second term 2π σ r sin θ_m sin(θ_m + φ) (here sin θ_m means sin φ: it vanishes for perfect wetting, and does not
     vanish with the volume otherwise); at a wall the first term is 2π σ r (cos θ_i + cos θ_w)/(1 + S √(π r/V)) and
     φ = √((2S/r) √(1 + V/(π r S²))) lacks the −1.
 

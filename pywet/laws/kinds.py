@@ -35,7 +35,7 @@ class Kind:
     exact: str = ""
     """Law of the preset `exact`, where it is another."""
     force: bool = False
-    """A force on standing bridges: evaluated in every step, many bridges at once, all parts in one slot."""
+    """A force on active bridges: evaluated in every step, many bridges at once, all parts in one slot."""
     needed: bool = False
     """No bridge without it; what presets name and is not needed has a switch of its own."""
 

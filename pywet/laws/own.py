@@ -100,7 +100,7 @@ def check_second(kind: str, name: str) -> None:
 
 
 def may_run(name: str) -> bool:
-    """Whether the file of a law or of a second function, as it is now, has been named by the user."""
+    """Whether the file of a law or of a user reference implementation, as it is now, has been named by the user."""
     return _path(name).is_file() and _mark(_path(name), read_bytes(_path(name), CURE)).exists()
 
 

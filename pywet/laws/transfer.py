@@ -34,7 +34,7 @@ def v_star_grid(nodes: int) -> Floats:
 V_STAR_GRID: Floats = v_star_grid(201)
 """The usual nodes."""
 SMALLEST = 1e-5
-"""V* that stands for V* → 0 in the table's first entry."""
+"""V* that means V* → 0 in the table's first entry."""
 
 
 @dataclass(frozen=True)

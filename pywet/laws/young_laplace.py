@@ -1,4 +1,4 @@
-"""The exact bridge as laws for the engine: force and rupture distance interpolated in tables, at the price of a closed form.
+"""The exact bridge as laws for the engine: force and rupture distance interpolated in tables, at the cost of a closed form.
 
 `pywet.laws.exact_bridge.table` solves and keeps the tables, one for each pair of contact angles. Here they become uniform cubic
 B-splines (twice continuously differentiable) in one block of memory that compiled code finds through a directory at a fixed

@@ -1,6 +1,6 @@
-"""The effect plan held against what the replay measured: per effect predicted, measured, and whether the plan was right.
+"""The effect plan compared with what the replay measured: per effect predicted, measured, and whether the plan was right.
 
-Reads plan.json and contributions.json of a run directory, writes audit.json beside them. A plan is wrong where it left out or
+Reads plan.json and contributions.json of a run directory, writes audit.json next to them. A plan is wrong where it left out or
 called negligible what contributes more than its tolerance, or where a predicted share and the measured one differ by more than
 the tolerance and by more than the factor to which the prediction claims to hold. (The number that decides an effect is held
 against the measure only where no share was predicted: it need not be a share itself.)
@@ -70,7 +70,7 @@ def _row(row: dict[str, Any], measured: dict[str, Any]) -> AuditRow:
     effect, on = row["effect"], bool(row["on"])
     value, measure = _measured(effect, measured)
     predicted, tolerance = row.get("predicted_share"), float(row["threshold"])
-    # a share of impulse can be laid beside a prediction only where that is one too
+    # a share of impulse can be laid next to a prediction only where that is one too
     within = float(row.get("predicted_within") or WITHIN) if predicted is not None and measure == IMPULSE else None
     verdict, text = _judge(row, value, predicted if within else None, within, tolerance)
     return AuditRow(effect, on, measure, predicted if within else None, within, value, tolerance, verdict, text)

@@ -1,4 +1,4 @@
-"""What an estimator knows of a scene beside spheres and liquid: how it moves, where its walls are, what is wanted."""
+"""What an estimator knows of a scene next to spheres and liquid: how it moves, where its walls are, what is wanted."""
 
 from __future__ import annotations
 

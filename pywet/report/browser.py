@@ -171,7 +171,7 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
 
 
 def _curves(run: RunDir) -> list[dict[str, Any]]:
-    """Title, times [s] and values of the curves beside the scene."""
+    """Title, times [s] and values of the curves next to the scene."""
     line = run.timeline
     retained = 1.0 - line.passed @ line.mass / line.mass.sum()
     curves: list[tuple[str, Any, Any]] = [("fraction retained (spheres)", line.times, retained)]

@@ -31,7 +31,7 @@ class CaseResult:
     unchecked: tuple[str, ...] = field(default=())
     """Laws that the reference does not know, in words."""
     second: tuple[str, ...] = field(default=())
-    """Kinds of own laws that were held against a second function of the user's."""
+    """Kinds of own laws that were compared with a user reference implementation of the user's."""
     retained: pd.DataFrame | None = None
     liquid: pd.DataFrame | None = None
     contributions: dict[str, Any] | None = None

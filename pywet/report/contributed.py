@@ -1,4 +1,4 @@
-"""Table of the report: what each effect contributed in each case, beside what the effect plan said."""
+"""Table of the report: what each effect contributed in each case, next to what the effect plan said."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run in motion: an MP4 and a short loop, drawn without a screen; beside the scene its fraction retained over time.
+"""A run in motion: an MP4 and a short loop, drawn without a screen; next to the scene its fraction retained over time.
 
 The camera and the colours are the same in all frames. Frames are drawn in a child process, as pictures are (`render.py`).
 """
@@ -21,7 +21,7 @@ from pywet.util.files import atomic_write
 
 SIZE = (560, 480)
 CHART = 220
-"""Width of the curve beside the scene, in pixels."""
+"""Width of the curve next to the scene, in pixels."""
 PER_SECOND = 12
 LOOP = 24
 """Frames of the loop."""

@@ -1,7 +1,7 @@
 """A run of pywet in ParaView, with one click: spheres by film thickness, bridges as cuboids, walls, curves.
 
 In ParaView: File, Load State, this file; or `paraview --script=open_in_paraview.py`. For a picture without a window:
-`pvbatch open_in_paraview.py OUT.png [TIME]`. Written by `pywet view RUN --paraview`; the files beside it may be moved with it.
+`pvbatch open_in_paraview.py OUT.png [TIME]`. Written by `pywet view RUN --paraview`; the files next to it may be moved with it.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from pywet.util.files import atomic_write
 
 SPHERES = {"id": "id", "class": "type", "radius": "radius", "film_thickness": "film_thickness", "liquid": "liquid",
            "in_bin": "in_bin"}  # fmt: skip
-"""Field of the VTK file -> column of the dump, beside place and velocity."""
+"""Field of the VTK file -> column of the dump, next to place and velocity."""
 BRIDGES = ["volume", "separation", "capillary_force", "age"]
 
 

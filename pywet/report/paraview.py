@@ -1,6 +1,6 @@
 """`vtk/open_in_paraview.py` of a run: what ParaView is told to show, written into a script that its own Python runs.
 
-The script is `open_in_paraview.py` beside this file; here its first value, SHOWN, is filled in. Not run by pywet.
+The script is `open_in_paraview.py` next to this file; here its first value, SHOWN, is filled in. Not run by pywet.
 """
 
 from __future__ import annotations

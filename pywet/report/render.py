@@ -32,7 +32,7 @@ ANGLE = 35.0
 VIEWED_FROM, AIM = np.array([0.7, -2.2, 0.85]), np.array([0.04, 0.0, 0.0])
 """Of the camera, from the middle of the scene in widths of it: right, away, up."""
 SOLID, HIDDEN = ("wires", "impact_plate"), ("feed_bin", "slide")
-"""Holders that are drawn solid and those that would hide the scene; the others are translucent."""
+"""Reservoirs that are drawn solid and those that would hide the scene; the others are translucent."""
 BAR = {
     "title": "film thickness in µm\n",
     "color": "#333333",

@@ -1,6 +1,6 @@
 """The report: one HTML file with everything in it, from the run directories of all cases at one scale.
 
-Gathers what the template `workflow/report/report.html.j2` shows; reads only what the stages wrote and computes nothing anew.
+Gathers what the template `workflow/report/report.html.j2` shows; reads only what the stages wrote and computes nothing again.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TEMPLATE = "report.html.j2"
 SCENES = 60_000_000
 """Size of the 3-D scenes of all cases together [bytes]."""
 TABLE = "../agreement/index.html"
-"""The table of agreement, beside the report's folder where it has been made."""
+"""The table of agreement, next to the report's folder where it has been made."""
 PAPER_SECONDS = 20.0
 """Duration of the paper's runs, section 5.2."""
 

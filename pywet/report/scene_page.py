@@ -22,7 +22,7 @@ from pywet.shipped import place
 from pywet.util.files import AGAIN, read_if_there
 
 NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", "left_m3")
-"""Columns of liquid_by_wall that are no holder's."""
+"""Columns of liquid_by_wall that are no reservoir's."""
 CURVES = {
     "number per sphere [-]": ("contacts_per_sphere", "bridges_per_sphere"),
     "overlap over the radius [-]": ("mean_overlap", "largest_overlap", "largest_wall_overlap"),

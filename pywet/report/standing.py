@@ -1,4 +1,4 @@
-"""What a standing bridge is beyond its row in the log: radii and contact angles of its bodies, its law's force, its age."""
+"""What a active bridge is beyond its row in the log: radii and contact angles of its bodies, its law's force, its age."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def particles(run: RunDir, step: int) -> Any:
 
 
 def bridges(run: RunDir, step: int) -> Any:
-    """Standing bridges at one output step as lines from centre to centre (wall: to the closest point)."""
+    """Active bridges at one output step as lines from centre to centre (wall: to the closest point)."""
     here = standing_at(run, step)
     points = np.zeros((2 * len(here), 3))
     for k, end in enumerate(("xi", "xj")):
@@ -96,7 +96,7 @@ def wall_thickness(run: RunDir, step: int) -> Floats:
 
 
 def walls(run: RunDir, step: int) -> Any:
-    """All wall triangles at one output step; `holder` numbers the holders in the order they appear."""
+    """All wall triangles at one output step; `holder` numbers the reservoirs in the order they appear."""
     corners = wall_corners(run, step)
     data = {
         "film_thickness": wall_thickness(run, step),
@@ -140,7 +140,7 @@ def output(run: RunDir, kind: str, step: int) -> Any:
 
 
 def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
-    """Write the time series of a run anew and return their .pvd files."""
+    """Write the time series of a run again and return their .pvd files."""
     run = RunDir(Path(run_dir))
     folder, partial = run.path / "vtk", run.path / "vtk.partial"
     run_folder.refuse_foreign(run.path, folder.name)

@@ -1,4 +1,4 @@
-"""The parts of the study's page that are drawn from a table alone, for this study and for stored ones beside it."""
+"""The parts of the study's page that are drawn from a table alone, for this study and for stored ones next to it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 
 def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
-    """What is found for every knob whose levels differ, kind of case and group that was measured."""
+    """What is found for every setting whose levels differ, kind of case and group that was measured."""
     found = [
         asked(table, knob, kind, group)
         for kind in choice.SCENES
@@ -111,7 +111,7 @@ def bargains(table: dict[str, Any]) -> list[str]:
 
 
 def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
-    """What changes with scale and size: prices and errors beside each other, then what to choose there."""
+    """What changes with scale and size: prices and errors next to each other, then what to choose there."""
     tables, groups = (table, *others), ("fraction retained", "liquid shares")
     names = [_name(t) for t in tables]
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
@@ -143,7 +143,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
 
 
 BESIDE = (("fraction", 0.1), ("fraction", 0.05), ("stiffness", 0.003), ("stiffness", 0.01))
-"""Settings that the scatter of inputs is laid beside."""
+"""Settings that the scatter of inputs is laid next to."""
 
 
 def scatter_rows(table: dict[str, Any]) -> list[list[str]]:

@@ -1,8 +1,8 @@
-"""Errors and prices from the kept runs: each level of a knob against the knob's finest, with what chance alone makes.
+"""Errors and prices from the stored runs: each level of a setting against the setting's finest, with what chance alone makes.
 
 Screening and bed are chaotic: two runs that differ in a rounding drift apart as far as two seeds. The error of a level is the
 mean over seeds of its difference to the finest level with the same seed; its limit is the half width of the 99 % confidence
-interval (Student) of that mean. The standard deviation is pooled over all levels and knobs of the scene, which are equally
+interval (Student) of that mean. The standard deviation is pooled over all levels and settings of the scene, which are equally
 good samples of chance. An error within its limit is not resolved. Of a hundred such errors one is beyond its limit by chance;
 what is said of the defaults rests on all of them at once and takes `family`, at which the odds are one in a hundred for all
 together (Bonferroni). Colliding pairs take the instants of touch for seeds, each
@@ -25,7 +25,7 @@ from studies.accuracy.sieve import SCREENING
 
 CONFIDENCE = 0.99
 Sample = tuple[tuple[object, ...], np.ndarray, tuple[float, int] | None]
-"""Scene, knob, level, quantity and group; differences to the finest level; the pooled deviation of the scene."""
+"""Scene, setting, level, quantity and group; differences to the finest level; the pooled deviation of the scene."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Pictures of the accuracy study: error against price of every knob, the fronts of all combinations, seeds, predicted times."""
+"""Pictures of the accuracy study: error against cost of every setting, the fronts of all combinations, seeds, predicted times."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from pywet.report.pictures import INK, STYLE, panels, plt
 
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
 KNOB_COLOUR = {"fraction": "#0b3c78", "stiffness": "#d98032", "wire_sides": "#5d8a3a", "capillary": "#b3261e"}
-"""Of the knobs whose curves are drawn beside the seeds."""
+"""Of the settings whose curves are drawn next to the seeds."""
 FLOOR = 1e-4
 """Errors below this share are drawn at the foot of the picture."""
 SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_implicit": "semi-implicit"}
 
 
 def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
-    """Error against price, one small picture for each knob that was measured in this group; moist and dry in one."""
+    """Error against cost, one small picture for each setting that was measured in this group; moist and dry in one."""
     drawn = [(knob, _kinds(table, knob, group)) for knob in KNOBS if not KNOBS[knob].exact_twin]
     drawn = [(knob, kinds) for knob, kinds in drawn if kinds]
     if not drawn:
@@ -41,7 +41,7 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
 
 
 def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
-    """Levels of a knob for a moist and for a dry case, where they differ at all."""
+    """Levels of a setting for a moist and for a dry case, where they differ at all."""
     by_kind = {kind: choice.points(table, knob, kind, group) for kind in choice.SCENES}
     return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
@@ -82,7 +82,7 @@ def _dress(ax: Axes, title: str, kinds: dict[str, Any]) -> None:
 
 
 def fronts(table: dict[str, Any]) -> Figure:
-    """Cheapest price for each accuracy, over all combinations of settings; the default as a ring."""
+    """Cheapest cost for each accuracy, over all combinations of settings; the default as a ring."""
     wanted = {
         "all of them": choice.WANTED,
         "fraction retained, liquid": ("fraction retained", "liquid shares"),
@@ -126,7 +126,7 @@ def _front(options: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, 
 
 
 def _label_ends(ax: Axes, ends: list[tuple[float, float, str, str]]) -> None:
-    """Names at the cheap end of the lines, kept apart."""
+    """Names at the cheap end of the lines, stored apart."""
     last = np.inf
     for x, y, name, colour in sorted(ends, key=lambda e: -e[1]):
         at = min(y, last / 1.45, 100.0)

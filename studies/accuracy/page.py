@@ -29,7 +29,7 @@ def write_page(
 ) -> Path:
     """Write the page and return its path.
 
-    `others` are stored tables, shown beside; `times`: scene, measured and predicted seconds of runs.
+    `others` are stored tables, shown next to; `times`: scene, measured and predicted seconds of runs.
     """
     standings = blocks.all_standings(table)
     beaten = [s for s in standings if s.verdict == "beaten"]

@@ -1,7 +1,7 @@
 """What scatter of the inputs makes of the fraction retained, in the units and with the seeds of the settings' errors.
 
 The study's screening scenes again, with an input a standard deviation above and below its value. Its effect is half of what the
-two differ by. Multiple time stepping, which the stored tables do not have, is run beside it; `scatter.json` keeps the rows.
+two differ by. Multiple time stepping, which the stored tables do not have, is run next to it; `scatter.json` keeps the rows.
 
     python -m studies.accuracy.scatter [FOLDER]      runs what is missing (some minutes), stores the rows
 """
@@ -56,7 +56,7 @@ INPUTS = {
 }
 """Glass is what was measured; that other materials scatter alike is an assumption."""
 STEPS = (4,)
-"""Steps between impulses that are run beside."""
+"""Steps between impulses that are run next to."""
 SEEDS = sieve.SEEDS[:2]
 
 

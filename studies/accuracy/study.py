@@ -33,7 +33,7 @@ ONCE = ("pair_dry", "pair_wet", "pull", "laws")
 
 @dataclass(frozen=True)
 class AccuracyStudy(study.Study):
-    """All knobs in all scenes, in one of the sizes of `sieve.SIZES`."""
+    """All settings in all scenes, in one of the sizes of `sieve.SIZES`."""
 
     folder: Path
     size: str = "quick"
@@ -51,7 +51,7 @@ class AccuracyStudy(study.Study):
         return [f"{self.size}/{scene}-{seed}" for scene, seed in rounds]
 
     def runs(self, job: str) -> list[study.Run]:
-        """Default, every level of every knob but the default's (from another start each seed), and the default again."""
+        """Default, every level of every setting but the default's (from another start each seed), and the default again."""
         scene, _, seed = job.partition("/")[2].rpartition("-")
         base = knobs.default(self.size)
         turned: list[tuple[str, Level | None]] = [
@@ -79,7 +79,7 @@ class AccuracyStudy(study.Study):
         )
 
     def setting(self, knob: str, level: Any) -> Setting:
-        """The default with one knob turned; `default` and `again` turn none."""
+        """The default with one setting turned; `default` and `again` turn none."""
         return replace(knobs.default(self.size), **({knob: level} if knob in knobs.KNOBS else {}))
 
     @cached_property
@@ -89,7 +89,7 @@ class AccuracyStudy(study.Study):
         return [study.configured(config, number, SCALE) for number in sieve.CASE.values()]
 
     def table(self) -> dict[str, Any]:
-        """Prices and errors from the runs that are kept."""
+        """Prices and errors from the runs that are stored."""
         runs = self.gather()
         if runs.empty or not runs["scene"].isin(SCREENING).any():
             raise PywetError(
@@ -138,7 +138,7 @@ class AccuracyStudy(study.Study):
 
 
 def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
-    """The result as one small table: prices and errors by knob and level, with where they come from."""
+    """The result as one small table: prices and errors by setting and level, with where they come from."""
     found, prices = errors.errors(runs, size), errors.prices(runs, size)
     failed = runs[runs["failed"].notna()]
     failed = failed.assign(said=failed["scene"] + ": " + failed["failed"].astype(str))

@@ -1,6 +1,6 @@
 """Source `forces`: capillary force over gap and in overlap, rupture distance, volume drawn, normal drag; every program measured.
 
-Truth of preset `paper` is the law typed anew in `reference_impl`; of preset `exact` the exact bridge solved by
+Truth of preset `paper` is the law typed again in `reference_impl`; of preset `exact` the exact bridge solved by
 `pywet.laws.exact_bridge`, which the reference's own solver confirms. Stock programs run as they are installed.
 """
 
@@ -122,7 +122,7 @@ def _engine(
 def _best(
     row: str, preset: str, said: str, fit: str, own: Callable[[], Floats], exact: Floats, note: str, at: Sequence[str] = ()
 ) -> Iterator[Cell]:  # fmt: skip
-    """What a row is held against: the paper's law by the reference, or the exact bridge, which the reference solves too."""
+    """What a row is compared with: the paper's law by the reference, or the exact bridge, which the reference solves too."""
     if preset == "paper":
         yield impossible(row, EXACT, fit)
         yield truth(row, REFERENCE, said, len(exact))

@@ -1,4 +1,4 @@
-"""Source `lammps`: the scenes of `forces`, `replayed` and `dry` in LAMMPS + pywet, held against the same truths.
+"""Source `lammps`: the scenes of `forces`, `replayed` and `dry` in LAMMPS + pywet, compared with the same truths.
 
 Laws and books of the liquid are those of LIGGGHTS + pywet; contacts, neighbour lists and integration are the program's own.
 """

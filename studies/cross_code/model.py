@@ -75,7 +75,7 @@ def measured(
 
 
 def truth(row: str, column: str, note: str, count: int = 0) -> Cell:
-    """The cell that the row's others are held against."""
+    """The cell that the row's others are compared with."""
     return Cell(row, column, "truth", 0.0, count, note=note)
 
 

@@ -87,7 +87,7 @@ def screening(results: Path) -> Source:
 def _cells(
     scene: str, replays: list[dict[str, Any]], link: str, said: str, names: list[str] | None = None
 ) -> Iterator[Cell]:  # fmt: skip
-    """One row per quantity; an exact force or rupture law is held against a sample of exact solutions."""
+    """One row per quantity; an exact force or rupture law is compared with a sample of exact solutions."""
     for key, (*_, inside) in QUANTITIES.items():
         row = f"{key}_{scene}"
         parts = [

@@ -27,7 +27,7 @@ SOURCES: dict[str, Callable[[Path], Source]] = {
     "screening": _of("replayed", "screening", ".."),
     "engines": _of("engines", beside="../crosscheck"),
 }
-"""Name -> function of the folder results/agreement; the last two read what other targets have left beside it."""
+"""Name -> function of the folder results/agreement; the last two read what other targets have left next to it."""
 READ = {"screening": "*/case*/replay.json", "engines": "crosscheck/**/*.parquet"}
 """What the last two sources read of other targets' results."""
 

@@ -15,7 +15,7 @@ from studies.stock.liggghts import liggghts_force
 from studies.stock.yade import yade_force
 
 YADE_LAWS = {"paper": "Rabinovich", "exact": "Willett_numeric"}
-"""Preset -> the law of YADE that stands for it; a stock model of LIGGGHTS has one law."""
+"""Preset -> the law of YADE that means it; a stock model of LIGGGHTS has one law."""
 PROGRAMS: dict[str, Callable[[pd.DataFrame, str], pd.DataFrame]] = {
     YADE: yade_force,
     WASHINO: liggghts_force,
@@ -26,7 +26,7 @@ SCAN = 61
 
 
 def law_of(column: str, preset: str) -> str:
-    """The program's law that stands for a preset."""
+    """The program's law that means a preset."""
     return YADE_LAWS[preset] if column == YADE else column
 
 

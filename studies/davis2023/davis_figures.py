@@ -1,4 +1,4 @@
-"""The figures of Davis 2023 drawn anew: single collisions (5, 7, 8, 11, 13b, 14, 15), families over the Stokes number (6, 9,
+"""The figures of Davis 2023 drawn again: single collisions (5, 7, 8, 11, 13b, 14, 15), families over the Stokes number (6, 9,
 10, 12, 13a), and the map of outcomes, which the paper does not have."""
 
 from __future__ import annotations

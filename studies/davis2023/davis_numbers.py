@@ -1,4 +1,4 @@
-"""Every number printed in the text of Davis 2023, beside what a converged solution of the same equations gives."""
+"""Every number printed in the text of Davis 2023, next to what a converged solution of the same equations gives."""
 
 from __future__ import annotations
 

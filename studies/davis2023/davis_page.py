@@ -1,4 +1,4 @@
-"""The page on sphere collisions: the numbers of Davis 2023 beside ours, its figures drawn anew, and what accuracy costs."""
+"""The page on sphere collisions: the numbers of Davis 2023 next to ours, its figures drawn again, and what accuracy costs."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def numbers(rtol: float = 1e-9) -> pd.DataFrame:
 
 
 def write_page(folder: Path) -> Path:
-    """The numbers, numbers.csv beside them, and all figures in `folder`/index.html."""
+    """The numbers, numbers.csv next to them, and all figures in `folder`/index.html."""
     table = numbers()
     write_csv(table, folder / "numbers.csv")
     body = page.paragraph(NUMBERS_SAID) + page.table_of(table.itertuples(), {

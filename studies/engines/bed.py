@@ -112,7 +112,7 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
 def measure(run_dir: Path) -> dict[str, float]:
     """Mean height of the centres over the radius, contacts, speed and bridges per sphere at the end, of a drum its angle [deg].
 
-    Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN where no ledger is kept.
+    Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN where no ledger is stored.
     """
     scene = Scene.read(run_dir / "scene.json")
     end = last(run_dir)

@@ -1,4 +1,4 @@
-"""`make full`: the screening cases at full scale on the cores there are; what was begun goes on, what is kept is not run again.
+"""`make full`: the screening cases at full scale on the cores there are; what was begun goes on, what is stored is not run again.
 
 Each case is `pywet run` in a process of its own, so that a kill costs at most the time since its last checkpoint. The small
 tables of a finished case are stored at once.
@@ -210,7 +210,7 @@ def main(
 
 
 def turned(config: Config, wanted: Iterable[int], out: Path) -> dict[int, Config]:
-    """For each case the configuration with what is turned for its aperture; the copies lie beside the runs."""
+    """For each case the configuration with what is turned for its aperture; the copies lie next to the runs."""
     made: dict[float, Config] = {}
     for aperture in {config.case(n).aperture_mm for n in wanted}:
         target = out / f"settings-{aperture:g}mm"

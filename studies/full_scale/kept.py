@@ -38,7 +38,7 @@ screen: slower against it than this share of the screen's peak speed."""
 
 @dataclass(frozen=True)
 class Kept:
-    """One kept run, read back; every method takes seconds since the opening of the slide."""
+    """One stored run, read back; every method takes seconds since the opening of the slide."""
 
     folder: Path
 
@@ -113,7 +113,7 @@ class Kept:
         return (dry - coarse) / (1.0 - coarse)
 
     def liquid(self, *holders: str) -> Floats:
-        """Share of all liquid with these holders, such as `fines` or `coarse_material_large`."""
+        """Share of all liquid with these reservoirs, such as `fines` or `coarse_material_large`."""
         total = self.series("liquid_by_holder", "initial_m3")
         return np.asarray(sum(self.series("liquid_by_holder", f"{name}_m3") for name in holders) / total)
 
@@ -130,7 +130,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class Moved(Kept):
-    """A kept run as chance may have made it: moved by what one of several seeds of another case differs from their mean."""
+    """A stored run as chance may have made it: moved by what one of several seeds of another case differs from their mean."""
 
     seeds: Sequence[Kept]
     which: int
@@ -260,7 +260,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
 
 
 def variants(data: Path) -> dict[str, dict[int, list[Kept]]]:
-    """All kept runs by the name of their settings and by case, in the order of seeds."""
+    """All stored runs by the name of their settings and by case, in the order of seeds."""
     found: dict[str, dict[int, list[Kept]]] = {}
     for one in sorted((Kept(p.parent) for p in data.glob("*/run.json")), key=lambda k: int(k.about["seed"])):
         found.setdefault(str(one.about.get("variant", "")), {}).setdefault(one.case, []).append(one)

@@ -40,7 +40,7 @@ PICTURES = {
     "fig11a": "Fig. 11a: case 3 three seconds after the opening; darker spheres have thicker films",
     "fig11b": "Fig. 11b: the same close by; bridges as cuboids of their volume",
 }
-"""Made by `pictures.py` from a run itself, which is not kept."""
+"""Made by `pictures.py` from a run itself, which is not stored."""
 METHOD = """
 ## Method
 
@@ -86,7 +86,7 @@ def honest(runs: Runs) -> str:
 
 
 def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str:
-    """Write the figures beside `data` and return the page's text."""
+    """Write the figures next to `data` and return the page's text."""
     config = config or settings.load(Path("config"))
     variants = kept.variants(data)
     runs = variants.pop("", {})

@@ -1,4 +1,4 @@
-"""Numbers that statements of the paper are about, from the kept tables of one or several cases.
+"""Numbers that statements of the paper are about, from the stored tables of one or several cases.
 
 Y: fraction retained (44), Y_i of a size class (45); U: mass of undersize spheres on the screen over that at the start; times in
 seconds from the opening of the slide; shares are of all liquid.
@@ -41,7 +41,7 @@ def undersize(c: Cases, case: int, time: float) -> float:
 
 
 def share(c: Cases, case: int, time: float, *holders: str) -> float:
-    """Share of the liquid with holders (`walls`: the screening apparatus) at a time."""
+    """Share of the liquid with reservoirs (`walls`: the screening apparatus) at a time."""
     kept = c[case]
     return kept.at(kept.walls if holders == ("walls",) else kept.liquid(*holders), time)
 
@@ -86,7 +86,7 @@ def largest(c: Cases, a: int, kind_a: str | None, b: int, kind_b: str | None) ->
 
 
 def rise(kept: Kept, holder: str, sign: float = 1.0) -> float:
-    """Largest step up (down with −1) of a holder's share from one output to the next after the opening."""
+    """Largest step up (down with −1) of a reservoir's share from one output to the next after the opening."""
     values = kept.liquid(holder)[kept.times >= 0.0]
     return float(np.max(np.diff(sign * values), initial=0.0))
 

@@ -1,4 +1,4 @@
-"""The atlas as one HTML page with its pictures inside, its tables as CSV beside it, and the pictures as SVG files."""
+"""The atlas as one HTML page with its pictures inside, its tables as CSV next to it, and the pictures as SVG files."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _graded(value: float, hint: str = "") -> Cell:
 
 
 def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
-    """Every law by bodies and gap, the most accurate between equal spheres first; cost beside."""
+    """Every law by bodies and gap, the most accurate between equal spheres first; cost next to."""
     by_law = {name: rows.set_index(["bodies", "gap"]) for name, rows in tables["forces"].groupby("law", sort=False)}
     cost, places = tables["cost"].set_index("law"), [(b, g) for b in errors.BODIES for g in errors.GAPS]
     rows: page.Rows = []

@@ -99,7 +99,7 @@ def _refuted(verdicts: Mapping[int, str], statements: Sequence[judging.Statement
 
 
 def calibrate(file: Path, folder: Path, say: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
-    """Answer a file; writes `calibration.json` into the folder, beside configurations and runs; returns the answer."""
+    """Answer a file; writes `calibration.json` into the folder, next to configurations and runs; returns the answer."""
     question = parse(Search, read_yaml(file, Search), str(file))
     source = file.parent / question.configuration
     base = settings.load(source)

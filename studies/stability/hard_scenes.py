@@ -220,7 +220,7 @@ MEANT_TO_STOP = ("too fast for the step", "pressed too deep", "angles of 0 and 8
 
 
 def judged(name: str, run_dir: Path) -> pd.DataFrame:
-    """Run a batch of hard scenes and judge every cell of it."""
+    """Run a batch of stress tests and judge every cell of it."""
     batch = SCENES[name]()
     table = running.judged(batch, run_dir, allow_unstable=name == "guards")
     table["expected"] = ["stopped" if c in MEANT_TO_STOP else "stable" for c in table["case"]]

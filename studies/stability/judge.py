@@ -1,6 +1,6 @@
 """Judges each cell of a finished run: finite, its own ledger, its own energy, and what the independent replay says of the run.
 
-Energy of a cell: kinetic and spin energy, springs of its touching spheres, capillary energy of its standing bridges. It may
+Energy of a cell: kinetic and spin energy, springs of its touching spheres, capillary energy of its active bridges. It may
 fall (drag, dashpot, friction), and changes by known amounts when a bridge forms, ruptures, or gravity works. What is more
 than that was made by the time stepping. Not for cells on moving walls: for them the run's own budget is asked.
 """
@@ -191,7 +191,7 @@ def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
     """What each cell of a finished run did, by its name.
 
     ledger: largest error of its liquid over its liquid. made: energy made over the energy in play; below zero: all of it was
-    lost or kept. allowed: what the order of the method allows for it. raw: `made` with nothing subtracted for the step between
+    lost or stored. allowed: what the order of the method allows for it. raw: `made` with nothing subtracted for the step between
     a bridge's formation and its first force. said: nothing, as no guard stopped it.
     """
     run = Run(batch, run_dir)

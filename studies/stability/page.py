@@ -1,4 +1,4 @@
-"""The page of the stability study: the maps with the advisor's line first, then hard scenes and the field of the cases."""
+"""The page of the stability study: the maps with the advisor's line first, then stress tests and the field of the cases."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def case_section(cases: pd.DataFrame) -> page.Section:
 
 
 def write_page(path: Path, maps: dict[str, pd.DataFrame], scenes: pd.DataFrame, cases: pd.DataFrame) -> Path:
-    """The page of the maps' points, the hard scenes and the random cases, a row each."""
+    """The page of the maps' points, the stress tests and the random cases, a row each."""
     by_law = int((cases["state"] == "law").sum())
     unexplained = len(cases) - by_law - int((cases["state"] == "stable").sum())
     fine = int(((scenes["state"] == scenes["expected"]) | (scenes["state"] == "law")).sum())

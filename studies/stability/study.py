@@ -1,4 +1,4 @@
-"""The stability study: rows of the maps, hard scenes, batches of random cases; each is one job of one run."""
+"""The stability study: rows of the maps, stress tests, batches of random cases; each is one job of one run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FINE = ("stable", "law")
 
 @dataclass(frozen=True)
 class StabilityStudy(study.Study):
-    """All maps and hard scenes, and so many random cases of a seed."""
+    """All maps and stress tests, and so many random cases of a seed."""
 
     folder: Path
     cases: int = 2000
@@ -70,7 +70,7 @@ class StabilityStudy(study.Study):
         return table.to_dict("records")  # type: ignore[return-value]
 
     def show(self) -> Path:
-        """A table of each map, of the hard scenes and of the cases, and the page."""
+        """A table of each map, of the stress tests and of the cases, and the page."""
         from studies.stability import page
 
         maps = {name: self.gather(jobs) for name, jobs in self.map_rows.items()}

@@ -33,7 +33,7 @@ class Bridges:
 
 
 def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
-    """Run `run_dir`/scene.json with these bridges in place of its liquid; standing bridges at the end: volume, gap, wall.
+    """Run `run_dir`/scene.json with these bridges in place of its liquid; active bridges at the end: volume, gap, wall.
 
     Writes trajectory, mesh motion and engine/ as a dry run does. PywetError for what YADE cannot express.
     """

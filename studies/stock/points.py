@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 COLUMNS = ("separation", "volume", "radius_i", "radius_j", "contact_angle", "surface_tension")
 """SI units and radians; radius_j = inf is a large wall. Optional: `contact_angle_j`, the angle of j where it is not that of i."""
 TOUCH = 1e-7
-"""Gap that stands for touch, in smaller radii: at S = 0 round-off decides whether a program sees an overlap or a gap."""
+"""Gap that means touch, in smaller radii: at S = 0 round-off decides whether a program sees an overlap or a gap."""
 
 REACH_IN = 0.1
 """Largest overlap that is measured, in smaller radii."""

@@ -153,7 +153,7 @@ def test_runs_have_seeds_of_their_own_and_are_kept(tmp_path: Path, engine: list[
 
 @pytest.fixture
 def fresh() -> Iterator[None]:
-    """The program's hash is worked out anew, before and after."""
+    """The program's hash is worked out again, before and after."""
     experiments._program.cache_clear()
     yield
     experiments._program.cache_clear()

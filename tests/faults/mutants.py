@@ -1,6 +1,6 @@
 """Random faults in source text: an operator, a constant, an index, a sign, a dropped line, two arguments exchanged.
 
-Made on tokens, so that C++ and Python are treated alike; what no longer compiles is drawn anew by whoever tries it.
+Made on tokens, so that C++ and Python are treated alike; what no longer compiles is drawn again by whoever tries it.
 """
 
 from __future__ import annotations

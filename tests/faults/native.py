@@ -47,7 +47,7 @@ class Objects:
         return changed.name in {Path(word).name for word in re.split(r"[\s\\]+", text)}
 
     def library(self, target: Path, changed: Path | None = None) -> bool:
-        """Link the plugin, with what depends on `changed` compiled anew; whether it compiles."""
+        """Link the plugin, with what depends on `changed` compiled again; whether it compiles."""
         fresh = self.folder / "fresh"
         shutil.rmtree(fresh, ignore_errors=True)
         fresh.mkdir()

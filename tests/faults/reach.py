@@ -21,7 +21,7 @@ _open: list[Lines] = []
 
 @contextmanager
 def traced(package: Path) -> Iterator[Lines]:
-    """Lines of Python below `package` that are executed meanwhile, those of what is imported anew included."""
+    """Lines of Python below `package` that are executed meanwhile, those of what is imported again included."""
     lines: Lines = {}
     _open.append(lines)
     start = f"{package}/"

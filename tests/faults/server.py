@@ -1,6 +1,6 @@
 """Trials without start-up: this process has everything imported and compiled, and each trial is a copy of it (fork).
 
-A copy forgets the changed module and all that import it, so that they are read anew, and nothing else. The engine's process is a
+A copy forgets the changed module and all that import it, so that they are read again, and nothing else. The engine's process is a
 copy of the copy. Not here: what a trial does and what its outcome means (`trial.py`, `follow.py`).
 """
 
@@ -24,7 +24,7 @@ from tests.faults import reach
 from tests.import_graph import modules
 
 CRASH = "crash.txt"
-"""Beside the engine's messages: how its process ended, where that was no sentence of the program's own."""
+"""Next to the engine's messages: how its process ended, where that was no sentence of the program's own."""
 REACHED = "reached.json"
 """There too: the lines that it came to, where they are asked for."""
 

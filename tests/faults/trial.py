@@ -148,7 +148,7 @@ class Bench:
             os.utime(mutant.path, ns=(before[1].st_atime_ns, before[1].st_mtime_ns))
 
     def plugin(self, mutant: Mutant) -> Path | None:
-        """The plugin with the planted fault; None where that does not compile."""
+        """The plugin with the injected fault; None where that does not compile."""
         if mutant.path.suffix not in (".cpp", ".h"):
             return self.library
         library = self.out / "mutant.so"

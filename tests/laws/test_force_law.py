@@ -114,11 +114,11 @@ def test_bad_law_is_refused_in_one_sentence(function: Callable[..., float], says
     text = str(refusal.value)
     assert f"law {function.__name__} " in text
     assert "\n" not in text
-    assert __file__ in text  # where to mend it
+    assert __file__ in text  # where to fix it
 
 
 def test_law_without_a_file_works() -> None:
-    """A law typed at a prompt or in a notebook has no file beside which numba could keep it."""
+    """A law typed at a prompt or in a notebook has no file next to which numba could keep it."""
     space: dict[str, Callable[..., float]] = {}
     exec("def typed(speed, viscosity, surface_tension):\n    return 1.0 + speed", space)
     assert force_law(space["typed"])(0.5, 1.0, 1.0) == 1.5

@@ -60,7 +60,7 @@ def test_the_law_of_a_run_is_tried_before_it_starts(followed: Path) -> None:
 @pytest.mark.engine
 def test_the_bridge_of_the_page(followed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In Python and inside the engine the force is 4 pi sigma r_red cos(theta), whatever the gap; then with a law of formation
-    beside it, by which the engine forms the bridge."""
+    next to it, by which the engine forms the bridge."""
     monkeypatch.chdir(followed)
     wanted = 4.0 * math.pi * 0.0728 * 0.00125 * math.cos(math.radians(10.0))
     for more in ([], ["--engine", "liggghts"]):
@@ -77,7 +77,7 @@ def test_the_bridge_of_the_page(followed: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_second_function_goes_to_the_reference(followed: Path) -> None:
-    """Named beside the law; what it is refused for is said as the configuration is read."""
+    """Named next to the law; what it is refused for is said as the configuration is read."""
     file = followed / "config.yaml"
     file.write_text(file.read_text().replace("laws:\n", "laws:\n  reference: {capillary: my_reference.py:neck}\n", 1))
     with pytest.raises(PywetError, match=r"my_reference\.py does not exist"):

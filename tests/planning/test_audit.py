@@ -58,7 +58,7 @@ def test_verdicts(row: dict[str, Any], share: float | None, verdict: str, words:
 
 
 def test_measures() -> None:
-    """Liquid is measured by liquid, dynamic rupture by its stretch; a predicted share of impulse is not laid beside those."""
+    """Liquid is measured by liquid, dynamic rupture by its stretch; a predicted share of impulse is not laid next to those."""
     assert judged(planned("wall_films", predicted_share=0.9), 0.05).measure.startswith("liquid drawn")
     assert judged(planned("wall_films", predicted_share=0.9), 0.05).predicted is None
     assert judged(planned("dynamic_rupture"), 0.05).measure.startswith("mean stretch")

@@ -17,7 +17,7 @@ from tests.cases.screening import synthetic
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[app.Server]:
-    """A moist run beside a dry one."""
+    """A moist run next to a dry one."""
     runs = [synthetic.make(tmp_path / name, moist=name == "moist") for name in ("moist", "dry")]
     with app.Server(app.html(runs)) as made:
         thread = threading.Thread(target=made.serve_forever)

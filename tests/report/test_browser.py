@@ -135,7 +135,7 @@ def test_pointing_at_a_sphere_says_what_it_is(shown: Any) -> None:
 
 def test_bridges_can_be_left_out_and_the_scene_turned(shown: Any) -> None:
     at(shown, 2)
-    shown.uncheck(".walls")  # the plate that stands for the wires hides the bridge below the sphere
+    shown.uncheck(".walls")  # the plate that means the wires hides the bridge below the sphere
     with_bridges = picture(shown)
     shown.uncheck(".bridges")
     orange = [(pixels[..., 0] - pixels[..., 2] > 30).sum() for pixels in (with_bridges, picture(shown))]

@@ -1,4 +1,4 @@
-"""The surface that a close-up shows is the bridge: it ends on both bodies, and what it encloses beside them is the volume."""
+"""The surface that a close-up shows is the bridge: it ends on both bodies, and what it encloses next to them is the volume."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def test_paraview_shows_spheres_bridges_walls_and_curves(run: Path, tmp_path: Pa
     picture = tmp_path / "paraview.png"
     look = tmp_path / "look.py"
     look.write_text(LOOK.format(picture=str(picture), script=str(run / "vtk" / "open_in_paraview.py")))
-    # VTK opens the screen, closes it and opens it again: without -noreset the server starts anew between the two
+    # VTK opens the screen, closes it and opens it again: without -noreset the server starts again between the two
     # and refuses about one in seventy
     screen = [] if os.environ.get("DISPLAY") else ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset"]
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}

@@ -1,4 +1,4 @@
-"""The frame of the studies: what is kept is done once, what was cut off goes on, all of it becomes one table."""
+"""The frame of the studies: what is stored is done once, what was cut off goes on, all of it becomes one table."""
 
 from __future__ import annotations
 

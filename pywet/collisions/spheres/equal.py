@@ -54,7 +54,7 @@ def three_equal_spheres(
     rtol: Positive = 1e-9,
     reference_speed: Positive | None = None,
 ) -> Problem:
-    """Sphere 1 flies along x at normal speed 1 onto sphere 2, whose films it touches at t = 0; sphere 3 rests beside sphere 2.
+    """Sphere 1 flies along x at normal speed 1 onto sphere 2, whose films it touches at t = 0; sphere 3 rests next to sphere 2.
 
     Units: length δ_12, speed v_n0, mass the reduced mass m. Ca = None: no capillary force; h23_0 = None: no third sphere;
     reference_speed: what e_wet refers to, None: v_n0. The JSON form has these keys, ranges and defaults.

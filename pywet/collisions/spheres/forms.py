@@ -103,7 +103,7 @@ FORMS: dict[str, type[ThreeEqualSpheres] | type[Spheres]] = {
 
 
 def parse(description: Any, where: str = "the description") -> Problem:
-    """The problem a JSON description stands for."""
+    """The problem a JSON description means."""
     form = description.get("form") if isinstance(description, dict) else None
     if not isinstance(form, str) or form not in FORMS:
         raise PywetError(

@@ -76,7 +76,7 @@ def table(
 def collide_all(
     problems: Sequence[tuple[dict[str, Any], Problem]], *, threads: int, report: Report = lambda done, total: None
 ) -> pd.DataFrame:
-    """The table of given problems; collisions run beside each other in `threads` (the compiled ones do not hold the lock)."""
+    """The table of given problems; collisions run next to each other in `threads` (the compiled ones do not hold the lock)."""
     rows = []
     with ThreadPoolExecutor(threads) as pool:
         for row in pool.map(_row, problems, chunksize=16):

@@ -65,7 +65,7 @@ def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
 
 
 def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
-    """Every knob of a screening run is found in what the engine gets."""
+    """Every setting of a screening run is found in what the engine gets."""
     turned = Setting(0.1, 0.03, 16, "exact", 51, "3x10", 1, "semi_implicit", 4)
     scene = sieve.prepare(tmp_path, "moist", turned, sieve.SIZES["quick"], 10009, ROOT / "config")
     usual = sieve.prepare(tmp_path / "b", "moist", Setting(), sieve.SIZES["quick"], 10009, ROOT / "config")
@@ -96,7 +96,7 @@ def test_laws_are_as_far_from_the_exact_bridge_as_the_atlas_says() -> None:
 
 
 def test_a_shift_that_all_seeds_share_is_resolved_and_one_within_chance_is_not() -> None:
-    """And nothing is said of a knob whose finest level was not run."""
+    """And nothing is said of a setting whose finest level was not run."""
     for noise, resolved in ((1e-4, True), (0.1, False)):
         found = errors.errors(synthetic(offset=0.05, noise=noise), "quick")
         soft = found[(found["level"] == 0.003) & (found["quantity"] == "retained_mean")].iloc[0]
@@ -161,7 +161,7 @@ def test_quantities_are_those_of_one_time_whatever_the_outputs(every: float) -> 
 
 
 def toy(errors_of: dict[float, float], prices: dict[float, float], limit: float = 0.0) -> dict[str, Any]:
-    """A stored table of one knob."""
+    """A stored table of one setting."""
     rows = [
         {
             "level": level,
@@ -404,7 +404,7 @@ def test_plan_refuses_what_is_no_accuracy(text: str) -> None:
 
 
 def test_the_longer_step_of_semi_implicit_drag_is_weighed() -> None:
-    """Steps seven times as long divide its price by seven; what the study cannot tell counts against it, so that two per cent
+    """Steps seven times as long divide its cost by seven; what the study cannot tell counts against it, so that two per cent
     are not promised with it. With water, where steps are the same, it is the dearer one."""
     table, turned = choice.for_scale("smoke")
     (water,) = (o for o in choice.options(table, True)["integration"] if o.level == "semi_implicit")

@@ -1,4 +1,4 @@
-"""The collision inside the engine beside the model: the same laws, and each difference accounted for."""
+"""The collision inside the engine next to the model: the same laws, and each difference accounted for."""
 
 from __future__ import annotations
 

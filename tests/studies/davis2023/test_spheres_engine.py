@@ -1,4 +1,4 @@
-"""The law pair in the engine: three wet spheres in space beside the model; the force over the gap; what a film loses."""
+"""The law pair in the engine: three wet spheres in space next to the model; the force over the gap; what a film loses."""
 
 from __future__ import annotations
 

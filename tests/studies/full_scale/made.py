@@ -1,4 +1,4 @@
-"""Kept tables made by hand: exponential passage, liquid that moves from the coarse material to fines and walls."""
+"""Stored tables made by hand: exponential passage, liquid that moves from the coarse material to fines and walls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Campaign, kept tables and page: what is stored, what goes on after a failure, and that the page follows from the tables."""
+"""Campaign, stored tables and page: what is stored, what goes on after a failure, and that the page follows from the tables."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def test_every_map_row_scene_and_case_is_a_job() -> None:
 
 
 def test_a_longer_study_does_the_short_batch_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """20 cases are kept of a call that asked for no more: a call for 60 has 60."""
+    """20 cases are stored of a call that asked for no more: a call for 60 has 60."""
     monkeypatch.setattr(running, "judged", lambda batch, work: pd.DataFrame([{"case": c.name} for c in batch.cells]))
     monkeypatch.setattr(study, "FINE", ())
     monkeypatch.setattr(StabilityStudy, "_rows", lambda self, make, work: make(work).to_dict("records"))

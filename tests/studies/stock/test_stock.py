@@ -1,7 +1,7 @@
 """What the bridge laws of stock LIGGGHTS and YADE give, from their binaries: where they are the closed form, and where not.
 
 Expected values are the closed forms, typed here by hand with the radius and angle that the binary turns out to use. 1e-8:
-LIGGGHTS' constants have ten digits and a gap of 1e-4 m beside bodies of 1e-3 m has twelve.
+LIGGGHTS' constants have ten digits and a gap of 1e-4 m next to bodies of 1e-3 m has twelve.
 """
 
 from __future__ import annotations
