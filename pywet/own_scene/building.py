@@ -22,6 +22,7 @@ from pywet.apparatus.surface import Floats
 from pywet.bench import bodies
 from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
+from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
 from pywet.files import write_json
 from pywet.laws.contact import film_volume, reduced_radius
@@ -38,6 +39,7 @@ from pywet.planning import plan as plan_effects
 from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.time_steps import hertz_lines
+from pywet.products.outlets import refuse_thin, with_reach
 from pywet.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 
 MARGIN_M = 0.010
@@ -178,10 +180,18 @@ class Building:
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
-        """Corners of what is simulated: the extent, with room for spheres that moving walls throw."""
-        extent.refuse_vast(self.said.name, *self.extent, 2.0 * max(c.radius_m for c in self.classes))
-        room = extent.thrown(self.wall_speed, self.said.gravity_m_per_s2, self.said.duration_s)
-        return extent.with_room(*self.extent, *room, 2.0 * max(c.radius_m for c in self.classes))
+        """Corners of what is simulated: the extent, with room for spheres that moving walls throw or that an outlet takes out."""
+        scene, cell = self.said, 2.0 * max(c.radius_m for c in self.classes)
+        low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
+        extent.refuse_vast(scene.name, low, high, cell)
+        room = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
+        return extent.with_room(low, high, *room, cell)
+
+    @cached_property
+    def outlets(self) -> tuple[typed.Outlet, ...]:
+        """Where spheres leave; an outlet too thin for the fastest is refused."""
+        refuse_thin(self.said.name, self.said.outlets, self.speed, self.said.gravity_m_per_s2)
+        return tuple(outlet.region() for outlet in self.said.outlets)
 
     @property
     def speed(self) -> float:
@@ -203,6 +213,11 @@ class Building:
         effects = chosen.effects.model_copy(update={"tangential_history": True})  # whose friction is a spring
         lines = hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
         return replace(chosen, amounts=self.amounts, effects=effects, contact=lines)
+
+    @property
+    def interval(self) -> float:
+        """Time between outputs where none is given [s]: a fiftieth of the duration, at outlets short enough to see who leaves."""
+        return min(self.said.duration_s / 50.0, OUTLET_EVERY_S if self.said.outlets else math.inf)
 
     @property
     def warnings(self) -> list[str]:
@@ -258,12 +273,14 @@ class Building:
             "time_step_s": self.time_step,
             "duration_s": said.duration_s,
             "output": typed.Output(
-                interval_s=said.results.interval_s or said.duration_s / 50.0,
+                interval_s=said.results.interval_s or self.interval,
                 contact_windows=said.results.windows,
                 contact_window_steps=said.results.window_steps,
                 checkpoints=said.results.checkpoints,
                 window_trajectories=said.results.windows > 0,
+                energy=not said.outlets,
             ),
+            "outlets": self.outlets,
             "bin_z_m": float(low[2]),
         }
         try:

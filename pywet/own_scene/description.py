@@ -18,6 +18,7 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import ConfigError
 from pywet.laws.hertz import LEAST_RESTITUTION, Modulus, Poisson
 from pywet.own_scene.walls import MM, Box, Wall, chosen
+from pywet.products.outlets import Outlet
 from pywet.scene import NonNegative, Positive, Title, Vector
 
 WALLS = "walls"
@@ -219,6 +220,8 @@ class Scene(Excusable):
     """None: the scene is dry."""
     walls: tuple[Wall, ...] = ()
     """Each with its own motion."""
+    outlets: tuple[Outlet, ...] = ()
+    """Regions in which spheres leave the run, with their films; none: a sphere that leaves the box stops the run."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     """Acceleration; 0, 0, 0: none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
@@ -262,6 +265,9 @@ class Scene(Excusable):
     @model_validator(mode="after")
     def _names(self) -> Self:
         wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
+        wrong += _doubled("outlets", [o.name for o in self.outlets])
+        if self.outlets and self.results.checkpoints == 0:
+            wrong.append("results.checkpoints of at least 1 beside outlets: spheres leave at checkpoints")
         known = ", ".join(self.materials) or "none"
         named = [(f"spheres {s.name}", s.material) for s in self.spheres]
         named += [("contacts", m) for c in self.contacts for m in c.between if m != WALLS]
