@@ -62,6 +62,8 @@ class Outlet(Strict):
     name: Identifier
     low_m: Bound
     high_m: Bound
+    product: Literal["overs", "unders"] | None = None
+    """The product of the screen that what leaves here belongs to."""
 
     @property
     def ends(self) -> tuple[Vector, Vector]:

@@ -24,6 +24,7 @@ GROUPS = {
     },
     "Results": {
         "report": "report results/smoke/case02",
+        "screen": "screen results/smoke/case02",
         "view": "view results/smoke/case02 --movie",
         "app": "app results/smoke/case01 results/smoke/case02",
         "plot": "plot results/smoke/case02* --out fig.pdf",

@@ -13,6 +13,7 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there
 from pywet.own_scene.walls import word_of
+from pywet.products import pages
 from pywet.report import page, render, report
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.runs.loaded import Run
@@ -53,6 +54,7 @@ def write(folder: Path, picture: Path) -> Path:
         ),
         *_sizes(run),
         *_retained(run),
+        *pages.of_run(folder),
         page.Section("Where the liquid is", _liquid(run), "Liquid"),
         *_contacts(run),
         *([page.Section("Which effects were simulated", _effects(run), "Effects")] if run.has("plan.json") else []),

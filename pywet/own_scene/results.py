@@ -13,6 +13,8 @@ from scipy.spatial import cKDTree
 from pywet.files import write_json, write_table
 from pywet.notices import notice
 from pywet.own_scene.at_walls import PRESSED, AtWalls
+from pywet.products import screening_report
+from pywet.products.outlets import PRODUCTS
 from pywet.runs.retired import taken_out
 from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.runs.summary import general
@@ -151,4 +153,6 @@ def write(run_dir: Path) -> dict[str, Any]:
     for sentence in summary["warnings"]:
         notice.warning("%s: %s", run.scene.name, sentence)
     write_json(run.path / "summary.json", summary)
+    if {o.product for o in run.scene.outlets} >= {*PRODUCTS}:
+        screening_report.write(run.path)
     return summary

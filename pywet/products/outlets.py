@@ -6,7 +6,7 @@ Who is in an outlet is looked at every 0.02 s at most; until then a sphere falls
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from typing import Literal, Self, get_args
 
 import numpy as np
 from pydantic import model_validator
@@ -19,6 +19,8 @@ from pywet.errors import ConfigError
 from pywet.scene import Bound, Identifier, Vector
 
 MM = 1e-3
+Product = Literal["overs", "unders"]
+PRODUCTS: tuple[Product, ...] = get_args(Product)
 LONGEST_S = 2.0 * OUTLET_EVERY_S
 """Longest time [s] that a sphere is in an outlet: a step that lies in a sampling window is passed over."""
 MOST_REACH = 2.0
@@ -37,6 +39,8 @@ class Outlet(Excusable):
     """Least x, y, z; null: open."""
     high_mm: Bound = (None, None, None)
     """Largest x, y, z; null: open."""
+    product: Product | None = None
+    """Product of a screen that it collects; if not given, that which its name begins with: overs… or unders…."""
 
     @model_validator(mode="after")
     def _holds_something(self) -> Self:
@@ -57,7 +61,9 @@ class Outlet(Excusable):
 
     def region(self) -> typed.Outlet:
         """As an engine takes it, in m."""
-        return typed.Outlet(name=self.name, low_m=_in_m(self.low_mm), high_m=_in_m(self.high_mm))
+        named = next((p for p in PRODUCTS if self.name.startswith(p)), None)
+        product = self.product or named
+        return typed.Outlet(name=self.name, low_m=_in_m(self.low_mm), high_m=_in_m(self.high_mm), product=product)
 
 
 def _in_m(corner: Bound) -> Bound:

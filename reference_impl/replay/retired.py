@@ -60,12 +60,8 @@ def rule(folder: Path) -> Rule | outlets.Regions | None:
     scene = io.scene(folder)
     if not takes_out(folder):
         return None
-    planned = plans.plan(folder)
-    outputs, wanted = int(planned.outputs[1] - planned.outputs[0]), int(scene["output"].get("checkpoints", 0))
-    seldom = max(1, math.ceil(planned.steps / ((wanted + 1) * outputs)))
-    longest = outlets.LONGEST_S if scene.get("outlets") else LONGEST_S
-    every = outputs * min(seldom, max(1, int(longest / (outputs * scene["time_step_s"]))))
-    at = np.arange(every, planned.steps, every)
+    planned, interval = plans.plan(folder), every(folder)
+    at = np.arange(interval, planned.steps, interval)
     inside = np.zeros(len(at), dtype=bool)
     for first, last in planned.windows:
         inside |= (at >= first) & (at < last)
@@ -74,6 +70,15 @@ def rule(folder: Path) -> Rule | outlets.Regions | None:
     depth = DIAMETERS * 2.0 * max(c["radius_m"] for c in scene["classes"])
     g = abs(scene["gravity_m_per_s2"][2])
     return Rule(float(scene["bin_z_m"]) - depth, math.sqrt(2.0 * g * RISE * depth), at[~inside])
+
+
+def every(folder: Path) -> int:
+    """Steps between those at which spheres may be retired."""
+    scene, planned = io.scene(folder), plans.plan(folder)
+    outputs, wanted = int(planned.outputs[1] - planned.outputs[0]), int(scene["output"].get("checkpoints", 0))
+    seldom = max(1, math.ceil(planned.steps / ((wanted + 1) * outputs)))
+    longest = outlets.LONGEST_S if scene.get("outlets") else LONGEST_S
+    return outputs * min(seldom, max(1, int(longest / (outputs * scene["time_step_s"]))))
 
 
 def takes_out(folder: Path) -> bool:
