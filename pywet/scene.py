@@ -390,7 +390,13 @@ class Scene(Strict):
     @property
     def is_fed(self) -> bool:
         """Whether spheres enter during the run."""
-        return any(c.fed for c in self.classes)
+        return self.insertion_s is not None
+
+    @property
+    def insertion_s(self) -> tuple[float, float] | None:
+        """Times at which the first insertion begins and the first one ends [s]; None where nothing enters during the run."""
+        times = [(fed.from_s, fed.from_s + fed.for_s) for fed in (c.fed for c in self.classes) if fed]
+        return (min(a for a, _ in times), min(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:
         """Step from which on each sphere has weight and its liquid counts; `types` in the order of the spheres' numbers."""

@@ -6,6 +6,7 @@ rest the overs.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -94,18 +95,14 @@ def _continuous(run: RunDir, from_s: float | None) -> Streams:
     table = _table(
         run, entered, gone["time"].to_numpy(dtype=float), product, gone["film"].fillna(0.0).to_numpy(dtype=float)
     )
-    end = min([float(line.times[-1]), *(c.fed.from_s + c.fed.for_s for c in scene.classes if c.fed)])
-    first = _insertion_start(scene)
+    first, last = scene.insertion_s or (0.0, math.inf)
+    end = min(float(line.times[-1]), last)
     if from_s is not None:
         if not 0.0 <= from_s < end:
             raise PywetError(f"--from {from_s:g} s; expected a time before the end of the feed, {end:g} s")
         return Streams(table, True, from_s, end, True)
     start = _steady_from(run, table, end)
     return Streams(table, True, first + 0.5 * (end - first) if start is None else start, end, start is not None)
-
-
-def _insertion_start(scene: Any) -> float:
-    return float(min((c.fed.from_s for c in scene.classes if c.fed), default=0.0))
 
 
 def edges(run: RunDir, end_s: float) -> Floats:
