@@ -395,7 +395,7 @@ class Scene(Strict):
     @property
     def insertion_s(self) -> tuple[float, float] | None:
         """Times at which the first insertion begins and the first one ends [s]; None where nothing enters during the run."""
-        times = [(fed.from_s, fed.from_s + fed.for_s) for fed in (c.fed for c in self.classes) if fed]
+        times = [(f.from_s, f.from_s + f.for_s) for f in (c.fed for c in self.classes) if f]
         return (min(a for a, _ in times), min(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:

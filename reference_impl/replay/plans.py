@@ -78,8 +78,8 @@ def enters(scene: dict[str, Any], kind: Floats) -> Floats:
     """Step at which each sphere enters: of a class that is fed one after the other; `kind` in the order of numbers."""
     found = np.zeros(len(kind), dtype=np.int64)
     for c in scene["classes"]:
-        if fed := c.get("fed"):
+        if given := c.get("fed"):
             members = np.flatnonzero(kind == c["type"])
-            at = fed["from_s"] + fed["for_s"] * (np.arange(len(members)) + 0.5) / c["count"]
+            at = given["from_s"] + given["for_s"] * (np.arange(len(members)) + 0.5) / c["count"]
             found[members] = np.rint(at / scene["time_step_s"]).astype(np.int64)
     return found
