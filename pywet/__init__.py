@@ -19,7 +19,8 @@ A scene is described, run and read back::
     run.ledger, run.events, run.liquid     # DataFrames; their units are in attrs["units"]
     pywet.view("results/two_layers")       # time series for ParaView and a picture
 
-Of a scene: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` in a `Box` or `Cylinder`, there or `Fed`, `Wall` (STL, `Block`,
+Of a scene: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` or a `Feed` of a `SizeDistribution` (sieve analysis,
+`RosinRammler`, `LogNormal`, `GaudinSchuhmann`) in a `Box` or `Cylinder`, there or `Fed`, `Outlet`, `Wall` (STL, `Block`,
 `Tube`, `Disc`, `Vessel`, `Bars`) that `Vibrates`, `Turns`, `Moves` or is `Removed`, `TimeStep`, `Results`; `read_scene` reads one
 from YAML. With it: `plan`, `run`, `load`, `replay`, `view`. Force laws: `laws`, such as `pywet.laws.capillary.rabinovich`, and
 of one's own `force_law`. Mistakes: `PywetError`.
@@ -36,7 +37,9 @@ _OF = {
     "errors": "PywetError",
     "laws.force_law": "force_law",
     "own_scene.commands": "load plan read_scene replay run view",
-    "own_scene.description": "Box Contact Cylinder Fed Liquid Material Results Scene Spheres TimeStep",
+    "own_scene.description": "Box Contact Cylinder Fed Feed Liquid Material Results Scene Spheres TimeStep",
+    "products.outlets": "Outlet",
+    "products.size_classes": "GaudinSchuhmann LogNormal RosinRammler SizeDistribution",
     "own_scene.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",
 }
 _PLACES = {name: module for module, names in _OF.items() for name in names.split()}

@@ -39,6 +39,7 @@ from pywet.planning import plan as plan_effects
 from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.time_steps import hertz_lines
+from pywet.products.feed import sentence as feed_sentence
 from pywet.products.outlets import refuse_thin, with_reach
 from pywet.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 
@@ -57,7 +58,7 @@ class Building:
     said: Scene
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "said", from_origin(self.said))
+        object.__setattr__(self, "said", from_origin(self.said.in_sizes()))
 
     @cached_property
     def classes(self) -> tuple[typed.SphereClass, ...]:
@@ -295,6 +296,9 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     scene = made.scene()
     for sentence in made.warnings:
         notice.warning("%s: %s", said.name, sentence)
+    for feed in said.feed:
+        inside = [c.count for c in scene.classes if c.name.startswith(f"{feed.name} ")]
+        notice.warning("%s", feed_sentence(feed.name, feed.psd.sizes(said.folder), sum(inside), scene.steps))
     if any(said.origin_mm):
         notice.warning("%s: %s", said.name, COUNT_FROM.format(*said.origin_mm))
     write_initial(scene, made.surfaces, made.spheres, run_dir)
