@@ -404,7 +404,7 @@ class Scene(Strict):
         for kind in types:
             k, c = seen[kind - 1], self.classes[kind - 1]
             seen[kind - 1] += 1
-            at = c.fed.from_s + c.fed.for_s * (k + 0.5) / c.count if c.fed else 0.0
+            at = f.from_s + f.for_s * (k + 0.5) / c.count if (f := c.fed) else 0.0
             steps.append(round(at / self.time_step_s))
         return steps
 
