@@ -20,7 +20,8 @@ A scene is described, run and read back::
     pywet.view("results/two_layers")       # time series for ParaView and a picture
 
 Of a scene: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` or a `Feed` of a `SizeDistribution` (sieve analysis,
-`RosinRammler`, `LogNormal`, `GaudinSchuhmann`) in a `Box` or `Cylinder`, there or `Fed`, `Outlet`, `Wall` (STL, `Block`,
+`RosinRammler`, `LogNormal`, `GaudinSchuhmann`) in a `Box` or `Cylinder`, there or `Fed`, `Outlet`, a `Deck` with its `Stroke`,
+`Wall` (STL, `Block`,
 `Tube`, `Disc`, `Vessel`, `Bars`) that `Vibrates`, `Turns`, `Moves` or is `Removed`, `TimeStep`, `Results`; `read_scene` reads one
 from YAML. With it: `plan`, `run`, `load`, `replay`, `view`. Force laws: `laws`, such as `pywet.laws.capillary.rabinovich`, and
 of one's own `force_law`. Mistakes: `PywetError`.
@@ -38,6 +39,7 @@ _OF = {
     "laws.force_law": "force_law",
     "own_scene.commands": "load plan read_scene replay run view",
     "own_scene.description": "Box Contact Cylinder Fed Feed Liquid Material Results Scene Spheres TimeStep",
+    "products.deck": "Deck Stroke",
     "products.outlets": "Outlet",
     "products.size_classes": "GaudinSchuhmann LogNormal RosinRammler SizeDistribution",
     "own_scene.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",

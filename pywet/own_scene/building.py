@@ -31,7 +31,7 @@ from pywet.notices import notice
 from pywet.own_scene import extent
 from pywet.own_scene.at_walls import PRESSED, expected, thickness
 from pywet.own_scene.description import WALLS, Scene, Spheres
-from pywet.own_scene.feeding import waiting, ways
+from pywet.own_scene.feeding import times, waiting, ways
 from pywet.own_scene.placing import COUNT_FROM, ask_unit, from_origin, mention_bars, mention_crossing, refuse_far
 from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
@@ -58,7 +58,7 @@ class Building:
     said: Scene
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "said", from_origin(self.said.in_sizes()))
+        object.__setattr__(self, "said", from_origin(self.said.in_full()))
 
     @cached_property
     def classes(self) -> tuple[typed.SphereClass, ...]:
@@ -197,10 +197,20 @@ class Building:
     @property
     def speed(self) -> float:
         """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
-        low, high = self.extent
-        fall = math.sqrt(2.0 * abs(float(np.dot(self.said.gravity_m_per_s2, high - low))))
+        heights = np.concatenate([self._released, *(s.vertices for s in self.surfaces)]) @ np.array(
+            self.said.gravity_m_per_s2
+        )
+        fall = math.sqrt(2.0 * float(np.ptp(heights)))
         thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
         return max(self.wall_speed, fall, thrown)
+
+    @property
+    def _released(self) -> Floats:
+        """Where spheres are when gravity begins to act on them: at the start, or on insertion [m]."""
+        at = np.zeros(len(self.spheres))
+        for c in self.classes:
+            at[self.spheres["type"] == c.type] = times(c) or 0.0
+        return np.asarray(self.spheres[[*"xyz"]].to_numpy() + at[:, None] * self.spheres[["vx", "vy", "vz"]].to_numpy())
 
     @cached_property
     def plan(self) -> EffectPlan:

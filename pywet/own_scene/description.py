@@ -18,6 +18,7 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import ConfigError
 from pywet.laws.hertz import LEAST_RESTITUTION, Modulus, Poisson
 from pywet.own_scene.walls import MM, Box, Wall, chosen
+from pywet.products.deck import Deck
 from pywet.products.feed import FeedAmount, entries
 from pywet.products.outlets import Outlet
 from pywet.products.size_classes import Sizes
@@ -255,6 +256,8 @@ class Scene(Excusable):
     """None: the scene is dry."""
     walls: tuple[Wall, ...] = ()
     """Each with its own motion."""
+    deck: Deck | None = None
+    """A vibrating deck: its walls, outlets and the direction of gravity follow from a few numbers."""
     outlets: tuple[Outlet, ...] = ()
     """Regions in which spheres leave the run, with their films; none: a sphere that leaves the box stops the run."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
@@ -303,7 +306,7 @@ class Scene(Excusable):
             raise ValueError("spheres, or a feed")
         wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
         wrong += _doubled("outlets", [o.name for o in self.outlets])
-        if self.outlets and self.results.checkpoints == 0:
+        if (self.outlets or self.deck) and self.results.checkpoints == 0:
             wrong.append("results.checkpoints of at least 1 beside outlets: spheres leave at checkpoints")
         known = ", ".join(self.materials) or "none"
         named = [(f"spheres {s.name}", s.material) for s in self.spheres]
@@ -343,7 +346,7 @@ class Scene(Excusable):
         if self.effects.tangential_history is False:
             found.append("effects.tangential_history on or auto with contact: hertz, whose friction is a spring")
         used = {s.material for s in (*self.spheres, *self.feed)}
-        if self.walls and self.wall_material is None and len(used) > 1:
+        if (self.walls or self.deck) and self.wall_material is None and len(used) > 1:
             found.append(f"a wall_material (one of {', '.join(self.materials)}) with contact: hertz")
         needed = (used | {self.material_of_walls}) & self.materials.keys()
         return found + [
@@ -356,12 +359,18 @@ class Scene(Excusable):
         """Key of the material that all walls have: as given, or that of the spheres."""
         return self.wall_material or (*self.spheres, *self.feed)[0].material
 
-    def in_sizes(self) -> Self:
-        """The same scene with entries of `spheres` in place of its feeds."""
-        if not self.feed:
+    def in_full(self) -> Self:
+        """The same scene with entries of `spheres` in place of its feeds, and walls, outlets and gravity in place of its deck."""
+        if not self.feed and self.deck is None:
             return self
         made = tuple(entry for feed in self.feed for entry in feed.spheres(self.folder)[0])
-        return self.with_(spheres=(*self.spheres, *made), feed=())
+        changes: dict[str, Any] = {"spheres": (*self.spheres, *made), "feed": (), "deck": None}
+        if deck := self.deck:
+            changes["walls"] = (*(Wall(**wall) for wall in deck.walls()), *self.walls)
+            changes["outlets"] = (*(Outlet(**outlet) for outlet in deck.outlets()), *self.outlets)
+            if "gravity_m_per_s2" not in self.model_fields_set:
+                changes["gravity_m_per_s2"] = deck.gravity
+        return self.with_(**changes)
 
     def dry(self, a: str, b: str) -> Dry | None:
         """The dry contact of two materials, or of one with `walls`; None where none is given."""

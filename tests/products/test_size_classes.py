@@ -113,7 +113,7 @@ def feed(**changes: Any) -> dict[str, Any]:
 )
 def test_mass_and_moisture_of_a_feed(changes: dict[str, Any], dry_g: float, percent: float | None) -> None:
     """0.036 t/h are 10 g/s, in 0.5 s 5 g; 20 % of the moist mass are 25 % of the dry one, and dry is moist over 1.25."""
-    scene = pywet.Scene(**feed(**changes)).in_sizes()
+    scene = pywet.Scene(**feed(**changes)).in_full()
     assert sum(s.mass_g for s in scene.spheres) == pytest.approx(dry_g)
     assert all(s.percent == (percent if percent is None else pytest.approx(percent)) for s in scene.spheres)
     edges = np.geomspace(2, 4, 4)
