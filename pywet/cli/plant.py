@@ -40,3 +40,25 @@ def screen_numbers(
             tell("{}: {:.4g} ± {:.2g} (mean of {} runs, 95 %)".format(name, *mean_and_half_width(values), len(values)))
     for run, numbers in zip(runs, found, strict=True):
         tell(f"page: {pages.write(run, numbers)}; tables: {run / 'results'}")
+
+
+@app.command()
+def kinetics(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR...", help="Seeds of a case: runs or stored tables.")],
+    file: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Write the table.")] = None,
+) -> None:
+    """Laws of the fraction retained over time for each class, fitted, and ranked on the seeds that were not fitted.
+
+    Example: pywet kinetics docs/full_scale/data/case02-10007 docs/full_scale/data/case02-10009"""
+    from pywet.files import write_csv
+    from pywet.products import kinetics as laws
+
+    found = laws.of_runs(runs)
+    table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")
+    for row in found.itertuples():
+        table.add_row(str(row[1]), str(row[2]), str(row[3]), f"{row[4]:.4f}", f"{row[5]:.4f}" if len(runs) > 1 else "–")
+    out.print(table)
+    if len(runs) == 1:
+        tell("one run: ranked by the fit itself; give several seeds for a ranking on what was not fitted")
+    if file is not None:
+        write_csv(found, file)
