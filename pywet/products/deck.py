@@ -117,10 +117,15 @@ class Deck(Excusable):
         return [{**wall, "vibrates": moves} for wall in found]
 
     def outlets(self) -> list[dict[str, Any]]:
-        """Overs beyond the end of the deck, unders below it, by section."""
-        end = self.length_mm + 2.0 * self.aperture_mm
-        below = -BELOW * self.aperture_mm
-        found: list[dict[str, Any]] = [{"name": "overs", "low_mm": (end, None, None)}]
+        """What jumps over a side or the back belongs to no product; overs beyond the end of the deck, unders below, by section."""
+        away = 2.0 * self.aperture_mm
+        end, side, below = self.length_mm + away, 0.5 * self.width_mm + SIDE_MM + away, -BELOW * self.aperture_mm
+        found: list[dict[str, Any]] = [
+            {"name": "spilled_left", "low_mm": (None, side, None)},
+            {"name": "spilled_right", "high_mm": (None, -side, None)},
+            {"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)},
+            {"name": "overs", "low_mm": (end, None, None)},
+        ]
         for k in range(1, self.sections + 1):
             last = k == self.sections
             name = "unders" if self.sections == 1 else f"unders_{k}"

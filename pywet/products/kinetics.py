@@ -125,12 +125,12 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
             half = np.array([mean_and_half_width(column)[1] for column in np.array(each).T])
             held_out = math.sqrt(np.mean([_unseen(law, runs, k, kind) ** 2 for k in range(len(runs))]))
         names = ("t0", *law.parameters)
-        said = ", ".join(f"{n} {v:.4g} ± {h:.2g}" for n, v, h in zip(names, values, half, strict=True))
+        values_text = ", ".join(f"{n} {v:.4g} ± {h:.2g}" for n, v, h in zip(names, values, half, strict=True))
         rows.append(
             {
                 "class": kind,
                 "law": law.name,
-                "parameters": said,
+                "parameters": values_text,
                 "rms": rms(law, values, t, y),
                 "rms_held_out": held_out,
             }
