@@ -23,8 +23,8 @@ Of a scene: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` or a `Feed` of a
 `RosinRammler`, `LogNormal`, `GaudinSchuhmann`) in a `Box` or `Cylinder`, there or `Fed`, `Outlet`, a `Deck` with its `Stroke`,
 `Wall` (STL, `Block`,
 `Tube`, `Disc`, `Vessel`, `Bars`) that `Vibrates`, `Turns`, `Moves` or is `Removed`, `TimeStep`, `Results`; `read_scene` reads one
-from YAML. With it: `plan`, `run`, `load`, `replay`, `view`. Force laws: `laws`, such as `pywet.laws.capillary.rabinovich`, and
-of one's own `force_law`. Mistakes: `PywetError`.
+from YAML. With it: `plan`, `run`, `load`, `replay`, `view`; of screens `screen` and `kinetics`. Force laws: `laws`, such as
+`pywet.laws.capillary.rabinovich`, and `force_law` for one of a user. Mistakes: `PywetError`.
 
 All else belongs to the program and may change; docs/own-scene.md shows how scenes are made.
 """
@@ -39,6 +39,7 @@ _OF = {
     "laws.force_law": "force_law",
     "own_scene.commands": "load plan read_scene replay run view",
     "own_scene.description": "Box Contact Cylinder Fed Feed Liquid Material Results Scene Spheres TimeStep",
+    "products.commands": "kinetics screen",
     "products.deck": "Deck Stroke",
     "products.outlets": "Outlet",
     "products.size_classes": "GaudinSchuhmann LogNormal RosinRammler SizeDistribution",

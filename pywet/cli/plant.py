@@ -26,10 +26,10 @@ def screen_numbers(
     """Cut size, efficiency, throughput, moisture of the products and pegging of screens, as tables and pages.
 
     Example: pywet screen results/smoke/case02"""
-    from pywet.products import pages, screening_report
+    from pywet.products import commands, pages
     from pywet.products.partition import mean_and_half_width
 
-    found = [screening_report.write(run, aperture, from_s) for run in runs]
+    found = [commands.screen(run, aperture, from_s) for run in runs]
     table = Table("run", *pages.five(found[0]))
     for numbers in found:
         table.add_row(numbers["run"], *pages.five(numbers).values())
@@ -38,8 +38,8 @@ def screen_numbers(
         values = [factor * numbers[key] for numbers in found if numbers[key] is not None]
         if len(values) > 1:
             tell("{}: {:.4g} ± {:.2g} (mean of {} runs, 95 %)".format(name, *mean_and_half_width(values), len(values)))
-    for run, numbers in zip(runs, found, strict=True):
-        tell(f"page: {pages.write(run, numbers)}; tables: {run / 'results'}")
+    for run in runs:
+        tell(f"page: {run / pages.PAGE}; tables: {run / 'results'}")
 
 
 @app.command()

@@ -39,9 +39,9 @@ class Stroke(Excusable):
 
     def vibrates(self) -> dict[str, Any]:
         """Amplitude and phase along x and z of a sum of both axes' oscillations, the short axis a quarter of a period behind."""
-        short = {"linear": 0.0, "circular": 1.0, "elliptic": self.ratio}[self.kind] * (1.0 if self.forward else -1.0)
+        short = {"linear": 0.0, "circular": 1.0, "elliptic": self.ratio}[self.kind] * (-1.0 if self.forward else 1.0)
         c, s = math.cos(math.radians(self.angle_deg)), math.sin(math.radians(self.angle_deg))
-        # along the long axis (c, s) goes sin, along (s, -c) a cos: forward where the top of the path is passed towards +x
+        # along the long axis (c, s) goes sin, along (s, -c) cos, turned round where the top of the path is to be passed towards +x
         x, z = (c, short * s), (s, -short * c)
         amplitudes = [self.amplitude_mm * math.hypot(*part) for part in (x, z)]
         phases = [math.degrees(math.atan2(part[1], part[0])) for part in (x, z)]
@@ -117,7 +117,7 @@ class Deck(Excusable):
         return [{**wall, "vibrates": moves} for wall in found]
 
     def outlets(self) -> list[dict[str, Any]]:
-        """What jumps over a side or the back belongs to no product; overs beyond the end of the deck, unders below, by section."""
+        """Overs beyond the end, unders below, by section; what jumps over a side or the back belongs to no product."""
         away = 2.0 * self.aperture_mm
         end, side, below = self.length_mm + away, 0.5 * self.width_mm + SIDE_MM + away, -BELOW * self.aperture_mm
         found: list[dict[str, Any]] = [
