@@ -41,7 +41,7 @@ class Stroke(Excusable):
         """Amplitude and phase along x and z of a sum of both axes' oscillations, the short axis a quarter of a period behind."""
         short = {"linear": 0.0, "circular": 1.0, "elliptic": self.ratio}[self.kind] * (-1.0 if self.forward else 1.0)
         c, s = math.cos(math.radians(self.angle_deg)), math.sin(math.radians(self.angle_deg))
-        # along the long axis (c, s) goes sin, along (s, -c) cos, turned round where the top of the path is to be passed towards +x
+        # along the long axis (c, s) goes sin, along (s, -c) cos; turned round where the path goes to +x at its top
         x, z = (c, short * s), (s, -short * c)
         amplitudes = [self.amplitude_mm * math.hypot(*part) for part in (x, z)]
         phases = [math.degrees(math.atan2(part[1], part[0])) for part in (x, z)]

@@ -93,7 +93,7 @@ def scene(**changes: Any) -> pywet.Scene:
 
 @pytest.mark.slow
 @pytest.mark.engine
-def test_gaudins_chance_of_passage(tmp_path: Path) -> None:
+def test_probability_of_passage_by_gaudin(tmp_path: Path) -> None:
     """Dry single spheres of 1 mm fall on a square mesh: those that touch no wire are ((a - d)/(a + w))^2, 9/25, of 360 spheres,
     and they are just those whose path is free, where the eight faces of a wire leave no doubt."""
     random = np.random.default_rng(5)
@@ -119,8 +119,8 @@ def test_gaudins_chance_of_passage(tmp_path: Path) -> None:
     ])  # fmt: skip
     sure = np.abs(clear) > 0.08
     assert (straight == (clear > 0))[sure].all() and sure.sum() > 300
-    chance = ((4.0 - 1.0) / (4.0 + 1.0)) ** 2
-    assert straight.mean() == pytest.approx(chance, abs=3.0 * math.sqrt(chance * (1 - chance) / len(at)))
+    probability = ((4.0 - 1.0) / (4.0 + 1.0)) ** 2
+    assert straight.mean() == pytest.approx(probability, abs=3.0 * math.sqrt(probability * (1 - probability) / len(at)))
 
 
 @pytest.mark.slow
