@@ -30,9 +30,10 @@ def screen_numbers(
     from pywet.products.partition import mean_and_half_width
 
     found = [commands.screen(run, aperture, from_s) for run in runs]
-    table = Table("run", *pages.five(found[0]))
-    for numbers in found:
-        table.add_row(numbers["run"], *pages.five(numbers).values())
+    table = Table("", *(numbers["run"] for numbers in found))
+    columns = [pages.five(numbers) for numbers in found]
+    for name in columns[0]:
+        table.add_row(name, *(column.get(name, "–") for column in columns))
     out.print(table)
     for key, name, factor in (("d50_mm", "cut size [mm]", 1.0), ("efficiency", "efficiency [%]", 100.0)):
         values = [factor * numbers[key] for numbers in found if numbers[key] is not None]

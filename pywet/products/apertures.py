@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from pywet.apparatus.motion import peak_speed, velocity
@@ -10,6 +12,8 @@ from pywet.scene import Vibration, WallMesh
 
 SCREENS = ("wires", "screen", "deck")
 """Names that the screen may have: wires in a case, screen or deck in a custom scene."""
+CROSS = "cross_wires"
+"""Name of the wall of a deck that has its wires across."""
 WEDGED_SPEED = 0.5
 """A sphere is wedged in an aperture when its centre is within its radius of the screen's plane and it moves along with the
 screen: slower against it than this share of the screen's peak speed."""
@@ -32,8 +36,16 @@ def extents(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:
     return low, high
 
 
+def deck_of(run: RunDir) -> dict[str, Any] | None:
+    """The `deck` of a custom scene's description; None where its walls were given one by one."""
+    description: dict[str, Any] = run.json("description.json", dict[str, Any]) or {}
+    return description.get("deck")
+
+
 def area(run: RunDir, wall: WallMesh) -> float:
-    """Plan area of the screen [m2]."""
+    """Plan area of the screen [m2]: length times width of a deck, else of the rectangle around the screen."""
+    if deck := deck_of(run):
+        return 1e-6 * float(deck["length_mm"]) * float(deck["width_mm"])
     low, high = extents(run, wall)
     x, y, _ = high.max(axis=0) - low.min(axis=0)
     return float(x * y)
@@ -41,7 +53,8 @@ def area(run: RunDir, wall: WallMesh) -> float:
 
 def count(run: RunDir, wall: WallMesh) -> int:
     """Number of apertures between the wires or bars of a screen: gaps along x times gaps along y, of bars alone the slots."""
-    low, high = extents(run, wall)
+    nets = [w for w in run.scene.walls if w.name in (wall.name, CROSS)]
+    low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
     along_x = (high - low)[:, 0] > (high - low)[:, 1]
     gaps = [max(1, int(side.sum()) - 1) for side in (along_x, ~along_x)]
     return gaps[0] * gaps[1]

@@ -20,7 +20,7 @@ def screen(folder: Path | str, aperture_mm: float | None = None, from_s: float |
     folder : Path or str
         Finished run of a screening case, or of a custom scene whose outlets are overs and unders.
     aperture_mm : float, optional
-        Size that parts undersize from oversize; if not given that of the case, else the cut size.
+        Size that parts undersize from oversize; if not given that of the case or of the deck, else the cut size.
     from_s : float, optional
         Time from which means are taken; if not given, from where the run is steady.
     """

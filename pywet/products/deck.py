@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Excusable
+from pywet.products.apertures import CROSS
 from pywet.scene import Positive, Vector
 
 G = 9.81
@@ -106,7 +107,7 @@ class Deck(Excusable):
         end, low, high = self.length_mm, -w - 1.0, self.side_mm
         found: list[dict[str, Any]] = [{"name": "screen", "bars": self._bars("x")}]
         if self.mesh == "square":
-            found.append({"name": "cross_wires", "bars": self._bars("y")})
+            found.append({"name": CROSS, "bars": self._bars("y")})
         blocks = {
             "left": ((-SIDE_MM, half, low), (end, half + SIDE_MM, high)),
             "right": ((-SIDE_MM, -half - SIDE_MM, low), (end, -half, high)),

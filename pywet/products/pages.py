@@ -150,7 +150,7 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
             )
     axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
     if len(at):
-        axes.legend(loc="upper right")
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=2)
     return page.picture(figure, "Pegging map from above: spheres that peg an aperture, at all outputs; darker: longer")
 
 

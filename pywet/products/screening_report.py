@@ -65,7 +65,7 @@ def analyse(
     run_dir : Path
         Of a screening case or of a custom scene with outlets.
     aperture_mm : float, optional
-        Size that parts undersize from oversize; if not given that of the case, else the cut size.
+        Size that parts undersize from oversize; if not given that of the case or of the deck, else the cut size.
     from_s : float, optional
         Time from which means are taken; if not given, from where the run is steady.
     """
@@ -79,7 +79,9 @@ def analyse(
 
 
 def _aperture(run: RunDir) -> float | None:
-    """Aperture of a case's screen [mm]."""
+    """Aperture of the screen of a case or of a deck [mm]."""
+    if deck := apertures.deck_of(run):
+        return float(deck["aperture_mm"])
     config: dict[str, Any] = run.json("config.json", dict[str, Any]) or {}
     value = (config.get("case") or {}).get("aperture_mm")
     return float(value) if value is not None else None
