@@ -47,8 +47,8 @@ report: setup  ## the report, with the cases that it still needs
 	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) -- report
 
 full: setup  ## the 18 cases at full scale, days on two cores; goes on where it was stopped
-	$(PYTHON) -m pywet.evidence.full_scale.campaign --cores $(CORES)
-	$(PYTHON) -m pywet.evidence.full_scale.page
+	$(PYTHON) -m studies.full_scale.campaign --cores $(CORES)
+	$(PYTHON) -m studies.full_scale.page
 
 docs: setup  ## the documentation as a site, docs/_build/html; its notebooks are executed
 	$(PYTHON) -m sphinx -q -W --keep-going -b html docs docs/_build/html

@@ -24,10 +24,15 @@ configfile: f"{config.get('config_dir', 'config')}/config.yaml"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/case.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/pages.smk"
-include: "workflow/rules/agreement.smk"
-include: "workflow/rules/engines.smk"
-include: "workflow/rules/studies.smk"
+include: "workflow/rules/sweep.smk"
+
+
+if STUDIES_HERE:
+
+    include: "workflow/rules/pages.smk"
+    include: "workflow/rules/agreement.smk"
+    include: "workflow/rules/engines.smk"
+    include: "workflow/rules/studies.smk"
 
 
 rule all:

@@ -6,7 +6,9 @@ from pathlib import Path
 from setuptools import setup
 from setuptools.command.build_py import build_py
 
-SHIPPED = ("config", "liggghts_inputs", "workflow", "Snakefile", "benchmarks/wet", "examples/scenes")
+SHIPPED = ("config", "liggghts_inputs", "workflow", "Snakefile", "benchmarks/wet", "examples/scenes", "docs")
+PAGES = (".md", ".ipynb")
+"""What of the documentation is shipped: its pictures are ten times as large."""
 
 
 class WithShipped(build_py):
@@ -20,7 +22,7 @@ class WithShipped(build_py):
         shutil.rmtree(target, ignore_errors=True)
         for name in SHIPPED:
             for path in sorted([root / name, *(root / name).rglob("*")]):
-                if path.is_file() and "__pycache__" not in path.parts:
+                if path.is_file() and "__pycache__" not in path.parts and (name != "docs" or path.suffix in PAGES):
                     copy = target / path.relative_to(root)
                     copy.parent.mkdir(parents=True, exist_ok=True)
                     shutil.copyfile(path, copy)

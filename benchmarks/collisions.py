@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 from pywet.collisions.wall import sweep, wall
-from pywet.collisions.wall.curves import problem
+from studies.buck2018.curves import problem
 
 ROUNDS, COUNT, SINGLE = 3, 1000, 10
 

@@ -23,14 +23,14 @@ from typing import Any
 import pandas as pd
 
 from pywet import config
-from pywet.apparatus import build_apparatus, fill
-from pywet.apparatus.initial import write_initial
+from pywet.cases.screening import cases
 from pywet.engines.liggghts import driver
-from pywet.files import write_table
+from pywet.geometry import build_apparatus, fill
+from pywet.geometry.initial import write_initial
 from pywet.laws import own
 from pywet.planning import PRESETS
 from pywet.scene import Effects, Output, Scene
-from pywet.screening import cases
+from pywet.util.files import write_table
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "results" / "benchmarks"

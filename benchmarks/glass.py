@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pywet.bench import bodies, small
+from pywet.cases.small import bodies, small
 from pywet.scene import Scene
 
 RADIUS, FILM, STEP = 2.5e-3, 5e-5, 1e-5

@@ -27,8 +27,8 @@ import numpy as np
 from glass import STEP, WATER, lattice, spent
 from glass import prepare as prepare_bed
 
-from pywet.bench import small
-from pywet.bench.bodies import at_places
+from pywet.cases.small import small
+from pywet.cases.small.bodies import at_places
 from pywet.scene import Output
 
 LAYERS, OUTPUTS = 10, 5

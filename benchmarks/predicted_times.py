@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 from pywet import config as settings
-from pywet.evidence.accuracy import choice, command, cost
-from pywet.files import read_json
+from pywet.cost import choice, command, cost
+from pywet.util.files import read_json
 
 ALLOWED = 1.3
 """A prediction is to be within this factor."""

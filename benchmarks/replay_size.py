@@ -68,8 +68,8 @@ def replayed(folder: Path) -> dict[str, Any]:
 
 def results(folder: Path) -> dict[str, Any]:
     """Fraction retained, liquid by holder, checks, summary."""
+    from pywet.cases.screening.results import summarise, write_results
     from pywet.runs.rundir import RunDir
-    from pywet.screening.results import summarise, write_results
 
     run = RunDir(folder)
     return summarise(run, write_results(run))

@@ -22,8 +22,8 @@ import numpy as np
 import pandas as pd
 from glass import FILM, RADIUS, STEP, WATER, lattice, prepare, spent
 
-from pywet.bench import small
-from pywet.bench.bodies import WETTED, last
+from pywet.cases.small import small
+from pywet.cases.small.bodies import WETTED, last
 from pywet.engines.liggghts import deck
 from pywet.laws import capillary, registry
 from pywet.scene import Output, Scene

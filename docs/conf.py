@@ -9,15 +9,14 @@ from typing import Any
 from pygments.lexers.special import TextLexer
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
-
-from reference_pages import write, write_columns, write_scene  # noqa: E402
+sys.path.insert(0, str(HERE.parent))
 
 import pywet  # noqa: E402
+from pywet.cli.reference_pages import write  # noqa: E402
 
 project = "pywet"
 release = version = pywet.__version__
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
 html_theme = "furo"
 html_title = "pywet"
 exclude_patterns = ["_build", "README.md"]
@@ -36,6 +35,4 @@ def setup(app: Any) -> None:
         app.add_lexer(name, TextLexer)
 
 
-write(HERE / "configuration_reference.md")
-write_columns(HERE / "columns.md")
-write_scene(HERE / "scene_reference.md")
+write(HERE)

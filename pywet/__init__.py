@@ -37,13 +37,14 @@ from typing import Any
 _OF = {
     "errors": "PywetError",
     "laws.force_law": "force_law",
-    "own_scene.commands": "load plan read_scene replay run view",
-    "own_scene.description": "Box Contact Cylinder Fed Feed Liquid Material Results Scene Spheres TimeStep",
-    "products.commands": "kinetics screen",
+    "scene_stages": "load plan read_scene replay run view",
+    "cases.custom.description": "Box Contact Cylinder Fed Feed Liquid Material Results Scene Spheres TimeStep",
+    "cases.custom.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",
     "products.deck": "Deck Stroke",
+    "products.kinetics": "kinetics",
     "products.outlets": "Outlet",
     "products.size_classes": "GaudinSchuhmann LogNormal RosinRammler SizeDistribution",
-    "own_scene.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",
+    "report.screen_page": "screen",
 }
 _PLACES = {name: module for module, names in _OF.items() for name in names.split()}
 __all__ = sorted(_PLACES)

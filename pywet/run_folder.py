@@ -45,6 +45,15 @@ def root(path: Path) -> Path | None:
     return next((folder for folder in above[:DEEPEST] if os.path.lexists(folder / LIST)), None)
 
 
+def refuse_within(folder: Path) -> None:
+    """Refuse a run directory, and a folder in one, for files that are a user's to change: a run's list would name them."""
+    if run_dir := root(Path(folder) / LIST):
+        raise FileError(
+            f"{shown(folder)} lies in the run directory {shown(run_dir)}; expected a folder outside: name another",
+            path=folder,
+        )
+
+
 def claim(run_dir: Path) -> None:
     """Make a new or empty folder a run directory; refused where it holds what no run of pywet wrote."""
     run_dir = Path(run_dir)

@@ -1,4 +1,4 @@
-"""Who may work in a run directory: one call that simulates, or any number that evaluate a finished run."""
+"""Who may work in a run directory: one call that simulates, or any number that evaluate or read a finished run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import fcntl
 import os
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from pywet.errors import FileError, PywetError, shown
@@ -31,6 +31,9 @@ def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
     refuse_links(run_dir)
     if not shared:
         claim(run_dir)
+    if shared and not os.path.lexists(run_dir / LOCK) and not os.access(run_dir, os.W_OK):
+        yield  # of a run that can only be read, and in which nobody is at work
+        return
     lock = _locked(run_dir, LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
     _held[key] = lock
     try:
@@ -43,8 +46,17 @@ def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
 
 
 @contextmanager
+def reading(*run_dirs: Path) -> Iterator[None]:
+    """Hold runs together with others that read or evaluate them; refused where one is being simulated."""
+    with ExitStack() as held:
+        for run_dir in run_dirs:
+            held.enter_context(hold(run_dir, shared=True))
+        yield
+
+
+@contextmanager
 def hold_part(run_dir: Path, name: str) -> Iterator[None]:
-    """Lock one output of a run, such as `vtk`, that two evaluations would both replace."""
+    """Lock one output of a folder, such as `vtk` of a run, that two calls would both replace."""
     lock = _locked(Path(run_dir), f".{name}.lock", fcntl.LOCK_EX)
     try:
         yield
@@ -54,7 +66,8 @@ def hold_part(run_dir: Path, name: str) -> Iterator[None]:
 
 def _locked(run_dir: Path, name: str, how: int) -> int:
     try:
-        lock = open_own(run_dir / name, os.O_RDWR | os.O_CREAT)
+        read_only = how == fcntl.LOCK_SH and os.path.lexists(run_dir / name)  # of a run of somebody else's
+        lock = open_own(run_dir / name, os.O_RDONLY if read_only else os.O_RDWR | os.O_CREAT)
     except OSError as error:
         raise FileError(
             f"{shown(run_dir / name)} could not be opened ({error.strerror}); expected a writable folder with free space",

@@ -14,10 +14,11 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
-from pywet.files import read_model
+from pywet.law_names import Laws
 from pywet.laws.hertz import LEAST_RESTITUTION, Hertz
-from pywet.laws.kinds import NEEDED, Laws
+from pywet.laws.kinds import NEEDED
 from pywet.strict import Strict
+from pywet.util.files import read_model
 
 
 def _title(text: str) -> str:
@@ -201,6 +202,10 @@ class Effects(Laws):
         return {kind: law for kind, law in self if isinstance(law, str)}
 
 
+SHORT_WINDOW = 4
+"""Steps up to which sampling windows lie at random places; longer ones lie evenly."""
+
+
 class Output(Strict):
     """When results and logs are written."""
 
@@ -320,10 +325,11 @@ class Scene(Strict):
         if not self.effects.gravity and any(self.gravity_m_per_s2):
             raise ValueError(f"scene {self.name}: gravity is off in its effects but gravity_m_per_s2 is not zero")
         output, windows = self.output, self.output.contact_windows > 0
-        if windows and output.contact_window_steps < self.bridges_every:
+        if windows and SHORT_WINDOW < output.contact_window_steps < self.bridges_every:
             raise ValueError(
                 f"scene {self.name}: contact_window_steps is {output.contact_window_steps} and bridges_every "
-                f"{self.bridges_every}; expected windows in which bridges act: at least as many steps, or no windows"
+                f"{self.bridges_every}; expected windows in which bridges act: at least as many steps, at most {SHORT_WINDOW}, "
+                "or no windows"
             )
         if self.bridges_every > 1 and not self.effects.bridges:
             raise ValueError(f"scene {self.name}: bridges_every is {self.bridges_every} without bridges; expected 1")

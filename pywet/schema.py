@@ -12,6 +12,7 @@ n points from j to i. Forces and torques act on i (torque_j on j). Velocities ar
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -115,7 +116,15 @@ volume f8 m3 of the bridge
 share_i f8 m3 what i would get if it ruptured now
 separation f8 m S, negative in overlap
 xi f8x3 m centre of i
-xj f8x3 m centre of j; of a wall, the closest point""",
+xj f8x3 m centre of j; of a wall, the closest point
+capillary_impulse f8 N.s of the capillary force since the output before, attraction positive
+viscous_impulse f8 N.s of the normal viscous force, component along n on i
+least_separation f8 m since the output before, at steps at which the bridge acts
+largest_separation f8 m the same""",
+    "impulses": f"""{_STEP}
+id i4 - sphere
+{_PAD}
+impulse f8x3 N.s of the forces of all its bridges since the output before""",
     "films": f"""{_STEP}
 id i4 - sphere
 {_PAD}
@@ -152,6 +161,12 @@ outlet i4 - number of the outlet in the scene, from 1 on; 0: the collecting bin
 film f8 m3 liquid with which it left: its film, and its shares of the bridges that ended with it
 x f8x3 m centre
 v f8x3 m/s velocity""",
+    "felt": f"""{_STEP}
+id i4 - one of some sampled spheres
+{_PAD}
+film f8 m3 liquid held as film, before drops fall
+v f8x3 m/s velocity
+felt f8x3 m/s2 specific force that the film feels""",
     "drops": f"""{_TIME}
 partner_kind i4 - of what it lands on, see the codes of partner_kind
 i i4 - the sphere it leaves
@@ -165,6 +180,7 @@ felt f8x3 m/s2 specific force that the film felt: 9.81 upwards at rest
 x f8x3 m centre of i""",
 }
 """Raw table -> a line for each column: name, number of bytes and how many, unit, meaning. All else is made from it."""
+_TEXT["window_energy"] = _TEXT["energy"]
 
 
 def _record(text: str) -> np.dtype:
@@ -255,8 +271,11 @@ def meanings(table: str) -> dict[str, tuple[str, str]]:
 
 MAY_BE_EMPTY = {
     "history/drops",
+    "history/felt",
     "history/retired",
     "history/energy",
+    "history/impulses",
+    "history/window_energy",
     "history/events",
     "history/contacts",
     "history/bridges",
@@ -280,3 +299,18 @@ def needs_rows(path: Path) -> bool:
 def _name(path: Path) -> str:
     inside = f"{path.parent.name}/{path.stem}"
     return inside if inside in TABLES else path.stem
+
+
+UNIT = re.compile(r"_((?:mm|um|m3|m|g|kg|N|Pa|s|deg|rad|Hz|J)(?:_per_[a-z0-9]+|_s(?![a-z]))?2?)$")
+
+
+def unit_of(key: str) -> str:
+    """The unit that a key or column ends in; empty where it ends in none.
+
+    >>> unit_of("stiffness_N_per_m"), unit_of("gravity_m_per_s2"), unit_of("viscosity_Pa_s"), unit_of("count")
+    ('N/m', 'm/s2', 'Pa s', '')
+    """
+    named = {"percent": "%", "liquid_percent": "%", "turns_per_minute": "1/min"}
+    last = key.removesuffix(".value").rpartition(".")[2]
+    found = UNIT.search(last)
+    return named.get(last) or (found[1].replace("_per_", "/").replace("_", " ") if found else "")

@@ -1,4 +1,5 @@
-"""What lies beside the package and yet is part of the program: configuration, deck templates, workflow, wet problems, scenes.
+"""What lies beside the package and yet is part of the program: configuration, deck templates, workflow, wet problems, scenes,
+pages of the documentation.
 
 In a checkout they lie beside the package, where people look for them; `setup.py` puts them into the package of a wheel.
 """
@@ -6,12 +7,15 @@ In a checkout they lie beside the package, where people look for them; `setup.py
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
+from pywet import run_folder
 from pywet.errors import PywetError, one_line, shown
-from pywet.files import atomic_write
+from pywet.util.files import atomic_write
 
 INSIDE = Path(__file__).parent / "shipped"
+NOTEBOOK = "first-steps.ipynb"
 SNAKEFILE = """# The screening cases of config/, by the workflow that pywet brings along: snakemake --cores 2
 from pywet.shipped import place
 
@@ -33,6 +37,8 @@ What is to be run stands in `config/`: cases in `cases.csv`, scale and effects i
     pywet run 1                        one case: build, simulate, replay, results
     snakemake --cores 2 --keep-going   all cases and results/smoke/report.html
     pywet run 1                        after a change of config/: results/smoke/case01; before: case01.1, moved aside
+    pywet docs compare                 another moisture: is 7 % significantly different from 5 %?
+    pywet docs configuration           cases, materials and scales of your own
 
 LIGGGHTS 3.8.0 must be there, as Debian 12 has it, with its headers and a compiler; `pywet doctor` says what is missing:
 `apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++`.
@@ -42,15 +48,27 @@ SCENE_README = """# {title}
     pywet run-scene {name}.yaml --out run    plan, simulation, replay, results, picture
     run/report.html                          the page to open first
 
-All keys of a scene with their meaning: "A scene, key by key" in the documentation of pywet. `pywet doctor` says what is missing
-on this machine: `apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++`.
+`pywet docs own-scene` is the guide, `pywet docs scene_reference` lists all keys with meaning, unit and default. `pywet doctor`
+reports what is missing on this machine: `apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++`.
 """
 
 
 def place(name: str) -> Path:
-    """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile`, `benchmarks/wet` or `examples/scenes` is."""
+    """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile`, `benchmarks/wet`, `examples/scenes` or `docs` is."""
     inside = INSIDE / name
     return inside if inside.exists() else Path(__file__).parents[1] / name
+
+
+def open_studies() -> bool:
+    """Let this process and its children import the studies of a checkout; False where there are none, as in a wheel."""
+    root = Path(__file__).parents[1]
+    if not (root / "studies" / "command.py").exists():
+        return False
+    if str(root) not in sys.path:
+        sys.path.append(str(root))
+    paths = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    os.environ["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(filter(None, (*paths, str(root)))))
+    return True
 
 
 def _holds(path: Path, data: bytes) -> bool:
@@ -62,8 +80,8 @@ def _holds(path: Path, data: bytes) -> bool:
 
 
 def examples() -> list[str]:
-    """Names of what `begin` can write: the screening study and the scenes to begin with."""
-    return ["case", *sorted(path.stem for path in place("examples/scenes").glob("*.yaml"))]
+    """Names of what `begin` can write: the screening study, the notebook and the scenes to begin with."""
+    return ["case", "notebook", *sorted(path.stem for path in place("examples/scenes").glob("*.yaml"))]
 
 
 def _contents(example: str) -> dict[str, bytes]:
@@ -73,6 +91,8 @@ def _contents(example: str) -> dict[str, bytes]:
     if example == "case":
         files = {f"config/{path.name}": path.read_bytes() for path in sorted(place("config").iterdir())}
         return files | {"Snakefile": SNAKEFILE.encode(), "README.md": README.encode()}
+    if example == "notebook":
+        return {NOTEBOOK: (place("docs") / NOTEBOOK).read_bytes()}
     scenes = place("examples/scenes")
     files = {path.name: path.read_bytes() for path in sorted(scenes.glob(f"{example}.*"))}
     title = files[f"{example}.yaml"].decode().partition("\n")[0].removeprefix("# ")
@@ -85,6 +105,7 @@ def begin(folder: Path, example: str = "case") -> list[Path]:
     What a call that was cut off has left of them is gone on with: a part of the files, each as it is written here.
     """
     folder = Path(folder)
+    run_folder.refuse_within(folder)
     files = _contents(example)
     tops = list(dict.fromkeys(name.partition("/")[0] for name in files))
     folders = [top for top in tops if top not in files]

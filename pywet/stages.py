@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pywet import run_folder, run_lock
+from pywet.cases.screening.status import EVALUATIONS, NEEDS, Status, missing, problems, results_made, status_path
 from pywet.engines.choice import chosen
 from pywet.errors import PywetError, one_line, refused
-from pywet.files import write_json
-from pywet.notices import notice, shown
-from pywet.screening.status import EVALUATIONS, NEEDS, Status, missing, problems, results_made, status_path
+from pywet.util.files import write_json
+from pywet.util.notices import notice, shown
 
 if TYPE_CHECKING:
     from pywet.config import Config
@@ -100,8 +100,8 @@ def resolved(
 
 def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:
     """Stage scene: configuration -> run directory."""
+    from pywet.cases.screening import cases, identity
     from pywet.runs import second
-    from pywet.screening import cases, identity
 
     cases.build(config, case, scale, run_dir)
     second.leave(run_dir, config.settings.laws.reference)
@@ -110,7 +110,7 @@ def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "l
 
 def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:
     """Whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
-    from pywet.screening import identity
+    from pywet.cases.screening import identity
 
     if missing(run_dir):
         return False
@@ -122,7 +122,7 @@ def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str =
 
 def fingerprint(config: Config, case: int, scale: str, engine: str = "liggghts") -> str:
     """What identity.json of a run of this case says."""
-    from pywet.screening import identity
+    from pywet.cases.screening import identity
 
     return f"{engine} {identity.identity(config, case, scale)}"
 
@@ -158,8 +158,8 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 
 def results(run_dir: Path) -> None:
     """Stage results: fraction retained, liquid by holder, checks, summary."""
+    from pywet.cases.screening.results import summarise, write_results
     from pywet.runs.rundir import RunDir
-    from pywet.screening.results import summarise, write_results
 
     run = RunDir(Path(run_dir))
     summarise(run, write_results(run))

@@ -1,7 +1,9 @@
-"""Writes docs/planted_faults.md, one table of all injected faults, from the tests: `python -m tests.planted_table`."""
+"""Writes docs/planted_faults.md and .csv, all injected faults, from the tests: `python -m tests.planted_table`."""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +20,7 @@ from tests.reference_impl import (
 )
 
 PAGE = Path(__file__).parents[1] / "docs" / "planted_faults.md"
+LISTED = PAGE.with_suffix(".csv")
 
 
 class Place(NamedTuple):
@@ -46,45 +49,47 @@ def of_report(faults: Mapping[str, tuple[Any, str]], where: str) -> dict[str, tu
 
 
 BEFORE = (
-    Place("scene", "files of a sound screening run, before the engine", "reference_impl/test_sections.py",
+    Place("scene", "input files of a screening run", "reference_impl/test_sections.py",
           shown(planted_files.SCENE)),
 )  # fmt: skip
 ENGINE = (
-    Place("plugin", "a copy of the plugin's sources, built and run: spheres drawn off a floor, a plate and each other",
+    Place("plugin", "a modified build of the plugin; spheres pulled off a floor, a plate and each other",
           "engines/liggghts/test_planted_faults.py", planted.NAMED | planted.MOTION),
-    Place("plugin, yard", "the same; a heap on a shaken screen, a drawn plate, a floor, pairs in flight; films that grow",
+    Place("plugin, screen", "a modified build; a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_planted_in_yard.py",
           {**planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP, **planted_in_yard.IN_GROWN}),
-    Place("plugin, bin", "the same; a bed of which the lowest layer is retired", "engines/liggghts/test_planted_faults.py",
+    Place("plugin, bin", "a modified build; a bed whose lowest layer is retired", "engines/liggghts/test_planted_faults.py",
           planted_in_bin.IN_PLUGIN),
-    Place("log, bin", "tables of a sound run of that bed", "engines/liggghts/test_retirement.py",
+    Place("log, bin", "tables of a sound run of the bed with a retired layer", "engines/liggghts/test_retirement.py",
           {name: (quantity, words) for name, (_, _, quantity, words) in planted_in_bin.FAULTS.items()}),
-    Place("log", "the history of a sound run of twelve spheres, or the laws and constants that it claims",
+    Place("log", "event and contact logs of twelve spheres, laws and constants included",
           "reference_impl/test_diagnosis.py", shown(planted_log.FAULTS)),
-    Place("tables", "tables next to the logs of that sound run", "reference_impl/test_planted_yard.py",
+    Place("tables", "other tables of the same run", "reference_impl/test_planted_yard.py",
           shown(planted_yard.FAULTS)),
-    Place("motion", "what the reference reads of a sound run's bodies and contacts", "reference_impl/test_newton.py",
+    Place("motion", "masses, contacts and walls as the reference reads them", "reference_impl/test_newton.py",
           motion()),
 )  # fmt: skip
 AFTER = (
-    Place("results", "tables and summary of a sound screening run", "reference_impl/test_sections.py",
+    Place("results", "result tables and summary of a screening run", "reference_impl/test_sections.py",
           shown(planted_files.RESULTS)),
-    Place("own scene", "results of the shipped drum", "own_scene/test_examples.py", shown(planted_files.OWN)),
+    Place("custom scene", "results of the example drum", "cases/custom/test_examples.py", shown(planted_files.OWN)),
     Place("VTK", "the code that writes VTK files", "reference_impl/test_vtk.py",
           {name: (f"vtk_{quantity}", words) for name, (_, _, quantity, words) in test_vtk.FAULTS.items()}),
     Place("drawing", "the code that draws the report's figures", "reference_impl/test_report.py",
           of_report(test_report.DRAWN, "figures")),
-    Place("3-D scene", "what a page holds for its 3-D scene", "reference_impl/test_scenes.py",
+    Place("3-D scene", "data of the 3-D scene in the report", "reference_impl/test_scenes.py",
           of_report(test_scenes.FAULTS, "3-D scene")),
-    Place("page", "the report's page", "reference_impl/test_report.py", of_report(test_report.SHOWN, "page")),
+    Place("page", "text and tables of the report", "reference_impl/test_report.py", of_report(test_report.SHOWN, "page")),
 )  # fmt: skip
 HEAD = """# Injected faults
 
-Each of these {count} faults is injected alone into a sound run (those in the tables of the yard together with faults in other
-tables), must show in the quantity of the [replay](replay.md) in its row, and must be named by the words in its row: {before}
-before the engine, {engine} in it or its logs, {after} downstream of it; {nameless} are found without a name.
-`python -m tests.planted_table` makes this page from the tests; long rounds run with `pytest -m slow`.
+Each of these {count} faults is injected alone into a sound run, must be detected by the quantity of the [replay](replay.md) in
+its row of [planted_faults.csv](planted_faults.csv), and must be identified by the sentence fragment in that row: {before} before
+the engine, {engine} in it or its logs, {after} downstream of it; {nameless} are found without a name, and {missed} kinds of fault
+cannot be detected by the replay ([below](#what-the-replay-cannot-detect)).
 
+| injected into | faults | identified | test |
+|---|---|---|---|
 """
 UNSEEN = (
     ("a bridge that is missed between two outputs outside the detailed-logging intervals, and formed before the next", "",
@@ -103,19 +108,9 @@ WHY = {
     "forces outside the contact log": "forces are logged in windows; volumes, shares and films are checked in the whole run",
 }
 TAIL = """
-If the records cannot distinguish faults, all candidates are reported (`alike` in replay.json). What motion, energy budget and
-counts show of the same fault is reported as its consequence, so that a fault in the log gives one finding. A fault injected into
-`scene.json` also contradicts the deck; that finding is further down in the replay's list.
-
-## Coverage
-
-- Late formation or rupture: every event. A film a few per cent too thin shows where a sphere approaches slowly (in the yard: 5 %
-  of 30 µm at 15 mm/s and 2e-5 s). Near an edge a formation that seems late is accepted if the sphere may have been at another
-  triangle one step before.
-- Missed formation, triangle, end, gap: every output, and every step of the intervals that record motion.
-- Forces outside those intervals: groups of spheres without new neighbours between outputs, up to 2000 steps in all; without
-  walls, dry contacts, semi-implicit drag and `bridges_every`.
-- Energy budget: its sum at every output; shared among the effects where an interval holds two outputs.
+Detected without a name: {unnamed}. If the records cannot distinguish faults, all candidates are reported (`alike` in
+`replay.json`). Several faults are combined in one run for the tables next to the logs. `python -m tests.planted_table` makes this
+page and its CSV file from the tests; `pytest -m slow` runs the long ones.
 
 ## What the replay cannot detect
 
@@ -123,10 +118,20 @@ counts show of the same fault is reported as its consequence, so that a fault in
 |---|---|---|
 {unseen}
 
+## Coverage
+
+- **Late formation or rupture**: every event. A film a few per cent too thin is detected where a sphere approaches slowly (5 % of
+  30 µm at 15 mm/s and a step of 2e-5 s). Near an edge a late formation is accepted if the sphere may have been at another
+  triangle one step before.
+- **Missed formation, triangle, end, gap**: every output, and every step of the detailed-logging intervals.
+- **Forces outside those intervals**: groups of spheres without new neighbours between outputs, up to 2000 steps in all; without
+  walls, dry contacts, semi-implicit drag and `bridges_every`.
+- **Energy budget**: its sum at every output, and its terms where an interval holds two outputs.
+
 ## Limits
 
-The list is of faults that somebody thought of. [Random faults](faults_by_chance.md) are the fairer test and find less. A wrong
-reading that both sides share is found by no replay ([shared readings](shared_readings.md)).
+The faults were chosen by hand. [Random faults](faults_by_chance.md) are the fairer test and fewer of them are found. No replay
+detects a wrong reading of a paper that both sides share ([shared readings](shared_readings.md)).
 """
 
 
@@ -137,15 +142,30 @@ def rows(places: tuple[Place, ...]) -> Iterator[tuple[str, ...]]:
             yield name, place.word, quantity, words or "–"
 
 
+COLUMNS = ("fault", "injected_into", "detected_by", "identified_by")
+
+
+def table() -> str:
+    """Every fault as a row of the CSV file."""
+    file = io.StringIO()
+    csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows((*BEFORE, *ENGINE, *AFTER))])
+    return file.getvalue()
+
+
 def page() -> str:
     """The whole page."""
-    table = [*rows(BEFORE), *rows(ENGINE), *rows(AFTER)]
+    places = (*BEFORE, *ENGINE, *AFTER)
+    faults = [*rows(places)]
+    unnamed = [row[0] for row in faults if row[3] == "–"]
     counts = {"before": len([*rows(BEFORE)]), "engine": len([*rows(ENGINE)]), "after": len([*rows(AFTER)])}
-    head = HEAD.format(count=len(table), nameless=sum(row[3] == "–" for row in table), **counts)
-    places = [f"- **{p.word}**: {p.sentence} (`tests/{p.test}`, {len(p.faults)})" for p in (*BEFORE, *ENGINE, *AFTER)]
-    lines = ["", "| fault | injected into | shows in | named |", "|---|---|---|---|", *map(line, table)]
+    missed = len(planted.UNSEEN) + len(UNSEEN)
+    lines = []
+    for p in places:
+        named = sum(bool(words) for _, words in p.faults.values())
+        lines.append(line((f"**{p.word}**: {p.sentence}", str(len(p.faults)), str(named), f"`{p.test}`")))
     seen = [line((what, words, WHY[what])) for what, (_, _, words) in planted.UNSEEN.items()] + [*map(line, UNSEEN)]
-    return head + "\n".join([*places, *lines]) + "\n" + TAIL.format(unseen="\n".join(seen))
+    head = HEAD.format(count=len(faults), nameless=len(unnamed), missed=missed, **counts)
+    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), unnamed=", ".join(unnamed))
 
 
 def line(columns: tuple[str, ...]) -> str:
@@ -156,3 +176,4 @@ def line(columns: tuple[str, ...]) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page())
+    LISTED.write_text(table())

@@ -18,11 +18,11 @@ from typing import Any
 import yaml
 
 from pywet import config, stages
-from pywet.bench import scenes as small_scenes
+from pywet.cases.custom import building, results
+from pywet.cases.custom.description import Scene
+from pywet.cases.screening import cases, verdict
+from pywet.cases.small import scenes as small_scenes
 from pywet.errors import PywetError
-from pywet.own_scene import building, results
-from pywet.own_scene.description import Scene
-from pywet.screening import cases, verdict
 
 ROOT = Path(__file__).parents[1]
 KINDS = ("case", "own", "small", "case", "own")

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from pywet import config, stages
-from pywet.files import write_json
-from pywet.screening import identity
+from pywet.cases.screening import identity
+from pywet.util.files import write_json
 
 ROOT = Path(__file__).parent.parent
 CASES = "cases=[2,10,11]"

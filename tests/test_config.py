@@ -16,11 +16,11 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from pywet.cases.screening import cases
 from pywet.cli.app import app
 from pywet.config import load
 from pywet.config.schema import schemas
 from pywet.errors import PywetError
-from pywet.screening import cases
 
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"
@@ -446,7 +446,7 @@ def test_an_own_material_stands_beside_the_papers(folder: Path) -> None:
 
 def test_the_material_of_the_page(folder: Path) -> None:
     """docs/configuration.md, as it says: 300 g of each class on the sieve of 200 mm, its own brine, case 2 untouched."""
-    page = (ROOT / "docs" / "configuration.md").read_text().partition("## A material of your own")[2]
+    page = (ROOT / "docs" / "configuration.md").read_text().partition("## Add a material")[2]
     spheres, contacts, liquids = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)[:3]
     header, row = re.findall(r"```csv\n(.*?)```", page, re.DOTALL)[0].splitlines()
     text = (folder / "materials.yaml").read_text()

@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.engines.lammps.build import libraries
+from studies.command import app as studies
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -26,7 +27,7 @@ GENERATED = ("configuration_reference.md", "columns.md", "scene_reference.md")
 """Pages that the build of the site writes."""
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]+)(?:#[^)]*)?\)")
 CHEAP = {"doctor", "laws", "plan", "bridge"}
-"""Subcommands that answer in seconds and need no result (the atlas and the collisions have tests of their own)."""
+"""Subcommands that answer in seconds and need no result (the studies and the collisions have tests of their own)."""
 
 
 def commands_in(text: str) -> list[str]:
@@ -63,8 +64,11 @@ def call(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 def parse_pywet(arguments: list[str]) -> list[str]:
     """Parse the arguments of `pywet` without running anything; names of the subcommands. An error of usage is raised."""
-    command = typer.main.get_command(app)
-    context, path = command.make_context("pywet", list(arguments)), []
+    if arguments[0] == "study":
+        command, arguments, path = typer.main.get_command(studies), arguments[1:], ["study"]
+    else:
+        command, path = typer.main.get_command(app), []
+    context = command.make_context("pywet", list(arguments))
     while isinstance(command, TyperGroup):
         name, command, rest = command.resolve_command(context, [*context._protected_args, *context.args])
         context = command.make_context(name, rest, parent=context)
@@ -110,7 +114,7 @@ def test_command_of_the_documentation_exists_and_parses(command: str, tmp_path: 
 
 
 def is_cheap(arguments: list[str]) -> bool:
-    return arguments[0] in CHEAP and "--atlas" not in arguments
+    return arguments[0] in CHEAP
 
 
 @pytest.mark.engine
@@ -147,19 +151,13 @@ def test_make_help_lists_every_target() -> None:
     assert {line.split()[0] for line in shown.splitlines()} == targets
 
 
-def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range(tmp_path: Path) -> None:
+def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range() -> None:
     """The page is made from the classes that check a scene; a key without a description fails here."""
-    import importlib.util
-
     import pywet
-    from pywet.ranges import LIMITS
+    from pywet.cli import reference_pages
+    from pywet.util.ranges import LIMITS
 
-    spec = importlib.util.spec_from_file_location("reference_pages", ROOT / "docs" / "reference_pages.py")
-    assert spec and spec.loader
-    pages = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(pages)
-    pages.write_scene(tmp_path / "scene.md")
-    rows = [line.split(" | ") for line in (tmp_path / "scene.md").read_text().splitlines() if line.startswith("| `")]
+    rows = [line.split(" | ") for line in reference_pages.scene().splitlines() if line.startswith("| `")]
     told = {row[0].strip("| `"): row[1:] for row in rows}
     for key in ("seed", "interval_s", "half_width_mm", "thickness_mm", "sides", "stiffness_N_per_m", "at_mm"):
         assert key in told
@@ -170,6 +168,28 @@ def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range(tmp_path: P
     assert told["gravity_m_per_s2"][1] == "m/s2" and told["stiffness_N_per_m"][2] == "`2000.0`"
     models = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_fields")]
     assert {k for c in models for k in c.model_fields} <= set(told)
+
+
+def test_pages_are_printed_by_their_names(capsys: pytest.CaptureFixture[str]) -> None:
+    """The list names every page; a page, a link with a section and the notebook's text are found, another name is refused with
+    all names; the help of the program names the command, a scene's misspelt key the page of all keys."""
+    from pywet.cases.custom.description import Scene
+    from pywet.cli import reference_pages
+    from pywet.errors import ConfigError, PywetError
+
+    runner = CliRunner()
+    listed = runner.invoke(app, ["docs"]).output
+    links = re.findall(r"\]\(([\w-]+)\.(?:md|ipynb)\)", listed)
+    assert len(links) > 30
+    for name in (*links, *reference_pages.MADE):
+        assert len(reference_pages.page(name)) > 200, name
+    assert reference_pages.page("docs/compare.md#regression-digests") == (ROOT / "docs" / "compare.md").read_text()
+    assert "run.drum_angle()" in reference_pages.page("first-steps.ipynb")
+    with pytest.raises(PywetError, match="there is no page mill in the documentation; expected one of ARCHITECTURE, "):
+        reference_pages.page("mill")
+    assert "pywet docs" in runner.invoke(app, ["--help"]).output
+    with pytest.raises(ConfigError, match=r"key mass is not known.* \(all keys: pywet docs scene_reference\)$"):
+        Scene(mass=1)  # type: ignore[call-arg]
 
 
 def test_each_door_of_the_site_shows_what_its_command_prints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,12 +1,13 @@
 """Every example of the documentation is executed as it is printed: here those that no page's own test executes.
 
 Pages with tests of their own: laws (`tests/laws/test_force_law.py`), own law (`tests/laws/test_own_page.py`), own scene
-(`tests/own_scene/test_page.py`), own material (`tests/test_config.py`). Commands in console blocks: `tests/test_docs.py`.
+(`tests/cases/custom/test_page.py`), own material (`tests/test_config.py`). Commands in console blocks: `tests/test_docs.py`.
 First steps: executed as the site is built.
 """
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
@@ -17,17 +18,19 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from typer.testing import CliRunner
 
 from pywet import stages
-from pywet.bench import bridge_query
 from pywet.calibration.answer import calibrate
+from pywet.cases.custom.description import Spheres
+from pywet.cases.small import bridge_query
+from pywet.cli.app import app
 from pywet.collisions.wall.problem import Problem
 from pywet.config.entries import AngleEntry, NonNegativeEntry
 from pywet.config.loading import parse
 from pywet.engines.yade import driver
 from pywet.errors import StoppedRun
 from pywet.laws import registry
-from pywet.own_scene.description import Spheres
 from reference_impl.replay import capillary
 
 ROOT = Path(__file__).parents[1]
@@ -43,6 +46,7 @@ EXECUTED = {
     "own-scene.md": ["python", "yaml", "yaml"],
     "second_engine.md": ["python"],
     "wall_collision.md": ["json"],
+    "wet_benchmarks.md": ["python"],
     "young_laplace.md": ["python", "python"],
 }
 """Blocks of each page that a test executes, in order."""
@@ -51,7 +55,9 @@ EXECUTED = {
 def blocks(page: str) -> list[tuple[str, str]]:
     """Language and text of the blocks of a page, commands left out."""
     text = (ROOT / "docs" / page).read_text()
-    return [(language, block) for language, block in BLOCK.findall(text) if language not in ("console", "mermaid")]
+    return [
+        (language, block) for language, block in BLOCK.findall(text) if language not in ("console", "mermaid", "text")
+    ]
 
 
 def execute(page: str, number: int = 0) -> dict[str, Any]:
@@ -65,7 +71,7 @@ def execute(page: str, number: int = 0) -> dict[str, Any]:
 def test_no_example_is_left_out() -> None:
     """A new one needs a test that executes it, and a place in this table."""
     pages = sorted(path.name for path in (ROOT / "docs").glob("*.md"))
-    found = {page: [language for language, _ in blocks(page)] for page in pages if not page.startswith("first-steps")}
+    found = {page: [language for language, _ in blocks(page)] for page in pages}
     assert {page: languages for page, languages in found.items() if languages} == EXECUTED
 
 
@@ -157,6 +163,20 @@ def test_the_calibration_of_the_page_gives_its_answer(tmp_path: Path) -> None:
 def test_the_collision_of_the_page_is_a_problem() -> None:
     problem = parse(Problem, json.loads(blocks("wall_collision.md")[0][1]), "page")
     assert problem.normal_velocity_m_per_s == 1.0
+
+
+def test_the_code_that_is_checked_on_the_page_solves_the_problem(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Template, code and score as the page prints them: lubrication is within 0.88 % of Brenner's series."""
+    template = CliRunner().invoke(app, ["score", "viscous_pull", "--template"]).stdout
+    monkeypatch.setattr("sys.stdin", io.StringIO(template))
+    execute("wet_benchmarks.md")
+    (tmp_path / "my_answers.csv").write_text(capsys.readouterr().out)
+    done = CliRunner().invoke(app, ["score", "viscous_pull", str(tmp_path / "my_answers.csv")])
+    page = (ROOT / "docs" / "wet_benchmarks.md").read_text()
+    assert done.exit_code == 0 and f"my_answers.csv\n{done.stdout.splitlines()[0]}\n```" in page
+    assert "--template\n" + "\n".join(template.splitlines()[:3]) + "\n```" in page
 
 
 def test_the_entry_point_of_the_page_is_that_of_the_template() -> None:

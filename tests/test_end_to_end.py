@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 from pywet import config, stages
-from pywet.bench.subset import with_spheres
+from pywet.cases.screening import cases
+from pywet.cases.small.subset import with_spheres
 from pywet.scene import Scene
-from pywet.screening import cases
 
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[1]

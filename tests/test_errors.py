@@ -10,10 +10,10 @@ import pytest
 
 from pywet import config, errors
 from pywet.engines.liggghts import process
-from pywet.files import read_json
 from pywet.laws import registry
-from pywet.planning import time_steps as advisor
-from tests.screening import synthetic
+from pywet.planning import time_steps
+from pywet.util.files import read_json
+from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parent.parent
 
@@ -41,9 +41,9 @@ def test_a_step_beyond_the_limit_says_both() -> None:
     """The advisor's own limit is what is carried: half of it is accepted."""
     scene = synthetic.scene().model_copy(update={"time_step_s": 1e-2})
     with pytest.raises(errors.UnstableStep) as caught:
-        advisor.refuse_unstable(scene)
+        time_steps.refuse_unstable(scene)
     assert caught.value.step_s == 1e-2 > caught.value.largest_s > 0.0
-    advisor.refuse_unstable(scene.model_copy(update={"time_step_s": 0.5 * caught.value.largest_s}))
+    time_steps.refuse_unstable(scene.model_copy(update={"time_step_s": 0.5 * caught.value.largest_s}))
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.errors import PywetError, one_line, shown
-from pywet.files import atomic_write, make_folder, parse_json, read_table, write_table
-from tests.screening import synthetic
+from pywet.util.files import atomic_write, make_folder, parse_json, read_table, write_table
+from tests.cases.screening import synthetic
 
 
 def test_no_flipped_bit_of_a_table_changes_a_value_unnoticed(tmp_path: Path) -> None:

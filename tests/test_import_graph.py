@@ -20,6 +20,18 @@ def test_no_module_imports_itself_by_a_detour() -> None:
     assert circle(rooms(GRAPH)) == []
 
 
+def test_the_program_imports_nothing_of_the_studies() -> None:
+    """A wheel has no `studies`: one command and the workflow open them, and nothing else in `pywet` names them."""
+    named = {
+        str(path.relative_to(ROOT))
+        for path in (ROOT / "pywet").rglob("*.py")
+        if re.search(r"(?:import|from) studies\b|[\"']studies[.\"']", path.read_text())
+    }
+    assert named == {"pywet/cli/evidence.py", "pywet/shipped.py"}
+    studies = modules(package="studies")
+    assert len(studies) > 70 and circle(studies) == []
+
+
 def test_a_circle_would_be_noticed(tmp_path: Path) -> None:
     texts = {
         "__init__": "",
@@ -57,7 +69,9 @@ def test_ten_things_are_looked_for() -> None:
 
 def test_every_file_that_the_page_names_is_there() -> None:
     paths = [
-        path.relative_to(ROOT) for room in ("pywet", "reference_impl", "tests") for path in (ROOT / room).rglob("*")
+        path.relative_to(ROOT)
+        for room in ("pywet", "studies", "reference_impl", "tests")
+        for path in (ROOT / room).rglob("*")
     ]
     named = set(re.findall(r"`([\w./]+\.(?:py|cpp|h))`", PAGE))
     assert len(named) > 40

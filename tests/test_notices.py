@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from pywet.notices import notice, shown
+from pywet.util.notices import notice, shown
 
 
 def test_shown_on_standard_error_and_only_while_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
@@ -20,6 +20,6 @@ def test_shown_on_standard_error_and_only_while_asked_for(capsys: pytest.Capture
 
 
 def test_a_program_that_shows_nothing_still_hears_of_warnings() -> None:
-    text = "from pywet.notices import notice; notice.info('a tenth is done'); notice.warning('begins anew')"
+    text = "from pywet.util.notices import notice; notice.info('a tenth is done'); notice.warning('begins anew')"
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("", "begins anew\n")

@@ -16,20 +16,29 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet import shipped
+from pywet.cases.custom.building import Building
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.own_scene.building import Building
-from pywet.own_scene.commands import read_scene
+from pywet.scene_stages import read_scene
 
 ROOT = Path(__file__).parent.parent
-SOURCES = ("pywet", "reference_impl", "config", "liggghts_inputs", "workflow", "benchmarks/wet", "examples/scenes")
+SOURCES = (
+    "pywet",
+    "reference_impl",
+    "config",
+    "liggghts_inputs",
+    "workflow",
+    "benchmarks/wet",
+    "examples/scenes",
+    "docs",
+)
 BESIDE = ("Snakefile", "pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE")
 BUILD = "import os, sys; from setuptools import build_meta; os.mkdir('out'); getattr(build_meta, sys.argv[1])('out')"
 TRY = """
 import os, pywet
 from pywet.cli.app import app
 print(pywet.__file__)
-for words in ("laws", "init study", "plan 1 --config study/config"):
+for words in ("laws", "init study", "plan 1 --config study/config", "docs own-scene", "docs scene_reference"):
     app(words.split(), standalone_mode=False)
 app(["init", "mill", "--example", "hopper"], standalone_mode=False)
 """
@@ -73,6 +82,7 @@ def test_every_file_of_the_program_is_in_the_wheel(unpacked: Path) -> None:
     for name in SOURCES:
         target = unpacked if name in ("pywet", "reference_impl") else unpacked / "pywet" / "shipped"
         files = [p for p in (ROOT / name).rglob("*") if p.is_file() and "__pycache__" not in p.parts]
+        files = [p for p in files if name != "docs" or (p.suffix in (".md", ".ipynb") and p.parent.name == "docs")]
         assert files
         for path in files:
             assert (target / path.relative_to(ROOT)).read_bytes() == path.read_bytes(), path
@@ -86,6 +96,7 @@ def test_an_unpacked_wheel_answers_outside_the_checkout(unpacked: Path, tmp_path
     assert said.splitlines()[0] == str(unpacked / "pywet" / "__init__.py")
     assert "willett_unequal" in said and "tangential_history" in said
     assert {path.name for path in (tmp_path / "mill").iterdir()} == {"hopper.yaml", "hopper.stl", "README.md"}
+    assert "# A scene of your own" in said and "| `half_width_mm` | number or null: " in said
     planned = call(
         *(sys.executable, "-P", "-m", "snakemake", "-n", "--cores", "1", "--config", "cases=[1]"),
         folder=tmp_path / "study", PYTHONPATH=str(unpacked), XDG_CACHE_HOME=str(tmp_path / "cache"),
@@ -109,9 +120,9 @@ def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
         assert [path.name for path in folder.iterdir()] == [kept]
 
 
-@pytest.mark.parametrize("name", [name for name in shipped.examples() if name != "case"])
+@pytest.mark.parametrize("name", [name for name in shipped.examples() if name not in ("case", "notebook")])
 def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -> None:
-    """Its folder holds all that it needs (tests/own_scene/test_examples.py runs each); a second call overwrites nothing."""
+    """Its folder holds all that it needs (tests/cases/custom/test_examples.py runs each); a second call overwrites nothing."""
     said = CliRunner().invoke(app, ["init", str(tmp_path / "new"), "--example", name])
     assert said.exit_code == 0, said.output
     scene = read_scene(tmp_path / "new" / f"{name}.yaml")
@@ -123,10 +134,20 @@ def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -
 
 def test_an_example_that_is_not_there_is_refused_with_those_that_are(tmp_path: Path) -> None:
     with pytest.raises(
-        PywetError, match="no example mill; expected one of case, deck, drum, hopper, migration, repose"
+        PywetError, match="no example mill; expected one of case, notebook, deck, drum, hopper, migration, repose"
     ):
         shipped.begin(tmp_path, "mill")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_notebook_is_that_of_the_documentation(tmp_path: Path) -> None:
+    """`pywet init` writes the notebook that tests/test_docs_site.py executes, byte for byte and without stored output."""
+    done = CliRunner().invoke(app, ["init", str(tmp_path), "--example", "notebook"])
+    written = tmp_path / shipped.NOTEBOOK
+    assert done.exit_code == 0 and written.read_bytes() == (ROOT / "docs" / shipped.NOTEBOOK).read_bytes()
+    notebook = json.loads(written.read_text())
+    code = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert notebook["nbformat"] == 4 and len(code) == 5 and not any(cell["outputs"] for cell in code)
 
 
 @pytest.mark.slow

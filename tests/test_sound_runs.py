@@ -12,10 +12,10 @@ import yaml
 from typer.testing import CliRunner
 
 import pywet
+from pywet.cases.screening import verdict
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.runs.tables import ledger_error
-from pywet.screening import verdict
 from reference_impl.motion import newton, window
 from reference_impl.replay.lives import Lives, none
 from tests import sound_runs

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from pywet import stages
+from pywet.cases.screening import status, verdict
 from pywet.errors import PywetError
-from pywet.screening import status, verdict
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 GOOD_REPLAY = {
     "quantities": {

@@ -18,9 +18,9 @@ from typing import Any
 import pytest
 
 from pywet import config, run_folder, stages
+from pywet.cases.screening import identity
 from pywet.cli import workflow_lock
 from pywet.errors import PywetError
-from pywet.screening import identity
 
 ROOT = Path(__file__).parent.parent
 

@@ -18,14 +18,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.bench import bodies, scenes
-from pywet.collisions.wall import buck_tables, wall
+from pywet.cases.small import bodies, scenes
+from pywet.collisions.wall import wall
 from pywet.collisions.wall.problem import Problem
+from pywet.compare.statistics import half_width
 from pywet.config.loading import parse
-from pywet.evidence.compare.statistics import half_width
-from pywet.files import atomic_write, read_json, write_csv
 from pywet.laws import exact_bridge, registry
 from pywet.scene import Liquid, SphereClass
+from pywet.util.files import atomic_write, read_json, write_csv
+from studies.buck2018 import buck_tables
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parents[1] / "docs" / "measured.md"

@@ -23,21 +23,25 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.colors import LogNorm
 
-from pywet.apparatus.solids import wire
-from pywet.apparatus.surface import make_surface
-from pywet.bench import bodies, bridge_engine, bridge_query, small
-from pywet.bench.pair import Pair
+from pywet.cases.small import bodies, bridge_engine, bridge_query, small
+from pywet.cases.small.pair import Pair
 from pywet.collisions.spheres import command as davis
-from pywet.collisions.spheres import engine as spheres_engine
-from pywet.engines.stock.liggghts import liggghts_force
-from pywet.engines.stock.yade import yade_force
-from pywet.evidence.engines import bed as settling
-from pywet.files import atomic_write, read_json, read_table, write_csv
+from pywet.geometry.solids import wire
+from pywet.geometry.surface import make_surface
 from pywet.laws import registry
 from pywet.laws.kinds import SWITCHED
+from pywet.report.pictures import STYLE, plt, svg
+from pywet.util.files import atomic_write, read_json, read_table, write_csv
 
 HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parents[1]))
+from studies.davis2023 import engine as spheres_engine  # noqa: E402
+from studies.engines import bed as settling  # noqa: E402
+from studies.stock.liggghts import liggghts_force  # noqa: E402
+from studies.stock.yade import yade_force  # noqa: E402
+
 ANSWERS = Path("results") / "wet"
 SCORE, MAKE = (runpy.run_path(str(HERE / name)) for name in ("score.py", "make.py"))
 BRIDGES = ("pair_at_rest", "unequal_pair", "sphere_and_plate")
@@ -354,7 +358,7 @@ ENDS = {
     "bridges per sphere": "bridges_per_sphere",
     "dynamic angle": "dynamic_angle_deg",
 }
-"""Quantity of the problem -> of `pywet.evidence.engines.bed`."""
+"""Quantity of the problem -> of `studies.engines.bed`."""
 SEEDS = {"settling_bed": range(1, 6), "drum": range(1, 4)}
 BEDS = {"settling_bed": settling.Bed(), "drum": settling.Bed(spheres=200, seconds=1.5, drum=True)}
 ASKED = {
@@ -433,30 +437,52 @@ def page() -> None:
     for column in ("largest", "rms", "uncertainty"):
         table[column] = [float(f"{value:.3g}") for value in table[column]]
     write_csv(table, HERE / "scores.csv")
+    with atomic_write(HERE.parents[1] / "docs" / "pictures" / "wet_scores.svg") as temporary:
+        temporary.write_text(picture(table))
     path = HERE.parents[1] / "docs" / "wet_benchmarks.md"
     head, _, rest = path.read_text().partition(BEGIN)
     with atomic_write(path) as temporary:
         temporary.write_text(head + BEGIN + "\n" + "\n".join(tables(table)) + "\n" + END + rest.partition(END)[2])
 
 
+def worst(table: pd.DataFrame) -> pd.DataFrame:
+    """The largest deviation over all cases and quantities, by program and problem; NaN where nothing is answered."""
+    found = table.pivot_table("largest", "program", "problem", aggfunc="max", sort=False)
+    return found.reindex(index=list(dict.fromkeys(table["program"])), columns=SCORE["problems"]())
+
+
 def tables(table: pd.DataFrame) -> Iterator[str]:
-    """For each problem a table of programs: the largest deviation of each quantity over all cases, and how much was answered."""
-    for problem in SCORE["problems"]():
-        of = table[table["problem"] == problem]
-        yield f"\n## {problem}\n"
-        if of.empty:
-            yield "No program of this page answers it."
-            continue
-        quantities = list(dict.fromkeys(of["quantity"]))
-        tiers = of.drop_duplicates("quantity").set_index("quantity")["tier"]
-        names = [q if tiers[q] == "exact" else f"{q} ({tiers[q]})" for q in quantities]
-        yield "| program | " + " | ".join(names) + " | answered |"
-        yield "|---" * (len(quantities) + 2) + "|"
-        for name in dict.fromkeys(of["program"]):
-            mine = of[of["program"] == name]
-            worst = [mine.loc[mine["quantity"] == q, "largest"].max() for q in quantities]
-            cells = ["–" if np.isnan(w) else (f"{100.0 * w:.0f} %" if w > 0.1 else f"{100.0 * w:.2g} %") for w in worst]
-            yield f"| {name} | " + " | ".join(cells) + f" | {mine['answered'].sum()} of {mine['asked'].sum()} |"
+    """One row for each program, one column for each problem; what is answered in part has a star."""
+    shown = worst(table)
+    counts = table.groupby(["program", "problem"])[["asked", "answered"]].sum()
+    yield "| program | " + " | ".join(f"`{problem}`" for problem in shown.columns) + " |"
+    yield "|---" * (1 + len(shown.columns)) + "|"
+    for program, row in shown.iterrows():
+        cells = []
+        for problem, deviation in row.items():
+            if np.isnan(deviation):
+                cells.append("–")
+                continue
+            asked_, answered = counts.loc[(program, problem)]
+            percent = f"{100.0 * deviation:.0f}" if deviation > 0.1 else f"{100.0 * deviation:.2g}"
+            cells.append(percent + ("*" if answered < asked_ else ""))
+        yield f"| {program} | " + " | ".join(cells) + " |"
+
+
+def picture(table: pd.DataFrame) -> str:
+    """The table of deviations as a map, logarithmic from 1e-6 to 1."""
+    shown = 100.0 * worst(table)
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(7.5, 0.3 * len(shown) + 1.6), layout="constrained")
+        image = axes.imshow(
+            np.clip(shown.to_numpy(float), 1e-4, 100.0), norm=LogNorm(1e-4, 100.0), cmap="viridis_r", aspect="auto"
+        )
+        axes.set_xticks(
+            range(len(shown.columns)), [name.replace("_", " ") for name in shown.columns], rotation=40, ha="right"
+        )
+        axes.set_yticks(range(len(shown)), list(shown.index))
+        figure.colorbar(image, label="largest deviation in %")
+        return svg(figure)
 
 
 if __name__ == "__main__":

@@ -212,10 +212,14 @@ def show(problem: str, lines: list[dict], within: float) -> None:
                 f"{line['case']}, {line['quantity']}: every answer is {line['factor']:.3g} times the true one; "
                 f"expected values in {line['unit'] if line['unit'] != '1' else 'no unit (a ratio)'}"
             )
-    print(f"{'case':<26}{'quantity':<22}{'tier':<9}{'answered':>9}{'largest':>9}{'rms':>9}{'known to':>10}  class")
+    wide, long = (max(len(line[key]) for line in lines) + 2 for key in ("case", "quantity"))
+    wide, long = max(wide, 26), max(long, 22)
+    print(
+        f"{'case':<{wide}}{'quantity':<{long}}{'tier':<9}{'answered':>9}{'largest':>9}{'rms':>9}{'known to':>10}  class"
+    )
     for line in lines:
         print(
-            f"{line['case']:<26}{line['quantity']:<22}{line['tier']:<9}{line['answered']:>4}/{line['asked']:<4}"
+            f"{line['case']:<{wide}}{line['quantity']:<{long}}{line['tier']:<9}{line['answered']:>4}/{line['asked']:<4}"
             f"{_number(line['largest']):>9}{_number(line['rms']):>9}{line['uncertainty']:>10.1g}  {grade(line)}"
         )
 
@@ -276,7 +280,10 @@ def main(given: list[str] | None = None) -> int:
 def _asked(options: argparse.Namespace) -> int:
     if options.template:
         print(template(options.problem), end="")
+        print(f"the problem in words: {HERE / options.problem / 'README.md'}", file=sys.stderr)
         return 0
+    if options.problem != "all":
+        load(options.problem)
     if options.file is None:
         raise Refused("no file was given; expected a CSV file of answers, or --template")
     if options.problem == "all":

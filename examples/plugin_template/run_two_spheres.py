@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pywet.bench import bridge_engine, bridge_query
+from pywet.cases.small import bridge_engine, bridge_query
 from pywet.laws import own, registry
 
 HERE = Path(__file__).parent

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from pywet import run_lock
 from pywet.calibration import question as asking
 from pywet.calibration.experiments import Experiment
 from pywet.calibration.question import Question
 from pywet.calibration.search import Found, Runs, find
-from pywet.evidence.compare.statistics import half_width
-from pywet.files import make_folder, write_json
+from pywet.compare.statistics import half_width
+from pywet.util.files import make_folder, write_json
 
 MISFIT = 0.01
 """Probability below which the runs are said not to follow the polynomial."""
@@ -30,14 +31,15 @@ def calibrate(
 
     question, experiments = asking.read(file)
     make_folder(folder)
-    found = find(question, experiments, folder, ranks, say)
-    answer = described(question, found)
-    if found.runs is not None:
-        answer["runs"] = _runs(question, found)
-        answer["check"] = _check(question, experiments, found, found.runs)
-    answer["sentences"] = sentences(question, answer)
-    write_json(folder / "calibration.json", answer)
-    figure.draw(question, found, folder / "calibration.svg")
+    with run_lock.hold_part(folder, "calibrate"):
+        found = find(question, experiments, folder, ranks, say)
+        answer = described(question, found)
+        if found.runs is not None:
+            answer["runs"] = _runs(question, found)
+            answer["check"] = _check(question, experiments, found, found.runs)
+        answer["sentences"] = sentences(question, answer)
+        write_json(folder / "calibration.json", answer)
+        figure.draw(question, found, folder / "calibration.svg")
     return answer
 
 

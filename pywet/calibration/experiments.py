@@ -18,18 +18,18 @@ from typing import Any
 
 from typing_extensions import TypedDict
 
-from pywet.bench import bridge_query, scenes
+from pywet import scene_stages as commands
+from pywet.cases.custom.description import Scene
+from pywet.cases.small import bridge_query, scenes
 from pywet.collisions.wall import sweep
 from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import parse, read_yaml
-from pywet.engines.liggghts import build, checkpoint
 from pywet.engines.process import package_version
 from pywet.errors import ConfigError, PywetError
-from pywet.files import parse_json, read_bytes, read_if_there, write_json
 from pywet.laws import own
-from pywet.own_scene import commands
-from pywet.own_scene.description import Scene
 from pywet.runs.loaded import Run
+from pywet.util import sources
+from pywet.util.files import parse_json, read_bytes, read_if_there, write_json
 
 CURE = "name a file of `pywet bridge`, `pywet collide wall` or `pywet run-scene`, counted from the calibration's folder"
 AT_END = ("contacts_per_sphere", "bridges_per_sphere", "centre_of_mass_height_m")
@@ -159,11 +159,7 @@ def _name(scene: Scene) -> str:
 @cache
 def _program() -> bytes:
     """Hash of the code that a run goes through, of the engine's plugin, and of the engine's version."""
-    digest = hashlib.sha256((package_version("liggghts") or "").encode())
-    here = sorted((Path(__file__).parents[1] / "own_scene").glob("*.py"))
-    for path in (*checkpoint.CODE, *here, Path(scenes.__file__), *sorted(build.SOURCES.glob("*"))):
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.digest()
+    return sources.digest([*sources.of_a_run(), *sources.of(("cases",))], package_version("liggghts") or "").encode()
 
 
 def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float:

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 
 from pywet.calibration.question import Question
 from pywet.calibration.search import Found
-from pywet.files import atomic_write
 from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, STYLE, panels, plt, svg
+from pywet.util.files import atomic_write
 
 PLACES = 25
 

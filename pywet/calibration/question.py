@@ -11,10 +11,10 @@ from pydantic import Field, model_validator
 
 from pywet.calibration.experiments import KINDS, Experiment, holds
 from pywet.calibration.inference import Floats
+from pywet.cases.custom.walls import chosen
 from pywet.config.entries import Limited
 from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError
-from pywet.own_scene.walls import chosen
 from pywet.scene import Positive, Title
 from pywet.strict import Strict
 
@@ -113,7 +113,13 @@ class Question(Strict):
 
 def read(file: Path) -> tuple[Question, list[Experiment]]:
     """Question and the experiment of each target, tried at both ends of all bounds; a sentence for each mistake."""
-    question = parse(Question, read_yaml(file, Question), str(file))
+    content = read_yaml(file, Question)
+    if "turned" in content:
+        raise ConfigError(
+            f"{file} names statements of the paper; expected targets: `pywet study search {file}` answers it in a checkout",
+            file=file, key="turned",
+        )  # fmt: skip
+    question = parse(Question, content, str(file))
     experiments = [Experiment.read(t.kind, file.parent / getattr(t, t.kind), t.changes) for t in question.targets]
     for name, parameter in question.parameters.items():
         for key in parameter.keys:

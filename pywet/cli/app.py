@@ -16,14 +16,12 @@ import typer
 from rich.table import Table
 from typer.core import TyperGroup
 
-from pywet.cli import bodies, cases, evidence, plant, showing
+from pywet.cli import bodies, cases, evidence, plant
 from pywet.cli.groups import arrange
 from pywet.cli.showing import err, out, tell
 from pywet.ending import clearing_up
-from pywet.errors import PywetError, border, one_line
-from pywet.evidence.command import app as study
-from pywet.files import make_folder
-from pywet.notices import shown
+from pywet.errors import border, one_line
+from pywet.util.notices import shown
 
 ENDS = (typer.Exit, typer.Abort, typer.BadParameter.__mro__[2])
 """How typer ends a command; the last is ClickException, which it does not export."""
@@ -67,7 +65,7 @@ app = typer.Typer(
     cls=Group,
     no_args_is_help=True,
     add_completion=False,
-    help="Screening of moist particles: simulate, cross-check, look.",
+    help="Screening of moist particles: simulate, cross-check, look. The documentation: pywet docs.",
 )
 
 
@@ -86,7 +84,7 @@ def pywet_(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version and end.")
     ] = False,
 ) -> None:
-    """Screening of moist particles: simulate, cross-check, look."""
+    """Screening of moist particles: simulate, cross-check, look. The documentation: pywet docs."""
     ctx.with_resource(shown())
 
 
@@ -94,7 +92,8 @@ def pywet_(
 def init(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder without configuration; made where missing.")],
     example: Annotated[
-        str, typer.Option("--example", help="case (a screening study), deck, drum, hopper, migration or repose.")
+        str,
+        typer.Option("--example", help="case (a screening study), notebook, deck, drum, hopper, migration or repose."),
     ] = "case",
 ) -> None:
     """Write a folder with a screening study or a scene to begin with, ready to run.
@@ -107,6 +106,23 @@ def init(
 
 
 @app.command()
+def docs(
+    page: Annotated[
+        str, typer.Argument(metavar="[PAGE]", help="Such as tutorial or own-scene; without: all.")
+    ] = "README",
+) -> None:
+    """Print a page of the documentation; without PAGE the list of pages.
+
+    Example: pywet docs own-scene"""
+    from pywet.cli import reference_pages
+    from pywet.shipped import place
+
+    if page == "README":
+        tell(f"pages in {place('docs')}; pywet docs tutorial prints one\n")
+    out.print(reference_pages.page(page), soft_wrap=True, markup=False, highlight=False)
+
+
+@app.command()
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the checks as JSON.")] = False) -> None:
     """Say what was found on this machine, in which version, and what is missing."""
     from pywet.cli import doctor as module
@@ -116,26 +132,16 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the check
 
 @app.command()
 def laws(
-    atlas: Annotated[bool, typer.Option("--atlas", help="Judge every law against the exact bridge; one page.")] = False,
-    folder: Annotated[Path, typer.Option("--out", help="Folder of the atlas.")] = Path("results/atlas"),
-    stock: Annotated[bool, typer.Option(help="Measure stock LIGGGHTS and YADE as well.")] = True,
-    law: Annotated[
-        list[str] | None,
-        typer.Option("--law", metavar="FILE:NAME", help="A law of yours into the atlas; may be repeated."),
+    check: Annotated[
+        str | None, typer.Option("--check", metavar="LAW", help="Check one law: a name, or FILE:NAME of yours.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list, or the checks, as JSON.")] = False,
 ) -> None:
-    """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
-    if atlas:
-        from pywet.laws import own
+    """List the laws by kind, with the first line of what each says of itself; or check one, against the exact bridge too."""
+    if check is not None:
+        from pywet.cli import law_check
 
-        mine = [own.placed(name) for name in law or []]
-        own.trust(mine)
-        make_folder(folder)
-        tell(showing.atlas(folder, stock, mine))
-        return
-    if law:
-        raise PywetError("--law puts a law into the atlas; expected --atlas with it")
+        raise typer.Exit(law_check.run(check, as_json))
     from pywet.laws import registry
 
     rows = []
@@ -155,7 +161,6 @@ def laws(
 
 for commands in (cases.app, bodies.app, evidence.app, plant.app):
     app.add_typer(commands)
-app.add_typer(study, name="study")
 arrange(app, cases.app, bodies.app, evidence.app, plant.app)
 
 if __name__ == "__main__":

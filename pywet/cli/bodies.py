@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -12,10 +14,13 @@ import typer
 from pywet.cli import showing
 from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
-from pywet.options import JsonFile, Ranks, Trust, Verbose, number
-from pywet.ranges import SCENE
+from pywet.shipped import place
+from pywet.util.options import SEEDS, JsonFile, Ranks, Trust, Verbose, number
+from pywet.util.ranges import MOST_RANKS, SCENE, Range
 
+PROBLEMS = sorted(path.parent.name for path in place("benchmarks/wet").glob("*/answers.json"))
 app = typer.Typer()
+CORES, MORE = Range(1, MOST_RANKS, whole=True), Range(0, 1000, whole=True)
 collide = typer.Typer(no_args_is_help=True, help="Collisions of a few wet bodies.")
 app.add_typer(collide, name="collide")
 
@@ -32,11 +37,15 @@ def scene(
     speed: Annotated[float | None, number("--speed", SCENE["speed_m_per_s"], "Speed of pull or collision")] = None,
     rpm: Annotated[float, number("--rpm", SCENE["turns_per_minute"], "Turns of the drum")] = 20.0,
     seconds: Annotated[float | None, number("--seconds", SCENE["seconds"], "Simulated time")] = None,
+    contact: Annotated[str, typer.Option("--contact", help="Dry contacts: linear springs, or hertz.")] = "linear",
+    modulus: Annotated[
+        float, number("--youngs-modulus", SCENE["youngs_modulus_Pa"], "With hertz, of spheres and walls")
+    ] = 1e7,
     ranks: Ranks = 1,
     seed: Annotated[int, number("--seed", SCENE["seed"], "Of the first places of the spheres of bed and drum")] = 1,
 ) -> None:
     """Run a small scene: two spheres pulled apart or colliding, a moist bed in a box, a rotating drum."""
-    from pywet.bench import scenes
+    from pywet.cases.small import scenes
 
     choice = scenes.Choice(
         spheres=spheres,
@@ -47,6 +56,8 @@ def scene(
         seconds=seconds,
         ranks=ranks,
         seed=seed,
+        contact=contact,
+        youngs_modulus_Pa=modulus,
     )
     folder = out_dir or Path("results") / "scenes" / name
     for key, value in scenes.run(name, folder, choice).items():
@@ -56,16 +67,19 @@ def scene(
 
 @app.command("run-scene")
 def run_scene(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see pywet docs own-scene.")
+    ],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
+    seeds: Annotated[int, number("--seeds", SEEDS, "So many runs, each with the next seed, in folders beside")] = 1,
     trust: Trust = False,
     verbose: Verbose = False,
 ) -> None:
     """Run a scene of your own: build, simulate, replay, results, time series, picture, report."""
+    from pywet import scene_stages as commands
     from pywet.cli import ending
     from pywet.config.loading import placed_laws
-    from pywet.own_scene import commands
 
     description = commands.read_scene(file)
     if trust:
@@ -74,9 +88,17 @@ def run_scene(
     if verbose:
         for line in commands.plan(description).table:
             tell(line)
-    commands.finish(description, folder, ranks, progress=True)
-    commands.view(folder)
-    ending.show([folder], verbose)
+    folder = folder.resolve() if folder.name in ("", "..") else folder
+    first = description.seed
+    runs = {folder: description}
+    for k in range(1, seeds):
+        runs[folder.with_name(f"{folder.name}-{first + k}")] = description.with_(seed=first + k)
+    with ExitStack() as held:  # to the end of the page: another call would move a run aside under it
+        for where, what in runs.items():
+            held.enter_context(commands.held(what, where))
+            commands.finish(what, where, ranks, progress=True)
+        commands.view(folder)
+        ending.show(list(runs), verbose)
 
 
 @app.command()
@@ -92,9 +114,9 @@ def bridge(
     ] = None,
 ) -> None:
     """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
-    from pywet import machine_code
-    from pywet.bench import bridge_query
+    from pywet.cases.small import bridge_query
     from pywet.laws import own
+    from pywet.util import machine_code
 
     query = bridge_query.read(file)
     own.trust(query.laws, None if trust else file.parent)
@@ -102,7 +124,7 @@ def bridge(
     if engine is None:
         answer = bridge_query.answer(query)
     elif engine in ("liggghts", "lammps"):
-        from pywet.bench import bridge_engine
+        from pywet.cases.small import bridge_engine
 
         answer = bridge_engine.measured(query, engine)
     else:
@@ -117,32 +139,66 @@ def bridge(
 
 @app.command()
 def calibrate(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML: targets, parameters, see docs/calibrate.md.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML: targets, parameters, see pywet docs calibrate.")],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; default results/calibrations/FILE.")] = None,
     ranks: Ranks = 1,
 ) -> None:
     """Find surface tension, friction, film … that reproduce what was measured, and say how well they are known."""
-    from pywet import machine_code
-    from pywet.calibration import statement_search
     from pywet.calibration.answer import calibrate
+    from pywet.util import machine_code
 
     folder, say = (
         out_dir or Path("results") / "calibrations" / file.stem,
         partial(err.print, soft_wrap=True, markup=False),
     )
     machine_code.say_wait()
-    searches = statement_search.is_search(file)
-    answer = statement_search.calibrate(file, folder, say) if searches else calibrate(file, folder, ranks, say)
+    answer = calibrate(file, folder, ranks, say)
     for line in answer["sentences"]:
         tell(line)
-    tell(f"calibration.json{'' if searches else ' and calibration.svg'} {'is' if searches else 'are'} in {folder}")
+    tell(f"calibration.json and calibration.svg are in {folder}")
     if not answer["reached"]:
         raise typer.Exit(1)
 
 
 @app.command()
+def sweep(
+    words: Annotated[
+        list[str],
+        typer.Argument(metavar="FILE | plot FILE X Y [HUE]", help="YAML, see docs/sweep.md; columns to draw."),
+    ],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; of plot the figure's file.")] = None,
+    check: Annotated[bool, typer.Option("--check", help="Only say what it takes and what is wrong.")] = False,
+    cores: Annotated[int, number("--cores", CORES, "Runs at a time")] = os.cpu_count() or 1,
+    ranks: Ranks = 1,
+    more: Annotated[int, number("--more", MORE, "Points to add where the map is least known")] = 0,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Run the Python files that it names; read them first.")
+    ] = False,
+) -> None:
+    """Run a sweep over axes, designs and seeds, or draw columns of its table.
+
+    Example: pywet sweep examples/sweeps/rebound.yaml"""
+    from pywet.sweep import plan, sweep_command
+    from pywet.util import machine_code
+
+    if words[0] == "plot":
+        if len(words) not in (4, 5):
+            raise PywetError(f"plot was given {len(words) - 1} words; expected FILE X Y or FILE X Y HUE")
+        tell(sweep_command.plot(Path(words[1]), None, words[2:], out_dir))
+        return
+    if len(words) > 1:
+        raise PywetError(f"{words[1]} was given after {words[0]}; expected one file, or plot FILE X Y [HUE]")
+    asked = plan.read(Path(words[0]), out_dir, trust=trust)
+    machine_code.say_wait()
+    if check:
+        sweep_command.check(asked, cores, tell)
+    elif failed := sweep_command.failures(sweep_command.carry_out(asked, cores, ranks, more, tell)):
+        raise PywetError(failed)
+
+
+@app.command()
 def score(
-    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="Name of a folder of benchmarks/wet, or all.")],
+    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help=f"{', '.join(PROBLEMS)}, or all.")],
     file: Annotated[
         Path | None, typer.Argument(metavar="FILE.csv", help="Answers: case, quantity, at, value; of all: a folder.")
     ] = None,
@@ -154,8 +210,6 @@ def score(
 
     Example: pywet score viscous_pull my_answers.csv"""
     import runpy
-
-    from pywet.shipped import place
 
     given = [
         problem,
@@ -182,8 +236,8 @@ def wall(
 @collide.command()
 def spheres(file: JsonFile) -> None:
     """Wet spheres in a plane (Davis 2023)."""
-    from pywet import machine_code
     from pywet.collisions.spheres import command as module
+    from pywet.util import machine_code
 
     problem = module.read(file)
     machine_code.say_wait()

@@ -13,8 +13,9 @@ from pywet import run_lock
 from pywet.cli import showing
 from pywet.cli.showing import tell
 from pywet.errors import PywetError
-from pywet.options import (
+from pywet.util.options import (
     PORT,
+    SEEDS,
     SPHERE,
     STEP,
     AnyCase,
@@ -27,13 +28,12 @@ from pywet.options import (
     Verbose,
     number,
 )
-from pywet.ranges import LIMITS, Range
+from pywet.util.ranges import LIMITS, Range
 
 if TYPE_CHECKING:
     from pywet.config import Config
 
 app = typer.Typer()
-SEEDS = Range(1, 1000, whole=True)
 WIDTH_MM = Range(40, 500)
 CONFIG = Path("config")
 
@@ -53,14 +53,14 @@ def plan(
     """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
     Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
-    from pywet.screening import cases
+    from pywet.cases.screening import cases
 
     loaded = settings.load(config, trust)
     name = loaded.settings.scale if scale is None else scale
     if case is None:
         if accuracy is not None:
             raise PywetError("--accuracy was given without a case; expected pywet plan CASE --accuracy 2%")
-        from pywet.evidence.accuracy.needs import campaign
+        from pywet.cost.needs import campaign
 
         for line in campaign(loaded, name):
             tell(line)
@@ -70,7 +70,7 @@ def plan(
     chosen = [*table, *made.retirement.lines, *loaded.readings]
     lines = [json.dumps({**cases.planned(made), "readings": loaded.readings}, indent=1)] if as_json else chosen
     if accuracy is not None:
-        from pywet.evidence.accuracy import command
+        from pywet.cost import command
 
         lines = command.plan(loaded, case, name, accuracy, of or [], write)
     for line in lines:
@@ -97,6 +97,7 @@ def run(
 ) -> None:
     """Run one case: build, simulate, results, replay, report; with --seeds several times, for the spread."""
     from pywet import stages
+    from pywet.cases.screening import identity
     from pywet.cli import ending
     from pywet.engines.choice import chosen
 
@@ -108,34 +109,37 @@ def run(
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
     folder = folder.resolve() if folder.name in ("", "..") else folder
     first, folders = loaded.settings.seed, []
-    for k in range(seeds):
-        folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
-        _run(loaded.with_seed(first + k), case, name, folders[-1], engine, ranks)
-    ending.show(folders, verbose)
+    with ExitStack() as held:  # to the end of the last page: another call would move a run aside under it
+        for k in range(seeds):
+            folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
+            seeded = loaded.with_seed(first + k)
+            word = stages.fingerprint(seeded, case, name, engine)
+            held.enter_context(identity.held(folders[-1], word))
+            _run(seeded, case, name, folders[-1], engine, ranks)
+        ending.show(folders, verbose)
 
 
 def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
-    """One run of a case, unless its folder holds it already."""
+    """One run of a case in a folder that is held, unless that holds it already."""
     from pywet import stages
+    from pywet.cases.screening import cases
     from pywet.runs import second
-    from pywet.screening import cases, identity
 
-    with identity.held(folder, stages.fingerprint(loaded, case, name, engine)):
-        if stages.same_run(loaded, case, name, folder, engine):
-            showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
-            if not second.same(folder, loaded.settings.laws.reference):
-                showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
-                second.leave(folder, loaded.settings.laws.reference)
-                showing.stage(folder, "replay", lambda: stages.replay(folder))
-        else:
-            showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
-            if engine == "liggghts":
-                showing.say_time(loaded, case, name)
-                if advice := cases.shorter_step(loaded, case, name):
-                    showing.err.print(advice, soft_wrap=True)
-            showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
-            showing.stage(folder, "results", lambda: stages.results(folder))
+    if stages.same_run(loaded, case, name, folder, engine):
+        showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
+        if not second.same(folder, loaded.settings.laws.reference):
+            showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
+            second.leave(folder, loaded.settings.laws.reference)
             showing.stage(folder, "replay", lambda: stages.replay(folder))
+        return
+    showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
+    if engine == "liggghts":
+        showing.say_time(loaded, case, name)
+        if advice := cases.shorter_step(loaded, case, name):
+            showing.err.print(advice, soft_wrap=True)
+    showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
+    showing.stage(folder, "results", lambda: stages.results(folder))
+    showing.stage(folder, "replay", lambda: stages.replay(folder))
 
 
 @app.command()
@@ -153,12 +157,11 @@ def replay(
 
     for folder in run_dirs if trust else ():
         second.trust(folder)
-    with ExitStack() as locks:
-        for folder in run_dirs:
-            locks.enter_context(run_lock.hold(folder, shared=True))
+    with run_lock.reading(*run_dirs):
         status = command.run(run_dirs, as_json, second=second.of_run)
+        for folder in run_dirs:
+            audit.write(folder)
     for folder in run_dirs:
-        audit.write(folder)
         if not as_json and len(run_dirs) == 1:
             showing.show_audit(folder)
     raise typer.Exit(status)
@@ -179,10 +182,17 @@ def view(
     ] = None,
 ) -> None:
     """Write the VTK time series of a run, hold them against its logs, and draw a picture of it; or only what is named."""
+    showing.need_run(run_dir)
+    with run_lock.reading(run_dir):
+        _view(run_dir, step, movie, paraview, vtkhdf, ovito, close_up)
+
+
+def _view(
+    run_dir: Path, step: int | None, movie: bool, paraview: bool, vtkhdf: bool, ovito: bool, close_up: int | None
+) -> None:
     from pywet import stages
     from pywet.report import vtk
 
-    showing.need_run(run_dir)
     paths: list[Path] = []
     if movie:
         paths += showing.movie(run_dir)
@@ -220,10 +230,11 @@ def report(run_dir: RunFolder) -> None:
     """Write the page of one finished run, RUN_DIR/report.html: of a case with the seeds in folders beside it, or of a scene.
 
     Example: pywet report results/smoke/case02"""
-    from pywet.own_scene import page
+    from pywet.report import scene_page as page
 
     showing.need_run(run_dir)
-    tell(page.of_run(run_dir))
+    with run_lock.reading(run_dir):
+        tell(page.of_run(run_dir))
 
 
 @app.command("app")
@@ -233,12 +244,13 @@ def side_by_side(
     to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
 ) -> None:
     """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves beside them."""
-    from pywet.files import atomic_write
     from pywet.report import app as viewer
+    from pywet.util.files import atomic_write
 
     for folder in run_dirs:
         showing.need_run(folder)
-    page = viewer.html(run_dirs)
+    with run_lock.reading(*run_dirs):
+        page = viewer.html(run_dirs)
     if to is not None:
         with atomic_write(to) as temporary:
             temporary.write_text(page, encoding="utf-8")
@@ -262,18 +274,19 @@ def plot(
 
     for folder in run_dirs:
         showing.need_run(folder)
-    tell(bands.write(to, bands.grouped(run_dirs), width))
+    with run_lock.reading(*run_dirs):
+        tell(bands.write(to, bands.grouped(run_dirs), width))
 
 
 @app.command()
 def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
     from pywet.laws import own
-    from pywet.planning import time_steps as advisor
+    from pywet.planning import time_steps
     from pywet.scene import Scene
 
     showing.need_run(run_dir)
     prepared = Scene.read(run_dir / "scene.json")
     own.trust(prepared.effects.laws.values() if trust else ())
-    for line in advisor.advise(prepared).lines:
+    for line in time_steps.advise(prepared).lines:
         tell(line)

@@ -12,11 +12,11 @@ from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 
-from pywet import caches
 from pywet.engines import process
 from pywet.engines.lammps import build as lammps
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError, border
+from pywet.util import caches
 
 MEND = "run `make setup`"
 LIBRARY = "libliggghts.so.3"

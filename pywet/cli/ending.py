@@ -15,9 +15,9 @@ from rich.table import Table
 
 from pywet.cli.showing import err, out, show_audit, tell
 from pywet.errors import PywetError, one_line
-from pywet.files import atomic_write, read_if_there, read_json
 from pywet.runs.shapes import Replay, RunSummary, Summary
 from pywet.runs.spread import with_interval
+from pywet.util.files import atomic_write, read_if_there, read_json
 
 DETAILS = "details.txt"
 WIDE = 160
@@ -28,7 +28,7 @@ LISTED, LARGEST = 2, 3
 
 def show(folders: Sequence[Path], verbose: bool = False) -> None:
     """End `pywet run` and `run-scene`: `folders` holds the run, then those of further seeds; raises where a check objects."""
-    from pywet.screening import verdict
+    from pywet.cases.screening import verdict
 
     report = _report(folders[0])
     for folder in folders:
@@ -45,7 +45,7 @@ def show(folders: Sequence[Path], verbose: bool = False) -> None:
 
 def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
     """The lines: what was run, the answer, liquid, whether it was checked, files, the next command."""
-    from pywet.screening import verdict
+    from pywet.cases.screening import verdict
 
     folder = folders[0]
     said = read_json(folder / "summary.json", shape=RunSummary)
@@ -116,7 +116,7 @@ def _reservoir(name: str) -> bool:
 
 def _report(folder: Path) -> Path | None:
     """The run's page, made again; where it cannot be made, a sentence on standard error and no page."""
-    from pywet.own_scene import page
+    from pywet.report import scene_page as page
 
     try:
         return page.of_run(folder)
@@ -148,7 +148,7 @@ def details(folder: Path, to: Console) -> None:
 
 def _agreement(replay: dict[str, Any], to: Console) -> None:
     """The agreement table, what was not checked, and what the diagnosis of a disagreement found."""
-    from pywet.screening import verdict
+    from pywet.cases.screening import verdict
     from reference_impl.replay import whole
 
     table = Table("quantity", "values", "largest", "median", "allowed", "", box=None, header_style="bold")

@@ -1,14 +1,15 @@
-"""Commands that hold runs and laws against each other and against the best truth there is."""
+"""Commands that compare runs, and the one that runs a study of a checkout."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from pywet.cli.showing import err, out, tell
-from pywet.files import make_folder
+from pywet import shipped
+from pywet.errors import PywetError
 
 app = typer.Typer()
 
@@ -32,42 +33,34 @@ def compare(
     """Compare two runs or two groups of seeds; exit code 0 no difference, 1 difference, 2 not comparable.
 
     Example: pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf"""
-    from pywet.evidence.compare import command
+    from pywet.compare import command
 
     raise typer.Exit(command.compare(runs or [], a or [], b or [], json_file, force, digest, across or [], plot))
 
 
 @app.command()
 def digest(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[RUN_DIR]...", help="Runs of one scene, or folders of seeds; else reference scenes."),
-    ] = None,
-    to: Annotated[
-        Path | None, typer.Option("--out", help="File of the digest of runs; else folder of the reference digests.")
-    ] = None,
+    run_dirs: Annotated[
+        list[Path], typer.Argument(metavar="RUN_DIR …", help="Runs of one scene, or folders of seeds.")
+    ],
+    to: Annotated[Path | None, typer.Option("--out", help="File of the digest.")] = None,
 ) -> None:
-    """Store a digest of your runs; without runs, run the reference scenes over their seeds and store theirs."""
-    from pywet.evidence.compare import command, references
+    """Store a digest of runs, with which `pywet compare --digest` compares others.
 
-    if names and not set(names) <= set(references.SCENES):
-        raise typer.Exit(command.of_runs([Path(name) for name in names], to))
-    folder = to or references.STORE
-    make_folder(folder)
-    command.renew(names or [], folder)
+    Example: pywet digest results/smoke/case02 --out case02.json"""
+    from pywet.compare import command
+
+    raise typer.Exit(command.of_runs(run_dirs, to))
 
 
-@app.command()
-def agreement(
-    folder: Annotated[Path, typer.Option("--out", help="Folder of the page.")] = Path("results/agreement"),
-    only: Annotated[list[str] | None, typer.Option("--only", metavar="SOURCE", help="Run only these sources.")] = None,
-) -> None:
-    """Make the table of agreement: every quantity by every program against the best truth, on one page."""
-    from pywet.evidence.agreement import page, sources
+@app.command(add_help_option=False, context_settings={"ignore_unknown_options": True, "allow_extra_args": True})
+def study(context: typer.Context) -> None:
+    """Run a study of a checkout: accuracy, stability, effects, laws, cross-code, digests, search.
 
-    make_folder(folder)
-    for name in only or sources.SOURCES:
-        with err.status(f"agreement: {name}"):
-            made = sources.run_source(name, folder)
-        out.print(f"{name:<12}{made.failed or f'{len(made.cells)} cells, {made.wall_s:.0f} s'}", soft_wrap=True)
-    tell(page.write_page(folder))
+    Example: pywet study stability --cases 20"""
+    if not shipped.open_studies():
+        raise PywetError(
+            "the studies are not in an installed pywet; expected a checkout of the project: run `pywet study` there"
+        )
+    studies = import_module("studies.command").app
+    raise typer.Exit(studies(context.args, prog_name="pywet study", standalone_mode=False) or 0)

@@ -11,6 +11,7 @@ GROUPS = {
     "Start": {
         "init": "init mydrum --example drum",
         "doctor": "doctor",
+        "docs": "docs own-scene",
     },
     "Process: screening cases": {
         "plan": "plan 2 --why",
@@ -21,6 +22,7 @@ GROUPS = {
         "run-scene": "run-scene examples/scenes/hopper.yaml --out hopper",
         "scene": "scene drum --moisture 1 --spheres 400 --seconds 1.5",
         "calibrate": "calibrate examples/calibrations/small_drum.yaml",
+        "sweep": "sweep examples/sweeps/rebound.yaml",
     },
     "Results": {
         "report": "report results/smoke/case02",
@@ -33,13 +35,12 @@ GROUPS = {
         "digest": "digest results/smoke/case02 --out case02.json",
     },
     "Laws and single bodies": {
-        "laws": "laws --atlas --law mylaw.py:mine",
+        "laws": "laws --check willett",
         "bridge": "bridge examples/bridge.json --table",
         "collide": "collide wall examples/wall_wet.json",
     },
     "Cross-checks": {
         "replay": "replay results/smoke/case02",
-        "agreement": "agreement --only forces",
         "score": "score viscous_pull my_answers.csv",
         "study": "study stability --cases 20",
     },

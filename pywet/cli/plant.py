@@ -26,12 +26,12 @@ def screen_numbers(
     """Cut size, efficiency, throughput, moisture of the products and pegging of screens, as tables and pages.
 
     Example: pywet screen results/smoke/case02"""
-    from pywet.products import commands, pages
     from pywet.products.partition import mean_and_half_width
+    from pywet.report import screen_page
 
-    found = [commands.screen(run, aperture, from_s) for run in runs]
+    found = [screen_page.screen(run, aperture, from_s) for run in runs]
     table = Table("", *(numbers["run"] for numbers in found))
-    columns = [pages.five(numbers) for numbers in found]
+    columns = [screen_page.five(numbers) for numbers in found]
     for name in columns[0]:
         table.add_row(name, *(column.get(name, "–") for column in columns))
     out.print(table)
@@ -40,7 +40,7 @@ def screen_numbers(
         if len(values) > 1:
             tell("{}: {:.4g} ± {:.2g} (mean of {} runs, 95 %)".format(name, *mean_and_half_width(values), len(values)))
     for run in runs:
-        tell(f"page: {run / pages.PAGE}; tables: {run / 'results'}")
+        tell(f"page: {run / screen_page.PAGE}; tables: {run / 'results'}")
 
 
 @app.command()
@@ -51,10 +51,10 @@ def kinetics(
     """Laws of the fraction retained over time for each class, fitted, and ranked on the seeds that were not fitted.
 
     Example: pywet kinetics docs/full_scale/data/case02-10007 docs/full_scale/data/case02-10009"""
-    from pywet.files import write_csv
     from pywet.products import kinetics as laws
+    from pywet.util.files import write_csv
 
-    found = laws.of_runs(runs)
+    found = laws.kinetics(runs)
     table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")
     for row in found.itertuples():
         table.add_row(str(row[1]), str(row[2]), str(row[3]), f"{row[4]:.4f}", f"{row[5]:.4f}" if len(runs) > 1 else "–")

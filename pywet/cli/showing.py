@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from pywet.errors import PywetError
-from pywet.notices import bar
+from pywet.util.notices import bar
 
 if TYPE_CHECKING:
-    from pywet.bench.bridge_query import Query
+    from pywet.cases.small.bridge_query import Query
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -23,16 +22,9 @@ def tell(line: object, style: str | None = None) -> None:
     out.print(str(line), style=style, soft_wrap=True, markup=False)
 
 
-def atlas(folder: Path, stock: bool, own: Sequence[str] = ()) -> Path:
-    from pywet.evidence.atlas import page
-
-    with bar("atlas") as move:
-        return page.write_page(folder, lambda what, share: move(share, title=what), with_stock=stock, own=own)
-
-
 def bridge_table(query: Query, answer: dict[str, Any]) -> None:
     """The answer of `pywet bridge` as tables, with what each law is off the exact bridge."""
-    from pywet.bench import bridge_query
+    from pywet.cases.small import bridge_query
     from pywet.report import bridge
 
     for table in bridge.table(query.separations_m, answer, bridge_query.exact_force(query)):
@@ -42,7 +34,7 @@ def bridge_table(query: Query, answer: dict[str, Any]) -> None:
 
 def bridge_plot(query: Query, answer: dict[str, Any], path: Path) -> None:
     """Force over gap up to the longest bridge; what an engine measured is drawn as points."""
-    from pywet.bench import bridge_query
+    from pywet.cases.small import bridge_query
     from pywet.report import bridge
 
     longest = max(d for d in answer["rupture_distance_m"].values() if d is not None)
@@ -70,7 +62,7 @@ def serve(server: Any) -> None:
 
 def say_time(config: Any, case: int, scale: str) -> None:
     """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
-    from pywet.evidence.accuracy import command
+    from pywet.cost import command
 
     if said := command.predicted(config, case, scale):
         err.print(f"{config.case(case).name} at scale {scale}: {said}", soft_wrap=True)

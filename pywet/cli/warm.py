@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pywet import machine_code
 from pywet.errors import border
+from pywet.util import machine_code
 
 
 def _laws() -> None:
@@ -23,7 +23,7 @@ def _laws() -> None:
 
 
 def _bridge() -> None:
-    from pywet.bench.bridge_query import Query, answer
+    from pywet.cases.small.bridge_query import Query, answer
 
     body = {"radius_m": 2e-3, "contact_angle_deg": 20}
     given = {"bodies": [body, body], "volume_m3": 1e-10, "surface_tension_N_per_m": 0.07, "separations_m": [0.0, 1e-4]}
@@ -31,9 +31,19 @@ def _bridge() -> None:
 
 
 def _wall() -> None:
-    from pywet.collisions.wall import curves, wall
+    from pywet.collisions.wall import wall
+    from pywet.collisions.wall.problem import Problem
 
-    wall.collide(curves.problem("glass_1.74mm", ("water", 100)))
+    glass = {"youngs_modulus_Pa": 63e9, "poisson_ratio": 0.23}
+    water = {
+        "density_kg_per_m3": 998, "viscosity_Pa_s": 1e-3, "surface_tension_N_per_m": 0.0728, "layer_thickness_m": 100e-6,
+        "contact_angle_deg": 15, "half_filling_angle_deg": 55,
+    }  # fmt: skip
+    given = {
+        "particle": {**glass, "radius_m": 0.87e-3, "density_kg_per_m3": 2500, "restitution": 0.96},
+        "wall": glass, "liquid": water, "friction": 0.195, "normal_velocity_m_per_s": 1,
+    }  # fmt: skip
+    wall.collide(Problem.model_validate(given))
 
 
 def _spheres() -> None:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import integrate
 
-from pywet.machine_code import njit
+from pywet.util.machine_code import njit
 
 LOW, F_LOW, HIGH, F_HIGH, SIDE = range(5)
 """A bracket: its ends and the values there, and which end moved last (−1, 1; 0 none)."""

@@ -1,11 +1,11 @@
 """Configuration: four files in one folder, read into typed objects; every number knows where it comes from.
 
-Reading and checking only. What is built from it is in `pywet.screening.cases`; how to write it: docs/configuration.md.
+Reading and checking only. What is built from it is in `pywet.cases.screening.cases`; how to write it: docs/configuration.md.
 """
 
 from pywet.config.cases import Case
 from pywet.config.command_line import REPLACED, chosen
-from pywet.config.loading import FILES, Config, load, of_run, twins
+from pywet.config.loading import FILES, Config, load, of_run, texts, twins
 from pywet.config.materials import Materials
 from pywet.config.scales import Scale
 from pywet.config.settings import EffectSettings, LawSettings
@@ -22,5 +22,6 @@ __all__ = [
     "chosen",
     "load",
     "of_run",
+    "texts",
     "twins",
 ]

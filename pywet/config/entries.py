@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from pywet.ranges import LIMITS
 from pywet.scene import NonNegative, Positive
 from pywet.strict import Strict
+from pywet.util.ranges import LIMITS
 
 Why = Annotated[str, Field(min_length=1)] | None
 """Why a value outside the range of its key is meant."""

@@ -6,7 +6,7 @@ import csv
 import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -24,9 +24,9 @@ from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
 from pywet.errors import ConfigError, PywetError, one_line
-from pywet.files import AGAIN, read_bytes, read_json
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
+from pywet.util.files import AGAIN, read_bytes, read_json
 
 Model = TypeVar("Model", bound=BaseModel)
 Key = TypeVar("Key")
@@ -49,6 +49,8 @@ class Config:
     materials: Materials
     scales: Scales
     cases: Mapping[int, Case]
+    read: Mapping[str, tuple[str, Any]] = field(default_factory=dict)
+    """File -> its text and what was made of it; empty where the configuration was made otherwise."""
 
     @property
     def apparatus(self) -> Apparatus:
@@ -127,6 +129,27 @@ class Config:
         }
 
 
+def texts(config: Config) -> dict[str, Any]:
+    """The files that a configuration still says, as text, and the keys of config.yaml that were set after reading it.
+
+    A part that was replaced since is left out.
+    """
+    now = {
+        settings.FILE: config.settings,
+        materials.FILE: config.materials,
+        scales.FILE: config.scales,
+        cases_module.FILE: config.cases,
+    }
+    files, later = {}, []
+    for name, (text, model) in config.read.items():
+        if name == settings.FILE:
+            before, after = (part.model_dump(mode="json") for part in (model, config.settings))
+            later = [key for key in before if before[key] != after[key]]
+        if name == settings.FILE or now[name] is model:
+            files[name] = text
+    return {"files": files, "set_later": later}
+
+
 def twins(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, tuple[int, str]]:
     """Runs that repeat a case with another preset: the first moist one with `exact`, if wanted and configured for `paper`.
 
@@ -153,7 +176,9 @@ def load(config_dir: Path, trust: bool = False) -> Config:
     wrong.say()
     chosen = read[settings.FILE]
     chosen = chosen.model_copy(update={"laws": placed_laws(chosen.laws, folder, trust)})
-    config = Config(folder, chosen, read[materials.FILE], read[scales.FILE], cases)
+    made = {**read, settings.FILE: chosen, cases_module.FILE: cases}
+    kept = {name: (_read_text(folder / name), part) for name, part in made.items()}
+    config = Config(folder, chosen, read[materials.FILE], read[scales.FILE], cases, kept)
     wrong.keep(lambda: _check_choice(config))
     wrong.keep(lambda: _check_references(config))
     wrong.say()

@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from pywet.errors import ConfigError, one_line
-from pywet.ranges import comma
+from pywet.util.ranges import comma
 
 Loc = tuple[int | str, ...]
 
@@ -20,6 +20,8 @@ Loc = tuple[int | str, ...]
 LITTLE = reprlib.Repr()
 LITTLE.maxlist = LITTLE.maxtuple = LITTLE.maxdict = LITTLE.maxstring = LITTLE.maxother = LITTLE.maxlong = 100
 LITTLE.maxlevel = 4
+PAGES = {"Scene": "scene_reference", "Query": "bridge"}
+"""Model of a file -> the page of the documentation with its keys; of the files of config/ it is `configuration_reference`."""
 MOST = 20
 """Mistakes that are listed; a file of another kind has hundreds."""
 
@@ -33,6 +35,9 @@ def mistake(error: ValidationError, model: type[BaseModel], where: str) -> Confi
     lines = [f"{where}: {_sentence(p, problems, model)}" for p in told[:MOST]]
     if len(told) > MOST:
         lines.append(f"{where}: {len(told) - MOST} more mistakes like these")
+    if any(p["type"] in ("extra_forbidden", "missing") for p in told):
+        page = PAGES.get(model.__name__, "configuration_reference")
+        lines[-1] += f" (all keys: pywet docs {page})"
     return ConfigError("\n".join(lines), file=where, key=".".join(str(k) for k in problems[0]["loc"]))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from pywet.config.loading import FILES
 from pywet.errors import border
-from pywet.files import write_json
+from pywet.util.files import write_json
 
 
 def schemas() -> dict[str, dict[str, Any]]:

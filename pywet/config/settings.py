@@ -9,9 +9,10 @@ from pydantic import Field, model_validator
 
 from pywet.config.entries import Limited, RatioEntry
 from pywet.config.readings import Readings
+from pywet.law_names import LawName, Laws
 from pywet.laws import own
-from pywet.laws.kinds import PRESETS, LawName, Laws, Preset
-from pywet.scene import Contacts, Word
+from pywet.laws.kinds import PRESETS, Preset
+from pywet.scene import SHORT_WINDOW, Contacts, Word
 from pywet.strict import Strict
 
 FILE = "config.yaml"
@@ -82,8 +83,8 @@ class OutputSettings(Limited):
     energy: whether the work of every effect is added up in every step of a moist run, for `history/energy`.
     """
 
-    contact_windows: Annotated[int, Field(ge=0)] = 2
-    contact_window_steps: Annotated[int, Field(ge=1)] = 20
+    contact_windows: Annotated[int, Field(ge=0)] = 20
+    contact_window_steps: Annotated[int, Field(ge=1)] = 2
     window_trajectories: bool = True
     checkpoints: Annotated[int, Field(ge=0)] = 20
     energy: bool = False
@@ -145,8 +146,9 @@ class Settings(Limited):
     @model_validator(mode="after")
     def _bridges_act_in_windows(self) -> Settings:
         every, steps = self.time_step.bridges_every, self.output.contact_window_steps
-        if self.output.contact_windows and steps < every:
+        if self.output.contact_windows and SHORT_WINDOW < steps < every:
             raise ValueError(
-                f"output.contact_window_steps of at least time_step.bridges_every ({steps} is less than {every})"
+                f"output.contact_window_steps of at least time_step.bridges_every or at most {SHORT_WINDOW} "
+                f"({steps} is less than {every})"
             )
         return self

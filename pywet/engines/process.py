@@ -18,8 +18,8 @@ from pathlib import Path
 from pywet import run_lock
 from pywet.ending import die_with_parent
 from pywet.errors import EngineError, PywetError, one_line
-from pywet.notices import notice
 from pywet.scene import Scene
+from pywet.util.notices import notice
 
 Report = Callable[[int, int], None]
 OUTPUT = "output.log"

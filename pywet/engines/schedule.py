@@ -5,11 +5,12 @@ The one owner of these numbers for every engine; `reference_impl` derives them a
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pywet.scene import Scene, Slide
+from pywet.scene import SHORT_WINDOW, Scene, Slide
 
 DROP_INTERVAL = 1e-3
 """Time [s] over which the specific force on a film is averaged; films of 1 mm3 answer in 0.6 ms, of 10 mm3 in 2 ms."""
@@ -36,10 +37,44 @@ class Piece:
 
 
 def windows(scene: Scene) -> list[Window]:
-    """Windows in which all contacts are logged in every step, spread evenly over the run."""
+    """Windows in which all contacts are logged in every step, one in each of as many equal parts of the run.
+
+    Windows of a few steps are samples: each lies at a random place of its part, drawn from the scene's seed. Longer ones show
+    how motion goes on, and lie in the middle.
+    """
     count, length = scene.output.contact_windows, scene.output.contact_window_steps
+    if length <= SHORT_WINDOW:
+        first = [_drawn_start(scene, k) for k in range(count)]
+        return [(start, min(start + length, scene.steps + 1)) for start in first]
     middles = [int(scene.steps * (k + 0.5) / count) for k in range(count)]
     return [(max(0, m - length // 2), min(m - length // 2 + length, scene.steps + 1)) for m in middles]
+
+
+def _drawn_start(scene: Scene, part: int) -> int:
+    """First step of a short window: the first lies in the first eighth of its part, every fourth at a checkpoint or an output.
+
+    Bridges act in it. It holds a checkpoint as its first step only, and none where that step's forces are evaluated again or
+    spheres are retired at it.
+    """
+    count, length, every = scene.output.contact_windows, scene.output.contact_window_steps, scene.bridges_every
+    low, high = (scene.steps * k // count for k in (part, part + 1))
+    width = high - low - length if part else high // 8
+    start = low + int(drawn(scene.seed, part) * max(1, width))
+    start -= start % every
+    if part % 4 == 3 and (output := -(-start // scene.output_every) * scene.output_every) < high - length:
+        start = output
+    if saved := checkpoint_every(scene):
+        after = 0 if scene.effects.bridges and not scene.removes else every
+        ahead = -(-start // saved) * saved
+        if (ahead < start + length or part % 4 == 1) and 0 < ahead < min(high, scene.steps) - after:
+            return ahead + after
+    return start
+
+
+def drawn(seed: int, part: int) -> float:
+    """Number in [0, 1) that belongs to a part of a run with this seed."""
+    digest = hashlib.sha256(f"window {part} of seed {seed}".encode()).digest()
+    return int.from_bytes(digest[:6], "big") / 2.0**48
 
 
 def recorded(scene: Scene) -> list[Window]:

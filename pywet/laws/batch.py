@@ -21,7 +21,7 @@ from numba.core.dispatcher import Dispatcher
 
 from pywet.laws import batch_math, memory
 from pywet.laws.force_law import ForceLaw
-from pywet.machine_code import numba
+from pywet.util.machine_code import numba
 
 BATCH = 64
 """Most bridges in a batch; `laws.h` of the plugin says the same."""

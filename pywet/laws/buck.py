@@ -62,13 +62,41 @@ def buck(
 ) -> float:
     """Capillary force of the toroid of Buck et al. (2018); zero angle on the other side (a film), none in contact.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad]; not used.
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F ≥ 0 [N].
+
+    Notes
+    -----
     F = 2π σ r_c sin a + π r_c² σ (1/r_m − 1/r_a), a = φ + θ_i, r_c = R sin φ, r_m = (S + R(1 − cos φ))/(1 + cos a),
     r_a = r_c + r_m (sin a − 1); R = r_i at a wall; spheres: two such halves with V/2, S/2 and R = r_eff. φ from V at touch.
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad] (θ_j is not used),
-    surface_tension σ [N/m]. Returns F ≥ 0 [N]; 0 where the neck closes. S < 0: 0 (phase II has no liquid force).
-    Source: (31)-(35), with the signs of docs/wall_collision.md.
+    0 where the neck closes. S < 0: 0 (phase II has no liquid force).
 
+    References
+    ----------
+    (31)-(35), with the signs of docs/wall_collision.md.
+
+    Examples
+    --------
     >>> f"{buck(1e-4, 1e-10, 1e-3, float('inf'), 0.2618, 0.0, 0.0728):.5e}"
     '5.10375e-04'
     """
@@ -88,12 +116,39 @@ def buck_water(
 ) -> float:
     """Normal viscous force of Buck et al. (2018) for water: the larger of drag and lubrication, none in contact.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    normal_velocity : float or array
+        Relative velocity v_n = (v_i − v_j)·n [m/s], n from j to i.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Component along n of the force on i [N].
+
+    Notes
+    -----
     F = −max(6π η r_c v (1 + Re/(4(1 + √Re)) + Re/60), 6π η r_red² v/max(S, 0.5 µm)), r_c = R sin φ, Re = 2 r_c |v| ρ/η with
     ρ = 998 kg/m3; φ from V at touch with a contact angle of 15°; r_red = r_i r_j/(r_i + r_j) (wall: r_i).
 
-    Arguments: separation S [m], volume V [m3], radii [m], normal_velocity [m/s] along n from j to i, viscosity η [Pa s].
-    Returns the component along n [N]. S < 0: 0 (phase II has no liquid force). Source: (25)-(28) with the gap S.
+    S < 0: 0 (phase II has no liquid force).
 
+    References
+    ----------
+    (25)-(28) with the gap S.
+
+    Examples
+    --------
     >>> f"{buck_water(1e-4, 1e-10, 1e-3, float('inf'), 0.5, 1e-3):.5e}"
     '-9.42478e-05'
     """
@@ -113,9 +168,28 @@ def buck_water(
 def buck_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_t of the tangential viscous force −c_t v_t, (29): 6π η r ((8/15) Λ + 0.9588), Λ = ln(r/S) ≥ 0.
 
-    Arguments: separation S → max(S, 0.5 µm) [m], radii [m], r = r_red (wall: r_i), viscosity η [Pa s]. Returns c_t [kg/s];
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Coefficient c_t of slip [kg/s].
+
+    Notes
+    -----
     S < 0: 0. Their moment (30) cannot be had: the engine turns a sphere by lever arm times this force.
 
+    Examples
+    --------
     >>> f"{buck_translation(1e-4, 1e-3, float('inf'), 1e-3):.5e}"
     '4.12211e-05'
     """
@@ -129,8 +203,28 @@ def buck_translation(separation: float, radius_i: float, radius_j: float, viscos
 def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins, (29): 6π η r ((2/15) Λ − 0.2526).
 
-    Arguments as in `buck_translation`. Returns c_r [kg/s]; S < 0: 0. Negative where S > 0.15 r, as theirs.
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
 
+    Returns
+    -------
+    float or array
+        Coefficient c_r of spin [kg/s]; 0 in overlap.
+
+    Notes
+    -----
+    Negative where S > 0.15 r, as in the paper.
+
+    Examples
+    --------
     >>> f"{buck_rotation(1e-4, 1e-3, float('inf'), 1e-3):.5e}"
     '1.02563e-06'
     """
@@ -146,8 +240,26 @@ def buck_rupture(
 ) -> float:
     """Static rupture distance (1 + θ_i/2) V^{1/3} (Pitois et al. 2001); with the dynamic factor `pitois` it is (36).
 
-    Arguments: volume V [m3], radii [m] (not used), contact angles [rad] (θ_j is not used: a film). Returns S_rup [m].
+    Parameters
+    ----------
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m]; not used.
+    radius_j : float or array
+        Radius of body j [m]; not used.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad]; not used.
 
+    Returns
+    -------
+    float or array
+        Static rupture distance S_rup [m].
+
+    Examples
+    --------
     >>> f"{buck_rupture(1e-12, 1e-3, float('inf'), 0.2, 0.0):.5e}"
     '1.10000e-04'
     """

@@ -56,6 +56,30 @@ def rabinovich(
 ) -> float:
     """Capillary force of Rabinovich et al. (2005), sphere-sphere and sphere-wall.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     Spheres, r = r_eff = 2 r_i r_j/(r_i + r_j) (harmonic mean), S > 0:
         F = π σ r (cos θ_i + cos θ_j)/(1 + S/(2d)) + 2π σ r sin φ sin(φ + θ_m),  φ = √(2d/r),
         d = (V/(π r))/(S + √(S² + 2V/(π r))).
@@ -63,12 +87,15 @@ def rabinovich(
         F = 2π σ r (cos θ_i + cos θ_w)/(1 + S/d) + 2π σ r sin φ sin(φ + θ_m),  φ = √(2d/r),
         d = (V/(π r))/(S + √(S² + V/(π r))).
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N].
     Valid for small bridges (V* up to about 0.1) and contact angles below 90°. S ≤ 0: the limit S → 0.
-    Source: Elskamp & Kruggel-Emden 2018 (14)-(16) with sin φ in place of sin θ_m in the second term, and the full first term
-    at a wall (their (15) prints its small-gap limit).
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (14)-(16) with sin φ in place of sin θ_m in the second term, and the full first term at
+    a wall (their (15) prints its small-gap limit).
+
+    Examples
+    --------
     >>> f"{rabinovich(0.0, 0.0, 1e-3, 1e-3, 0.0, 0.0, 0.07):.6e}"
     '4.398230e-04'
     """
@@ -89,14 +116,41 @@ def rabinovich_small_gap(
 ) -> float:
     """`rabinovich` with the small-gap limit of its first term, which the paper prints at walls.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     Wall, r = r_i:  F = 2π σ r (cos θ_i + cos θ_w)/(1 + S √(π r/V)) + 2π σ r sin φ sin(φ + θ_m);
     spheres, r = r_eff:  F = π σ r (cos θ_i + cos θ_j)/(1 + S √(π r/(2V))) + 2π σ r sin φ sin(φ + θ_m); φ of `rabinovich`.
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N].
     Valid for S well below √(V/(π r)); near rupture it is up to 17 times too strong. S ≤ 0: the limit S → 0.
-    Source: Elskamp & Kruggel-Emden 2018 (15), second term mended.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (15), second term corrected.
+
+    Examples
+    --------
     >>> f"{rabinovich_small_gap(1e-4, 1e-10, 1e-3, math.inf, 0.3, 0.3, 0.07):.5e}"
     '6.71890e-04'
     """
@@ -117,14 +171,42 @@ def rabinovich_as_printed(
 ) -> float:
     """The capillary force as Elskamp & Kruggel-Emden print it, for comparison with `rabinovich`.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     Second term 2π σ r sin θ_m sin(θ_m + φ) (here sin θ_m stands for sin φ: it vanishes for perfect wetting, and does not
     vanish with the volume otherwise); at a wall the first term is 2π σ r (cos θ_i + cos θ_w)/(1 + S √(π r/V)) and
     φ = √((2S/r) √(1 + V/(π r S²))) lacks the −1.
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall, r = r_i; else r = r_eff), contact angles
-    [rad], surface_tension σ [N/m]. Returns F [N]. S ≤ 0: the limit S → 0.
-    Source: Elskamp & Kruggel-Emden 2018 (14), (15), (16), (18).
+    S ≤ 0: the limit S → 0.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (14), (15), (16), (18).
+
+    Examples
+    --------
     >>> f"{rabinovich_as_printed(1e-4, 1e-10, 1e-3, 1e-3, 0.3, 0.3, 0.07):.5e}"
     '3.50482e-04'
     """
@@ -143,12 +225,40 @@ def rabinovich_spheres_as_printed(
 ) -> float:
     """`rabinovich_as_printed` between spheres, `rabinovich` at walls.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     Spheres, r = r_eff:  F = π σ r (cos θ_i + cos θ_j)/(1 + S/(2d)) + 2π σ r sin θ_m sin(θ_m + φ), d and φ of `rabinovich`.
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N]. S ≤ 0: the limit S → 0.
-    Source: Elskamp & Kruggel-Emden 2018 (14) as printed; (15) mended, since as printed it contradicts their Fig. 5a.
+    S ≤ 0: the limit S → 0.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (14) as printed; (15) corrected, since as printed it contradicts their Fig. 5a.
+
+    Examples
+    --------
     >>> f"{rabinovich_spheres_as_printed(1e-4, 1e-10, 1e-3, 1e-3, 0.3, 0.3, 0.07):.5e}"
     '3.50482e-04'
     """
@@ -171,13 +281,41 @@ def rabinovich_walls_as_printed(
 ) -> float:
     """`rabinovich_as_printed` at walls, `rabinovich` between spheres.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     Wall, r = r_i:  F = 2π σ r (cos θ_i + cos θ_w)/(1 + S √(π r/V)) + 2π σ r sin θ_m sin(θ_m + φ),
     φ = √((2S/r) √(1 + V/(π r S²))).
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N]. S ≤ 0: the limit S → 0.
-    Source: Elskamp & Kruggel-Emden 2018 (15), (18) as printed; (14) mended.
+    S ≤ 0: the limit S → 0.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (15), (18) as printed; (14) corrected.
+
+    Examples
+    --------
     >>> f"{rabinovich_walls_as_printed(1e-4, 1e-10, 1e-3, math.inf, 0.3, 0.3, 0.07):.5e}"
     '6.43449e-04'
     """
@@ -200,13 +338,41 @@ def lambert(
 ) -> float:
     """Capillary force of Lambert et al. (2008): the first term of `rabinovich` alone.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     F = π σ r (cos θ_i + cos θ_j)/(1 + S/(2d)), d = (V/(π r))/(S + √(S² + 2V/(π r))), r = r_eff (harmonic mean; 2 r_i at a wall).
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N].
-    Exact for V → 0 at S of the order of √(V/r); too strong at touch by about φ, too weak near rupture. S ≤ 0: the limit S → 0.
-    Source: Lambert et al. 2008 (65); Elskamp & Kruggel-Emden 2018 (14), first term.
+    Exact for V → 0 at S of the order of √(V/r); too strong at touch by about φ, too weak near rupture. S ≤ 0: the limit
+    S → 0.
 
+    References
+    ----------
+    Lambert et al. 2008 (65); Elskamp & Kruggel-Emden 2018 (14), first term.
+
+    Examples
+    --------
     >>> f"{lambert(0.0, 1e-10, 1e-3, 1e-3, 0.0, 0.0, 0.07):.6e}"
     '4.398230e-04'
     """

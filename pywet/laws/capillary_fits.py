@@ -1,7 +1,7 @@
 """Capillary forces of a liquid bridge: fits to the exact solution, and the boundary method. Attraction positive.
 
 At a wall (radius_j infinite) all of them are taken in the limit r_j → ∞ of the harmonic mean, r_eff = 2 r_i. What each is worth
-is measured by `pywet laws --atlas`.
+is measured by `pywet study laws`.
 """
 
 from __future__ import annotations
@@ -57,15 +57,42 @@ def willett(
 ) -> float:
     """Capillary force of Willett et al. (2000), the full fit to their exact solutions.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     F = 2π r σ exp(f1 − f2 exp(f3 ln S* + f4 ln² S*)), S* = (S/2)/√(V/r), f1 to f4 polynomials of ln V* and θ_m, V* = V/r³,
     r = r_eff (harmonic mean; 2 r_i at a wall), θ_m the mean contact angle.
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N].
-    Valid for 1e-3 ≤ V* ≤ 0.1 and θ ≤ 40°; outside that V* the polynomials keep their value at the end of the range. S ≤ 0:
-    2π r σ exp f1.
-    Source: Willett et al. 2000, appendix; Elskamp & Kruggel-Emden 2018 (19), (20).
+    Valid for 1e-3 ≤ V* ≤ 0.1 and θ ≤ 40°; outside that V* the polynomials keep their value at the end of the range. S ≤
+    0: 2π r σ exp f1.
 
+    References
+    ----------
+    Willett et al. 2000, appendix; Elskamp & Kruggel-Emden 2018 (19), (20).
+
+    Examples
+    --------
     >>> f"{willett(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '3.83301e-04'
     """
@@ -101,12 +128,40 @@ def willett_simple(
 ) -> float:
     """Simplified capillary force of Willett et al. (2000).
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     F = π r σ (cos θ_i + cos θ_j)/(1 + 2.1 S* + 10 S*²), S* = (S/2)/√(V/r), r = r_eff (harmonic mean; 2 r_i at a wall).
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N]. Valid for V* below about 0.01 and small θ. S ≤ 0: the limit S → 0.
-    Source: Willett et al. 2000 (12); Elskamp & Kruggel-Emden 2018 (21) with π in place of 2π.
+    Valid for V* below about 0.01 and small θ. S ≤ 0: the limit S → 0.
 
+    References
+    ----------
+    Willett et al. 2000 (12); Elskamp & Kruggel-Emden 2018 (21) with π in place of 2π.
+
+    Examples
+    --------
     >>> f"{willett_simple(1e-4, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '9.66644e-05'
     """
@@ -125,11 +180,40 @@ def willett_simple_as_printed(
 ) -> float:
     """`willett_simple` with the factor 2π that Elskamp & Kruggel-Emden print: twice the force.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     F = 2π r σ (cos θ_i + cos θ_j)/(1 + 2.1 S* + 10 S*²), S* = (S/2)/√(V/r), r = r_eff (harmonic mean; 2 r_i at a wall).
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N]. S ≤ 0: the limit S → 0. Source: Elskamp & Kruggel-Emden 2018 (21).
+    S ≤ 0: the limit S → 0.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (21).
+
+    Examples
+    --------
     >>> f"{willett_simple_as_printed(1e-4, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '1.93329e-04'
     """
@@ -168,13 +252,41 @@ def weigert(
 ) -> float:
     """Capillary force of Weigert & Ripperger (1999), the boundary method.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     F = (π/4)(2r)² p sin²φ + 2π σ r sin φ sin(θ_m + φ), p = σ(1/R1 − 1/R2), R1 = (r(1 − cos φ) + S/2)/cos(φ + θ_m),
     R2 = r sin φ + R1 (sin(φ + θ_m) − 1), sin⁴φ = V/(0.12 (2r)³ (1 + 6S/(2r))(1 + 1.1 sin θ_m)), r = r_eff (2 r_i at a wall).
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N]. Made for spheres near contact; poor at larger gaps. sin⁴φ is kept ≤ 1. S ≤ 0: S = 0.
-    Source: Elskamp & Kruggel-Emden 2018 (22)-(24), mended.
+    Made for spheres near contact; poor at larger gaps. sin⁴φ is limited to 1. S ≤ 0: S = 0.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (22)-(24), corrected.
+
+    Examples
+    --------
     >>> f"{weigert(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '3.71106e-04'
     """
@@ -194,12 +306,41 @@ def weigert_as_printed(
 ) -> float:
     """`weigert` with the misprints of Elskamp & Kruggel-Emden that can be evaluated.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     S in place of S/2 in (24), and sin θ_m in place of sin φ in the second term of (22). The other misprints of (23), (24), a
     square for a cube and a product for a sum, are not lengths and cannot be evaluated; they are mended here too.
 
-    Arguments: separation S [m], volume V [m3], radii [m] (r = r_eff; radius_j = inf: wall, r = 2 r_i), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N]. S ≤ 0: S = 0. Source: Elskamp & Kruggel-Emden 2018 (22)-(24).
+    S ≤ 0: S = 0.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (22)-(24).
+
+    Examples
+    --------
     >>> f"{weigert_as_printed(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '3.26217e-04'
     """
@@ -219,14 +360,41 @@ def soulie(
 ) -> float:
     """Capillary force of Soulié et al. (2006), a fit for unequal spheres.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     F = π σ √(r_i r_j) (c + exp(a S/R + b)), R the larger radius, v = V/R³, a = −1.1 v^(−0.53),
     b = (−0.148 ln v − 0.96) θ² − 0.0082 ln v + 0.48, c = 0.0018 ln v + 0.078; never below 0.
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad] (θ is their mean),
-    surface_tension σ [N/m]. Returns F [N]. Fitted to small volumes; no limit for r_j → ∞, at a wall √(r_i r_j) and R are taken
-    as 2 r_i. S ≤ 0: S = 0.
-    Source: Soulié et al. 2006 (4)-(7).
+    Fitted to small volumes; no limit for r_j → ∞, at a wall √(r_i r_j) and R are taken as 2 r_i. S ≤ 0: S = 0.
 
+    References
+    ----------
+    Soulié et al. 2006 (4)-(7).
+
+    Examples
+    --------
     >>> f"{soulie(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '3.84401e-04'
     """
@@ -256,16 +424,44 @@ def bagheri(
 ) -> float:
     """Capillary force of Bagheri, Roy & Pöschel (2024), a fit to exact solutions over a wide range.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     F = r σ f (1 + a s)/(1 + t b a s + t b s²), s = S/S_rup, S_rup = r (1 + θ/2)(V*^(1/3) + 0.1 V*^(2/3)),
     f = 2π (1 − 0.3823 V*^0.2586)(1 − (0.4158 V*^0.2835 + 0.6474) sin^m θ), m = 2.267 − 0.2087 V*^0.3113,
     a = 0.6717 V*^0.1995 − 0.3319 V*^0.4974, b = 13.84 V*^−0.3909 − 12.11 V*^−0.3945,
     t = (−0.007815 ln²V* − 0.2105 ln V* − 1.426) θ³ + (0.6669 V*^−0.01391 − 1.78 V*^0.8351) θ + 1, r = r_eff (2 r_i at a wall).
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad] (θ is their mean),
-    surface_tension σ [N/m]. Returns F [N]. Made for equal spheres. S ≤ 0: S = 0.
-    Source: Bagheri et al. 2024 (24)-(30); coefficients as the open code of the same group has them, checked against the exact
-    solution by the law atlas.
+    Made for equal spheres. S ≤ 0: S = 0.
 
+    References
+    ----------
+    Bagheri et al. 2024 (24)-(30); coefficients as in the open code of the same group, checked against the exact
+    solution in the law comparison.
+
+    Examples
+    --------
     >>> f"{bagheri(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '3.88716e-04'
     """

@@ -44,12 +44,41 @@ def capillary(
 ) -> float:
     """Capillary suction of Davis & Sitison (2020): constant 8π a σ while the films overlap.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
     F = 8π a σ for S < δ, 0 beyond; a = r_red = r_i r_j/(r_i + r_j) (wall: r_i), δ = V/(π a²). Contact angles are not used.
 
-    Arguments: separation S [m], volume V [m3], radii [m], contact angles [rad], surface_tension σ [N/m]. Returns F [N].
-    Valid for wetting films thin against the radius. S ≤ 0: the same. It is twice the exact limit 4π a σ of little liquid with
-    contact angle 0. Source: Davis 2023 (3).
+    Valid for wetting films thin against the radius. S ≤ 0: the same. It is twice the exact limit 4π a σ of little
+    liquid with contact angle 0.
 
+    References
+    ----------
+    Davis 2023 (3).
+
+    Examples
+    --------
     >>> f"{capillary(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.6e}"
     '8.796459e-04'
     """
@@ -64,13 +93,39 @@ def normal(
 ) -> float:
     """Normal lubrication of a film of finite extent (Davis & Sitison 2020).
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    normal_velocity : float or array
+        Relative velocity v_n = (v_i − v_j)·n [m/s], n from j to i.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Component along n of the force on i [N].
+
+    Notes
+    -----
     F = −6π η a² v_n [1 − h/(2δ' − h)]²/h for h < δ', 0 beyond; h = max(S, 0) + S_min, δ' = V/(π a²) + S_min,
     a = r_red = r_i r_j/(r_i + r_j) (wall: r_i), S_min = 0.001 r_eff (wall: 0.001 r_i).
 
-    Arguments: separation S [m], volume V [m3], radii [m], normal_velocity (v_i − v_j)·n [m/s] with n from j to i, viscosity η
-    [Pa s]. Returns the component along n of the force on i [N]. Valid for films thin against the radius. S ≤ 0: the value at
-    S_min. Source: Davis 2023 (3).
+    Valid for films thin against the radius. S ≤ 0: the value at S_min.
 
+    References
+    ----------
+    Davis 2023 (3).
+
+    Examples
+    --------
     >>> f"{normal(1e-6, 1e-11, 1e-3, 1e-3, 0.1, 0.05):.6e}"
     '-1.000309e-02'
     """
@@ -84,16 +139,61 @@ def normal(
 
 
 def tangential(film_over_a: float) -> tuple[ForceLaw, ForceLaw]:
-    """Tangential law for films that touch at δ = film_over_a · r_red: coefficients of translation and of spin, which are equal.
+    """Make the tangential law for films that touch at δ = film_over_a · r_red.
 
+    Parameters
+    ----------
+    film_over_a : float
+        Sum δ of the film thicknesses over r_red [-].
+
+    Returns
+    -------
+    tuple of ForceLaw
+        Coefficients of translation and of spin [kg/s], which are equal.
+
+    Notes
+    -----
     c = 2π η a ln[(2δ' − h)/h] for h < δ', 0 beyond; h = max(S, 0) + S_min, δ' = δ + S_min, a = r_red (wall: r_i).
-    The force on i is −c v_t − c v_rot with v_rot = −(r_i ω_i + r_j ω_j) × n, so −c times the slip. Source: Davis 2023 (4).
+    The force on i is −c v_t − c v_rot with v_rot = −(r_i ω_i + r_j ω_j) × n, so −c times the slip.
 
+    References
+    ----------
+    Davis 2023 (4).
+
+    Examples
+    --------
     >>> f"{tangential(0.02)[0](1e-6, 1e-3, 1e-3, 0.05):.6e}"
     '3.616892e-04'
     """
 
     def translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
+        """Coefficient of the slip for films that touch at a fixed δ/r_red, c = 2π η a ln[(2δ' − h)/h].
+
+        Parameters
+        ----------
+        separation : float or array
+            Gap S between the surfaces [m]; negative in overlap.
+        radius_i : float or array
+            Radius of sphere i [m].
+        radius_j : float or array
+            Radius of body j [m]; infinite at a wall.
+        viscosity : float or array
+            Dynamic viscosity η [Pa s].
+
+        Returns
+        -------
+        float or array
+            Coefficient c [kg/s]; 0 where the films do not touch.
+
+        References
+        ----------
+        Davis 2023 (4).
+
+        Examples
+        --------
+        >>> f"{tangential(0.02)[0](1e-6, 1e-3, 1e-3, 0.05):.6e}"
+        '3.616892e-04'
+        """
         a = reduced_radius(radius_i, radius_j)
         h = lubricated_gap(separation, radius_i, radius_j)
         film = film_over_a * a + lubricated_gap(0.0, radius_i, radius_j)
@@ -109,8 +209,30 @@ def tangential(film_over_a: float) -> tuple[ForceLaw, ForceLaw]:
 def rupture(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """Distance at which the films part, δ = V/(π a²), a = r_red = r_i r_j/(r_i + r_j) (wall: r_i).
 
-    Arguments: volume [m3], radii [m], contact angles [rad] (not used). Returns δ [m]. Source: Davis 2023, after (33).
+    Parameters
+    ----------
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad]; not used.
+    contact_angle_j : float or array
+        Contact angle on body j [rad]; not used.
 
+    Returns
+    -------
+    float or array
+        Sum δ of the film thicknesses [m].
+
+    References
+    ----------
+    Davis 2023, after (33).
+
+    Examples
+    --------
     >>> f"{rupture(3.0e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
     '3.819719e-06'
     """
@@ -121,9 +243,27 @@ def rupture(volume: float, radius_i: float, radius_j: float, contact_angle_i: fl
 def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> float:
     """Volume drawn from sphere i: V_i = π a² h_i, a = r_red (large wall: r_i), so that V = π a² δ with δ = h_i + h_j.
 
-    Arguments: film_volume_i L_i [m3], radii [m]. Returns V_i [m3]. Film thickness h_i = (3L_i/(4π) + r_i³)^(1/3) − r_i.
-    The draw is a matter of bookkeeping (see the module), close to the 0.067 L_i of Shi & McCarthy for equal spheres.
+    Parameters
+    ----------
+    film_volume_i : float or array
+        Liquid L of the film on sphere i [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
 
+    Returns
+    -------
+    float or array
+        Volume V_i drawn from the film on sphere i [m³].
+
+    Notes
+    -----
+    Film thickness h_i = (3L_i/(4π) + r_i³)^(1/3) − r_i. The draw is a matter of bookkeeping (see the module), close to
+    the 0.067 L_i of Shi & McCarthy for equal spheres.
+
+    Examples
+    --------
     >>> f"{formation_sphere(1.2566e-10, 1e-3, 1e-3):.6e}"
     '7.776498e-12'
     """
@@ -135,8 +275,22 @@ def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> 
 def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: float) -> float:
     """Volume drawn from sphere i by a wire: as by a large wall, π r_i² h_i (a wire's force laws are those of a wall).
 
-    Arguments: film_volume_i [m3], radius_i [m], half_width [m] (not used). Returns V_i [m3].
+    Parameters
+    ----------
+    film_volume_i : float or array
+        Liquid L of the film on sphere i [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    half_width : float or array
+        Half width r_w of the wire [m]; not used.
 
+    Returns
+    -------
+    float or array
+        Volume V_i drawn from the film on sphere i [m³].
+
+    Examples
+    --------
     >>> f"{formation_sphere_wire(1.2566e-10, 1e-3, 1e-3):.6e}"
     '3.110599e-11'
     """
@@ -147,8 +301,20 @@ def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: flo
 def formation_wall(film_thickness: float, radius_i: float) -> float:
     """Volume drawn from a large wall's film W: V_w = π r_i² W.
 
-    Arguments: film_thickness W [m], radius_i [m]. Returns V_w [m3].
+    Parameters
+    ----------
+    film_thickness : float or array
+        Thickness W of the film on the wall [m].
+    radius_i : float or array
+        Radius of sphere i [m].
 
+    Returns
+    -------
+    float or array
+        Volume V_w drawn from the film on the wall [m³].
+
+    Examples
+    --------
     >>> f"{formation_wall(1e-5, 1e-3):.6e}"
     '3.141593e-11'
     """
@@ -159,8 +325,22 @@ def formation_wall(film_thickness: float, radius_i: float) -> float:
 def formation_wire(film_thickness: float, radius_i: float, half_width: float) -> float:
     """Volume drawn from a wire's film W: V_w = π r_i² W.
 
-    Arguments: film_thickness W [m], radius_i [m], half_width [m] (not used). Returns V_w [m3].
+    Parameters
+    ----------
+    film_thickness : float or array
+        Thickness W of the film on the wall [m].
+    radius_i : float or array
+        Radius of sphere i [m].
+    half_width : float or array
+        Half width r_w of the wire [m]; not used.
 
+    Returns
+    -------
+    float or array
+        Volume V_w drawn from the film on the wall [m³].
+
+    Examples
+    --------
     >>> f"{formation_wire(1e-5, 1e-3, 5e-4):.6e}"
     '3.141593e-11'
     """

@@ -18,7 +18,7 @@ import numpy as np
 
 from pywet.errors import LawError, PywetError
 from pywet.laws.kinds import KINDS, Sense
-from pywet.machine_code import numba
+from pywet.util.machine_code import numba
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,31 @@ def force_law(given: str, name: str = "") -> Callable[[Callable[..., float]], Fo
 def force_law(given: Any, name: str = "") -> Any:
     """Make a law of a plain function of floats.
 
-    `@force_law("capillary")` also makes it known, by its own name or by the one given; laws of several functions are that name
-    above each of them, in the order of their kind.
+    Parameters
+    ----------
+    given : callable or str
+        The function (`@force_law`), or a kind of law (`@force_law("capillary")`), under which the function is also registered.
+    name : str
+        Name under which it is registered; default: that of the function. The functions of one law share a name, in the order of
+        their kind.
+
+    Returns
+    -------
+    ForceLaw or callable
+        The law, callable with numbers or arrays, or the decorator.
+
+    Raises
+    ------
+    LawError
+        If the arguments are not those of the kind.
+
+    Examples
+    --------
+    >>> @force_law
+    ... def linear(speed: float, viscosity: float, surface_tension: float) -> float:
+    ...     return 1.0 + speed * viscosity / surface_tension
+    >>> round(float(linear(2.0, 0.01, 0.05)), 12)
+    1.4
     """
     if isinstance(given, str):
         return lambda function: _known(given, name, force_law(function))

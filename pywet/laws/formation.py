@@ -11,10 +11,30 @@ from pywet.laws.force_law import force_law
 def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> float:
     """Volume drawn from sphere i by sphere j, or by a large wall (radius_j infinite).
 
+    Parameters
+    ----------
+    film_volume_i : float or array
+        Liquid L of the film on sphere i [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+
+    Returns
+    -------
+    float or array
+        Volume V_i drawn from the film on sphere i [m³].
+
+    Notes
+    -----
     V_i = (L_i/2)(1 − √(1 − r_j²/(r_i + r_j)²)); large wall: as for an equal sphere, (L_i/2)(1 − √0.75).
 
-    Arguments: film_volume_i L_i [m3], radii [m]. Returns V_i [m3]. Source: Elskamp & Kruggel-Emden 2018 (8), (9).
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (8), (9).
 
+    Examples
+    --------
     >>> f"{formation_sphere(1.0, 1e-3, 1e-3):.7f}"
     '0.0669873'
     """
@@ -26,9 +46,26 @@ def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> 
 def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: float) -> float:
     """Volume drawn from sphere i by a small wall (a wire of radius r_w < r_i): V_i = L_i r_w/(6 r_i).
 
-    Arguments: film_volume_i [m3], radius_i [m], half_width r_w [m]. Returns V_i [m3].
-    Source: Elskamp & Kruggel-Emden 2018 (12).
+    Parameters
+    ----------
+    film_volume_i : float or array
+        Liquid L of the film on sphere i [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    half_width : float or array
+        Half width r_w of the wire [m].
 
+    Returns
+    -------
+    float or array
+        Volume V_i drawn from the film on sphere i [m³].
+
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (12).
+
+    Examples
+    --------
     >>> f"{formation_sphere_wire(6.0, 2e-3, 1e-3):.6f}"
     '0.500000'
     """
@@ -39,8 +76,24 @@ def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: flo
 def formation_wall(film_thickness: float, radius_i: float) -> float:
     """Volume drawn from a large wall's film: V_w = W_lf (π/4) r_i².
 
-    Arguments: film_thickness W_lf [m], radius_i [m]. Returns V_w [m3]. Source: Elskamp & Kruggel-Emden 2018 (10).
+    Parameters
+    ----------
+    film_thickness : float or array
+        Thickness W of the film on the wall [m].
+    radius_i : float or array
+        Radius of sphere i [m].
 
+    Returns
+    -------
+    float or array
+        Volume V_w drawn from the film on the wall [m³].
+
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (10).
+
+    Examples
+    --------
     >>> f"{formation_wall(1.0, 2.0):.6f}"
     '3.141593'
     """
@@ -51,9 +104,26 @@ def formation_wall(film_thickness: float, radius_i: float) -> float:
 def formation_wire(film_thickness: float, radius_i: float, half_width: float) -> float:
     """Volume drawn from a wire's film: V_w = W_lf 2 r_i r_w.
 
-    Arguments: film_thickness W_lf [m], radius_i [m], half_width r_w [m]. Returns V_w [m3].
-    Source: Elskamp & Kruggel-Emden 2018 (13).
+    Parameters
+    ----------
+    film_thickness : float or array
+        Thickness W of the film on the wall [m].
+    radius_i : float or array
+        Radius of sphere i [m].
+    half_width : float or array
+        Half width r_w of the wire [m].
 
+    Returns
+    -------
+    float or array
+        Volume V_w drawn from the film on the wall [m³].
+
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (13).
+
+    Examples
+    --------
     >>> f"{formation_wire(1.0, 2.0, 0.5):.6f}"
     '2.000000'
     """

@@ -1,15 +1,12 @@
-"""The kinds of law, each said once: the fields of `Laws`. Arguments, probe, slots of the plugin, switches and presets follow."""
+"""The kinds of law, each said once: `KINDS`. Arguments, probe, slots of the plugin, switches and presets follow."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-from pydantic import AfterValidator
-
-from pywet.strict import Strict
 
 Preset = Literal["paper", "exact"]
 Probed = dict[str, np.ndarray]
@@ -48,14 +45,6 @@ def _film(at: Probed) -> np.ndarray:
     return at["film_thickness"] * np.pi * (10.0 * at["radius_i"]) ** 2 if own is None else own
 
 
-def _law(text: str) -> str:
-    """A law's name, or path/to/file.py:function."""
-    if not text or len(text) > 1000 or not text.isprintable():
-        raise ValueError("a law's name, or path/to/file.py:function, on one line of at most 1000 characters")
-    return text
-
-
-LawName = Annotated[str, AfterValidator(_law)]
 BRIDGE = ("volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
 PULLS: Sense = (
     "a force of 0 or more while the bridge is short",
@@ -72,60 +61,38 @@ DRAWS: Sense = (
 SHEAR = ("separation", "radius_i", "radius_j", "viscosity")
 
 
-class Laws(Strict):
-    """A law for each kind, by its name or as path/to/file.py:function."""
-
-    capillary: Annotated[
-        LawName | None,
-        Kind((Part(("separation", *BRIDGE, "surface_tension"), PULLS),), "rabinovich", "young_laplace", force=True),
-    ] = None
-    viscous_normal: Annotated[
-        LawName | None,
-        Kind(
-            (Part(("separation", "volume", "radius_i", "radius_j", "normal_velocity", "viscosity"), DRAGS),),
-            "pitois",
-            force=True,
-        ),
-    ] = None
-    viscous_tangential: Annotated[
-        LawName | None,
-        Kind((Part(SHEAR, BRAKES), Part(SHEAR)), "goldman", force=True),  # what a turn adds may have either sign
-    ] = None
-    rupture: Annotated[
-        LawName | None, Kind((Part(BRIDGE, PARTS),), "willett_unequal", "young_laplace", needed=True)
-    ] = None
-    dynamic_rupture: Annotated[
-        LawName | None, Kind((Part(("speed", "viscosity", "surface_tension"), STRETCHES),), "pitois")
-    ] = None
-    formation: Annotated[
-        LawName | None,
-        Kind(
-            (
-                Part(("film_volume_i", "radius_i", "radius_j"), DRAWS, "from_sphere"),
-                Part(("film_volume_i", "radius_i", "half_width"), DRAWS, "from_sphere_at_wire"),
-                Part(("film_thickness", "radius_i"), DRAWS, "from_wall"),
-                Part(("film_thickness", "radius_i", "half_width"), DRAWS, "from_wire"),
-            ),
-            "shi_mccarthy",
-            needed=True,
-        ),
-    ] = None
-    transfer: Annotated[LawName | None, Kind((), "parabola", "young_laplace", needed=True)] = None
-    shedding: Annotated[
-        LawName | None,
-        Kind(
-            (
-                Part(("film_volume_i", "radius_i", "acceleration", "density", "surface_tension"), DRAWS, "shed_drop"),
-                Part(("film_volume_i", "density", "surface_tension"), slot="shed_time"),
-            )
-        ),
-    ] = None
-    """When a film lets a drop go; None: never."""
-
-
 KINDS: dict[str, Kind] = {
-    name: next(m for m in field.metadata if isinstance(m, Kind)) for name, field in Laws.model_fields.items()
+    "capillary": Kind(
+        (Part(("separation", *BRIDGE, "surface_tension"), PULLS),), "rabinovich", "young_laplace", force=True
+    ),
+    "viscous_normal": Kind(
+        (Part(("separation", "volume", "radius_i", "radius_j", "normal_velocity", "viscosity"), DRAGS),),
+        "pitois",
+        force=True,
+    ),
+    # what a turn adds may have either sign
+    "viscous_tangential": Kind((Part(SHEAR, BRAKES), Part(SHEAR)), "goldman", force=True),
+    "rupture": Kind((Part(BRIDGE, PARTS),), "willett_unequal", "young_laplace", needed=True),
+    "dynamic_rupture": Kind((Part(("speed", "viscosity", "surface_tension"), STRETCHES),), "pitois"),
+    "formation": Kind(
+        (
+            Part(("film_volume_i", "radius_i", "radius_j"), DRAWS, "from_sphere"),
+            Part(("film_volume_i", "radius_i", "half_width"), DRAWS, "from_sphere_at_wire"),
+            Part(("film_thickness", "radius_i"), DRAWS, "from_wall"),
+            Part(("film_thickness", "radius_i", "half_width"), DRAWS, "from_wire"),
+        ),
+        "shi_mccarthy",
+        needed=True,
+    ),
+    "transfer": Kind((), "parabola", "young_laplace", needed=True),
+    "shedding": Kind(
+        (
+            Part(("film_volume_i", "radius_i", "acceleration", "density", "surface_tension"), DRAWS, "shed_drop"),
+            Part(("film_volume_i", "density", "surface_tension"), slot="shed_time"),
+        )
+    ),
 }
+"""Name of a kind -> what is common to its laws; `law_names.Laws` has a field for each."""
 FORCES = tuple(name for name, kind in KINDS.items() if kind.force)
 NEEDED = tuple(name for name, kind in KINDS.items() if kind.needed)
 SWITCHED = tuple(name for name, kind in KINDS.items() if kind.paper and not kind.needed)

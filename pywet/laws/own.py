@@ -19,11 +19,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from pywet import caches
 from pywet.ending import die_with_parent
 from pywet.errors import LawError, one_line
-from pywet.files import read_bytes, read_json
 from pywet.laws.kinds import KINDS
+from pywet.util import caches
+from pywet.util.files import read_bytes, read_json
 
 TRIAL_S = 60
 """Longest that a file and its law on the probe grid may take, compilation included: processor time [s], ten times that in all."""

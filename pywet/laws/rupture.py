@@ -14,12 +14,37 @@ def willett_unequal(
 ) -> float:
     """Static rupture distance of Willett et al. (2000) for unequal spheres.
 
+    Parameters
+    ----------
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+
+    Returns
+    -------
+    float or array
+        Static rupture distance S_rup [m].
+
+    Notes
+    -----
     S_rup = r (1 + (θ_i + θ_j)/8 (1 + q)) (V*^(1/3) + (q/2 − 2/5) V*^(2/3)), V* = V/r³, r = r_eff = 2 r_i r_j/(r_i + r_j),
     q = smaller/larger radius. At a wall r = 2 r_i (the limit r_j → ∞) and q = 0.
 
-    Arguments: volume [m3], radii [m], contact angles [rad]. Returns S_rup [m]. Valid for V* up to about 0.1.
-    Source: Elskamp & Kruggel-Emden 2018 (32); at a wall the paper puts r = r_i, 7 to 12 % short.
+    Valid for V* up to about 0.1.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (32); at a wall the paper puts r = r_i, 7 to 12 % short.
+
+    Examples
+    --------
     >>> f"{willett_unequal(1e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
     '1.010000e-04'
     """
@@ -35,11 +60,36 @@ def willett_unequal_as_printed(
 ) -> float:
     """`willett_unequal` with r = r_i at a wall, as Elskamp & Kruggel-Emden print it; spheres as `willett_unequal`.
 
+    Parameters
+    ----------
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+
+    Returns
+    -------
+    float or array
+        Static rupture distance S_rup [m].
+
+    Notes
+    -----
     S_rup = r (1 + (θ_i + θ_j)/8 (1 + q)) (V*^(1/3) + (q/2 − 2/5) V*^(2/3)), V* = V/r³, q = smaller/larger radius, 0 at a wall.
 
-    Arguments: volume [m3], radii [m] (r = r_eff, wall: r_i), contact angles [rad]. Returns S_rup [m].
-    Valid for V* up to about 0.1; at a wall 7 to 12 % short. Source: Elskamp & Kruggel-Emden 2018 (32).
+    Valid for V* up to about 0.1; at a wall 7 to 12 % short.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (32).
+
+    Examples
+    --------
     >>> f"{willett_unequal_as_printed(1e-12, 1e-3, math.inf, 0.0, 0.0):.6e}"
     '9.600000e-05'
     """
@@ -53,11 +103,36 @@ def willett_unequal_as_printed(
 def lian(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """Static rupture distance of Lian et al. (1993): S_rup = (1 + θ/2) V^(1/3), θ the mean contact angle.
 
+    Parameters
+    ----------
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m]; not used.
+    radius_j : float or array
+        Radius of body j [m]; not used.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+
+    Returns
+    -------
+    float or array
+        Static rupture distance S_rup [m].
+
+    Notes
+    -----
     The radii cancel: r (1 + θ/2) V*^(1/3) with V* = V/r³.
 
-    Arguments: volume [m3], radii [m] (not used), contact angles [rad]. Returns S_rup [m].
-    Valid for equal spheres, θ below about 40°, V* up to about 0.01. Source: Elskamp & Kruggel-Emden 2018 (30).
+    Valid for equal spheres, θ below about 40°, V* up to about 0.01.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (30).
+
+    Examples
+    --------
     >>> f"{lian(1e-12, 1e-3, 1e-3, 0.2, 0.2):.6e}"
     '1.100000e-04'
     """
@@ -68,11 +143,36 @@ def lian(volume: float, radius_i: float, radius_j: float, contact_angle_i: float
 def willett(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """Static rupture distance of Willett et al. (2000) for equal spheres.
 
+    Parameters
+    ----------
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+
+    Returns
+    -------
+    float or array
+        Static rupture distance S_rup [m].
+
+    Notes
+    -----
     S_rup = r (1 + θ/2)(V*^(1/3) + 0.1 V*^(2/3)), V* = V/r³, r = r_eff (harmonic mean; 2 r_i at a wall), θ the mean contact angle.
 
-    Arguments: volume [m3], radii [m] (radius_j = inf: wall), contact angles [rad]. Returns S_rup [m].
-    Valid for equal spheres, V* up to about 0.1. Source: Elskamp & Kruggel-Emden 2018 (31).
+    Valid for equal spheres, V* up to about 0.1.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (31).
+
+    Examples
+    --------
     >>> f"{willett(1e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
     '1.010000e-04'
     """
@@ -85,9 +185,26 @@ def willett(volume: float, radius_i: float, radius_j: float, contact_angle_i: fl
 def pitois_dynamic(speed: float, viscosity: float, surface_tension: float) -> float:
     """Factor on the rupture distance of a bridge drawn at a speed (Pitois et al. 2001): 1 + √(|v| η/σ).
 
-    Arguments: speed |v_i − v_j| [m/s], viscosity [Pa s], surface_tension [N/m]. Returns a factor ≥ 1.
-    Source: Elskamp & Kruggel-Emden 2018 (33).
+    Parameters
+    ----------
+    speed : float or array
+        Relative speed |v_i − v_j| [m/s].
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+    surface_tension : float or array
+        Surface tension σ [N/m].
 
+    Returns
+    -------
+    float or array
+        Factor ≥ 1 on the static rupture distance.
+
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (33).
+
+    Examples
+    --------
     >>> f"{pitois_dynamic(0.7, 1e-3, 0.07):.6f}"
     '1.100000'
     """

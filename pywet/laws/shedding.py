@@ -13,18 +13,41 @@ def tate_drop(
 ) -> float:
     """Drop that leaves a sphere when its film is more than hangs on it; 0 while it holds.
 
+    Parameters
+    ----------
+    film_volume_i : float or array
+        Liquid L of the film on sphere i [m³].
+    radius_i : float or array
+        Radius r of the sphere [m], used where the sources have the radius of a tube.
+    acceleration : float or array
+        Magnitude a of the specific force on the sphere [m/s²]: 9.81 at rest, 0 in free fall.
+    density : float or array
+        Density ρ of the liquid [kg/m³].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Volume of the drop, at most L [m³].
+
+    Notes
+    -----
     A film hangs as one drop on the sphere's lee side. It holds as long as ρ a L ≤ 2π r σ (Tate 1864). Beyond, the part
     Ψ = V_f ρ a/(2π r σ) of that falls, with r/V_f^(1/3) = Φ and 3.60 Φ^2.81 = Bo = ρ a r²/σ, and the rest stays.
 
-    Arguments: film_volume_i L [m3], radius_i r [m] (the sphere's, where the sources have a tube's), acceleration a: size of
-    the specific force on the sphere (9.81 at rest, 0 in free fall) [m/s2], density ρ [kg/m3], surface_tension σ [N/m].
-    Returns a volume ≤ L [m3].
-    Range: drops that form slowly, Φ 0.2 to 1.2 (Bo 0.04 to 6); beyond, Ψ stays as at the end. Ψ is within 1 % of Harkins and
-    Brown's table for Φ 0.3 to 0.8, 6 % low at 1.0, 15 % at 1.2. The largest drop that can hang on a circle of radius r, solved
-    exactly, is 0.75 to 1.05 of Tate's for Bo 0.04 to 6. Above Bo 10 several drops hang side by side: an estimate.
-    Sources: Tate (1864), Phil. Mag. 27, 176; Harkins & Brown (1919), J. Am. Chem. Soc. 41, 499; the closed form: Yildirim, Xu
-    & Basaran (2005), Phys. Fluids 17, 062107.
+    Valid for drops that form slowly, Φ 0.2 to 1.2 (Bo 0.04 to 6); beyond, Ψ stays constant. Ψ is within 1 % of Harkins
+    and Brown's table for Φ 0.3 to 0.8, 6 % low at 1.0, 15 % at 1.2. The largest drop that can hang on a circle of
+    radius r, solved exactly, is 0.75 to 1.05 of Tate's for Bo 0.04 to 6. Above Bo 10 several drops hang side by side:
+    an estimate.
 
+    References
+    ----------
+    Tate (1864), Phil. Mag. 27, 176; Harkins & Brown (1919), J. Am. Chem. Soc. 41, 499; the closed form: Yildirim, Xu &
+    Basaran (2005), Phys. Fluids 17, 062107.
+
+    Examples
+    --------
     >>> f"{1e9 * tate_drop(2e-7, 2.5e-3, 9.81, 998.2, 0.0728):.2f}"
     '73.82'
     """
@@ -44,11 +67,32 @@ def tate_drop(
 def rayleigh_time(film_volume_i: float, density: float, surface_tension: float) -> float:
     """Time in which a film answers to a force: 1/ω of the slowest oscillation of a free drop of its volume.
 
+    Parameters
+    ----------
+    film_volume_i : float or array
+        Liquid L of the film on sphere i [m³].
+    density : float or array
+        Density ρ of the liquid [kg/m³].
+    surface_tension : float or array
+        Surface tension σ [N/m].
+
+    Returns
+    -------
+    float or array
+        Period [s].
+
+    Notes
+    -----
     ω² = 8 σ/(ρ R³), L = 4/3 π R³, so 1/ω = √(3 ρ L/(32 π σ)). Viscosity is left out (Ohnesorge number below 0.1).
 
-    Arguments: film_volume_i L [m3], density ρ [kg/m3], surface_tension σ [N/m]. Returns a time [s]; 0 without surface tension.
-    Source: Rayleigh (1879), Proc. R. Soc. Lond. 29, 71-97. That a hanging film answers like a free drop is assumed.
+    0 without surface tension. That a hanging film oscillates like a free drop is assumed.
 
+    References
+    ----------
+    Rayleigh (1879), Proc. R. Soc. Lond. 29, 71-97.
+
+    Examples
+    --------
     >>> f"{1e3 * rayleigh_time(1e-8, 998.2, 0.0728):.3f}"
     '2.023'
     """

@@ -16,7 +16,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
@@ -99,7 +98,9 @@ def solve(pair: Pair, volume: float, separation: float, guess: tuple[float, floa
     def equations(angles: Floats) -> tuple[float, float]:
         return residual(pair, shape(pair, float(angles[0]), float(angles[1]), separation), volume)
 
-    angles = scipy.optimize.root(equations, guess, method="hybr", options={"xtol": 1e-13}).x
+    from scipy.optimize import root  # laws in closed form need no scipy
+
+    angles = root(equations, guess, method="hybr", options={"xtol": 1e-13}).x
     alpha_i, alpha_j = (float(x) for x in angles)
     if not (0 < alpha_i < math.pi / 2 and 0 < alpha_j < math.pi / 2):
         return None

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 from pywet.errors import PywetError
-from pywet.files import write_json
 from pywet.laws import own, registry
+from pywet.util.files import write_json
 
 
 def main() -> None:

@@ -33,13 +33,38 @@ def pitois(
 ) -> float:
     """Normal viscous force of Pitois et al. (2000): lubrication in a bridge of finite volume.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    normal_velocity : float or array
+        Relative velocity v_n = (v_i − v_j)·n [m/s], n from j to i.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Component along n of the force on i [N].
+
+    Notes
+    -----
     F = −(6π η r² v_n/S)(1 − 1/√(1 + V/(π r S²)))², r = r_red = r_i r_j/(r_i + r_j) (wall: r_i), S → max(S, 0) + S_min.
 
-    Arguments: separation S [m], volume V [m3], radii [m], normal_velocity v_n = (v_i − v_j)·n [m/s] with n from j to i,
-    viscosity η [Pa s]. Returns the component along n of the force on i [N].
     Valid for gaps small against the radius and low capillary Reynolds number. S ≤ 0: the value at S_min.
-    Source: Elskamp & Kruggel-Emden 2018 (26).
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (26).
+
+    Examples
+    --------
     >>> f"{pitois(0.0, 1e-9, 1e-3, 1e-3, 0.1, 1e-3):.5e}"
     '-4.70058e-04'
     """
@@ -57,13 +82,38 @@ def adams_perchard(
 ) -> float:
     """Normal viscous force of Adams & Perchard (1985): lubrication with unlimited liquid.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume of the bridge [m³]; not used.
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    normal_velocity : float or array
+        Relative velocity v_n = (v_i − v_j)·n [m/s], n from j to i.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Component along n of the force on i [N].
+
+    Notes
+    -----
     F = −6π η r² v_n/S, r = r_red = r_i r_j/(r_i + r_j) (wall: r_i), S → max(S, 0) + S_min.
 
-    Arguments: separation S [m], volume (not used), radii [m], normal_velocity v_n = (v_i − v_j)·n [m/s] with n from j to i,
-    viscosity η [Pa s]. Returns the component along n of the force on i [N].
     Valid for gaps small against the radius, and against the wetted radius. S ≤ 0: the value at S_min.
-    Source: Elskamp & Kruggel-Emden 2018 (25).
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (25).
+
+    Examples
+    --------
     >>> f"{adams_perchard(0.0, 1e-9, 1e-3, 1e-3, 0.1, 1e-3):.5e}"
     '-4.71239e-04'
     """
@@ -75,11 +125,34 @@ def adams_perchard(
 def goldman_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_t of the tangential viscous force −c_t v_t (Goldman, Cox & Brenner 1967).
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Coefficient c_t of slip [kg/s].
+
+    Notes
+    -----
     c_t = 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red (wall: r_i), S → max(S, 0) + S_min.
 
-    Arguments: separation [m], radii [m], viscosity [Pa s]. Returns c_t [kg/s].
-    Valid for S below about r; S ≤ 0: the value at S_min. Source: Elskamp & Kruggel-Emden 2018 (28), (29).
+    Valid for S below about r; S ≤ 0: the value at S_min.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (28), (29).
+
+    Examples
+    --------
     >>> f"{goldman_translation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
     '4.02745e-05'
     """
@@ -90,13 +163,35 @@ def goldman_translation(separation: float, radius_i: float, radius_j: float, vis
 def goldman_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins (Goldman, Cox & Brenner 1967).
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Coefficient c_r of spin [kg/s].
+
+    Notes
+    -----
     S < 0.1 r:  c_r = 6π η r ((2/15) ln(r/S) − 0.2526);  beyond:  c_r = 6π η r (1/8)(r/(S + r))⁴(1 − 3r/(8(S + r))),
     r = r_red (wall: r_i), S → max(S, 0) + S_min; v_rot = −(r_i ω_i + r_j ω_j) × n with n from j to i.
 
-    Arguments: separation [m], radii [m], viscosity [Pa s]. Returns c_r [kg/s].
     The two branches do not meet exactly (0.0544 against 0.0563 at S = 0.1 r). S ≤ 0: the value at S_min.
-    Source: Elskamp & Kruggel-Emden 2018 (28), (29).
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (28), (29).
+
+    Examples
+    --------
     >>> f"{goldman_rotation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
     '5.42881e-06'
     """
@@ -112,11 +207,34 @@ def goldman_rotation(separation: float, radius_i: float, radius_j: float, viscos
 def lian_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_t of the tangential viscous force −c_t (v_t + v_rot) of Lian et al. (1998).
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Coefficient c_t of slip [kg/s].
+
+    Notes
+    -----
     c_t = 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red (wall: r_i), S → max(S, 0) + S_min.
 
-    Arguments: separation [m], radii [m], viscosity [Pa s]. Returns c_t [kg/s].
-    Valid for S below about r; S ≤ 0: the value at S_min. Source: Elskamp & Kruggel-Emden 2018 (27).
+    Valid for S below about r; S ≤ 0: the value at S_min.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (27).
+
+    Examples
+    --------
     >>> f"{lian_translation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
     '4.02745e-05'
     """
@@ -127,12 +245,35 @@ def lian_translation(separation: float, radius_i: float, radius_j: float, viscos
 def lian_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins (Lian et al. 1998): that of translation.
 
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
+
+    Returns
+    -------
+    float or array
+        Coefficient c_r of spin [kg/s].
+
+    Notes
+    -----
     c_r = 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red (wall: r_i), S → max(S, 0) + S_min;
     v_rot = −(r_i ω_i + r_j ω_j) × n with n from j to i. Up to eight times `goldman_rotation`.
 
-    Arguments: separation [m], radii [m], viscosity [Pa s]. Returns c_r [kg/s]. S ≤ 0: the value at S_min.
-    Source: Elskamp & Kruggel-Emden 2018 (27).
+    S ≤ 0: the value at S_min.
 
+    References
+    ----------
+    Elskamp & Kruggel-Emden 2018 (27).
+
+    Examples
+    --------
     >>> f"{lian_rotation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
     '4.02745e-05'
     """

@@ -14,7 +14,6 @@ from typing import Any
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from pywet.errors import PywetError
 from pywet.laws.exact_bridge import table as tables
@@ -68,6 +67,8 @@ def _spline(values: Floats) -> Floats:
 
     Where a spline is a cubic p, its coefficients are p − p''/6 at the nodes; the first and last lie a node outside.
     """
+    from scipy.interpolate import CubicSpline
+
     for k in range(values.ndim):
         nodes = np.arange(-1.0, values.shape[k] + 1)
         through = CubicSpline(nodes[1:-1], values, axis=k)
@@ -210,12 +211,40 @@ def _force(
 ) -> float:
     """The exact capillary force (axisymmetric Young-Laplace without gravity, stable branch), interpolated.
 
-    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: plate), contact angles [rad],
-    surface_tension σ [N/m]. Returns F [N]. Radius convention: V* = V/r_eff³ with the harmonic mean r_eff (2 r_i at a plate).
-    Valid for 1e-9 ≤ V* ≤ 0.5 and contact angles below 90°; a larger volume counts as V* = 0.5, for a smaller one the known
-    limit is approached. S ≤ 0: the force at touch. Beyond the rupture distance (dynamic rupture comes later): the force there.
-    Source: the exact solution, `pywet.laws.exact_bridge`; errors of the interpolation are in docs/young_laplace.md.
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+    surface_tension : float or array
+        Surface tension σ [N/m].
 
+    Returns
+    -------
+    float or array
+        Attraction F [N].
+
+    Notes
+    -----
+    Radius convention: V* = V/r_eff³ with the harmonic mean r_eff (2 r_i at a plate). Valid for 1e-9 ≤ V* ≤ 0.5 and
+    contact angles below 90°; a larger volume counts as V* = 0.5, for a smaller one the known limit is approached. S ≤
+    0: the force at touch. Beyond the rupture distance (dynamic rupture comes later): the force there.
+
+    References
+    ----------
+    the exact solution, `pywet.laws.exact_bridge`; errors of the interpolation are in docs/young_laplace.md.
+
+    Examples
+    --------
     >>> f"{young_laplace(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.4e}"
     '3.8898e-04'
     """
@@ -231,11 +260,36 @@ def _force(
 def _distance(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """The exact static rupture distance: the limit of stability of the Young-Laplace bridge, interpolated.
 
+    Parameters
+    ----------
+    volume : float or array
+        Volume V of the bridge [m³].
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    contact_angle_i : float or array
+        Contact angle on body i [rad].
+    contact_angle_j : float or array
+        Contact angle on body j [rad].
+
+    Returns
+    -------
+    float or array
+        Static rupture distance S_rup [m].
+
+    Notes
+    -----
     A fold, or for equal bodies with contact angles above about 30° the loss of symmetry shortly before it.
 
-    Arguments: volume [m3], radii [m] (radius_j = inf: plate), contact angles [rad]. Returns S_rup [m]. Radius convention and
-    range as the force `young_laplace`. Source: the exact solution, `pywet.laws.exact_bridge`.
+    Radius convention and range as the force `young_laplace`.
 
+    References
+    ----------
+    the exact solution, `pywet.laws.exact_bridge`.
+
+    Examples
+    --------
     >>> f"{young_laplace_rupture(1e-11, 1e-3, 1e-3, 0.0, 0.0):.4e}"
     '2.1905e-04'
     """

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pywet import run_folder
-from pywet.files import read_if_there, read_model, write_json
 from pywet.laws.kinds import FORCES
 from pywet.planning import OPT_IN
 from pywet.runs.shapes import Contributions, Plan
+from pywet.util.files import read_if_there, read_model, write_json
 
 FILE = "audit.json"
 WITHIN = 3.0

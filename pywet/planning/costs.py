@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from pywet.files import read_json
+from pywet.util.files import read_json
 
 STORED = Path(__file__).with_name("costs.json")
 

@@ -29,8 +29,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from pywet.apparatus.motion import peak_speed
 from pywet.errors import PywetError, UnstableStep
+from pywet.geometry.motion import peak_speed
 from pywet.laws import contact, registry
 from pywet.laws.hertz import HEAD_ON, STIFFEST, Hertz, impact_duration, rayleigh_time
 from pywet.scene import ContactPair, Scene, Slide, SphereClass, Vibration

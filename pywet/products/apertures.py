@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pywet.apparatus.motion import peak_speed, velocity
+from pywet.geometry.motion import peak_speed, velocity
 from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.scene import Vibration, WallMesh
 

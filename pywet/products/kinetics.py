@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.surface import Floats
 from pywet.errors import PywetError, shown
-from pywet.files import read_table
+from pywet.geometry.surface import Floats
 from pywet.products.partition import mean_and_half_width
+from pywet.util.files import read_table
 
 PREFIX = "fraction_retained_"
 NOT_CLASSES = ("fraction_retained_spheres",)
@@ -146,8 +146,24 @@ def _unseen(law: Law, runs: Sequence[pd.DataFrame], k: int, kind: str) -> float:
     return rms(law, values, runs[k]["time_s"].to_numpy(dtype=float), runs[k][kind].to_numpy(dtype=float))
 
 
-def of_runs(folders: Sequence[Path]) -> pd.DataFrame:
-    """The ranking of every class that passes, of runs that are seeds of one case."""
+def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
+    """Fit laws of the fraction retained over time to seeds of one case, and rank them on the seeds that were not fitted.
+
+    Parameters
+    ----------
+    folders : sequence of Path or str
+        Runs, or folders of stored tables.
+
+    Returns
+    -------
+    DataFrame
+        For every class that passes the laws, the best first: class, law, parameters, rms, rms_held_out.
+
+    Raises
+    ------
+    PywetError
+        If a folder has no fraction retained, or no class passes.
+    """
     runs = [curves(Path(folder)) for folder in folders]
     classes = [c for c in runs[0] if c != "time_s" and all(c in run for run in runs)]
     passing = [c for c in classes if min(float(run[c].iloc[-1]) for run in runs) < 1.0 - PASSES]

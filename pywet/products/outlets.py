@@ -12,10 +12,10 @@ import numpy as np
 from pydantic import model_validator
 
 from pywet import scene as typed
-from pywet.apparatus.surface import Floats
 from pywet.config.entries import Excusable
 from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
+from pywet.geometry.surface import Floats
 from pywet.scene import Bound, Identifier, Vector
 
 MM = 1e-3

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.surface import Floats
+from pywet.geometry.surface import Floats
 
 NORMAL_95 = 1.959963984540054
 """Two-sided 95 % point of the normal distribution."""

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.files import write_json, write_table
 from pywet.products import apertures, streams
 from pywet.products.partition import Separation, partition_curve, separation
 from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
+from pywet.util.files import write_json, write_table
 
 PER_HOUR = 3.6
 """t/h of a kg/s."""

@@ -15,11 +15,11 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pywet.apparatus.surface import Floats
 from pywet.config.entries import Excusable
 from pywet.errors import ConfigError, shown
-from pywet.files import read_bytes
+from pywet.geometry.surface import Floats
 from pywet.scene import Positive
+from pywet.util.files import read_bytes
 
 SUM_PERCENT = 0.5
 """By how much the percentages of a sieve analysis may miss 100."""

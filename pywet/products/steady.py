@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pywet.apparatus.surface import Floats
+from pywet.geometry.surface import Floats
 from pywet.products.partition import mean_and_half_width
 
 BLOCKS = 8

@@ -9,11 +9,11 @@ from statistics import mean
 
 from scipy import stats
 
+from pywet.cases.screening.verdict import LEDGER_TOLERANCE
 from pywet.report.bridge import short
 from pywet.report.collect import CaseResult, grouped, named
 from pywet.report.plots import title
 from pywet.runs.spread import with_interval
-from pywet.screening.verdict import LEDGER_TOLERANCE
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write
 from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
+from pywet.util.files import atomic_write
 
 Floats = NDArray[np.float64]
 DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
@@ -92,7 +92,7 @@ def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> Non
     if table is None:
         return
     retained.add(group, "", table["time_since_opening_s"], table["fraction_retained"])
-    from pywet.screening.results import column
+    from pywet.cases.screening.results import column
 
     ends = [
         (2e3 * c.radius_m, table[name].iloc[-1])
@@ -142,7 +142,7 @@ def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floa
 
 
 def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WIDTH) -> Path:
-    """Draw the groups into a PDF, SVG or PNG file of this width; panels are beside each other as far as they have LEAST."""
+    """Draw the groups into a PDF, SVG or PNG file of this width; panels are next to each other as far as they have LEAST."""
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise PywetError(f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}")

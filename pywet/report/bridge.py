@@ -9,8 +9,8 @@ from typing import Any
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from pywet.files import atomic_write
 from pywet.report.pictures import DPI, GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt
+from pywet.util.files import atomic_write
 
 COLOURS = (ORANGE, NAVY, GREEN, VIOLET, RED, SKY)
 Values = Sequence[float | None]

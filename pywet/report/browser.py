@@ -23,6 +23,7 @@ from pywet.laws.contact import film_thickness
 from pywet.report import render, standing, vtk
 from pywet.report.movie import spread
 from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.walls import turned
 from pywet.scene import Rotation
 from pywet.schema import LARGE_WALL, SPHERE
 
@@ -157,7 +158,7 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
     moved = []
     for step in steps:
         unit = np.vstack([np.zeros(3), np.eye(3)])
-        unit = vtk.turned(unit, turns, step * run.scene.time_step_s) if turns else unit
+        unit = turned(unit, turns, step * run.scene.time_step_s) if turns else unit
         shift = motion.loc[step].to_numpy(dtype=float) if step in motion.index else np.zeros(3)
         moved.append(np.column_stack([(unit[1:] - unit[0]).T, unit[0] + shift]).ravel().round(9).tolist())
     holder = str(table["holder"].iloc[chosen[0]])

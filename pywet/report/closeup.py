@@ -13,12 +13,13 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError, arguments, border
-from pywet.files import atomic_write
 from pywet.laws import exact_bridge
 from pywet.laws.exact_bridge.bridge import Bridge
 from pywet.report import caption, render, standing, vtk
 from pywet.report.sketch import BRIDGE_COLOUR, METAL, blues, colour_limit
 from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.walls import wall_corners
+from pywet.util.files import atomic_write
 
 SIZE = (700, 700)
 AROUND, ALONG = 48, 61
@@ -111,7 +112,7 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
         )
     centre, own = mesh.points[rows[sphere]], mesh.point_data["radius"][rows[sphere]]
     width = 2.4 * (own + max((mesh.point_data["radius"][rows[n]] for n in partners), default=own))
-    corners = vtk.wall_corners(run, step)
+    corners = wall_corners(run, step)
     near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & run.triangles["holder"].isin(render.SOLID)
     if near.any():
         plotter.add_mesh(vtk.grid("TRIANGLE", 3, corners[near].reshape(-1, 3)), color=METAL)

@@ -9,14 +9,14 @@ from typing import Any
 
 import pandas as pd
 
+from pywet.cases.screening import status, verdict
 from pywet.config.cases import Case
 from pywet.errors import PywetError
-from pywet.files import read_table
 from pywet.planning import audit
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Plan, Replay, Summary
 from pywet.runs.spread import with_interval
-from pywet.screening import status, verdict
+from pywet.util.files import read_table
 
 
 @dataclass(frozen=True)

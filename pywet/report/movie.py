@@ -14,10 +14,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from pywet.errors import PywetError, arguments, border
-from pywet.files import atomic_write
 from pywet.report import caption, render
 from pywet.report.sketch import colour_limit
 from pywet.runs.rundir import Floats, RunDir
+from pywet.util.files import atomic_write
 
 SIZE = (560, 480)
 CHART = 220

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
-from pywet.files import atomic_write
 from pywet.report import vtk
 from pywet.runs.rundir import RunDir
 from pywet.schema import SPHERE
+from pywet.util.files import atomic_write
 
 SPHERES = {"id": "id", "class": "type", "radius": "radius", "film_thickness": "film_thickness", "liquid": "liquid",
            "in_bin": "in_bin"}  # fmt: skip
@@ -24,8 +25,8 @@ BRIDGES = ["volume", "separation", "capillary_force", "age"]
 def write(run_dir: Path) -> list[Path]:
     """Write both files into the run's folder `ovito` and return them."""
     run = RunDir(Path(run_dir))
-    folder, edges = run.path / "ovito", zip(run.scene.box_low_m, run.scene.box_high_m, strict=True)
-    box = "ITEM: BOX BOUNDS ff ff ff\n" + "".join(f"{low:.9g} {high:.9g}\n" for low, high in edges)
+    folder, corners = run.path / "ovito", np.array([run.scene.box_low_m, run.scene.box_high_m]) + run.origin_m
+    box = "ITEM: BOX BOUNDS ff ff ff\n" + "".join(f"{low:.12g} {high:.12g}\n" for low, high in corners.T)
     folder.mkdir(exist_ok=True)
     made = {folder / "spheres.dump": (spheres, "ATOMS")}
     if run.moist:
@@ -36,7 +37,7 @@ def write(run_dir: Path) -> list[Path]:
                 table = maker(run, step)
                 file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {rows}\n{len(table)}\n{box}")
                 file.write(f"ITEM: {rows} {' '.join(table.columns)}\n")
-                table.to_csv(file, sep=" ", header=False, index=False, float_format="%.9g")
+                table.to_csv(file, sep=" ", header=False, index=False, float_format="%.12g")
     return list(made)
 
 
@@ -44,7 +45,7 @@ def spheres(run: RunDir, step: int) -> pd.DataFrame:
     """The spheres in the box at one output step, a column for each value."""
     mesh = vtk.particles(run, step)
     table = pd.DataFrame({column: mesh.point_data[field] for field, column in SPHERES.items()})
-    return table.assign(**dict(zip("xyz", mesh.points.T, strict=True)),
+    return table.assign(**dict(zip("xyz", (mesh.points + run.origin_m).T, strict=True)),
                         **dict(zip(("vx", "vy", "vz"), mesh.point_data["velocity"].T, strict=True)))  # fmt: skip
 
 

@@ -19,8 +19,8 @@ import jinja2
 import numpy as np
 from matplotlib.figure import Figure
 
-from pywet.files import atomic_write
 from pywet.report.pictures import DPI, inline, plt, svg
+from pywet.util.files import atomic_write
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 Grade = Literal["good", "fair", "bad", "none", ""]

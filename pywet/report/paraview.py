@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from pywet.files import atomic_write
 from pywet.report import render, vtk
 from pywet.report.plots import CONFIGURATION, PLACES
 from pywet.report.sketch import colour_limit
 from pywet.runs.rundir import RunDir
+from pywet.util.files import atomic_write
 
 SCRIPT = Path(__file__).with_name("open_in_paraview.py")
 CHARTS: tuple[tuple[str, str, str, Callable[[str], bool]], ...] = (

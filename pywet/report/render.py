@@ -19,11 +19,12 @@ import numpy as np
 
 from pywet.ending import die_with_parent
 from pywet.errors import PywetError, arguments, border
-from pywet.files import atomic_write
 from pywet.report import caption, sketch, standing, vtk
 from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame
 from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.walls import wall_corners
 from pywet.schema import LARGE_WALL
+from pywet.util.files import atomic_write
 
 SIZE = (1500, 1250)
 ANGLE = 35.0
@@ -168,7 +169,7 @@ def view(run: RunDir, step: int) -> tuple[Floats, float]:
     turning = [wall.name for wall in run.scene.walls if wall.motion == "turns"]
     here = run.trajectory[run.trajectory["step"] == step]
     shown = (run.triangles["holder"].isin(SOLID) | run.triangles["mesh"].isin(turning)).to_numpy()
-    corners = vtk.wall_corners(run, step)[shown]
+    corners = wall_corners(run, step)[shown]
     above = here.loc[here["z"] > run.scene.screen_z_m, "z"]
     points = corners.reshape(-1, 3) if len(corners) else here[["x", "y", "z"]].to_numpy(dtype=float)
     low, high = points.min(axis=0), points.max(axis=0)

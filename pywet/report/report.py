@@ -12,14 +12,14 @@ from typing import Any
 import jinja2
 
 import pywet
+from pywet.cases.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 from pywet.config import Config, of_run
 from pywet.errors import PywetError
-from pywet.files import atomic_write
 from pywet.report import answer, browser, contributed, page, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import with_interval
-from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
+from pywet.util.files import atomic_write
 
 TEMPLATE = "report.html.j2"
 SCENES = 60_000_000

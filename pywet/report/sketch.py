@@ -10,6 +10,7 @@ import numpy as np
 from pywet.laws.contact import film_thickness
 from pywet.report import vtk
 from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.walls import wall_corners
 from pywet.scene import Rotation
 
 BACKGROUND = "#f4f6f8"
@@ -80,7 +81,7 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
 
     spheres, bridges = vtk.particles(run, step), vtk.bridges(run, step)
     figure, axes = plt.subplots(figsize=(10, 7), dpi=150, facecolor=BACKGROUND)
-    corners = vtk.wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
+    corners = wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
     seen = frame(run)
     faces = project(corners, seen)
     axes.add_collection(

@@ -19,7 +19,7 @@ from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
 from pywet.report import standing
 from pywet.runs.rundir import Floats, RunDir
-from pywet.scene import Rotation
+from pywet.runs.walls import wall_corners
 from pywet.schema import TABLES
 
 
@@ -86,29 +86,6 @@ def standing_at(run: RunDir, step: int) -> pd.DataFrame:
     return run.at_step("history/bridges", step) if run.moist else pd.DataFrame(columns=list(TABLES["history/bridges"]))
 
 
-def wall_corners(run: RunDir, step: int) -> Floats:
-    """Corners of all triangles at one output step [m], shape (triangles, 3, 3)."""
-    table = run.triangles
-    names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
-    corners = table[names].to_numpy(dtype=float, copy=True).reshape(-1, 3, 3)
-    motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
-    shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
-    for wall in run.scene.walls:
-        way = run.scene.motion_of(wall)
-        if isinstance(way, Rotation):
-            own = (table["mesh"] == wall.name).to_numpy()
-            corners[own] = turned(corners[own], way, step * run.scene.time_step_s)
-    return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
-
-
-def turned(points: Floats, how: Rotation, time: float) -> Floats:
-    """Points (…, 3) after some time of turning about an axis."""
-    axis = np.asarray(how.axis) / np.linalg.norm(how.axis)
-    arm, angle = points - how.origin_m, 2.0 * np.pi * time / how.period_s
-    along = (arm @ axis)[..., None] * axis
-    return np.asarray(how.origin_m + along + np.cos(angle) * (arm - along) + np.sin(angle) * np.cross(axis, arm))
-
-
 def wall_thickness(run: RunDir, step: int) -> Floats:
     """Film thickness of every triangle [m]: its film volume over its area."""
     film = np.zeros(len(run.triangles))
@@ -154,8 +131,9 @@ KINDS: dict[str, Callable[[RunDir, int], Any]] = {"particles": particles, "bridg
 
 
 def output(run: RunDir, kind: str, step: int) -> Any:
-    """What a file of a kind holds of one output step."""
+    """What a file of a kind holds of one output step, at the positions of the user's scene."""
     made = {**KINDS, "cuboids": cuboids}[kind](run, step)
+    made.points = made.points + run.origin_m
     for name, texts in words(run)[kind].items():
         made.field_data[name] = texts
     return made

@@ -15,9 +15,9 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline 
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write
 from pywet.report import vtk
 from pywet.runs.rundir import RunDir
+from pywet.util.files import atomic_write
 
 COMPRESSION = 4
 

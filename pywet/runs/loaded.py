@@ -10,14 +10,15 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import AGAIN, read_json
 from pywet.runs.measures import bed_angle, heap_angle, passed_mass, steady_rate, upward
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay, RunSummary
 from pywet.scene import Rotation, Scene
 from pywet.schema import CODES, meanings
+from pywet.util.files import AGAIN, read_json
 
-ZERO = (0.0, 0.0, 0.0)
+CENTRE = "centre"
+"""First word of the meaning of every column that is a position (pywet/schema.py)."""
 
 
 def _kept(name: str, what: str) -> cached_property[pd.DataFrame]:
@@ -39,14 +40,24 @@ class Run:
         self.scene: Scene = self._run.scene
 
     def has(self, name: str) -> bool:
-        """Whether the run has a file of this name, such as `results/fraction_retained.parquet`."""
+        """Return whether the run has a file.
+
+        Parameters
+        ----------
+        name : str
+            Path in the run directory, such as `results/fraction_retained.parquet`.
+
+        Returns
+        -------
+        bool
+            True if the file exists.
+        """
         return (self.path / name).exists()
 
-    @cached_property
-    def origin_mm(self) -> tuple[float, ...]:
-        """The scene's `origin_mm`, from which positions in all results count: its coordinates are theirs plus this."""
-        description = self.path / "description.json"
-        return tuple(read_json(description, AGAIN).get("origin_mm", ZERO)) if description.exists() else ZERO
+    @property
+    def origin_mm(self) -> tuple[float, float, float]:
+        """The scene's `origin_mm`: Parquet files of the run directory count positions from it, the tables here do not."""
+        return self._run.origin_mm
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -95,28 +106,48 @@ class Run:
         return self._table("results/fraction_retained")
 
     def angle_of_repose(self) -> float:
-        """Slope [deg] of the heap around the z axis at the end, see `heap_angle`; of one that has come to rest.
+        """Measure the angle of repose of a heap around the z axis at the end of the run.
+
+        Returns
+        -------
+        float
+            Angle of the heap [deg].
 
         Raises
         ------
         PywetError
-            In a drum, whose bed has no upright axis: there `drum_angle` is the measure.
+            If a wall turns; use `drum_angle` for a drum.
+
+        Notes
+        -----
+        The heap must be at rest at the end of the run; the slope is fitted by `heap_angle`.
         """
         if self._turning():
             raise PywetError(
                 f"{self.path} has a turning wall; expected a heap at rest around an upright axis: use drum_angle()"
             )
         radius = {c.type: c.radius_m for c in self.scene.classes}
-        last = self.trajectory[self.trajectory["step"] == self.trajectory["step"].max()]
+        table = self._run.trajectory
+        last = table[table["step"] == table["step"].max()]
         return heap_angle(last[[*"xyz"]].to_numpy(dtype=float), last["type"].map(radius).to_numpy(dtype=float))
 
     def drum_angle(self, from_s: float | None = None) -> float:
-        """Dynamic angle of repose [deg] of the bed in a drum, the mean over the outputs from a time on, see `bed_angle`.
+        """Measure the dynamic angle of repose of the bed in a drum, the mean over the outputs from a time on.
 
         Parameters
         ----------
         from_s : float, optional
             Start of the mean [s]; default: half of the run.
+
+        Returns
+        -------
+        float
+            Angle of the bed [deg], see `bed_angle`.
+
+        Raises
+        ------
+        PywetError
+            If no wall turns about a horizontal axis, or `from_s` is after the last output.
         """
         up, line = upward(self.scene.gravity_m_per_s2), self._run.timeline
         drums = [w for w in self._turning() if abs(np.dot(w.axis, up)) < 0.5 * float(np.linalg.norm(w.axis))]
@@ -132,7 +163,7 @@ class Run:
                 f"from_s = {start:g} is after the last output, {line.times[-1]:g} s; expected an earlier time"
             )
         mass = {c.type: c.mass_kg for c in self.scene.classes}
-        chosen = self.trajectory[self.trajectory["step"].isin(steps)]
+        chosen = self._run.trajectory[self._run.trajectory["step"].isin(steps)]
         angles = [
             bed_angle(at[[*"xyz"]].to_numpy(dtype=float), np.asarray(at["type"].map(mass), dtype=float), drum, up)
             for _, at in chosen.groupby("step")
@@ -140,12 +171,22 @@ class Run:
         return float(np.mean(angles))
 
     def discharge(self, height_m: float | None = None) -> pd.DataFrame:
-        """Dry mass that has passed a level plane until each output: `time_s`, `passed_kg`.
+        """Measure the dry mass that has passed a horizontal plane until each output.
 
         Parameters
         ----------
         height_m : float, optional
-            Height of the plane against gravity [m]; default: of a case that of the collecting bin.
+            Height of the plane [m]; default: for a case that of the collecting bin.
+
+        Returns
+        -------
+        DataFrame
+            One row per output with `time_s` [s] and `passed_kg` [kg].
+
+        Raises
+        ------
+        PywetError
+            If `height_m` is missing and the run has no collecting bin.
         """
         if height_m is None and not self.has("results/fraction_retained.parquet"):
             raise PywetError(
@@ -164,7 +205,18 @@ class Run:
         return table
 
     def discharge_rate(self, height_m: float | None = None) -> float:
-        """Steady rate of discharge [kg/s] through that plane: the slope where 10 to 90 % of what passes in all has passed."""
+        """Measure the steady mass flow through a horizontal plane.
+
+        Parameters
+        ----------
+        height_m : float, optional
+            Height of the plane [m]; default: for a case that of the collecting bin.
+
+        Returns
+        -------
+        float
+            Mass flow [kg/s]: the slope between 10 and 90 % of the mass that passes in all.
+        """
         table = self.discharge(height_m)
         return steady_rate(table["time_s"].to_numpy(), table["passed_kg"].to_numpy())
 
@@ -176,9 +228,14 @@ class Run:
         if name.startswith("history/") and not self._run.moist:
             raise PywetError(f"{self.path} is a dry run and has no {name}; expected one with bridges: give it liquid")
         table = self._run.table(name)
-        told = meanings(name)
-        table.attrs["units"] = {c: told[c][0] if c in told else unit(str(c)) for c in table.columns}
-        table.attrs["meanings"] = {c: told[c][1] for c in table.columns if c in told}
+        known = meanings(name)
+        positions = [c for c, (_, meaning) in known.items() if meaning.startswith(CENTRE) and c in table]
+        for axis, shift in zip("xyz", self._run.origin_m.tolist(), strict=True):
+            along = [c for c in positions if c.endswith(axis)]
+            if shift and along:
+                table[along] += shift
+        table.attrs["units"] = {c: known[c][0] if c in known else unit(str(c)) for c in table.columns}
+        table.attrs["meanings"] = {c: known[c][1] for c in table.columns if c in known}
         table.attrs["codes"] = {c: CODES[c] for c in table.columns if c in CODES}
         return table
 

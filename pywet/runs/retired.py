@@ -14,7 +14,6 @@ import pandas as pd
 
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import in_order, read_raw
-from pywet.schema import RAW
 
 MOTION = ("vx", "vy", "vz", "wx", "wy", "wz")
 
@@ -25,15 +24,21 @@ def records(folder: Path) -> np.ndarray:
 
 
 def with_films(parts: Iterator[np.ndarray], retired: np.ndarray, empty: np.ndarray) -> Iterator[np.ndarray]:
-    """Records of films at whole outputs, with those of the spheres that were retired at or before each.
+    """Records of films or impulses at whole outputs, with those of the spheres that were retired at or before each.
 
     `empty`: steps of the outputs from that on at which the last sphere left.
     """
-    for steps, part in chain(((np.unique(part["step"]), part) for part in parts), [(empty, np.zeros(0, RAW["films"]))]):
+    kind: np.dtype | None = None
+    for steps, part in chain(((np.unique(part["step"]), part) for part in parts), [(empty, None)]):
+        if part is None and kind is None:
+            return
+        kind = part.dtype if part is not None else kind
         step, gone = _later(steps, retired, with_own=True)
-        more = np.zeros(len(gone), RAW["films"])
-        more["step"], more["id"], more["film"] = step, gone["id"], gone["film"]
-        yield np.concatenate([part, more])
+        more = np.zeros(len(gone), kind)
+        more["step"], more["id"] = step, gone["id"]
+        if kind is not None and "film" in (kind.names or ()):
+            more["film"] = gone["film"]
+        yield more if part is None else np.concatenate([part, more])
 
 
 def with_places(parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: float) -> Iterator[pd.DataFrame]:

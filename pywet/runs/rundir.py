@@ -1,6 +1,6 @@
 """A run directory, read back: scene, tables, and the liquid and place of every sphere at every output step.
 
-Reads only; what is computed from it is in results.py. Which liquid belongs to whom: a sphere owns its film and its side of
+Reads only; `cases/screening/results.py` computes from it. Which liquid belongs to whom: a sphere owns its film and its side of
 every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
 """
 
@@ -17,9 +17,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
-from pywet.files import AGAIN, read_if_there, read_parts, read_table
 from pywet.scene import Scene
 from pywet.schema import FORMATION, INTEGER, NUMBER, SPHERE, TABLES
+from pywet.util.files import AGAIN, read_if_there, read_parts, read_table
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -30,6 +30,17 @@ def bridge_ends(table: pd.DataFrame) -> Ints:
     """One number for the ends of each row's bridge."""
     kind, i, j = (table[name].to_numpy(dtype=np.int64) for name in ("partner_kind", "i", "j"))
     return np.asarray((kind << 60) | (i << 30) | j)
+
+
+def placed(at: Any, origin_mm: Sequence[float]) -> str:
+    """A position [m] of the engine as a message gives it: in the scene's coordinates, mm.
+
+    >>> placed((0.0015, 0.0, 0.0123456), (0, 0, 0)), placed((0.0015, 0.0, 0.0), (1e6, 0, 0))
+    ('1.5, 0, 12.35', '1000001.5, 0, 0')
+    """
+    return ", ".join(
+        f"{round(1e3 * x + o, 3):.12g}" if o else f"{1e3 * x:.4g}" for x, o in zip(at, origin_mm, strict=True)
+    )
 
 
 @dataclass(frozen=True)
@@ -46,6 +57,18 @@ class RunDir:
                 f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it"
             )
         return Scene.read(path)
+
+    @cached_property
+    def origin_mm(self) -> tuple[float, float, float]:
+        """The custom scene's `origin_mm`, from which the engine and the tables count positions."""
+        description = read_if_there(self.path / "description.json", AGAIN) or {}
+        x, y, z = description.get("origin_mm", (0.0, 0.0, 0.0))
+        return x, y, z
+
+    @property
+    def origin_m(self) -> Floats:
+        """The same [m], to be added to a position of a table."""
+        return 1e-3 * np.array(self.origin_mm, dtype=float)
 
     @property
     def moist(self) -> bool:

@@ -13,9 +13,9 @@ from typing import Any
 from typing_extensions import TypedDict
 
 from pywet import run_folder
-from pywet.files import AGAIN, read_bytes, read_if_there, write_json
 from pywet.laws import own
-from pywet.notices import notice
+from pywet.util.files import AGAIN, read_bytes, read_if_there, write_json
+from pywet.util.notices import notice
 
 FILE = "reference.json"
 

@@ -13,12 +13,12 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import AGAIN
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import EngineRun, Plan
 from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
 from pywet.schema import WORKS
+from pywet.util.files import AGAIN
 
 PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")
 

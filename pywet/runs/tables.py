@@ -11,8 +11,8 @@ import pandas as pd
 
 from pywet import run_folder
 from pywet.errors import NotWhole
-from pywet.files import write_parts
 from pywet.schema import RAW
+from pywet.util.files import write_parts
 
 SORT = {
     "events": ["step", "kind", "partner_kind", "i", "j"],
@@ -21,8 +21,11 @@ SORT = {
     "bridges": ["step", "partner_kind", "i", "j"],
     "films": ["step", "id"],
     "wall_films": ["step", "triangle"],
+    "impulses": ["step", "id"],
     "energy": ["step"],
+    "window_energy": ["step"],
     "drops": ["step", "i"],
+    "felt": ["step", "id"],
 }
 
 

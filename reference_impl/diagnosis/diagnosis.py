@@ -3,7 +3,7 @@
 Every equation of the log is a `Link`: what was logged, and what the papers give from the *other logged values of the same
 record*, so that one fault breaks one link and what follows from it does not. For a broken link the reference's formula is
 tried with one piece changed at a time (a `Suspect`): the change that brings the records back within tolerance is named, with
-where, since when, how many records it explains, and the next-best. Not here: the links and suspects themselves (links_*.py).
+where, since when, how many records it explains, and the next-best. Links and suspects: contacts.py, liquid.py …
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from reference_impl.diagnosis.residual import described
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.compare import plain
 
@@ -84,14 +85,18 @@ class Finding:
     alike: tuple[str, ...] = ()
     """Other faults that explain all that this one explains: these records cannot tell them apart."""
     per: str = ""
+    seen: str = ""
+    """What the residuals say by themselves."""
 
     @property
     def sentence(self) -> str:
-        """What, where, since when, how sure, and the next-best."""
-        what = f"{self.what}: {self.fault or f'none of the {self.tried} faults tried explains it'}"
+        """What, where, since when, how sure, and the next-best; of an unknown fault what the residuals say."""
+        what = f"{self.what}: {self.fault or self.seen}"
         what += f" ({self.number:+.3g} {self.per})" if self.per and self.number is not None else ""
-        share = f"explains {self.explained} of {self.broken} records that disagree" if self.fault else ""
-        place = f"{self.where}, {self.since}" + (f"; {share}" if share else f"; {self.broken} records disagree")
+        share = f"explains {self.explained} of {self.broken} records that disagree"
+        if not self.fault:
+            share = f"{self.broken} of {self.records} records disagree; cause not among the {self.tried} faults tried"
+        place = f"{self.where}, {self.since}; {share}"
         if self.alike:
             return f"{what} ({place}; cannot be told apart from: {', or '.join(self.alike)})"
         if self.next_best is None:
@@ -105,7 +110,7 @@ class Finding:
         return {
             "sentence": self.sentence, "what": self.what, "quantities": list(self.quantities), "fault": self.fault,
             "number": self.number,
-            "where": self.where, "since": self.since, "first": self.first, "explained": self.explained,
+            "where": self.where, "since": self.since, "seen": self.seen, "first": self.first, "explained": self.explained,
             "disagree": self.broken, "records": self.records, "share": self.explained / max(self.broken, 1),
             "tried": self.tried, "next_best": other, "alike": list(self.alike), "consequences": [],
         }  # fmt: skip
@@ -152,6 +157,8 @@ def place(link: Link, rows: Floats) -> tuple[str, str]:
         since = f"in every record since step {int(steps[first])}"
     else:
         since = f"in {int(rows.sum())} of {int(group.sum())} records, the first at step {int(steps[first])} ({who})"
+        last = int(steps[rows].max())
+        since += f", the last at step {last}" if last < steps[group].max() else ""
     return where, since
 
 
@@ -186,6 +193,7 @@ def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], name
         since=since, first=plain(link.table.iloc[int(np.argmax(rows))]), explained=int(rows.sum()) if named else 0,
         broken=int(rest.sum()), records=len(rest), tried=len(tried), next_best=others[0] if others else None,
         alike=tuple(dict.fromkeys(name for name in alike if name != best.fault)),
+        seen=described(link.logged[rows], link.own[rows]),
     )  # fmt: skip
 
 
@@ -257,7 +265,8 @@ OF_BOTH = OF_FORCES | OF_EVENTS
 OF_COUNTS = OF_EVENTS | {"separation"}
 SHOW_AGAIN = {
     **{name: OF_LIMITS for name in ("rupture_due", "rupture_late", "standing_beyond_limit")},
-    **{name: OF_BOTH for name in ("flight_place", "flight_velocity", "energy_windows")},
+    **{name: OF_BOTH for name in ("flight_place", "flight_velocity", "energy_windows", "between_momentum")},
+    "between_capillary": OF_BOTH, "between_drag": OF_BOTH,
     **{name: OF_COUNTS for name in (
         "energy_formed", "energy_ruptured", "energy_capillary_stored", "ledger_counts", "contact_rows", "event_triangle",
         "event_separation", "snapshot_triangle", "snapshot_ends", "snapshot_separation")},

@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from reference_impl.diagnosis import retirement
+from reference_impl.diagnosis import between, retirement
 from reference_impl.diagnosis import works as links_works
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor, gaps, middle
@@ -42,6 +42,7 @@ def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
         ({"snapshot_ends", "snapshot_separation", "event_separation"}, lambda: list(ends(part))),
         ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(links_works.works(run))),
         ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
+        ({f"between_{n}" for n in ("capillary", "drag", "momentum")}, lambda: list(between.links(run))),
         ({"contact_rows"}, lambda: list(rows_missing(run))),
         ({"time"}, lambda: [times(run, setup)]),
         ({*retirement.FAULTS}, lambda: list(retirement.links(part))),

@@ -8,8 +8,10 @@ in the log is a wrong force here too. See diagnosis.py.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import deepcopy
 from dataclasses import replace
 from functools import partial
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -19,13 +21,18 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect, length
 from reference_impl.diagnosis.suspects import PLAIN, middle
 from reference_impl.motion import dry, newton
 from reference_impl.motion.newton import Forces
-from reference_impl.motion.window import Setup
+from reference_impl.motion.window import Setup, dry_contacts
 from reference_impl.replay.arrays import Floats
+from reference_impl.replay.io import masses
 
 Part = tuple[Floats, Floats]
 """Force and torque on the sphere of each record."""
 EVERY = ("every force of bridges", "every force but weight", "every force of bridges on their second sphere (j)")
 """Sums of the parts before them; a factor on the last is what a wrong mass looks like."""
+KINDS = ("between spheres", "at walls")
+"""Kinds of contact by which forces of bridges are told apart."""
+MOST = 2000
+"""Records from which factors on two parts are estimated."""
 
 
 def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link]:
@@ -89,6 +96,8 @@ NUMBERS: dict[str, dict[str, float]] = {
     "rolling friction": {"rolling": 1.0},
 }
 """What of the dry contacts may have another value: numbers that go with which power of it."""
+MODULI = {"youngs_modulus_Pa": "Young's modulus", "poissons_ratio": "Poisson's ratio"}
+"""What a body of a Hertz contact is made of."""
 
 
 def _numbers(
@@ -105,6 +114,33 @@ def _numbers(
         by = fitted(partial(changed, powers), logged, rows)
         if by > 0.0:
             yield Suspect(f"the {name} is {by:.6g} times what it should be", changed(powers, by), by)
+    yield from _moduli(setup, found, kind, logged, own, rows)
+
+
+def _moduli(
+    setup: Setup, found: list[Forces], kind: int, logged: Floats, own: Floats, rows: Floats
+) -> Iterator[Suspect]:
+    """Young's modulus or Poisson's ratio of one body of the Hertz contacts times a factor; nothing for linear springs."""
+    hertz = setup.scene.get("hertz") or {"spheres": []}
+    names = [f"class {c['name']}" for c in setup.scene["classes"]]
+    bodies: dict[str, tuple[str, int | None]] = {
+        name: ("spheres", k) for k, name in enumerate(names[: len(hertz["spheres"])])
+    }
+    bodies |= {"the walls": ("walls", None)} if setup.scene["walls"] and bodies else {}
+
+    def changed(body: tuple[str, int | None], key: str, by: float) -> Floats:
+        other = deepcopy(hertz)
+        one = other["walls"] if body[1] is None else other["spheres"][body[1]]
+        one[key] *= by
+        numbers = dry_contacts({**setup.scene, "hertz": other}, masses(setup.scene))
+        return own + np.concatenate([_dry(replace(setup, dry=numbers), f)[kind] - _dry(setup, f)[kind] for f in found])
+
+    for name, body in bodies.items():
+        for key, what in MODULI.items():
+            value = partial(changed, body, key)
+            by = fitted(value, logged, rows)
+            if by > 0.0 and by != 1.0:
+                yield Suspect(f"the {what} of {name} is {by:.6g} times what it should be", value(by), by)
 
 
 def _dry(setup: Setup, f: Forces) -> Part:
@@ -164,12 +200,17 @@ def _parts(setup: Setup, f: Forces) -> dict[str, Part]:
         wet = {name: tuple(w.weight[:, None] * part for part in parts) for name, parts in wet.items()}
         of_bridges = {name: _mean(setup, f, w.k, w.a, w.b, w.wall, *value) for name, value in wet.items()}
         found |= of_bridges
+        for words, mark in (("between spheres", ~w.wall), ("at walls", w.wall)):
+            found |= {
+                f"{name} {words}": _mean(setup, f, w.k, w.a, w.b, w.wall, *(mark[:, None] * v for v in value))
+                for name, value in wet.items()
+            }
         force, (_, tb) = w.weight[:, None] * w.force(), w.torques(setup)
         p, alone = np.flatnonzero(~w.wall), np.ones(int((~w.wall).sum()), dtype=bool)
         spin, rest = w.weight[p, None] * tb[p], np.zeros((len(p), 3))
         found[EVERY[2]] = _mean(setup, f, w.k[p], w.b[p], w.b[p], alone, -force[p], spin, rest)
         found[EVERY[0]] = _total(of_bridges)
-    found[EVERY[1]] = _total({n: p for n, p in found.items() if n not in EVERY})
+    found[EVERY[1]] = _total({n: p for n, p in found.items() if n not in EVERY and not n.endswith(KINDS)})
     return found
 
 
@@ -207,15 +248,41 @@ def _suspects(
         for name, term in terms.items():
             size = (term**2).sum(axis=1)
             there = rows & (size > 0)
+            if name.endswith(KINDS) and _alone(terms, name, rows):
+                continue
             f = 1.0 + middle(((rest * term).sum(axis=1)[there]) / size[there])
             if np.isfinite(f):
                 yield Suspect(_said(name, f), own + (f - 1.0) * term, f)
+        yield from _several(rest, own, terms, rows)
         if mass is not None:
             g = np.median((rest / mass[:, None])[rows], axis=0)
             fault = f"an acceleration of ({g[0]:.4g}, {g[1]:.4g}, {g[2]:.4g}) m/s² acts besides"
             yield Suspect(fault, own + mass[:, None] * g)
 
     return suspects
+
+
+def _alone(terms: dict[str, Floats], name: str, rows: Floats) -> bool:
+    """Whether the force of this kind of contact is all of it."""
+    whole = next(name.removesuffix(kind).strip() for kind in KINDS if name.endswith(kind))
+    return bool((terms[name] == terms[whole])[rows].all())
+
+
+def _several(rest: Floats, own: Floats, terms: dict[str, Floats], rows: Floats) -> Iterator[Suspect]:
+    """A factor on each of the two parts that together leave least; forces of one kind of contact stand for their sum."""
+    whole = {name.removesuffix(kind).strip() for name in terms for kind in KINDS if name.endswith(kind)}
+    some = np.flatnonzero(rows)[:MOST]
+    there = [n for n in terms if n not in EVERY and n not in whole and (terms[n][some] ** 2).sum() > 0.0]
+    best: tuple[float, tuple[str, ...], Floats] = (np.inf, (), np.zeros(0))
+    for pair in combinations(there, 2):
+        columns = np.stack([terms[n][some].ravel() for n in pair], axis=1)
+        scale = np.sqrt((columns**2).sum(axis=0))
+        more, left, *_ = np.linalg.lstsq(columns / scale, rest[some].ravel(), rcond=1e-9)
+        if len(left) and left[0] < best[0]:
+            best = float(left[0]), pair, more / scale
+    if best[1]:
+        words = " and ".join(_said(n, 1.0 + f) for n, f in zip(best[1], best[2], strict=True))
+        yield Suspect(words, own + sum(f * terms[n] for n, f in zip(best[1], best[2], strict=True)))
 
 
 def _said(name: str, f: float) -> str:

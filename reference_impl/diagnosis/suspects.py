@@ -1,7 +1,7 @@
 """Ways to get a formula wrong that fit more than one equation: inputs exchanged, a piece left out, a factor.
 
 Each is one line: a change of the inputs (`CHANGES`), or of one function that the reference's laws call (`PIECES`). The laws
-themselves are used as they are. What is wrong with one equation only stands beside it in contacts.py and links_liquid.py.
+themselves are used as they are. What is wrong with one equation only is in contacts.py and liquid.py.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Engine and reference add up work as force times speed in the middle of a kick, so that the change of kinetic energy is the sum of
 the works and `half_kick` to round-off (docs/engine.md). From the trajectory alone follow kinetic energy and the work of
 gravity, from the events and snapshots the energy of formations, ruptures and standing bridges and, to first order in the time
-step, the capillary work. How the rest is shared out among the effects is seen where a window holds two outputs.
+step, the capillary work. How the rest is shared out among the effects is seen in the steps of the windows.
 """
 
 from __future__ import annotations
@@ -248,11 +248,11 @@ def powers(setup: Setup, f: Forces) -> Floats:
 
 
 def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd.DataFrame] | None:
-    """Work of each effect from one output to the next, logged and own, its scale, and rows.
+    """Work of each effect from one step of a window to the next, logged and own, its scale, and rows.
 
-    Where a window holds both outputs, and the engine was not set up anew between.
+    Steps between which the engine was set up again are left out.
     """
-    log = io.columns(where(setup.folder, "energy"), ["step", *WORKS]).sort_values("step")
+    log = io.columns(where(setup.folder, "window_energy"), ["step", *WORKS]).sort_values("step")
     steps = f.window.steps
     inside = log[(log["step"] >= steps[0]) & (log["step"] <= steps[-1])]
     power, parts = powers(setup, f) if len(inside) > 1 else np.zeros((0, len(WORKS))), []

@@ -73,6 +73,23 @@ def named(run_dir: Path, run: io.Run | None, failed: list[str]) -> dict[str, Any
     return diagnosis.diagnose(links_motion.links(setup, newton.forces(setup, run), failed), failed)
 
 
+def seen(run: io.Run | None, held: dict[str, Any]) -> dict[str, float]:
+    """Shares of the run that were recomputed step by step or are held by bounds: steps, bridges, capillary impulse."""
+    steps = len(set().union(*(range(*window) for window in held["windows"]))) / (held["steps"] + 1)
+    return {"steps": steps, **({} if run is None else run.known["between"].seen())}
+
+
+def beyond(shares: dict[str, float]) -> list[str]:
+    """How much of a moist run that leaves unseen, in one sentence."""
+    if "bridges" not in shares or shares["steps"] == 1.0:
+        return []
+    return [
+        f"forces and motion: seen step by step were {100.0 * shares['steps']:.2g} % of the steps, "
+        f"{100.0 * shares['bridges']:.3g} % of the bridges and {100.0 * shares['impulse_in_windows']:.2g} % of the capillary "
+        f"impulse; between outputs {100.0 * shares['impulse_by_bounds']:.3g} % of it by bounds"
+    ]
+
+
 def notes(more: dict[str, Any]) -> list[str]:
     """Sentences on what was taken from the engine's log."""
     law, between = more["newton"], more["transfer_interpolation"]

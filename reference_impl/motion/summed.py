@@ -33,7 +33,7 @@ def _ends(setup: Setup, table: pd.DataFrame, p: Pairs) -> tuple[Floats, Floats]:
     return i, np.where(p.wall, i, np.searchsorted(setup.ids, np.where(p.wall, table["i"], table["j"])))
 
 
-def _drag(run: Run, table: pd.DataFrame, p: Pairs) -> Floats:
+def drag_at_touch(run: Run, table: pd.DataFrame, p: Pairs) -> Floats:
     """Normal drag per speed at touch [kg/s], where it is largest; zero where the law is not known."""
     name, zero = coverage.law(run, "viscous_normal"), np.zeros(len(table))
     if name not in laws.VISCOUS_NORMAL:
@@ -50,7 +50,7 @@ def standing(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Fl
     """
     p, every = pairs(shots, bodies(run)), impulses.every(run)
     (i, j), at = _ends(setup, shots, p), np.searchsorted(outputs, shots["step"].to_numpy())
-    speed, acceleration = _of_walls(setup)
+    speed, acceleration = walls_motion(setup)
     kinds = setup.kind[i], np.where(p.wall, 0, setup.kind[j])
     gap, ma, mb = shots["separation"].to_numpy(float), setup.mass[i], np.where(p.wall, np.inf, setup.mass[j])
     stiffness, _, damping, of_side = setup.dry.at(kinds, np.abs(gap), ma / (1.0 + ma / mb))
@@ -58,7 +58,7 @@ def standing(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Fl
     force = every * np.abs(pull_of(run, shots)(np.maximum(gap, 0.0)))
     rate = np.linalg.norm(v[at, i] - np.where(p.wall[:, None], 0.0, v[at, j]), axis=1) + p.wall * speed
     dry = (gap <= 0.0) * (1.0 + friction) * (stiffness * np.abs(gap) + damping * rate) + (gap <= 0.0) * of_side * rate
-    push = dry + force + 2.0 * every * _drag(run, shots, p) * rate
+    push = dry + force + 2.0 * every * drag_at_touch(run, shots, p) * rate
     most = np.full(v.shape[:2], float(np.linalg.norm(setup.gravity)))
     np.add.at(most, (at, i), push / setup.mass[i])
     pair = np.flatnonzero(~p.wall)
@@ -67,7 +67,7 @@ def standing(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Fl
     return np.bincount(at, 0.25 * setup.step**2 * force * of_both, len(outputs))
 
 
-def _of_walls(setup: Setup) -> tuple[float, float]:
+def walls_motion(setup: Setup) -> tuple[float, float]:
     """Largest speed [m/s] and acceleration [m/s2] of any wall."""
     found = [(0.0, 0.0)]
     for wall in setup.walls:
@@ -107,7 +107,7 @@ def of_events(run: Run, setup: Setup, events: pd.DataFrame) -> Floats:
     at, touch, formation = force(gap), np.abs(force(0.0 * gap)), (events["kind"] == FORMATION).to_numpy()
     pulled = (touch * inverse + float(np.linalg.norm(setup.gravity))) * interval
     way = np.where(formation, setup.step * (speed + pulled), interval * speed)
-    fastest = np.sqrt((speed + _drag(run, events, p) * gap * inverse) ** 2 + 2.0 * touch * gap * inverse)
+    fastest = np.sqrt((speed + drag_at_touch(run, events, p) * gap * inverse) ** 2 + 2.0 * touch * gap * inverse)
     most = interval * (fastest + pulled)
     fall = np.minimum(9.0 / 8.0 * np.abs(touch - force(most)), 0.5 * np.abs(touch - at))
     return np.asarray(SLACK * np.abs(at) * way + fall * most)

@@ -84,7 +84,7 @@ def not_checked(run: Run) -> list[str]:
     ]
     if law(run, "shedding"):
         missing.append(
-            "drops: what a film felt is taken as logged, where a drop lands is found anew at output steps only, and drops that "
-            "should have fallen are not looked for"
+            "drops: what a film felt and which drops should have fallen is recomputed of sampled spheres, where a drop lands at "
+            "output steps only"
         )
     return sampled + missing

@@ -61,7 +61,7 @@ class Run:
 
 START = ("spheres", "transfer", "ledger")
 WALL_TABLES = ("triangles", "parts")
-LOGS = ("events", "contacts", "bridges", "films", "wall_films")
+LOGS = ("events", "contacts", "bridges", "films", "impulses", "wall_films")
 TABLES = (*START, *LOGS)
 SHED = "drops"
 
@@ -121,10 +121,13 @@ NEEDED: dict[str, tuple[str, ...]] = {
                  "separation", "rupture_distance", "capillary", "viscous_normal", "viscous_tangential_x", "force_i_x",
                  "torque_i_x", "torque_j_x", "viscous_law", "factor_normal", "push_x", "spin_push_x"),
     "ledger": ("step", "films", "bridges", "walls", "left", "retired"),
-    "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "separation", "xi_x", "xj_x"),
+    "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "separation", "xi_x", "xj_x",
+                "capillary_impulse", "viscous_impulse", "least_separation", "largest_separation"),
+    "impulses": ("step", "id", "impulse_x", "impulse_y", "impulse_z"),
     "films": ("step", "id", "film"),
     "wall_films": ("step", "triangle", "film"),
     "drops": ("step", "partner_kind", "i", "j", "volume", "film_i_before", "film_j_before", "fallen", "felt_x"),
+    "felt": ("step", "id", "film", "v_x", "v_y", "v_z", "felt_x", "felt_y", "felt_z"),
     "triangles": ("triangle", "area"),
     "parts": ("part", "half_width", "contact_angle", "part_class"),
     "trajectory": ("step", "id", "type", "x", "y", "z"),
@@ -236,6 +239,20 @@ def scene(folder: Path) -> dict[str, Any]:
     if wrong:
         raise ReplayError(f"{path} holds no proper {', '.join(wrong)}; expected the scene of a run: build it again")
     return dict(found)
+
+
+def origin(folder: Path) -> np.ndarray:
+    """Where a custom scene's coordinates have the origin of the logs [m]: zero, but for a description with `origin_mm`."""
+    path = Path(folder) / "description.json"
+    if not path.exists():
+        return np.zeros(3)
+    try:
+        x, y, z = json.loads(path.read_text()).get("origin_mm", (0.0, 0.0, 0.0))
+        return np.array([x, y, z], dtype=float) / 1e3
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        raise ReplayError(
+            f"{path} cannot be read ({error!r}); expected a scene's description: build it again"
+        ) from error
 
 
 def note(text: str) -> None:

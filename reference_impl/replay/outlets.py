@@ -15,9 +15,6 @@ import pandas as pd
 from reference_impl.replay import io, plans
 from reference_impl.replay.arrays import Floats
 
-LONGEST_S = 0.02
-"""Longest time [s] between steps at which spheres leave."""
-
 
 @dataclass(frozen=True)
 class Regions:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,16 +50,73 @@ def plan(folder: Path) -> Plan:
     out, effects, step = scene["output"], scene["effects"], float(scene["time_step_s"])
     steps = round(scene["duration_s"] / step)
     count, length = int(out.get("contact_windows", 2)), int(out.get("contact_window_steps", 20))
-    first = [int(steps * (k + 0.5) / count) - length // 2 for k in range(count)]
+    if length <= SHORT:
+        first = [sample_start(scene, steps, k) for k in range(count)]
+    else:
+        first = [int(steps * (k + 0.5) / count) - length // 2 for k in range(count)]
     windows = tuple((max(0, a), min(a + length, steps + 1)) for a in first)
     recorded: tuple[str, ...] = ()
     if windows and out.get("window_trajectories", False) and _engine(folder) == "LIGGGHTS":
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
+    outputs, energy = np.arange(0, steps + 1, outputs_every(scene)), bool(out.get("energy", True))
+    return Plan(
+        bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy, impulse(scene)
+    )
+
+
+SHORT = 4
+"""Steps of the longest windows that lie at random places."""
+
+
+def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
+    """Step with which the k-th of the short windows begins, of which each lies in an equal part of the run."""
+    out, slow = scene["output"], impulse(scene)
+    count, length = int(out["contact_windows"]), int(out["contact_window_steps"])
+    begin, end = steps * k // count, steps * (k + 1) // count
+    chance = int(hashlib.sha256(f"window {k} of seed {scene['seed']}".encode()).hexdigest()[:12], 16) / 16.0**12
+    at = begin + int(chance * max(1, end // 8 if k == 0 else end - begin - length))
+    at = at // slow * slow
+    output = outputs_every(scene) * math.ceil(at / outputs_every(scene))
+    if k % 4 == 3 and output < end - length:
+        at = output
+    between = checkpoints_every(scene, steps)
+    if between == 0:
+        return at
+    next_one = (at + between - 1) // between * between
+    repeated = slow if not scene["effects"]["bridges"] or taken_out(scene) else 0
+    inside = next_one < at + length
+    fits = 0 < next_one < min(end, steps) - repeated
+    return next_one + repeated if fits and (inside or k % 4 == 1) else at
+
+
+def checkpoints_every(scene: dict[str, Any], steps: int) -> int:
+    """Steps from one checkpoint to the next; 0 where the scene has none."""
+    wanted, slow = int(scene["output"].get("checkpoints", 0)), impulse(scene)
+    if wanted == 0:
+        return 0
+    if not taken_out(scene):
+        return slow * max(1, math.ceil(steps / ((wanted + 1) * slow)))
+    unit, step = outputs_every(scene), float(scene["time_step_s"])
+    longest = OUTLETS_WITHIN_S if scene.get("outlets") else RETIRED_WITHIN_S
+    return unit * min(max(1, math.ceil(steps / ((wanted + 1) * unit))), max(1, int(longest / (unit * step))))
+
+
+RETIRED_WITHIN_S = 0.25
+"""Longest time between two steps at which spheres may be retired."""
+OUTLETS_WITHIN_S = 0.02
+"""The same of outlets."""
+
+
+def taken_out(scene: dict[str, Any]) -> bool:
+    """Whether spheres are taken out of a run, from the bin or at outlets."""
+    return bool(scene.get("retire", False) or scene.get("outlets"))
+
+
+def outputs_every(scene: dict[str, Any]) -> int:
+    """Steps from one output to the next."""
     slow = impulse(scene)
-    every = slow * max(1, round(out["interval_s"] / step) // slow)
-    outputs, energy = np.arange(0, steps + 1, every), bool(out.get("energy", True))
-    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy, slow)
+    return slow * max(1, round(scene["output"]["interval_s"] / float(scene["time_step_s"])) // slow)
 
 
 def impulse(scene: dict[str, Any]) -> int:

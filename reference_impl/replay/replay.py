@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from reference_impl.diagnosis import diagnosis, faults, kept, looked
 from reference_impl.motion import dynamics, window
-from reference_impl.replay import coverage, io, liquid, nothing, retired, second, sections, spans, transfer, whole
+from reference_impl.replay import coverage, felt, io, liquid, nothing, retired, second, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
 from reference_impl.shown import vtk
 
@@ -47,13 +47,20 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
         seen, misshown = vtk.check(folder)
         quantities = [*logs.quantities, *seen]
         failed = [q.name for q in quantities if not q.ok]
+        shares = dynamics.seen(run, held)
         result = {
             "ok": not failed,
             **logs.entries,
             "compared": held,
             "nothing_compared": nothing.compared(io.scene(folder), quantities, logs.motion, beside),
             "second": {} if run is None else dict(functions or {}),
-            "not_checked": [*logs.not_checked, *dynamics.not_checked(logs.motion, held), *vtk.not_checked(folder)],
+            "not_checked": [
+                *logs.not_checked,
+                *dynamics.not_checked(logs.motion, held),
+                *dynamics.beyond(shares),
+                *vtk.not_checked(folder),
+            ],
+            "seen": shares,
             "notes": dynamics.notes(logs.motion),
             **logs.motion,
             "diagnosis": vtk.with_findings(misshown, failed, logs.named),
@@ -94,7 +101,7 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
     io.note("transfer ratios and motion")
     moved, motion = dynamics.check(run.folder, run, found.moved, found.of("between"))
     quantities = [
-        *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *_with_rows(run, found),
+        *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *felt.check(run), *_with_rows(run, found),
         *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run),
         *(q for group in ("trajectory", "tables", "energy") for q in found.of(group)),
     ]  # fmt: skip

@@ -24,7 +24,7 @@ from reference_impl.replay.io import ReplayError, Run
 from reference_impl.replay.lives import RETIREMENT
 
 NEVER = np.iinfo(np.int64).max
-DIAMETERS, RISE, LONGEST_S = 2.0, 0.01, 0.25
+DIAMETERS, RISE = 2.0, 0.01
 NEAR = 1e-9
 """Part of the limits within which rounding decides who qualifies."""
 FAR = 100.0
@@ -58,10 +58,11 @@ class Rule:
 def rule(folder: Path) -> Rule | outlets.Regions | None:
     """Of a scene; None where nobody is retired."""
     scene = io.scene(folder)
-    if not takes_out(folder):
+    if not plans.taken_out(io.scene(folder)):
         return None
-    planned, interval = plans.plan(folder), every(folder)
-    at = np.arange(interval, planned.steps, interval)
+    planned = plans.plan(folder)
+    every = plans.checkpoints_every(scene, planned.steps)
+    at = np.arange(every, planned.steps, every)
     inside = np.zeros(len(at), dtype=bool)
     for first, last in planned.windows:
         inside |= (at >= first) & (at < last)
@@ -70,21 +71,6 @@ def rule(folder: Path) -> Rule | outlets.Regions | None:
     depth = DIAMETERS * 2.0 * max(c["radius_m"] for c in scene["classes"])
     g = abs(scene["gravity_m_per_s2"][2])
     return Rule(float(scene["bin_z_m"]) - depth, math.sqrt(2.0 * g * RISE * depth), at[~inside])
-
-
-def every(folder: Path) -> int:
-    """Steps between those at which spheres may be retired."""
-    scene, planned = io.scene(folder), plans.plan(folder)
-    outputs, wanted = int(planned.outputs[1] - planned.outputs[0]), int(scene["output"].get("checkpoints", 0))
-    seldom = max(1, math.ceil(planned.steps / ((wanted + 1) * outputs)))
-    longest = outlets.LONGEST_S if scene.get("outlets") else LONGEST_S
-    return outputs * min(seldom, max(1, int(longest / (outputs * scene["time_step_s"]))))
-
-
-def takes_out(folder: Path) -> bool:
-    """Whether spheres are taken out of a run."""
-    scene = io.scene(folder)
-    return bool(scene.get("retire", False) or scene.get("outlets"))
 
 
 def whole(folder: Path) -> int:
@@ -108,7 +94,7 @@ def whole(folder: Path) -> int:
 
 def table(folder: Path) -> pd.DataFrame:
     """history/retired.parquet in order of steps; without rows where nobody is retired."""
-    if not takes_out(folder):
+    if not plans.taken_out(io.scene(folder)):
         return pd.DataFrame({name: np.zeros(0) for name in NAMES}).astype({n: np.int64 for n in NAMES[:4]})
     return io.columns(folder / "history" / "retired.parquet", NAMES).sort_values(["step", "id"], ignore_index=True)
 

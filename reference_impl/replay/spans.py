@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from reference_impl.motion import budget, contributions, flights, impulses, weight, window
+from reference_impl.motion import between, budget, contributions, flights, impulses, weight, window
 from reference_impl.replay import (
     bridge_ends,
     coverage,
@@ -41,9 +41,9 @@ SIZE = 200_000
 PIECE = 32_768
 """Contacts of a part are gone through in pieces of so many at most: their columns stay in a processor's second cache."""
 PLACE = ["step", "id", "x", "y", "z"]
-LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None,
+LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None, "impulses": None,
         "trajectory": [*PLACE, *budget.VELOCITY], "window_states": PLACE}  # fmt: skip
-OF_PLACES = ("bridges", "films", "wall_films", "trajectory", "window_states")
+OF_PLACES = ("bridges", "films", "wall_films", "impulses", "trajectory", "window_states")
 
 
 @dataclass(frozen=True)
@@ -109,6 +109,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     counts, setup, gone = kept_tables.Count(run), window.read(run.folder), retired.Count(run)
     works, hangar = budget.Budget(run, setup), flights.Hangar(run, setup, outputs)
     run.known["budget"] = works
+    run.known["between"] = unseen = between.Between(run, setup, outputs)
     energy, flying = budget.judged(run), flights.judged(run)
     last_row = np.full(len(held), -1)
     before, start = none(), -1
@@ -136,6 +137,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         found.add("tables", gone.check(part, inside, shots, liquid.mean_film(run)))
         if energy:
             works.add(part, lives)
+        found.add("energy", unseen.add(part, lives))
         if flying:
             hangar.add(part)
         found.add("trajectory", whole.trajectory(whole.places(part), part.table("trajectory")))
@@ -174,6 +176,7 @@ def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Sa
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
         all_known(part, "contacts", rows)
         c = forces.contacts(part, rows)
+        part.known["between"].windows(rows, lives)
         found.add("forces", [*forces.check(part, c, lives), *impulses.check(part, rows)], "contacts")
         samples.add_contacts(c, row)
         row = log.taken

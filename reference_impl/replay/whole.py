@@ -21,7 +21,7 @@ from reference_impl.replay.plans import AGAIN, Plan, plan
 
 OF_BRIDGES = (
     "meta.json",
-    *(f"{n}.parquet" for n in ("events", "contacts", "ledger", "films", "bridges", "wall_films")),
+    *(f"{n}.parquet" for n in ("events", "contacts", "ledger", "films", "impulses", "bridges", "wall_films")),
 )
 """Files of history/ that only a moist run has."""
 
@@ -132,6 +132,7 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     single = ("ledger", "energy") if planned.energy else ("ledger",)
     rows = {name: _each(history / f"{name}.parquet", planned, 1) for name in single}
     rows["films"] = _each(history / "films.parquet", planned, len(ids))
+    rows["impulses"] = _each(history / "impulses.parquet", planned, len(ids))
     films = io.columns(history / "films.parquet", ["step", "id"])
     _known(history / "films.parquet", films["id"], ids, "sphere")
     columns = ["step", "walls", "initial", "bridge_count", "formations", "ruptures"]

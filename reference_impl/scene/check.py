@@ -9,7 +9,7 @@ from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held, Section
 from reference_impl.replay import io
-from reference_impl.scene import configuration, deck, effects, numbers, parts, start, walls
+from reference_impl.scene import configuration, deck, effects, files, numbers, parts, start, walls
 
 NAME = "scene"
 NOT_HELD = ("largest_overlap", "transfer_nodes", "spheres_file")
@@ -50,6 +50,10 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
     kept = {path: value for path, value in wanted.items() if not _is_edited(path, edited)}
     held = [Held(path, given.get(path, MISSING), value, source) for path, (value, source) in kept.items()]
     held += [Held(path, given[path], NONE, "the scene of a case") for path in given if _beyond(path, wanted, edited)]
+    if (texts := files.of_run(run)) is not None:
+        values = files.held(texts, config)
+        section.add("scene_configuration", "itself", values, f"values of {configuration.FILE} against the files")
+        section.not_checked += files.not_checked(texts)
     section.add("scene_numbers", "itself", held, f"numbers of scene.json against {configuration.FILE}")
     meshes = walls.read(run, scene)
     section.add("scene_walls", "itself", walls.measured(config, scene, meshes), "lengths measured on the STL files")

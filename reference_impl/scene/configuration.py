@@ -18,7 +18,7 @@ EDITED = "edited"
 """Key of the resolved copy: fields of the scene that whoever built the run set by hand."""
 OF_TIME = {"viscous_integration": "explicit", "bridges_every": 1}
 OF_OUTPUT = {
-    "contact_windows": 2, "contact_window_steps": 20, "window_trajectories": True, "checkpoints": 20, "energy": False,
+    "contact_windows": 20, "contact_window_steps": 2, "window_trajectories": True, "checkpoints": 20, "energy": False,
 }  # fmt: skip
 
 

@@ -39,6 +39,7 @@ class Logs:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.scene, self.plan = folder, io.scene(folder), plans.plan(folder)
+        self.origin = io.origin(folder)
         history = folder / "history"
         start = io.columns(history / "spheres.parquet", ["id", "type", "radius", "film"]).sort_values("id")
         self.ids, self.kind, self.radius, self.film = (start[n].to_numpy() for n in ("id", "type", "radius", "film"))

@@ -137,7 +137,7 @@ def _particles(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> 
     if order is None and not blind:
         return
     fields: list[tuple[str, str, Floats]] = [
-        ("position", "place of a sphere", here.place), ("velocity", "velocity of a sphere", here.speed),
+        ("position", "place of a sphere", here.place + logs.origin), ("velocity", "velocity of a sphere", here.speed),
         ("radius", "radius of a sphere", here.radius), ("class", "class of a sphere", here.kind),
         ("film_thickness", "film thickness of a sphere", thickness(here.film, here.radius)),
         ("liquid", "liquid of a sphere", here.liquid), ("in_bin", "spheres in the bin", here.in_bin),
@@ -162,7 +162,7 @@ def _bridges(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> It
     if order is None and not blind:
         return
     rows = pd.DataFrame({"step": step, "i": here["i"].to_numpy(), "j": here["j"].to_numpy()})
-    ends = [here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy() for end in ("xi", "xj")]
+    ends = [here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy() + logs.origin for end in ("xi", "xj")]
     every = dict(shown.of_cells)
     if len(shown.cells):
         every |= {"first_end": shown.points[shown.cells[:, 0]], "second_end": shown.points[shown.cells[:, -1]]}
@@ -198,7 +198,7 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
         yield Field("vtk_wall_holder", "name of a triangle's holder", rows, same.astype(int), np.ones(count, int),
                     np.ones(count))  # fmt: skip
     area = stl.area(corners)
-    fields = [(f"corner_{k}", f"corner {k + 1} of a wall's triangle", corners[:, k]) for k in range(3)]
+    fields = [(f"corner_{k}", f"corner {k + 1} of a wall's triangle", corners[:, k] + logs.origin) for k in range(3)]
     fields += [("film_thickness", "film thickness on a wall", logs.at(step).on_walls / area),
                ("part", "part of a wall", here["part"].to_numpy())]  # fmt: skip
     every = dict(shown.of_cells)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from reference_impl.replay import retired
+from reference_impl.replay import io, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.tables import at_walls
 from reference_impl.tables.own import ALL_THERE, Bodies, Output, Own, accounted, outputs, slug
@@ -40,12 +40,12 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
     r, liquid, touching, lost = np.array([radius[k] for k in of.kind]), [], [], 0
-    walls, left = at_walls.Walls(folder), retired.table(folder)
+    walls, origin, left = at_walls.Walls(folder), io.origin(folder), retired.table(folder)
     last = retired.leaves(folder, of.ids)
     for o in outputs(folder, scene, of, MOTION):
         stamp = {"step": float(o.step), "time_s": o.step * scene["time_step_s"]}
         liquid.append({**stamp, **_held(of, o, _booked(scene, left[left["step"] <= o.step]), last <= o.step)})
-        touching.append({**stamp, **_contacts(of, o, r[o.at], scene, walls)})
+        touching.append({**stamp, **_contacts(of, o, r[o.at], scene, walls, origin)})
         lost = max(lost, int((~o.here & (last >= o.step)).sum()))
     by_wall, contacts = pd.DataFrame(liquid), pd.DataFrame(touching)
     initial = float(of.film.sum())
@@ -89,7 +89,9 @@ def _held(of: Bodies, o: Output, booked: Mapping[str, float], gone: Floats) -> d
     }
 
 
-def _contacts(of: Bodies, o: Output, r: Floats, scene: Mapping[str, Any], walls: at_walls.Walls) -> dict[str, float]:
+def _contacts(
+    of: Bodies, o: Output, r: Floats, scene: Mapping[str, Any], walls: at_walls.Walls, origin: Floats
+) -> dict[str, float]:
     """One row of touching spheres and walls, bridges, speeds and height of the centre of mass; zeros when all have left."""
     if not len(o.at):
         return dict.fromkeys(STATISTICS, 0.0)
@@ -99,7 +101,7 @@ def _contacts(of: Bodies, o: Output, r: Floats, scene: Mapping[str, Any], walls:
     depth = (r[a] + r[b] - np.sqrt(((at[a] - at[b]) ** 2).sum(axis=1))) / np.minimum(r[a], r[b])
     depth, speed, g = depth[depth > 0.0], np.sqrt((v**2).sum(axis=1)), np.array(scene["gravity_m_per_s2"], float)
     pull, n, mass = float(np.sqrt((g**2).sum())), len(at), of.mass[o.at]
-    height = at @ (-g / pull) if pull else np.zeros(n)
+    height = (at + origin) @ (-g / pull) if pull else np.zeros(n)
     wall, through = walls.overlaps(o.step, at, r)
     return {
         "contacts_per_sphere": 2.0 * len(depth) / n,

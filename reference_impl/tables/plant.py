@@ -127,7 +127,11 @@ def held(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> It
     mine = numbers(rows, scene, given)
     planned = plans.plan(folder)
     outputs_s = float(planned.outputs[1] - planned.outputs[0]) * scene["time_step_s"]
-    rule = retired.every(folder) * scene["time_step_s"] if scene.get("outlets") else outputs_s
+    rule = (
+        plans.checkpoints_every(dict(scene), planned.steps) * scene["time_step_s"]
+        if scene.get("outlets")
+        else outputs_s
+    )
     which = "unders" if given["kind"] == "batch" else "all"
     mine[f"throughput_t_per_h.{which}"] = throughput(rows, scene, given, rule)
     for path, value in mine.items():

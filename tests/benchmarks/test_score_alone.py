@@ -70,3 +70,21 @@ def test_a_terminal_without_utf_8_and_a_reader_that_has_gone(tmp_path: Path) -> 
         command = [sys.executable, "-u", str(SCORE), "drum", "given.csv"]
         ended = subprocess.run(command, stdout=gone, stderr=subprocess.PIPE, text=True, check=False, cwd=tmp_path)
     assert (ended.returncode, ended.stderr) == (2, "")
+
+
+def test_a_new_user_finds_the_problem_and_reads_the_table(tmp_path: Path) -> None:
+    """A name that there is not is refused by name even without a file; the template says where the problem is in words, beside
+    the table and not in it; every column of the score begins where its heading does."""
+    wrong = called("pair_at_night", folder=tmp_path)
+    assert wrong.returncode == 2 and "pair_at_night was given; expected one of drum, pair_at_rest" in wrong.stderr
+    template = called("viscous_pull", "--template", folder=tmp_path)
+    (place,) = template.stderr.splitlines()
+    assert Path(place.removeprefix("the problem in words: ")).read_text().startswith("# ")
+    assert template.stdout.splitlines()[0] == HEAD.strip()
+    (tmp_path / "given.csv").write_text(template.stdout)
+    lines = called("viscous_pull", "given.csv", folder=tmp_path).stdout.splitlines()[1:]
+    at = lines[0].index("tier")
+    assert {line[at - 2 : at] for line in lines} == {"  "} and {line[at:].split()[0] for line in lines[1:]} == {
+        "exact",
+        "measured",
+    }

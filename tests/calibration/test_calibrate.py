@@ -15,13 +15,13 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from pywet import scene_stages as commands
 from pywet.calibration import answer as answering
 from pywet.calibration import experiments
 from pywet.calibration import question as asking
 from pywet.calibration.search import find
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.own_scene import commands
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PULL = {

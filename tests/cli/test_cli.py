@@ -18,10 +18,10 @@ from typer.testing import CliRunner
 
 import pywet
 from pywet import config
+from pywet.cases.screening import cases
 from pywet.cli import groups
 from pywet.cli.app import app
-from pywet.screening import cases
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 CONFIG = Path(__file__).parent.parent.parent / "config"
 
@@ -42,8 +42,8 @@ def test_a_question_whose_machine_code_is_not_made_yet_says_that_it_takes_a_whil
     runner: CliRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A line on standard error where the mark of `pywet.cli.warm` is missing, else none; the answer is JSON alone."""
-    from pywet import machine_code
     from pywet.collisions.spheres import command as spheres
+    from pywet.util import machine_code
 
     monkeypatch.setattr(spheres, "run", lambda problem: problem)
     monkeypatch.setattr(spheres, "describe", lambda problem: {"t_end": problem.t_end})

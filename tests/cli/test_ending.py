@@ -13,8 +13,8 @@ from pywet import config, stages
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.files import write_json
-from tests.screening import synthetic
+from pywet.util.files import write_json
+from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 NOT_CHECKED = ["forces: steps outside the windows", "scene: sizes", "results: versions", "VTK: no files"]
@@ -27,7 +27,7 @@ REPLAY = {
     "not_checked": NOT_CHECKED,
 }
 RETAINED = 0.75
-"""Of the synthetic run; its own number is asserted in tests/screening."""
+"""Of the synthetic run; its own number is asserted in tests/cases/screening."""
 
 
 def finished(folder: Path, retained: float = RETAINED, **replay: object) -> Path:

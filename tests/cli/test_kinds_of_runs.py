@@ -13,13 +13,13 @@ from typer.testing import CliRunner
 
 import pywet
 from pywet import stages
-from pywet.bench import scenes
+from pywet.cases.small import scenes
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.runs.rundir import RunDir
-from tests.evidence.compare.test_compare import made
-from tests.own_scene.conftest import beads
-from tests.screening import synthetic
+from tests.cases.custom.conftest import beads
+from tests.cases.screening import synthetic
+from tests.compare.test_compare import made
 
 pytestmark = pytest.mark.engine
 COMMANDS = {

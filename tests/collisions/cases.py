@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pywet.collisions.wall.curves import problem
 from pywet.collisions.wall.wall import collide
+from studies.buck2018.curves import problem
 
 __all__ = ["normal", "problem", "run", "sticking_velocity"]
 

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pywet.collisions.wall import buck_tables
 from pywet.collisions.wall.problem import Problem
 from pywet.collisions.wall.wall import CLOSURE, collide
 from pywet.config.loading import parse
 from pywet.errors import PywetError
+from studies.buck2018 import buck_tables
 from tests.collisions.cases import problem, run
 
 GLASS = "glass_1.74mm"

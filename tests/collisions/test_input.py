@@ -12,10 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cli.app import app
-from pywet.collisions.wall import buck_tables, sweep, wall
+from pywet.collisions.wall import sweep, wall
 from pywet.collisions.wall.problem import VARIANTS, Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
+from studies.buck2018 import buck_tables
 from tests.collisions.cases import problem
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

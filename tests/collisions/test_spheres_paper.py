@@ -7,8 +7,8 @@ import math
 import pytest
 
 from pywet.collisions.spheres import command as spheres
-from pywet.collisions.spheres import davis_numbers
 from pywet.collisions.spheres.outcome import times
+from studies.davis2023 import davis_numbers
 
 
 def half_digit(printed: float) -> float:

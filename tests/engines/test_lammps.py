@@ -11,21 +11,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pywet.apparatus.solids import bin_solid, plate, polygon, tube, wire
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import bodies, small
-from pywet.bench.bodies import contacts, sphere_classes, water
+from pywet.cases.small import bodies, small
+from pywet.cases.small.bodies import contacts, sphere_classes, water
 from pywet.cli import doctor
 from pywet.engines.lammps import build, deck, driver
 from pywet.errors import EngineError, PywetError, StoppedRun
-from pywet.evidence.agreement import forces
-from pywet.evidence.agreement.pairs import pairs
-from pywet.evidence.agreement.replayed import momenta
-from pywet.evidence.engines import bed
-from pywet.files import read_json, read_table
+from pywet.geometry.solids import bin_solid, plate, polygon, tube, wire
+from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import Rotation
 from pywet.schema import RUPTURE
+from pywet.util.files import read_json, read_table
 from reference_impl.replay.replay import replay
+from studies.cross_code import forces
+from studies.cross_code.pairs import pairs
+from studies.cross_code.replayed import momenta
+from studies.engines import bed
 from tests.engines.liggghts.scenes import THROWN
 
 R = 2.5e-3

@@ -15,14 +15,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pywet import config
-from pywet.apparatus.motion import engine_displacement
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import make_surface
-from pywet.bench import bodies, small
+from pywet.cases.screening import cases
+from pywet.cases.small import bodies, small
 from pywet.engines.liggghts import driver as liggghts
 from pywet.engines.yade import driver as yade
+from pywet.geometry.motion import engine_displacement
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import make_surface
 from pywet.scene import Rotation, Scene, Slide
-from pywet.screening import cases
 
 CASES = config.load(Path(__file__).parents[2] / "config")
 pytestmark = [

@@ -12,19 +12,20 @@ import pandas as pd
 import pytest
 
 from pywet import config, stages
-from pywet.apparatus import build_apparatus
-from pywet.apparatus.solids import bin_solid, plate, tube
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import small
+from pywet.cases.screening import cases
+from pywet.cases.screening.results import write_results
+from pywet.cases.small import small
 from pywet.engines import process
-from pywet.engines.stock.yade import yade_force
-from pywet.engines.yade import contacts, driver, moist, solids
+from pywet.engines.yade import contacts, driver, solids
 from pywet.errors import PywetError
-from pywet.evidence.engines import bed, screening
+from pywet.geometry import build_apparatus
+from pywet.geometry.solids import bin_solid, plate, tube
+from pywet.geometry.surface import Surface, make_surface
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene, Slide
-from pywet.screening import cases
-from pywet.screening.results import write_results
+from studies.engines import bed, screening
+from studies.stock import moist
+from studies.stock.yade import yade_force
 from tests.engines.test_yade import CLASSES, DRY, PAIRS, RADII
 
 CONFIG = Path(__file__).parents[2] / "config"

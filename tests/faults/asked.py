@@ -65,8 +65,8 @@ def ask(bench: Bench, mutant: Mutant, tests: Sequence[str] = ()) -> str | None:
 
 def _keep_plugin(bench: Bench, mutant: Mutant) -> None:
     """Where the tests look for it: what was compiled here in a part of the time."""
-    from pywet import caches
     from pywet.engines.liggghts import build
+    from pywet.util import caches
 
     if library := bench.plugin(mutant):
         shutil.copy(library, build.kept())

@@ -57,8 +57,9 @@ def follow(way: Way) -> Verdict:
 
 
 def _stages(way: Way) -> Verdict:
-    from pywet import caches, stages
+    from pywet import stages
     from pywet.engines.liggghts import build
+    from pywet.util import caches
 
     run, room = way.run, way.room
     shutil.rmtree(run, ignore_errors=True)
@@ -85,8 +86,8 @@ def import_all() -> None:
     for name in (
         "engines.liggghts.worker",
         "report.vtk",
-        "screening.identity",
-        "screening.results",
+        "cases.screening.identity",
+        "cases.screening.results",
     ):
         import_module(f"pywet.{name}")
     for name in ("replay.command", "shown.vtk"):

@@ -16,31 +16,31 @@ BEFORE = "before"
 """Further column: who noticed when it was first tried, before checks and tests were added because of it."""
 HEAD = """# Random faults
 
-Of {faults} random changes that are faults and do not crash, {found} are noticed, {early} of them before checks were added because
-of this study. `python -m tests.faults.page` makes this page from `faults_by_chance.csv`, the stored outcome of {count} changes,
-{distinct} of them distinct.
+Of {faults} random changes of the program that are faults and do not crash it, **{found} are detected**, {early} of them before
+checks were added because of this study.
 
 {table}
 
-- **crash**: a traceback or a signal; not counted as found.
-- **replay**, **program**, **tests**: what noticed first; the program stops with a message, tests are asked last.
-- **alike**: not noticed, since the change makes no difference for any input that the program accepts.
-- **open**: not noticed, and a fault. If the reason does not name tests, tests may still notice it.
-- **before**, **found**: noticed changes of those that are neither crash nor alike, at the first trial and now.
+- **crash**: a traceback or a signal, not counted as detected.
+- **replay**, **program**, **tests**: what detected the fault first; the program stops with a message; tests are run last.
+- **equivalent**: not detected because the change makes no difference for any input that the program accepts.
+- **open**: a fault that is not detected.
+- **before**, **found**: detected faults out of all that are neither crash nor equivalent, at the first trial and now.
 
 ## Method
 
 `python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
 random positions of the program. A fault runs in the first of three scenes that executes its line (case 2 on a sieve of 40 mm for
 0.2 s; the same with analytic wires, semi-implicit drag, weight and drops; the same with bridges in every second step), or in a
-scene with its law. `--room plugin` restricts the part of the program; a call with the same `--out` resumes; `--tests` then runs
-the test files that import the changed module.
+scene with its law. `--help` lists the options that select a part of the program; a call with the same `--out` resumes; `--tests` then runs
+the test files that import the changed module. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct, each
+with its outcome and, where nothing detected it, the reason; `python -m tests.faults.page` makes this page from it.
 
-## What nothing noticed
+## Open faults
 
 """
 NOTICED = ("replay", "program", "tests")
-NAMES = ("crash", *NOTICED, "alike", "open")
+NAMES = ("crash", *NOTICED, "equivalent", "open")
 EQUAL = "equal: "
 """Begins the reason where a change makes no difference."""
 
@@ -49,7 +49,7 @@ def verdict(row: dict[str, str]) -> str:
     """The column that a fault counts in."""
     if row["by"] not in OPEN:
         return row["by"]
-    return "alike" if row[WHY].startswith(EQUAL) else "open"
+    return "equivalent" if row[WHY].startswith(EQUAL) else "open"
 
 
 def page(rows: list[dict[str, str]]) -> str:
@@ -65,7 +65,7 @@ def page(rows: list[dict[str, str]]) -> str:
         all_faults = noticed + of["open"]
         table.append(f"| {room} | {len(tried)} | {counts} | {early} of {all_faults} | {noticed} of {all_faults} |")
     lines = ["| where | change | why |", "|---|---|---|"]
-    for r in sorted((r for r in distinct if r["by"] in OPEN), key=lambda r: (verdict(r), r["file"], int(r["line"]))):
+    for r in sorted((r for r in distinct if verdict(r) == "open"), key=lambda r: (r["file"], int(r["line"]))):
         what = r["what"].replace("|", "\\|")
         lines.append(f"| {r['file']}:{r['line']} | `{what}` | {r[WHY] or 'not examined'} |")
     head = HEAD.format(

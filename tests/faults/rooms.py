@@ -17,13 +17,13 @@ ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "driver": ("engines/schedule.py", "engines/liggghts/*.py", "engines/liggghts/*.j2", "runs/*.py"),
     "scene": (
-        "screening/cases.py",
-        "screening/amounts.py",
-        "apparatus/*.py",
+        "cases/screening/cases.py",
+        "cases/screening/amounts.py",
+        "geometry/*.py",
         "config/materials.py",
         "config/scales.py",
     ),
-    "results": ("screening/results.py",),
+    "results": ("cases/screening/results.py",),
     "view": ("report/vtk.py",),
 }
 """Room -> its files, below pywet/."""

@@ -104,7 +104,7 @@ class Bench:
 
         def work() -> dict[str, Any]:
             for name in [m for m in sys.modules if m.startswith("pywet.")]:
-                if not name.startswith(("pywet.laws", "pywet.machine_code")):
+                if not name.startswith(("pywet.laws", "pywet.util.machine_code")):
                     del sys.modules[name]
             with reach.traced(self.tree / "pywet") as lines:
                 verdict = follow(self._way(scene, library=library, keep_counts=True))

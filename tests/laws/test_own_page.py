@@ -12,11 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet import config
+from pywet.cases.screening import cases
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.laws import own
 from pywet.runs import second
-from pywet.screening import cases
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "howto-own-law.md").read_text()
@@ -186,7 +186,7 @@ def test_the_table_prints_what_a_law_is_off_the_exact_bridge(followed: Path) -> 
 
 
 def test_the_drawing_holds_the_law_and_the_exact_force(followed: Path) -> None:
-    from pywet.bench import bridge_query
+    from pywet.cases.small import bridge_query
     from pywet.report import bridge
 
     query = bridge_query.read(followed / "my_bridge.json")

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pywet.bench import bodies
+from pywet.cases.small import bodies
 from pywet.config import EffectSettings, LawSettings
 from pywet.config.entries import RatioEntry
 from pywet.errors import PywetError

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 import pywet
 from pywet import config
+from pywet.cases.custom.building import Building
+from pywet.cases.screening import cases
 from pywet.errors import ConfigError
-from pywet.own_scene.building import Building
 from pywet.planning.size_distribution import OFF, UNNOTICED, amounts, whole_counts
-from pywet.screening import cases
 from reference_impl.scene.amounts import whole
-from tests.own_scene.conftest import beads
+from tests.cases.custom.conftest import beads
 
 SIZES_MM = (9.5, 7.3, 5.6, 4.7, 4.0, 3.35, 2.8, 2.36, 2.0, 1.7, 1.4, 1.18)
 SHARES = (0.02, 0.04, 0.08, 0.12, 0.15, 0.15, 0.14, 0.12, 0.08, 0.05, 0.03, 0.02)

@@ -8,30 +8,30 @@ from pathlib import Path
 import pytest
 
 from pywet.errors import PywetError
-from pywet.planning import time_steps as advisor
+from pywet.planning import time_steps
 from tests.engines.liggghts import stability
 
 
 def test_closed_forms() -> None:
     """Spring alone 2 sqrt(m/k), drag alone 2 m/c, and with both explicit and semi-implicit the roots of the margins."""
-    assert advisor.largest_step(2.0, 8.0, 0.0, 0.0, False) == pytest.approx(1.0, rel=1e-12)
-    assert advisor.largest_step(2.0, 0.0, 0.0, 8.0, False) == pytest.approx(0.5, rel=1e-12)
+    assert time_steps.largest_step(2.0, 8.0, 0.0, 0.0, False) == pytest.approx(1.0, rel=1e-12)
+    assert time_steps.largest_step(2.0, 0.0, 0.0, 8.0, False) == pytest.approx(0.5, rel=1e-12)
     k, c, m = 3.0, 5.0, 2.0
     both = (-c + math.sqrt(c * c + 4 * k * m)) / k
-    assert advisor.largest_step(m, k, 0.0, c, False) == pytest.approx(both, rel=1e-12)
+    assert time_steps.largest_step(m, k, 0.0, c, False) == pytest.approx(both, rel=1e-12)
     implicit = (c + math.sqrt(c * c + 4 * k * m)) / k
-    assert advisor.largest_step(m, k, 0.0, c, True) == pytest.approx(implicit, rel=1e-12)
-    assert math.isinf(advisor.largest_step(m, 0.0, 0.0, c, True))
-    assert advisor.largest_step(m, k, 0.0, 0.0, False, 4.0) == pytest.approx(math.sqrt(m / k), rel=1e-12)
+    assert time_steps.largest_step(m, k, 0.0, c, True) == pytest.approx(implicit, rel=1e-12)
+    assert math.isinf(time_steps.largest_step(m, 0.0, 0.0, c, True))
+    assert time_steps.largest_step(m, k, 0.0, 0.0, False, 4.0) == pytest.approx(math.sqrt(m / k), rel=1e-12)
 
 
 def test_a_wet_and_viscous_scene_is_governed_by_the_drag(tmp_path: Path) -> None:
     """And a thin liquid by the contact; the lines say so."""
     thick, _ = stability.pressed_pair(tmp_path / "thick", 1.0, 2e-6, "explicit")
     thin, _ = stability.pressed_pair(tmp_path / "thin", 1e-4, 2e-5, "explicit")
-    assert advisor.advise(thick).governs.effect == "viscous normal"
-    assert advisor.advise(thin).governs.effect in ("contact", "viscous normal")
-    assert "which is: viscous normal" in advisor.advise(thick).lines[-1]
+    assert time_steps.advise(thick).governs.effect == "viscous normal"
+    assert time_steps.advise(thin).governs.effect in ("contact", "viscous normal")
+    assert "which is: viscous normal" in time_steps.advise(thick).lines[-1]
 
 
 def test_unstable_step_is_refused_in_one_sentence(tmp_path: Path) -> None:
@@ -40,9 +40,9 @@ def test_unstable_step_is_refused_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(
         PywetError, match=r"4e-05 s, would be unstable: the viscous normal of class1 and class1 allows at most "
     ):
-        advisor.refuse_unstable(scene)
+        time_steps.refuse_unstable(scene)
     scene, _ = stability.pressed_pair(tmp_path, 1.0, 4e-5, "semi_implicit")
-    advisor.refuse_unstable(scene)
+    time_steps.refuse_unstable(scene)
 
 
 @pytest.mark.engine
@@ -81,6 +81,6 @@ def test_limit_by_bisection(tmp_path: Path, viscosity: float, how: str) -> None:
 def test_semi_implicit_is_stable_at_the_contact_limit(tmp_path: Path, viscosity: float) -> None:
     """Whatever the viscosity, a step just below the dry contact's limit is stable."""
     scene, _ = stability.pressed_pair(tmp_path / "advised", viscosity, 1e-6, "semi_implicit")
-    contact = next(limit for limit in advisor.advise(scene).limits if limit.effect == "contact")
-    assert advisor.advise(scene).governs == contact
+    contact = next(limit for limit in time_steps.advise(scene).limits if limit.effect == "contact")
+    assert time_steps.advise(scene).governs == contact
     assert stability.is_stable(tmp_path / "run", viscosity, 0.97 * contact.time_step_s, "semi_implicit")

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from pywet import run_folder
-from pywet.bench import bodies
-from pywet.files import write_json, write_table
+from pywet.cases.small import bodies
 from pywet.scene import Effects, Fed, Outlet, Output, Scene, SphereClass
 from pywet.schema import TABLES
+from pywet.util.files import write_json, write_table
 
 SIZES_MM = (1.0, 2.0, 3.0, 4.0)
 OVERS = (0, 10, 30, 40)

@@ -11,14 +11,14 @@ import pandas as pd
 import pytest
 
 import pywet
-from pywet.apparatus.motion import velocity
+from pywet.cases.custom import building
+from pywet.cases.custom.description import Scene
 from pywet.config.loading import read_yaml
 from pywet.errors import ConfigError
-from pywet.own_scene import building
-from pywet.own_scene.description import Scene
+from pywet.geometry.motion import velocity
 from pywet.products.deck import Deck, Stroke
 from pywet.scene import Vibration
-from tests.own_scene.conftest import EXAMPLES, beads
+from tests.cases.custom.conftest import EXAMPLES, beads
 
 STROKE = {"amplitude_mm": 2, "frequency_Hz": 20}
 DECK = {"length_mm": 60, "width_mm": 30, "aperture_mm": 4, "wire_mm": 1, "stroke": STROKE}

@@ -53,7 +53,7 @@ def test_the_right_law_is_ranked_first(right: str) -> None:
 
 def test_stored_full_scale_runs() -> None:
     """Case 2, three seeds: passage is slower at first (a power of time above 1); what does not pass has no kinetics."""
-    table = kinetics.of_runs([DATA / f"case02-{seed}" for seed in (10007, 10009, 10012)])
+    table = kinetics.kinetics([DATA / f"case02-{seed}" for seed in (10007, 10009, 10012)])
     assert set(table["class"]) == {"small", "near_mesh"} and len(table) == 2 * len(kinetics.LAWS)
     small = table[table["class"] == "small"].set_index("law")["rms_held_out"]
     assert small.idxmin() == "power of time" and small.min() < 0.01 and small["first order"] > 1.5 * small.min()
@@ -63,8 +63,8 @@ def test_stored_full_scale_runs() -> None:
 
 def test_what_has_no_curve_is_refused(tmp_path: Path) -> None:
     with pytest.raises(PywetError, match="has no fraction_retained; expected the finished run of a screening case"):
-        kinetics.of_runs([tmp_path])
+        kinetics.kinetics([tmp_path])
     flat = pd.DataFrame({"time_since_opening_s": TIMES, "fraction_retained_large": 1.0})
     flat.to_csv(tmp_path / "fraction_retained.csv", index=False)
     with pytest.raises(PywetError, match="no class passes the screen"):
-        kinetics.of_runs([tmp_path])
+        kinetics.kinetics([tmp_path])

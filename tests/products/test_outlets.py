@@ -11,14 +11,15 @@ import pandas as pd
 import pytest
 
 import pywet
+from pywet.cases.custom import building
+from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.checkpoint import saved as saved_name
 from pywet.errors import ConfigError
-from pywet.own_scene import building
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import ledger_error
+from tests.cases.custom.conftest import beads
 from tests.engines.liggghts.test_restart import killed, same_bits
-from tests.own_scene.conftest import beads
 
 OUTLETS = [
     {"name": "edge", "low_mm": (-4, None, None), "high_mm": (-1, None, 3)}, {"name": "under", "high_mm": (None, None, -20)},
@@ -60,8 +61,8 @@ def test_every_sphere_leaves_where_it_first_is_in_an_outlet(run: pywet.Run) -> N
     """At the first step looked at, an output every 0.02 s outside the windows, booked to the first outlet that holds it."""
     left, places = gone(run.path).set_index("id"), run.trajectory
     every = 2 * run.scene.output_every
-    windows = [int(run.scene.steps * part) for part in (0.25, 0.75)]
-    steps = [s for s in range(every, run.scene.steps, every) if not any(m - 10 <= s < m + 10 for m in windows)]
+    windows = schedule.windows(run.scene)
+    steps = [s for s in range(every, run.scene.steps, every) if not any(a <= s < b for a, b in windows)]
     edge = places["x"].between(-0.004, -0.001) & (places["z"] < 0.003)
     held = places.assign(outlet=np.where(edge, 1, 2))[places["step"].isin(steps) & (edge | (places["z"] < -0.020))]
     due = held.drop_duplicates("id").set_index("id")

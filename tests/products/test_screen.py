@@ -18,8 +18,8 @@ from pywet.products.partition import partition_curve, separation, size_at
 from pywet.runs.rundir import RunDir
 from reference_impl.replay import io
 from reference_impl.tables import plant
+from tests.cases.screening import synthetic
 from tests.products import made_up
-from tests.screening import synthetic
 
 MASS = [2500.0 * math.pi / 6.0 * (1e-3 * d) ** 3 for d in made_up.SIZES_MM]
 

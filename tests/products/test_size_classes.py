@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import pywet
+from pywet.cases.custom import building
 from pywet.errors import ConfigError
-from pywet.own_scene import building
 from pywet.products.size_classes import SizeDistribution
-from tests.own_scene.conftest import beads
+from tests.cases.custom.conftest import beads
 
 GOOD = {
     "comma": "lower,upper,mass %\n1,2,25\n2,4,50\n4,8,25\n",

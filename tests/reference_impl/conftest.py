@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from pywet import config, stages
-from pywet.bench.subset import with_spheres
-from pywet.screening import cases
+from pywet.cases.screening import cases
+from pywet.cases.small.subset import with_spheres
 from pywet.shipped import place
 from tests.reference_impl import planted_log, yard
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.apparatus.solids import plate, wire
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import small
+from pywet.cases.small import small
+from pywet.geometry.solids import plate, wire
+from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import ContactPair, Output, Rotation, Slide, Vibration
 from reference_impl.motion import newton, window
 from reference_impl.replay import io

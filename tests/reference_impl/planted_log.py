@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.bench import small
+from pywet.cases.small import small
 from reference_impl.replay import io
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.scene import ContactPair
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts.scenes import WATER, spheres_of

@@ -17,8 +17,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.bench import small
-from pywet.bench.bodies import water
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
 from reference_impl.diagnosis import diagnosis, motion
 from reference_impl.motion import mesh, newton, pushes, wall_motion, window
 from reference_impl.motion.touching import near_pairs

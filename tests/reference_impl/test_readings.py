@@ -12,10 +12,10 @@ import pandas as pd
 import pytest
 
 from pywet import config, stages
-from pywet.bench.subset import with_spheres
+from pywet.cases.screening import cases
+from pywet.cases.small.subset import with_spheres
 from pywet.config import Config
 from pywet.config.readings import Readings
-from pywet.screening import cases
 from reference_impl.replay.replay import replay
 from reference_impl.scene import check as scene
 from tests.reference_impl.planted_files import edit, put

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.laws import registry
 from pywet.scene import Effects
 from reference_impl.replay import capillary, coverage, laws

@@ -17,12 +17,12 @@ import pytest
 
 from pywet import config as settings
 from pywet import stages
-from pywet.files import write_json, write_table
 from pywet.planning import audit
 from pywet.report import collect, plots, report
 from pywet.runs.shapes import FORCES
+from pywet.util.files import write_json, write_table
 from reference_impl.shown import report as shown
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parent.parent.parent
 CASES = (1, 2, 3, 4, 5, 6)

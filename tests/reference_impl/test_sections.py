@@ -13,18 +13,18 @@ import pytest
 import yaml
 
 from pywet import config
-from pywet.bench.subset import with_spheres
-from pywet.screening import cases
+from pywet.cases.screening import cases
+from pywet.cases.small.subset import with_spheres
 from reference_impl.replay import command, io
 from reference_impl.replay.replay import replay, table
 from reference_impl.scene import check as scene
 from reference_impl.tables import check as results
+from tests.cases.screening import synthetic
 from tests.reference_impl.planted_files import RESULTS, SCENE, edit, put, times
-from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 CONFIG = config.load(ROOT / "config")
-OF_BUILT = {"scene_numbers", "scene_walls", "scene_tables", "scene_start"}
+OF_BUILT = {"scene_configuration", "scene_numbers", "scene_walls", "scene_tables", "scene_start"}
 
 
 @pytest.fixture
@@ -188,7 +188,7 @@ def test_fields_set_by_hand_are_named_and_others_still_held(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("moist", [True, False])
 def test_results_added_up_by_hand_agree(tmp_path: Path, moist: bool) -> None:
-    """The synthetic run of three spheres, whose numbers tests/screening add up on paper."""
+    """The synthetic run of three spheres, whose numbers tests/cases/screening add up on paper."""
     from pywet import stages
 
     folder = synthetic.make(tmp_path / "run", moist=moist)

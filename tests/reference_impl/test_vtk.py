@@ -12,12 +12,12 @@ import pandas as pd
 import pytest
 import pyvista
 
-from pywet.files import write_table
 from pywet.report import vtk as writer
 from pywet.runs.rundir import RunDir
+from pywet.util.files import write_table
 from reference_impl.replay.io import ReplayError
 from reference_impl.shown import vtk, vtu
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 Change = Callable[[Any, RunDir, int], Any]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from reference_impl.replay import spans
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds

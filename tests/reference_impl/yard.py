@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.apparatus.solids import plate, polygon, wire
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import small
-from pywet.bench.bodies import water
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
+from pywet.geometry.solids import plate, polygon, wire
+from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import Output, Slide, Vibration
 from tests.engines.liggghts.scenes import spheres_of
 from tests.reference_impl.newton_scenes import DOWN, R, contacts, moving

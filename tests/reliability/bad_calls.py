@@ -60,7 +60,7 @@ CONFIGURED = (
     ("run", "2", "--config", "{config}", "--out", "{here}/out"),
     ("run", "1", "--config", "{config}", "--preset", "exact", "--seeds", "2"),
 )
-PROGRAMS = (("pywet.evidence.full_scale.campaign", "--dry-run", "--config", "{config}", "--variant", "x"),)
+PROGRAMS = (("studies.full_scale.campaign", "--dry-run", "--config", "{config}", "--variant", "x"),)
 DOCUMENTS = (
     *(Kind(CONFIGURED, f"{n}.yaml", ROOT / "config" / f"{n}.yaml", PROGRAMS) for n in ("config", "materials", "scales")),
     Kind((("run-scene", "{file}"), ("run-scene", "{file}", "--trust", "--out", "{here}/out")), "scene.yaml",
@@ -131,8 +131,8 @@ OF_A_RUN = (
 PROGRAMS_OF_A_RUN = (
     ("reference_impl", "{run}"), ("reference_impl", "{run}", "--json"), ("pywet.report.render", "{run}", "{here}/p.png", "100"),
     ("pywet.report.movie", "{run}", "{here}", "3"), ("pywet.report.closeup", "{run}", "{here}/p.png", "100", "1"),
-    ("pywet.evidence.full_scale.pictures", "{run}"), ("pywet.evidence.full_scale.reasons", "6", "{run}"),
-    ("pywet.evidence.full_scale.trials", "fig14", "{run}"), ("pywet.engines.liggghts.worker", "{run}", "{here}/engine", "0", "1"),
+    ("studies.full_scale.pictures", "{run}"), ("studies.full_scale.reasons", "6", "{run}"),
+    ("studies.full_scale.trials", "fig14", "{run}"), ("pywet.engines.liggghts.worker", "{run}", "{here}/engine", "0", "1"),
     ("pywet.engines.lammps.worker", "{run}", "{here}/engine"),
 )  # fmt: skip
 
@@ -156,8 +156,8 @@ OPTIONS: tuple[tuple[str, ...], ...] = (
     ("scene", "bed", "--spheres"), ("scene", "pull", "--speed"), ("scene", "drum", "--rpm"), ("bridge",),
     ("bridge", str(EXAMPLES / "bridge.json"), "--engine"), ("calibrate",), ("run-scene",), ("score",), ("score", "drum"),
     ("score", "all"), ("collide", "wall"), ("collide", "spheres"), ("compare",), ("compare", "x", "--digest"),
-    ("compare", "--a", "x", "--b"), ("agreement", "--only"), ("study",), ("study", "accuracy", "--size"),
-    ("study", "effects", "--seeds"), ("laws", "--law"), ("laws", "--atlas", "--law"), ("collide",), ("doctor",), ("digest",),
+    ("compare", "--a", "x", "--b"), ("study", "cross-code", "--only"), ("study",), ("study", "accuracy", "--size"),
+    ("study", "effects", "--seeds"), ("study", "laws", "--law"), ("collide",), ("doctor",), ("digest",),
 )  # fmt: skip
 """Commands whose next word is wrong."""
 

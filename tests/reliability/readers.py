@@ -12,29 +12,31 @@ import numpy as np
 from pyarrow import parquet
 
 from benchmarks.wet import score
-from pywet import files, stages
-from pywet.apparatus.stl import read_stl
-from pywet.bench import bridge_query
+from pywet import scene_stages as commands
+from pywet import stages
 from pywet.calibration import question
+from pywet.cases.custom import walls
+from pywet.cases.custom.building import Building
+from pywet.cases.custom.placing import ask_unit
+from pywet.cases.screening import identity, results, status, verdict
+from pywet.cases.small import bridge_query
 from pywet.collisions.spheres import command as spheres
 from pywet.collisions.wall import sweep
+from pywet.compare import quantities
 from pywet.config import loading
 from pywet.engines.liggghts import windows
 from pywet.errors import PywetError
-from pywet.evidence.compare import quantities
+from pywet.geometry.stl import read_stl
 from pywet.laws.exact_bridge import table as exact_table
-from pywet.own_scene import commands, walls
-from pywet.own_scene.building import Building
-from pywet.own_scene.placing import ask_unit
 from pywet.runs import tables
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
-from pywet.screening import identity, results, status, verdict
+from pywet.util import files
 from reference_impl.replay import command, io, stream
 from reference_impl.replay.io import ReplayError
 from reference_impl.scene import stl as reference_stl
+from tests.cases.screening import synthetic
 from tests.report.test_report import REPLAY
-from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"

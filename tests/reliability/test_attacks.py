@@ -18,8 +18,8 @@ import pytest
 from pydantic import ValidationError
 from typer.testing import CliRunner
 
-from pywet import caches, config, machine_code, stages
-from pywet.bench import small
+from pywet import config, stages
+from pywet.cases.small import small
 from pywet.cli import doctor
 from pywet.cli.app import app
 from pywet.engines import process
@@ -27,8 +27,9 @@ from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 from pywet.laws import davis, own, registry, viscous
 from pywet.scene import Scene
+from pywet.util import caches, machine_code, sources
+from tests.cases.screening import synthetic
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
-from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 SIDE = """
@@ -405,10 +406,10 @@ def test_machine_code_is_kept_under_all_sources_that_are_compiled(
 
     And whoever asks it to keep has it look in that folder.
     """
-    for room in machine_code.COMPILED:
+    for room in sources.COMPILED:
         shutil.copytree(ROOT / "pywet" / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"))
     before = machine_code.key()
-    monkeypatch.setattr(machine_code, "__file__", str(tmp_path / "machine_code.py"))
+    monkeypatch.setattr(sources, "PACKAGE", tmp_path)
     elsewhere = machine_code.key()
     assert elsewhere != before
     assert machine_code.key() == elsewhere
@@ -417,8 +418,8 @@ def test_machine_code_is_kept_under_all_sources_that_are_compiled(
     assert machine_code.key() not in (before, elsewhere)
     for path in (ROOT / "pywet").rglob("*.py"):
         if "cache=True" in path.read_text():
-            assert "from pywet.machine_code import" in path.read_text(), path
-            assert path.relative_to(ROOT / "pywet").parts[0] in machine_code.COMPILED, path
+            assert "from pywet.util.machine_code import" in path.read_text(), path
+            assert path.relative_to(ROOT / "pywet").parts[0] in sources.COMPILED, path
 
 
 def test_laws_of_one_text_that_enclose_other_values_are_not_kept() -> None:
@@ -468,8 +469,8 @@ def test_machine_code_is_not_loaded_from_a_folder_open_to_all(variable: str, tmp
     shared.mkdir()
     shared.chmod(0o777)
     code = (
-        "from pywet import machine_code as m; print(m._settings.CACHE_DIR); "
-        "from pathlib import Path; from pywet import caches; print(caches.folder())"
+        "from pywet.util import machine_code as m; print(m._settings.CACHE_DIR); "
+        "from pathlib import Path; from pywet.util import caches; print(caches.folder())"
     )
     surroundings = {
         k: v for k, v in os.environ.items() if k not in ("PYWET_CACHE", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME")

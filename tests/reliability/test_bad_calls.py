@@ -25,10 +25,10 @@ from pywet import shipped
 from pywet.cli.app import app
 from pywet.engines import process
 from pywet.report import app as viewer
+from tests.cases.screening import synthetic
 from tests.reliability import bad_calls
 from tests.reliability.test_bad_inputs import NEVER
 from tests.reliability.test_fuzzed_files import limited
-from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 FEW, MANY = 60, 400

@@ -27,7 +27,7 @@ from typer.testing import CliRunner
 
 from pywet import stages
 from pywet.cli.app import app
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 NEVER = ("Traceback", "a fault in pywet", "a fault in the reference", "fault in the program")

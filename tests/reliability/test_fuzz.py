@@ -24,23 +24,22 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from pywet import config, stages
-from pywet.bench import bridge_query
+from pywet.cases.screening import cases, results
+from pywet.cases.small import bridge_query
 from pywet.cli import ending, showing
 from pywet.cli.app import app
 from pywet.collisions.spheres import command as spheres
 from pywet.collisions.spheres import simulate
 from pywet.collisions.wall import sweep
+from pywet.compare import digest, quantities
 from pywet.errors import PywetError
-from pywet.evidence.compare import digest, quantities
-from pywet.files import parse_json, write_json
-from pywet.planning import audit
-from pywet.planning import time_steps as advisor
+from pywet.planning import audit, time_steps
 from pywet.report import collect, report, vtk
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
-from pywet.screening import cases, results
+from pywet.util.files import parse_json, write_json
+from tests.cases.screening import synthetic
 from tests.report.test_report import REPLAY
-from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -172,7 +171,7 @@ def scene(bench: Bench, given: tuple[float, str, Any]) -> None:
     run = bench.fresh()
     document = json.loads((run / "scene.json").read_text())
     (run / "scene.json").write_text(json.dumps(changed(document, *given)))
-    sentence(lambda: advisor.advise(Scene.read(run / "scene.json")).lines, lambda: read_all(run))
+    sentence(lambda: time_steps.advise(Scene.read(run / "scene.json")).lines, lambda: read_all(run))
 
 
 JSON_FILES = (

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pywet.files import read_parts, read_table
+from pywet.util.files import read_parts, read_table
 from reference_impl.replay import io
 
 

@@ -14,15 +14,15 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from pywet.apparatus.solids import tube
+from pywet import scene_stages as commands
+from pywet.cases.custom.building import Building
+from pywet.cases.custom.walls import Wall
 from pywet.cli.app import app
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
-from pywet.own_scene import commands
-from pywet.own_scene.building import Building
-from pywet.own_scene.walls import Wall
-from tests.apparatus.test_cad import CUBE, CUP, LINE, POINT, TURNED, binary, jitter, text
+from pywet.geometry.solids import tube
 from tests.engines.liggghts import beds
+from tests.geometry.test_cad import CUBE, CUP, LINE, POINT, TURNED, binary, jitter, text
 
 TESTS = Path(__file__).parents[1]
 SCENES = TESTS / "data" / "inputs"

@@ -22,12 +22,12 @@ import pandas as pd
 import pytest
 
 from pywet import run_folder
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.engines.liggghts.restart_file import holds
 from pywet.errors import NotWhole, PywetError
-from pywet.files import read_json
 from pywet.scene import Scene
+from pywet.util.files import read_json
 from tests.engines.liggghts import beds
 from tests.reliability.kills import Stopped, assert_same, tables_of
 

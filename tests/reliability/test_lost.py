@@ -13,11 +13,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from pywet import PywetError, files, run_folder, run_lock, shipped
+from pywet import PywetError, run_folder, run_lock, shipped
+from pywet.cases.screening import identity, status
 from pywet.cli.app import app
 from pywet.runs import tables
-from pywet.screening import identity, status
-from tests.screening import synthetic
+from pywet.util import files
+from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 

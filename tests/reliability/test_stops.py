@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from pywet import PywetError, files, run_folder, run_lock
+from pywet import PywetError, run_folder, run_lock
 from pywet.engines.liggghts import checkpoint
+from pywet.util import files
 from tests.reliability.kills import assert_same, tables_of
 
 WORDS = ("scene", "bed", "--spheres", "12", "--seconds", "0.05")

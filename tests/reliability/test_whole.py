@@ -16,8 +16,8 @@ from pywet.cli.app import app
 from pywet.errors import PywetError
 from reference_impl.replay import command
 from reference_impl.replay.replay import table
+from tests.cases.screening import synthetic
 from tests.reference_impl import newton_scenes
-from tests.screening import synthetic
 
 Change = Callable[[pd.DataFrame], pd.DataFrame]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 WITHOUT_GPU = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage"]
 DRAWS = "Boolean(document.createElement('canvas').getContext('webgl2'))"

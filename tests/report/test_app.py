@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from pywet.report import app
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 
 @pytest.fixture

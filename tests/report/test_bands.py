@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 from pywet import stages
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.files import read_table, write_table
 from pywet.report import bands
-from tests.screening import synthetic
+from pywet.util.files import read_table, write_table
+from tests.cases.screening import synthetic
 
 MM = 72.0 / 25.4
 """Points of a PDF."""

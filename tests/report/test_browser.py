@@ -17,11 +17,11 @@ import pytest
 from PIL import Image
 
 from pywet import config as settings
-from pywet.files import read_table
+from pywet.cases.screening.verdict import Agreement
 from pywet.report import browser, page, pictures, report
 from pywet.report.collect import CaseResult
 from pywet.runs.rundir import RunDir
-from pywet.screening.verdict import Agreement
+from pywet.util.files import read_table
 
 ROOT = Path(__file__).parents[2]
 

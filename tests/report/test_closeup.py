@@ -11,7 +11,7 @@ from pywet.errors import PywetError
 from pywet.laws import exact_bridge
 from pywet.report import closeup
 from pywet.runs.rundir import Floats, RunDir
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 MM = 1e-3
 

@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from pywet.report import ovito
-from tests.screening import synthetic
-from tests.screening.synthetic import UNIT
+from tests.cases.screening import synthetic
+from tests.cases.screening.synthetic import UNIT
 
 
 def dumped(path: Path, rows: str) -> Iterator[tuple[int, pd.DataFrame]]:

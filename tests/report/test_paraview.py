@@ -16,7 +16,7 @@ from PIL import Image
 from pywet import stages
 from pywet.report import paraview, vtk
 from pywet.runs.rundir import RunDir
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 LOOK = """
 import json, runpy, sys

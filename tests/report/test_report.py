@@ -14,12 +14,12 @@ import pytest
 
 from pywet import config as settings
 from pywet import stages
+from pywet.cases.screening import verdict
 from pywet.config.entries import NonNegativeEntry, PositiveEntry
 from pywet.errors import PywetError
 from pywet.report import answer, plots, presets, report
 from pywet.report.collect import CaseResult, collect
-from pywet.screening import verdict
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parent.parent.parent
 REPLAY = {

@@ -1,4 +1,4 @@
-"""VTK files of the synthetic run, read back by VTK itself; numbers as in tests/screening/synthetic.py."""
+"""VTK files of the synthetic run, read back by VTK itself; numbers as in tests/cases/screening/synthetic.py."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ import pyvista
 from pywet import run_folder
 from pywet.laws.contact import film_thickness
 from pywet.report import vtk
+from pywet.runs.walls import wall_corners
 from pywet.scene import Rotation
-from tests.screening import synthetic
-from tests.screening.synthetic import UNIT
+from tests.cases.screening import synthetic
+from tests.cases.screening.synthetic import UNIT
 
 
 @pytest.fixture
@@ -106,6 +107,6 @@ def test_a_turning_wall_is_where_its_turn_has_brought_it() -> None:
             walls=walls, motion_of=lambda wall: turn if wall.motion == "turns" else None, time_step_s=1.0 / 300.0
         ),
     )
-    turned, moved = vtk.wall_corners(run, 300)  # type: ignore[arg-type]
+    turned, moved = wall_corners(run, 300)  # type: ignore[arg-type]
     np.testing.assert_allclose(turned, np.roll(np.eye(3), 1, axis=1) + turn.origin_m, atol=1e-14)
     np.testing.assert_allclose(moved, corners + np.array([0.0, 0.0, 0.5]), atol=1e-14)

@@ -10,7 +10,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from pywet.report import vtk, vtkhdf
 from pywet.runs.rundir import RunDir
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 
 def test_each_output_is_that_of_the_series(tmp_path: Path) -> None:

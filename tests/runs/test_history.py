@@ -11,9 +11,9 @@ import pytest
 from pywet import run_folder
 from pywet.engines.liggghts import collecting, windows
 from pywet.errors import NotWhole, PywetError
-from pywet.files import read_parts, read_table, write_parts
 from pywet.runs import tables
 from pywet.schema import RAW
+from pywet.util.files import read_parts, read_table, write_parts
 
 RANKS = 2
 

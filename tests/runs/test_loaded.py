@@ -13,7 +13,7 @@ from pywet.errors import PywetError
 from pywet.runs.loaded import Run, unit
 from pywet.runs.measures import bed_angle, heap_angle, steady_rate
 from pywet.scene import Rotation
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 
 @pytest.mark.parametrize("angle", [15.0, 30.0, 45.0])

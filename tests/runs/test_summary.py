@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from pywet.files import write_table
 from pywet.runs import summary
 from pywet.runs.rundir import RunDir
-from tests.screening import synthetic
+from pywet.util.files import write_table
+from tests.cases.screening import synthetic
 
 
 def test_energies_of_a_dry_run(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@
 # A source that fails leaves its reason in its file, and the page is made with its cells blank. What `engines` and the screening
 # cases have left in results/ is read where it is there, so run this target after them.
 
-from pywet.evidence.agreement.sources import SOURCES, left_by_others
+from studies.cross_code.sources import SOURCES, left_by_others
 
 AGREEMENT = "results/agreement"
 
@@ -32,7 +32,7 @@ rule agreement:
         page=f"{AGREEMENT}/index.html",
         table=f"{AGREEMENT}/table.json",
     params:
-        module="pywet.evidence.agreement.page",
+        module="studies.cross_code.page",
     log:
         f"{AGREEMENT}/logs/page.log",
     script:

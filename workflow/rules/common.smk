@@ -8,14 +8,18 @@ from snakemake.utils import validate
 
 from pywet import config as settings
 from pywet.errors import PywetError
-from pywet.evidence.accuracy.needs import need
+from pywet.cost.needs import need
 from pywet.runs.second import word
-from pywet.screening.identity import content, expect, told
-from pywet.shipped import place
+from pywet.cases.screening.identity import content, expect, told
+from pywet.shipped import open_studies, place
 
+STUDIES_HERE = open_studies()
+"""Whether this is a checkout, which has the studies; a wheel does not."""
 STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 
+SWEEP = config.pop("sweep", None)
+"""File of a sweep, `--config sweep=FILE`; not part of config.yaml."""
 CONFIG = Path(config.pop("config_dir", "config"))
 """Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets, seed and seeds of its
 config.yaml."""

@@ -4,9 +4,9 @@
 #   snakemake --cores 2 wall_collision sphere_collisions atlas
 
 PAGES = {
-    "wall_collision": ("pywet.collisions.wall.buck_page", "wall_collision/index.html"),
-    "sphere_collisions": ("pywet.collisions.spheres.davis_page", "sphere_collisions/index.html"),
-    "atlas": ("pywet.evidence.atlas.page", "atlas/atlas.html"),
+    "wall_collision": ("studies.buck2018.buck_page", "wall_collision/index.html"),
+    "sphere_collisions": ("studies.davis2023.davis_page", "sphere_collisions/index.html"),
+    "atlas": ("studies.law_comparison.page", "atlas/atlas.html"),
 }
 
 for NAME, (MODULE, PAGE) in PAGES.items():

@@ -12,9 +12,9 @@
 # side; a row of a map; a batch of cases. Every run leaves a file when it is whole, with a hash of what it was made from: a call
 # that was cut off goes on with the run it was at, and after an edit of the configuration the runs that it touches are done again.
 
-from pywet.evidence.accuracy.study import AccuracyStudy
-from pywet.evidence.effects.study import EffectsStudy
-from pywet.evidence.stability.study import StabilityStudy
+from studies.accuracy.study import AccuracyStudy
+from studies.effects.study import EffectsStudy
+from studies.stability.study import StabilityStudy
 
 try:
     STUDIES = {

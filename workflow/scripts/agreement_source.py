@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.evidence.agreement import sources
+from studies.cross_code import sources
 
 with stages.logged(Path(snakemake.log[0])):
     sources.run_source(snakemake.params.source, Path(snakemake.output.data).parent.parent)

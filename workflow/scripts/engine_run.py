@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.evidence.engines import screening
+from studies.engines import screening
 
 run_dir = Path(snakemake.output.table).parent.parent
 with stages.logged(Path(snakemake.log[0]), echo=True):

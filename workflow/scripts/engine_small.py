@@ -5,8 +5,8 @@ from pathlib import Path
 import pandas as pd
 
 from pywet import stages
-from pywet.evidence.engines import bed, contacts
-from pywet.files import write_table
+from studies.engines import bed, contacts
+from pywet.util.files import write_table
 
 file = Path(snakemake.output[0])
 with stages.logged(Path(snakemake.log[0]), echo=True):

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.screening import identity
+from pywet.cases.screening import identity
 
 given = snakemake.params
 run_dir = Path(snakemake.output.status).parent.parent

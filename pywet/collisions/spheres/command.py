@@ -15,7 +15,7 @@ from pywet.collisions.spheres.outcome import describe, mechanism, outcome, wet_r
 from pywet.collisions.spheres.problem import Problem
 from pywet.collisions.spheres.simulate import METHODS, Run, run
 from pywet.errors import shown
-from pywet.files import read_json
+from pywet.util.files import read_json
 
 __all__ = [
     "METHODS", "Problem", "Run", "collide", "describe", "head_on_restitution", "mechanism", "outcome", "parse",
@@ -35,4 +35,4 @@ def collide(description: dict[str, Any], where: str = "the description") -> dict
 
 def read(path: Path) -> Problem:
     """The problem that a JSON file describes."""
-    return parse(read_json(path, "see the forms in docs/sphere_collisions.md"), shown(path))
+    return parse(read_json(path, "see the forms in pywet docs sphere_collisions"), shown(path))

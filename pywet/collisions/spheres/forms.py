@@ -14,8 +14,8 @@ from pywet.collisions.spheres.problem import MOST_SPHERES, NotNegative, Number, 
 from pywet.config import loading
 from pywet.config.entries import Excusable
 from pywet.errors import PywetError
-from pywet.ranges import LIMITS
 from pywet.strict import Strict
+from pywet.util.ranges import LIMITS
 
 ARGUMENTS = inspect.signature(three_equal_spheres, eval_str=True).parameters.values()
 _Equal: Any = create_model(
@@ -106,5 +106,7 @@ def parse(description: Any, where: str = "the description") -> Problem:
     """The problem a JSON description stands for."""
     form = description.get("form") if isinstance(description, dict) else None
     if not isinstance(form, str) or form not in FORMS:
-        raise PywetError(f'{where}: "form" is {form!r}; expected one of {", ".join(FORMS)} (docs/sphere_collisions.md)')
+        raise PywetError(
+            f'{where}: "form" is {form!r}; expected one of {", ".join(FORMS)} (pywet docs sphere_collisions)'
+        )
     return loading.parse(FORMS[form], description, where).problem()

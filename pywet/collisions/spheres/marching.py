@@ -14,7 +14,7 @@ from pywet.collisions.spheres.dynamics import along, derivative, pair_geometry, 
 from pywet.collisions.spheres.events import first_event, locate
 from pywet.collisions.spheres.state import COS, SIN, H, R, U, W, compiled
 from pywet.collisions.spheres.steppers import EXPLICIT, IMPLICIT, norm, set_scale, step
-from pywet.machine_code import njit
+from pywet.util.machine_code import njit
 
 DONE, TOO_MANY_STEPS, STALLED, TOO_SMALL = range(4)
 PATIENCE = 1000

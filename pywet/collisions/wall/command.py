@@ -16,9 +16,9 @@ from pywet.collisions.wall.problem import Problem
 from pywet.collisions.wall.wall import collide
 from pywet.config.loading import parse
 from pywet.errors import PywetError
-from pywet.files import write_csv
-from pywet.machine_code import say_wait
-from pywet.notices import bar
+from pywet.util.files import write_csv
+from pywet.util.machine_code import say_wait
+from pywet.util.notices import bar
 
 WIDE = 160
 """Columns of a table that goes into a file or a pipe."""

@@ -7,7 +7,7 @@ import numpy as np
 from pywet.collisions.runge_kutta import DOP853, F_HIGH, HIGH, LOW, combine, error_of, narrow, trial
 from pywet.collisions.wall import forces
 from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
-from pywet.machine_code import njit
+from pywet.util.machine_code import njit
 
 A, ERROR, ERROR_LOW = DOP853.a, DOP853.error, DOP853.error_low
 STAGES = len(A) - 1

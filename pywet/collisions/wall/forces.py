@@ -15,7 +15,7 @@ from numba import njit
 
 from pywet.collisions.wall import contact, drag
 from pywet.laws import toroid
-from pywet.machine_code import njit as kept
+from pywet.util.machine_code import njit as kept
 
 ENTRY, CONTACT, LEAVING, BRIDGE, DONE = 1, 2, 3, 4, 0
 """Phases I to IV, and none."""

@@ -16,7 +16,7 @@ from pywet.collisions.wall import wall
 from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
-from pywet.files import read_json
+from pywet.util.files import read_json
 
 Report = Callable[[int, int], None]
 """Called with how many collisions are done, and of how many."""
@@ -29,7 +29,7 @@ ENERGIES = ("in", "out", "contact", "viscous", "capillary", "gravity", "residual
 
 def read(path: Path) -> dict[str, Any]:
     """The content of an input file."""
-    cure = "describe particle, wall, liquid and so on as in docs/wall_collision.md"
+    cure = "describe particle, wall, liquid and so on as in pywet docs wall_collision"
     return read_json(path, cure, dict[str, Any])  # type: ignore[no-any-return]
 
 

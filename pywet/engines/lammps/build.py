@@ -9,9 +9,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from pywet import caches
 from pywet.engines.liggghts import build
 from pywet.errors import EngineError
+from pywet.util import caches
 
 VERSION = "2025.7.22"
 PREFIX = Path(sys.prefix) / "peers"

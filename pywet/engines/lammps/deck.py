@@ -13,16 +13,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pywet.apparatus.stl import read_stl
 from pywet.engines.liggghts import deck
 from pywet.errors import PywetError
-from pywet.files import atomic_write, read_table
+from pywet.geometry.stl import read_stl
 from pywet.laws import contact
 from pywet.scene import ContactPair, Rotation, Scene, WallMesh
+from pywet.util.files import atomic_write, read_table
 
 SCRIPT, DATA = "in.lammps", "particles.data"
 STATE = "id type x y z vx vy vz omegax omegay omegaz"
-NUMBERS = 5
+NUMBERS = 8
 """That each sphere takes along for the plugin (engine.h: NUMBERS_TAKEN)."""
 SAME = 1e-6
 """Of a mesh's extent: places closer than that are one; an STL file's numbers are rounded to 6e-8 of themselves."""

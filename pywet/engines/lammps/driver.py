@@ -19,7 +19,7 @@ from pywet.engines.liggghts.driver import RunInfo
 from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.process import OUTPUT, alone, attend, last_words, progress_bar
 from pywet.errors import StoppedRun
-from pywet.planning import time_steps as advisor
+from pywet.planning import time_steps
 from pywet.runs import tables
 from pywet.scene import Scene
 
@@ -43,7 +43,7 @@ def run(
     deck.refuse(scene, ranks)
     version, plugin = build.engine_version(), build.plugin_path()
     if not allow_unstable:
-        advisor.refuse_unstable(scene)
+        time_steps.refuse_unstable(scene)
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name, *extra, integrate)
     with alone(run_dir):

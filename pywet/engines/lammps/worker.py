@@ -16,8 +16,8 @@ from pywet.engines.lammps.deck import SCRIPT
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import corner_points
 from pywet.errors import PywetError, arguments, border
-from pywet.files import read_table
 from pywet.scene import Scene
+from pywet.util.files import read_table
 
 SENTENCE = 1024
 """Bytes of an error message."""

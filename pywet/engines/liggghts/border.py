@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.initial import wall_groups
 from pywet.errors import FileError
-from pywet.files import AGAIN
+from pywet.geometry.initial import wall_groups
 from pywet.scene import Scene
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
+from pywet.util.files import AGAIN
 
 
 def check_tables(scene: Scene, spheres: pd.DataFrame, transfer: pd.DataFrame, nodes: dict[str, np.ndarray]) -> None:

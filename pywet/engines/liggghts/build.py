@@ -13,9 +13,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from pywet import caches
 from pywet.engines import process
 from pywet.errors import EngineError, border
+from pywet.util import caches
 
 ENGINE_VERSION = "3.8.0"
 SOURCES = Path(__file__).parent / "plugin"

@@ -24,9 +24,9 @@ from pywet.engines.liggghts import logs, state_file
 from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
-from pywet.files import read_json, write_json
 from pywet.scene import Scene
-from pywet.shipped import place
+from pywet.util import sources
+from pywet.util.files import read_json, write_json
 
 FOLDER = "checkpoint"
 PARTIAL = ".partial"
@@ -42,15 +42,6 @@ KEPT = 2
 """Checkpoints that are kept."""
 WRITTEN_S = 10.0
 """Time from its last change, back or (the clock was set back) ahead, at which a restart file is no longer being written [s]."""
-CODE = [
-    path
-    for pattern in (
-        "*.py",
-        *(f"{room}/*.py" for room in ("laws/**", "apparatus", "runs", "planning", "engines", "engines/liggghts")),
-    )
-    for path in sorted(Path(__file__).parents[2].glob(pattern))
-] + sorted(place("liggghts_inputs").glob("*.j2"))
-"""What of the program a run follows from, beside the plugin."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +59,12 @@ def fingerprint(run_dir: Path, scene: Scene, *parts: str) -> str:
     digest = hashlib.sha256()
     files = [run_dir / "scene.json", run_dir / scene.spheres_file]
     files += [run_dir / "history" / f"{name}.parquet" for name in ("spheres", "triangles")]
-    files += [run_dir / wall.stl for wall in scene.walls] + CODE
+    files += [run_dir / wall.stl for wall in scene.walls]
     named = (law for law in scene.effects.model_dump().values() if isinstance(law, str))
     files += [Path(law.rpartition(":")[0]) for law in named if ".py:" in law]
     for path in files:
         digest.update(path.read_bytes() if path.is_file() else b"-")
-    for part in parts:
+    for part in (sources.digest_of_a_run(), *parts):
         digest.update(b"\0" + part.encode())
     return digest.hexdigest()
 

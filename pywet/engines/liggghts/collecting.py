@@ -17,13 +17,13 @@ import numpy as np
 import pandas as pd
 
 from pywet import run_folder, run_lock
-from pywet.apparatus.motion import Floats, engine_displacement
 from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
-from pywet.files import read_json, read_parts, read_table, write_json, write_parts, write_table
+from pywet.geometry.motion import Floats, engine_displacement
 from pywet.runs import retired, tables
 from pywet.scene import Scene, Slide, Vibration, WallMesh
+from pywet.util.files import read_json, read_parts, read_table, write_json, write_parts, write_table
 
 TABLES = "tables"
 INDEX = "tables.json"
@@ -52,7 +52,8 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
         write_table(tables.to_frame(gone), made / "history" / "retired.parquet")
     if not scene.effects.bridges:
         return spheres, None
-    added = {"films": partial(retired.with_films, retired=gone, empty=empty)} if gone is not None else {}
+    filled = partial(retired.with_films, retired=gone, empty=empty)
+    added = dict.fromkeys(("films", "impulses"), filled) if gone is not None else {}
     tables.convert(folder, made / "history", more=added)
     for name in ("ledger", "films", *(["energy"] if scene.output.energy else [])):
         planned(steps_of(made / "history" / f"{name}.parquet"), scene, f"the log {name}")

@@ -12,16 +12,16 @@ import jinja2
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.motion import viblin_words
-from pywet.apparatus.stl import write_first_triangle
 from pywet.engines import schedule
 from pywet.engines.liggghts import contact_model, grid, windows
 from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
-from pywet.files import atomic_write, read_table
+from pywet.geometry.motion import viblin_words
+from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.scene import Rotation, Scene, Slide, Vibration, WallMesh
 from pywet.shipped import place
+from pywet.util.files import atomic_write, read_table
 
 TEMPLATES = place("liggghts_inputs")
 FILM_GROWTH = 2.5

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.files import read_table
+from pywet.runs.rundir import RunDir, placed
 from pywet.scene import Scene
+from pywet.util.files import read_table
 
 KEEP = "expected walls or a tray that keep it, or a smaller time step"
 SAMPLES = 2000
@@ -26,16 +27,18 @@ def departure(scene: Scene, folder: Path, sphere: int | None) -> str:
     span = 2.0 * max(scene.output_every * scene.time_step_s, scene.time_step_s)
     t = np.linspace(0.0, span, SAMPLES)[:, None]
     low, high, fall = (np.array(v) for v in (scene.box_low_m, scene.box_high_m, scene.gravity_m_per_s2))
+    origin = RunDir(folder.parent).origin_mm
     first: tuple[float, str] | None = None
     for row in rows:
         path = row[2:5] + row[5:8] * t + 0.5 * fall * t**2
         beyond = np.stack([path < low, path > high], axis=2)
         if beyond.any():
             k, axis, end = (int(n) for n in np.argwhere(beyond)[0])
-            face = (
-                f"{('lower', 'upper')[end]} {'xyz'[axis]} face, {'xyz'[axis]} = {1e3 * (low, high)[end][axis]:.4g} mm"
+            edge = placed((low, high)[end], origin).split(", ")[axis]
+            face, place = (
+                f"{('lower', 'upper')[end]} {'xyz'[axis]} face, {'xyz'[axis]} = {edge} mm",
+                placed(path[k], origin),
             )
-            place = ", ".join(f"{x:.4g}" for x in 1e3 * path[k])
             if first is None or t[k, 0] < first[0]:
                 first = float(t[k, 0]), f"sphere {int(row[0])} at about ({place}) mm through the {face}"
     return first[1] if first else ""

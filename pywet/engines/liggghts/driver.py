@@ -23,11 +23,11 @@ from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.liggghts.process import LOOP_TIME, execute
 from pywet.engines.process import Usage, alone, installed, progress_bar
 from pywet.errors import EngineError, NotWhole, PywetError
-from pywet.files import read_if_there, read_table
-from pywet.notices import notice
-from pywet.planning import time_steps as advisor
+from pywet.planning import time_steps
 from pywet.runs import tables
 from pywet.scene import Scene
+from pywet.util.files import read_if_there, read_table
+from pywet.util.notices import notice
 
 PROGRAM = "liggghts"
 MPIRUN = ("mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe")
@@ -97,7 +97,7 @@ def run(
         scene = Scene.read(run_dir / "scene.json")
         version = _check_engine(ranks, shlex.split(mpi) or MPIRUN)
         if not allow_unstable:
-            advisor.refuse_unstable(scene)
+            time_steps.refuse_unstable(scene)
         attached = deck.attached(scene)
         plugin = plugin_path() if attached else None
         folder = run_dir / "engine.partial"

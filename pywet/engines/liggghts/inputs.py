@@ -10,14 +10,14 @@ from pathlib import Path
 import pandas as pd
 
 from pywet import run_folder
-from pywet.apparatus.initial import wall_groups
 from pywet.engines.liggghts.plugin_api import SLOTS, angle_pairs
-from pywet.files import write_json, write_table
+from pywet.geometry.initial import wall_groups
 from pywet.laws import registry
 from pywet.laws.transfer import v_star_grid
-from pywet.notices import bar
 from pywet.scene import Scene
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
+from pywet.util.files import write_json, write_table
+from pywet.util.notices import bar
 
 
 def write_inputs(scene: Scene, run_dir: Path) -> None:

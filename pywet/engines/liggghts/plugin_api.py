@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.initial import wall_groups
-from pywet.apparatus.prisms import prism_of
 from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
+from pywet.geometry.initial import wall_groups
+from pywet.geometry.prisms import prism_of
 from pywet.laws import registry
 from pywet.laws.batch import batch
 from pywet.laws.kinds import KINDS

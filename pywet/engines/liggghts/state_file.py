@@ -11,7 +11,7 @@ from pywet.errors import FileError, shown
 HEAD_B = 104
 """Bytes before the number of spheres."""
 COUNT = np.dtype("<i8")
-SPHERE = np.dtype([("id", "<i8"), ("place", "<f8", (2,)), ("rest", "<f8", (9,))])
+SPHERE = np.dtype([("id", "<i8"), ("place", "<f8", (2,)), ("rest", "<f8", (12,))])
 
 
 def count(state: Path) -> int:

@@ -19,9 +19,9 @@ from pyarrow import csv
 
 from pywet.engines import schedule
 from pywet.errors import NotWhole, one_line
-from pywet.files import write_table
 from pywet.runs.tables import read_raw, to_frame
 from pywet.scene import Scene
+from pywet.util.files import write_table
 
 STATES = "states"
 SPRINGS = ("pair_springs", "wall_springs")
@@ -34,15 +34,13 @@ COLUMNS: dict[str, list[str]] = {
 NEVER = 9.0e15
 
 
-def next_step(windows: list[tuple[int, int]]) -> str:
-    """The engine's formula for the step after `step` at which to write."""
+def next_step(windows: list[tuple[int, int]]) -> list[str]:
+    """The engine's formula for the step after `step` at which to write, as terms to be added up: it cuts long lines."""
     terms, before = [], -1
     for first, last in windows:
-        terms.append(f"(step>={before})*(step<{first})*{first}")
-        terms.append(f"(step>={first})*(step<{last - 1})*(step+1)")
+        terms.append(f"(step>={before})*(step<{first})*{first}+(step>={first})*(step<{last - 1})*(step+1)")
         before = last - 1
-    terms.append(f"(step>={before})*{NEVER:.0f}")
-    return "+".join(terms)
+    return [*terms, f"(step>={before})*{NEVER:.0f}"]
 
 
 def deck_lines(scene: Scene) -> dict[str, Any] | None:
@@ -85,7 +83,7 @@ def dump_parts(path: Path, columns: list[str], most_bytes: int = 1 << 25) -> Ite
             yield _frames(text, steps, counts, columns)
     except IndexError as error:
         raise NotWhole(f"{path} ends in the middle of a step; the run was cut off: run the case again") from error
-    except ValueError as error:  # of int, of the reader's and of rows that are too few for their frames
+    except (ValueError, OverflowError) as error:  # of int, of a step beyond 64 bits, of the reader's, of too few rows
         raise NotWhole(f"{path} is not the engine's dump ({one_line(error)}): run the case again") from error
 
 

@@ -25,8 +25,8 @@ from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
 from pywet.errors import PywetError, arguments, border
-from pywet.files import read_parts, read_table, write_json
 from pywet.scene import Scene
+from pywet.util.files import read_parts, read_table, write_json
 
 LIBRARY = "libliggghts.so.3"
 LINE_BUFFERED = 1

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from pywet.apparatus.surface import Floats
 from pywet.errors import PywetError
+from pywet.geometry.surface import Floats
 from pywet.laws.contact import leapfrog_damping, pair_mass
 from pywet.scene import Scene
 

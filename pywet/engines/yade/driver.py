@@ -14,16 +14,16 @@ import numpy as np
 import pandas as pd
 
 from pywet import run_folder
-from pywet.apparatus.stl import read_stl
 from pywet.engines import schedule
 from pywet.engines.process import OUTPUT, Report, alone, attend, installed, last_words, progress_bar, surroundings
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import PywetError, StoppedRun
-from pywet.files import read_json, read_table, write_json, write_table
-from pywet.planning import time_steps as advisor
+from pywet.geometry.stl import read_stl
+from pywet.planning import time_steps
 from pywet.runs import tables
 from pywet.scene import Scene
+from pywet.util.files import read_json, read_table, write_json, write_table
 
 PROGRAM = ("YADE", "2023.02a", "make peers")
 """Its name, its version, and what installs it."""
@@ -42,7 +42,7 @@ def run(run_dir: Path, progress: bool = True) -> None:
     scene = Scene.read(run_dir / "scene.json")
     refuse(scene)
     version = installed(*PROGRAM)
-    advisor.refuse_unstable(scene)
+    time_steps.refuse_unstable(scene)
     task = build_task(scene, run_dir)
     task["contacts"] = contacts(scene)
     wall = execute(run_dir, scene, task, progress)

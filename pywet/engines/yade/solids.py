@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from pywet.apparatus.surface import Floats, Surface, enclosed
 from pywet.errors import PywetError
+from pywet.geometry.surface import Floats, Surface, enclosed
 
 SAME = 1e-6
 """Relative tolerance of volumes, and in metres over the size of the solid of distances: STL files are in single precision."""

@@ -153,14 +153,70 @@ class Rupture:
 def solve(
     separation: float, volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float
 ) -> Bridge | None:
-    """The stable bridge at a separation; None beyond its rupture distance. Arguments in m, m3, rad."""
+    """Solve for the stable bridge at a separation.
+
+    Parameters
+    ----------
+    separation : float
+        Gap between the surfaces [m].
+    volume : float
+        Volume of the bridge [m³].
+    radius_i : float
+        Radius of sphere i [m].
+    radius_j : float
+        Radius of sphere j [m]; infinite for a plate.
+    theta_i : float
+        Contact angle on body i [rad], from 0 to below π/2.
+    theta_j : float
+        Contact angle on body j [rad].
+
+    Returns
+    -------
+    Bridge or None
+        The bridge; None beyond its rupture distance.
+
+    Notes
+    -----
+    Axisymmetric, at rest, without gravity; method and errors: docs/young_laplace.md.
+
+    Examples
+    --------
+    >>> bridge = solve(1e-5, 1e-12, 1e-3, 2e-3, 0.3, 0.5)
+    >>> bridge is not None and bridge.force(0.0728) > 0.0
+    True
+    """
     return solve_many([separation], volume, radius_i, radius_j, theta_i, theta_j)[0]
 
 
 def solve_many(
     separations: Sequence[float], volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float
 ) -> list[Bridge | None]:
-    """The same at each of many separations, by the branch followed once."""
+    """Solve for the stable bridge at each of many separations.
+
+    Parameters
+    ----------
+    separations : sequence of float
+        Gaps between the surfaces [m].
+    volume : float
+        Volume of the bridge [m³].
+    radius_i : float
+        Radius of sphere i [m].
+    radius_j : float
+        Radius of sphere j [m]; infinite for a plate.
+    theta_i : float
+        Contact angle on body i [rad], from 0 to below π/2.
+    theta_j : float
+        Contact angle on body j [rad].
+
+    Returns
+    -------
+    list of Bridge or None
+        One entry for each separation; None beyond the rupture distance.
+
+    Notes
+    -----
+    Axisymmetric, at rest, without gravity; method and errors: docs/young_laplace.md.
+    """
     bodies = Bodies(radius_i, radius_j, theta_i, theta_j)
     gaps = [max(separation, 0.0) / bodies.unit for separation in separations]
     _, points = _trace(bodies, volume, max(gaps, default=0.0))
@@ -181,7 +237,35 @@ def _at(points: Floats, gap: float, bodies: Bodies, volume: float) -> Bridge | N
 
 
 def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float) -> Rupture:
-    """Where the stable branch of a bridge ends. Arguments in m3, m, rad."""
+    """Solve for the limit of stability of a bridge.
+
+    Parameters
+    ----------
+    volume : float
+        Volume of the bridge [m³].
+    radius_i : float
+        Radius of sphere i [m].
+    radius_j : float
+        Radius of sphere j [m]; infinite for a plate.
+    theta_i : float
+        Contact angle on body i [rad], from 0 to below π/2.
+    theta_j : float
+        Contact angle on body j [rad].
+
+    Returns
+    -------
+    Rupture
+        Rupture distance [m], transfer ratio and kind of the instability.
+
+    Notes
+    -----
+    Axisymmetric, at rest, without gravity; method and errors: docs/young_laplace.md.
+
+    Examples
+    --------
+    >>> rupture(1e-12, 1e-3, 2e-3, 0.3, 0.5).separation > 1e-5
+    True
+    """
     bodies = Bodies(radius_i, radius_j, theta_i, theta_j)
     kind, points = _trace(bodies, volume, math.inf)
     return Rupture(Bridge(bodies, volume, points[-1]), KINDS[kind])

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pywet.machine_code import numba
+from pywet.util.machine_code import numba
 
 Floats = NDArray[np.float64]
 jit = numba.njit(cache=True, error_model="numpy")

@@ -22,14 +22,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet import caches
 from pywet.errors import PywetError
-from pywet.files import atomic_write
 from pywet.laws.capillary import lambert
 from pywet.laws.exact_bridge import branch
 from pywet.laws.exact_bridge.meridian import GAP, PHI_I, PHI_J, Case, Floats, jit, start
 from pywet.laws.exact_bridge.split import parts
-from pywet.machine_code import numba
+from pywet.util import caches
+from pywet.util.files import atomic_write
+from pywet.util.machine_code import numba
 
 Y_NODES, X_NODES, U_NODES = 81, 55, 25
 SOLVED, EXACT, FURTHEST, DEEPEST = 0.5, 0.15, 0.4, 0.6

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.solids import plate, square
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import small
+from pywet.cases.small import bodies, small
+from pywet.geometry.solids import plate, square
+from pywet.geometry.surface import Surface, make_surface
+from pywet.laws.hertz import Elastic, Hertz
 from pywet.scene import Effects, Liquid, Output, Scene, Slide, Vibration
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
@@ -72,6 +73,14 @@ def prepare(
             window_trajectories=True,
         ),
     )
+
+
+def hertzian(scene: Scene) -> Scene:
+    """The same bed with Hertz contacts of soft glass, whose impacts last about as long as those of its springs."""
+    soft = Elastic(youngs_modulus_Pa=1e6, poissons_ratio=0.25)
+    hertz = Hertz(spheres=(soft,) * len(scene.classes), walls=soft, impact_speed_m_per_s=0.2)
+    pairs = bodies.hertzian(scene.classes, scene.pairs, hertz)
+    return scene.model_copy(update={"hertz": hertz, "pairs": pairs, "contacts": "stock"})
 
 
 def retiring(run_dir: Path, **more: int) -> Scene:

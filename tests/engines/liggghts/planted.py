@@ -18,13 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import make_surface
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines.liggghts import build, driver
 from pywet.engines.process import Usage
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import make_surface
 from pywet.scene import Scene
-from tests.engines.liggghts import planted_in_bin, planted_in_yard
+from tests.engines.liggghts import planted_between, planted_in_bin, planted_in_yard
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 LARGE, LITTLE = 2.5e-3, 1.5e-3
@@ -204,7 +204,7 @@ def patched_sources(folder: Path) -> Path:
     """A copy of the plugin's sources with the switches planted."""
     shutil.copytree(build.SOURCES, folder)
     (folder / "planted.h").write_text(SWITCH)
-    for name, old, new in (*PATCHES, *planted_in_yard.PATCHES, *planted_in_bin.PATCHES):
+    for name, old, new in (*PATCHES, *planted_in_yard.PATCHES, *planted_in_bin.PATCHES, *planted_between.PATCHES):
         text = (folder / name).read_text()
         if text.count(old) != 1:
             raise AssertionError(f"{name} holds {text.count(old)} places like `{old}`; expected 1: mend PATCHES")

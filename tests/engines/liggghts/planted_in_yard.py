@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import make_surface
-from pywet.bench import small
-from pywet.bench.bodies import water
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import make_surface
 from pywet.scene import Output
 from tests.engines.liggghts.scenes import contacts, spheres_of
 
@@ -63,7 +63,7 @@ IN_YARD: dict[str, tuple[str, str]] = {
     "lands on the first triangle": ("event_triangle", "it is the first triangle of the part"),
     "drag halved outside windows": ("flight_velocity", "the viscous normal force is 0.5 times what it should be"),
     "acts on one side": ("newton_force", "every force of bridges on their second sphere (j): it is left out"),
-    "work of drag twice": ("energy_windows", "it counts twice"),
+    "work of drag twice": ("energy_windows", "viscous_normal: it is 2 times what is expected"),
 }
 """Fault -> the quantity that must break and the words by which it must be named."""
 IN_PUMP: dict[str, tuple[str, str]] = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pywet.bench import bodies, small
+from pywet.cases.small import bodies, small
 from pywet.scene import ContactPair, SphereClass
 
 WATER = bodies.water(1e-4, density=998.2)

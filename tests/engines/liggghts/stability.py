@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.bench import small
-from pywet.bench.bodies import water
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
-from pywet.planning import time_steps as advisor
+from pywet.planning import time_steps
 from pywet.scene import Scene
 from tests.engines.liggghts.scenes import contacts, spheres_of
 
@@ -61,7 +61,7 @@ def advised(run_dir: Path, viscosity: float, how: str, bridges_every: int = 1) -
     """What the advisor allows for the pair, and which effect governs."""
     scene, _ = pressed_pair(run_dir, viscosity, 1e-6, how, bridges_every)
     limits = [
-        limit for limit in advisor.advise(scene).limits if limit.stability and limit.effect != "viscous tangential"
+        limit for limit in time_steps.advise(scene).limits if limit.stability and limit.effect != "viscous tangential"
     ]
     normal = [limit for limit in limits if limit.effect == "viscous normal"]
     return normal[0].time_step_s, limits[0].effect

@@ -12,9 +12,9 @@ from pywet.engines.liggghts.border import check_start, check_tables
 from pywet.engines.liggghts.inputs import transfer_tables
 from pywet.engines.liggghts.worker import corner_points
 from pywet.errors import FileError
-from pywet.files import read_table
 from pywet.scene import Scene
-from tests.screening import synthetic
+from pywet.util.files import read_table
+from tests.cases.screening import synthetic
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.scene import Contacts, Scene
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import contacts, spheres_of

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from pywet.bench import bodies, small
+from pywet.cases.small import bodies, small
 from pywet.engines.liggghts import checkpoint, deck
-from tests.screening import synthetic
+from tests.cases.screening import synthetic
 
 
 def test_lists_see_the_films_of_every_size() -> None:

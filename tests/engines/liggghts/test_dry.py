@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 
 from pywet import config
-from pywet.bench import small
+from pywet.cases.screening import cases
+from pywet.cases.small import small
 from pywet.engines.liggghts import contact_model
 from pywet.scene import ContactPair, SphereClass
-from pywet.screening import cases
 
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[3]

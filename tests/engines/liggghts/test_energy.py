@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.schema import WORKS
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of

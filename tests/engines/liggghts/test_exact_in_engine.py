@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.bench import small
-from pywet.files import write_table
+from pywet.cases.small import small
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
 from pywet.laws.exact_bridge import solve
 from pywet.laws.transfer import V_STAR_GRID
+from pywet.util.files import write_table
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 pytestmark = pytest.mark.engine

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines import process
 from pywet.engines.liggghts import build, checkpoint, collecting, driver
 from pywet.errors import PywetError

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from pywet import config
-from pywet.apparatus import build_apparatus
-from pywet.bench import small
+from pywet.cases.screening import cases
+from pywet.cases.small import small
 from pywet.engines.liggghts import grid
 from pywet.engines.liggghts.deck import checkpoints
+from pywet.geometry import build_apparatus
 from pywet.scene import Output, Scene
-from pywet.screening import cases
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 CONFIG = config.load(Path(__file__).parents[3] / "config")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pywet.bench import bodies, small
+from pywet.cases.small import bodies, small
 from pywet.errors import UnstableStep
 from pywet.laws import contact
 from pywet.laws.hertz import HEAD_ON, Elastic, Hertz, effective_shear_modulus
-from pywet.planning import time_steps as advisor
+from pywet.planning import time_steps
 from pywet.scene import Scene
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
@@ -124,12 +125,12 @@ def test_the_step_is_refused_beyond_the_stiffest_contact(tmp_path: Path) -> None
     depth = scene.hertz.overlap(scene.classes, pair, HEAD_ON * SPEED)
     shear = 8.0 * scene.hertz.moduli(pair)[1] * math.sqrt(0.5 * R * depth)
     limit = 2.0 * math.sqrt(contact.pair_mass(scene.classes, pair) / (3.5 * shear))
-    advice = advisor.advise(scene)
+    advice = time_steps.advise(scene)
     found = next(row.time_step_s for row in advice.limits if row.effect == "contact" and "wall" not in row.bodies)
     assert found == pytest.approx(limit, rel=1e-9)  # elastic: no dashpot; sliding with spin is stiffer than pushing
     assert {row.effect for row in advice.limits if not row.stability} == {"Hertz impact / 20", "Rayleigh time / 5"}
     with pytest.raises(UnstableStep, match="the contact of class1 and class1 allows at most"):
-        advisor.refuse_unstable(scene.model_copy(update={"time_step_s": 1.01 * limit, "duration_s": 101 * limit}))
+        time_steps.refuse_unstable(scene.model_copy(update={"time_step_s": 1.01 * limit, "duration_s": 101 * limit}))
 
 
 def on_walls(folder: Path, **more: Any) -> Path:
@@ -187,7 +188,8 @@ def test_a_moist_bed_is_replayed(moist: Path) -> None:
     ],
 )
 def test_a_wrong_modulus_is_found(moist: Path, tmp_path: Path, body: int | str, key: str, factor: float) -> None:
-    """Of one of the bodies: Newton's law does not close by more than a thousand times its limit."""
+    """Of one of the bodies: Newton's law does not close by more than a thousand times its limit, and the diagnosis names the
+    body, the modulus and the factor of the engine's value over that of the scene."""
     shutil.copytree(moist, tmp_path / "wrong")
     file = tmp_path / "wrong" / "scene.json"
     said = json.loads(file.read_text())
@@ -195,3 +197,8 @@ def test_a_wrong_modulus_is_found(moist: Path, tmp_path: Path, body: int | str, 
     file.write_text(json.dumps(said))
     result = replay(tmp_path / "wrong")
     assert not result["ok"] and result["quantities"]["newton_force"]["largest"] > 1e-6
+    name = "the walls" if body == "walls" else f"class {said['classes'][body]['name']}"
+    what = {"youngs_modulus_Pa": "Young's modulus", "poissons_ratio": "Poisson's ratio"}[key]
+    sentences = " ".join(finding["sentence"] for finding in result["diagnosis"]["findings"])
+    named = re.search(rf"the {what} of {name} is ([0-9.]+) times what it should be", sentences)
+    assert named and float(named[1]) == pytest.approx(1.0 / factor, rel=1e-5), sentences

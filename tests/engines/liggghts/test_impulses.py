@@ -15,12 +15,12 @@ import pytest
 from pydantic import ValidationError
 
 from pywet import config
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.config.settings import Settings
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
-from pywet.planning import time_steps as advisor
+from pywet.planning import time_steps
 from pywet.scene import Scene
 from pywet.schema import WORKS
 from reference_impl.motion import impulses
@@ -147,11 +147,11 @@ def test_too_many_steps_are_refused(tmp_path: Path) -> None:
     """In one sentence that names the knob, for drag and for the swing of a contact; scenes that make no sense as well."""
     thick, _ = stability.pressed_pair(tmp_path, 1.0, 5e-6, "explicit", bridges_every=EVERY)
     with pytest.raises(PywetError, match=r"viscous normal .* lower it or set .*, or bridges_every, which is 4"):
-        advisor.refuse_unstable(thick)
+        time_steps.refuse_unstable(thick)
     thin, _ = stability.pressed_pair(tmp_path, 1e-4, 6e-5, "semi_implicit", bridges_every=EVERY)
     with pytest.raises(PywetError, match=r"impulses of bridges .* lower it, or bridges_every, which is 4"):
-        advisor.refuse_unstable(thin)
-    advisor.refuse_unstable(thin.model_copy(update={"bridges_every": 1}))
+        time_steps.refuse_unstable(thin)
+    time_steps.refuse_unstable(thin.model_copy(update={"bridges_every": 1}))
     for change, words in (({"bridges_every": 17}, "less than or equal to 16"),
                           ({"bridges_every": 4, "effects": small.DRY}, "without bridges; expected 1"),
                           ({"bridges_every": 4, "output": {"interval_s": 1.0, "contact_window_steps": 3}},

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.apparatus.screen import build_wires, wire_positions
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import small
+from pywet.cases.small import small
+from pywet.geometry.screen import build_wires, wire_positions
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import Surface, make_surface
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of

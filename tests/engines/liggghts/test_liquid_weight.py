@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.apparatus.initial import film_volume
-from pywet.bench import small
+from pywet.cases.small import small
+from pywet.geometry.initial import film_volume
 from pywet.scene import Effects
 from pywet.schema import WORKS
 from tests.engines.liggghts import beds

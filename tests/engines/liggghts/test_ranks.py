@@ -10,11 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import make_surface
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines.liggghts import deck
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import make_surface
 from pywet.scene import Fed, Scene
+from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
@@ -119,6 +120,23 @@ def test_spheres_that_enter_on_two_ranks(tmp_path: Path) -> None:
         assert due[0] < 0.7 * due[-1] == pytest.approx(0.7 * films.sum())
         held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
         assert np.abs(held - due).max() < 1e-12 * films.sum()
+
+
+def test_hertz_contacts_on_two_ranks(tmp_path: Path) -> None:
+    """The tangential history goes with its spheres: the same events, positions within 1e-9 of a radius; replayed."""
+    spheres, runs = beds.bed((6, 6, 4)), []
+    for ranks in (1, 2):
+        run_dir = tmp_path / str(ranks)
+        scene = beds.hertzian(beds.prepare(run_dir, spheres, 500))
+        (run_dir / "scene.json").write_text(scene.model_dump_json())
+        small.run(run_dir, spheres, ranks)
+        runs.append(run_dir)
+    events, same = (beds.table(p, "history/events") for p in runs)
+    assert len(events) > 20
+    pd.testing.assert_frame_equal(events[beds.LOOKS], same[beds.LOOKS])
+    assert beds.apart(*runs).max() < 1e-9 * beds.RADIUS
+    found = replay(runs[1])
+    assert found["quantities"]["newton_force"]["largest"] < 1e-9 and found["newton"]["dry_contacts"] > 50
 
 
 def balanced_in_x_and_y(run_dir: Path, ranks: int) -> None:

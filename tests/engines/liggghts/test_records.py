@@ -15,7 +15,8 @@ KINDS = {"int32_t": "<i4", "int64_t": "<i8", "double": "<f8"}
 STRUCTS = dict(re.findall(r"struct (\w+) \{\n(.*?)\n\};", HEADER.partition("#pragma pack(push, 1)")[2], re.DOTALL))
 TABLES = {
     "Event": ("events",), "Contact": ("contacts",), "Ledger": ("ledger",), "BridgeSnapshot": ("bridges",),
-    "Energy": ("energy",), "Film": ("films", "wall_films"), "Drop": ("drops",), "WireContact": ("wire_springs",),
+    "Energy": ("energy", "window_energy"), "Impulse": ("impulses",),
+    "Film": ("films", "wall_films"), "Drop": ("drops",), "Felt": ("felt",), "WireContact": ("wire_springs",),
     "RetiredSphere": ("retired",),
 }  # fmt: skip
 

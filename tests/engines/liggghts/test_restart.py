@@ -18,12 +18,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, deck, driver
-from pywet.files import read_table
 from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
+from pywet.util.files import read_table
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER
@@ -41,6 +41,7 @@ CHANGES = {
     "impulses": {"bridges_every": 4},
     "drops": {"effects": DRIPPING},
     "dry": {"effects": small.DRY},
+    "hertz": {},  # see beds.hertzian
 }
 
 
@@ -89,6 +90,7 @@ def prepare(run_dir: Path, kind: str, **more: int) -> Scene:
     scene = beds.prepare(run_dir, beds.bed((5, 5, 5)), **{**SMALL, **more}, liquid=liquid).model_copy(
         update=CHANGES[kind]
     )
+    scene = beds.hertzian(scene) if kind == "hertz" else scene
     (run_dir / "scene.json").write_text(scene.model_dump_json())
     return scene
 
@@ -146,6 +148,7 @@ def test_killed_and_resumed(unbroken: Path, tmp_path: Path) -> None:
         ("impulses", 1, (500,)),
         ("dry", 1, (2500,)),
         ("drops", 1, (500,)),
+        ("hertz", 1, (500,)),
         ("retired", 1, (500,)),
         ("retired", 2, (700,)),
     ],
@@ -167,6 +170,7 @@ def test_the_same_bits(tmp_path: Path, kind: str, ranks: int, moments: tuple[int
         ("exact", 2, (200, 600, 1000)),
         ("dry", 1, (600, 2000, 3600, 5000)),
         ("dry", 2, (600, 2000, 3600, 5000)),
+        ("hertz", 2, (200, 600, 1000)),
     ],
 )
 def test_the_same_bits_of_all_kinds(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, ...]) -> None:

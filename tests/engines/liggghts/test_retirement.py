@@ -12,14 +12,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
-from pywet.files import read_table
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
+from pywet.util.files import read_table
 from reference_impl.replay.io import ReplayError
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds, planted_in_bin

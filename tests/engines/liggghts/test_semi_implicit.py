@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from pywet.bench import small
-from pywet.bench.bodies import water
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
 from pywet.laws import registry
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds, stability

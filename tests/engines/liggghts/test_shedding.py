@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.apparatus.initial import film_volume
-from pywet.apparatus.surface import Surface
-from pywet.bench import small
-from pywet.bench.bodies import water
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver
+from pywet.geometry.initial import film_volume
+from pywet.geometry.surface import Surface
 from pywet.scene import Effects, Scene
 from pywet.schema import LARGE_WALL, NOTHING, SPHERE
 from reference_impl.replay.replay import replay

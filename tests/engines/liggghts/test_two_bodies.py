@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
 from tests.engines.liggghts.scenes import THROWN, WATER, contacts, spheres_of

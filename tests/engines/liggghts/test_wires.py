@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.apparatus.screen import build_wires
-from pywet.apparatus.solids import wire
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines.liggghts import deck, driver
 from pywet.errors import PywetError
+from pywet.geometry.screen import build_wires
+from pywet.geometry.solids import wire
+from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import Output, Scene, Vibration
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds

@@ -94,6 +94,7 @@ void Booking::book_formations() {
       if (!b.here) continue;
       b.rupture_distance = world_.laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);
       e.rupture_distance = b.rupture_distance;
+      b.sums.least = b.sums.largest = e.separation;
       near_.bridged(b);
       standing_.add(b);
       if (b.mine) energy_.formed += energy_.stored(standing_.bridges.size() - 1, e.separation);

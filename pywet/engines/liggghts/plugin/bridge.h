@@ -7,6 +7,11 @@
 
 namespace pywet {
 
+// What a bridge has done since the last output: impulses along the normal [N s], and the range of its separation [m].
+struct BridgeSums {
+  double capillary = 0, viscous = 0, least = 0, largest = 0;
+};
+
 // `a`, `b`: indices of i and j on this rank (-1: not here), valid until the engine makes its neighbour list anew.
 struct Bridge {
   int kind, i, j;                        // j: sphere id or wall part
@@ -17,12 +22,14 @@ struct Bridge {
   bool mine = false;                     // i: what is counted once is counted here
   double radius_i = 0, radius_j = 0, angle_i = 0, angle_j = 0;
   int site = -1;                         // at a wall: index into Standing::sites
+  BridgeSums sums;
 };
 
 // A bridge as ranks tell it each other and as a checkpoint holds it.
 struct Told {
   int32_t kind, i, j, pad;
   double volume, rupture_distance;
+  BridgeSums sums;
 };
 
 // Name of a bridge or pair; a sphere and a wall part are the same pair whatever kind of bridge they form.

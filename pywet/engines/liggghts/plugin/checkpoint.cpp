@@ -16,7 +16,7 @@ namespace pywet {
 
 namespace {
 
-const char MAGIC[16] = "pywet state 4\n";
+const char MAGIC[16] = "pywet state 5\n";
 
 struct Head {
   char magic[16];
@@ -82,7 +82,8 @@ void Checkpoint::save() {
   for (int a = 0; a < at.nlocal; a++) {
     if (world_.spheres.is_retired(at.tag[a])) continue;
     const double *x = at.x[a], *l = at.liquid[a], *f = at.f[a], *t = at.torque[a];
-    spheres.push_back({at.tag[a], {x[0], x[1]}, l[FILM], l[LOAD], l[WEIGHED], {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
+    spheres.push_back({at.tag[a], {x[0], x[1]}, l[FILM], l[LOAD], l[WEIGHED], {l[IMPULSE], l[IMPULSE + 1], l[IMPULSE + 2]},
+                       {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
   }
   spheres = ranks.told_first(spheres);
   std::sort(spheres.begin(), spheres.end(), [](const SphereState &p, const SphereState &q) { return p.id < q.id; });
@@ -173,6 +174,7 @@ void Checkpoint::resume(const std::string &state_file) {
     at.liquid[a][FILM] = sphere.film;
     at.liquid[a][LOAD] = sphere.load;
     at.liquid[a][WEIGHED] = sphere.weighed;
+    std::copy(sphere.impulse, sphere.impulse + 3, at.liquid[a] + IMPULSE);
   }
   const Told *bridges = from.next<Told>(head.bridges);
   for (const Told *b = bridges; b < bridges + head.bridges; b++) {

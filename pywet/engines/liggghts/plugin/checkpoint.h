@@ -12,9 +12,9 @@ namespace pywet {
 // and torque of the step.
 struct SphereState {
   int64_t id;
-  double place[2], film, load, weighed, force[3], torque[3];
+  double place[2], film, load, weighed, impulse[3], force[3], torque[3];
 };
-static_assert(sizeof(SphereState) == 96, "records must match SPHERE of state_file.py");
+static_assert(sizeof(SphereState) == 120, "records must match SPHERE of state_file.py");
 
 class Checkpoint {
  public:

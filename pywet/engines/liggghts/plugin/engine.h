@@ -27,8 +27,9 @@ MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp);
 const double INF = std::numeric_limits<double>::infinity();
 
 // What a sphere takes along from rank to rank, in the deck's fix property/atom named `p_liquid`, which has as many numbers: its film
-// [m3], at the start and now; the step at which it enters; liquid that it carries [m3], now and in its present mass.
-enum { FILM, FIRST, ENTERS, LOAD, WEIGHED, NUMBERS_TAKEN };
+// [m3], at the start and now; the step at which it enters; liquid that it carries [m3], now and in its present mass; impulse of its
+// bridges since the last output [N s], three components.
+enum { FILM, FIRST, ENTERS, LOAD, WEIGHED, IMPULSE, NUMBERS_TAKEN = IMPULSE + 3 };
 
 // What the engine holds in this step on this rank: arrays over owned spheres (first nlocal) and ghosts.
 struct View {

@@ -158,6 +158,8 @@ void Forces::add(Together &t) {
       accumulate(engine.f[0] + 3 * b, (-1.0) * at(t.force, k));
       accumulate(engine.torque[0] + 3 * b, at(t.torque_j, k));
     }
+    sums_.add(a, b, at(t.force, k));
+    sums_.add(standing_.bridges[t.first + k].sums, block.row[SEPARATION][k], t.pull[k], t.viscous[k]);
     if (recorded) record(t, k);
   }
   put();
@@ -165,6 +167,7 @@ void Forces::add(Together &t) {
 
 void Forces::act(std::vector<Event> &events) {
   impulses_.weight = world_.clock.bridges_every;
+  sums_.act_for(impulses_.weight);
   impulses_.set_aside();
   implicit_.clear();
   Together &t = together_;
@@ -182,13 +185,14 @@ void Forces::act(std::vector<Event> &events) {
 void Forces::act_new(const std::vector<Event> &events) {
   if (!impulses_.on()) return;
   impulses_.weight = (world_.clock.first ? 1.0 : 0.5) * (world_.clock.bridges_every - 1);
+  sums_.act_for(impulses_.weight);
   impulses_.set_aside();
   implicit_.clear();
   for (const Event &e : events) {
     if (e.kind != FORMATION) continue;
     const int k = standing_.find(e.partner_kind, e.i, e.j);
     if (k < 0) continue;
-    const Bridge &b = standing_.bridges[k];
+    Bridge &b = standing_.bridges[k];
     const Geometry g = standing_.geometry(b);
     Terms t = single_.laws(k, g);
     if (world_.rules.semi_implicit) {

@@ -9,9 +9,9 @@ namespace pywet {
 
 class Forces {
  public:
-  Forces(const World &world, Standing &standing, EnergyBook &energy, Single &single, Impulses &impulses, Implicit &implicit,
-         Logs &logs)
-      : world_(world), standing_(standing), energy_(energy), single_(single), impulses_(impulses), implicit_(implicit),
+  Forces(const World &world, Standing &standing, EnergyBook &energy, Single &single, ImpulseSums &sums, Impulses &impulses,
+         Implicit &implicit, Logs &logs)
+      : world_(world), standing_(standing), energy_(energy), single_(single), sums_(sums), impulses_(impulses), implicit_(implicit),
         logs_(logs) {}
 
   // All that stand; those that rupture are left out and become events.
@@ -24,6 +24,7 @@ class Forces {
   Standing &standing_;
   EnergyBook &energy_;
   Single &single_;
+  ImpulseSums &sums_;
   Impulses &impulses_;
   Implicit &implicit_;
   Logs &logs_;

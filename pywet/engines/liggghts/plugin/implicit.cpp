@@ -51,7 +51,7 @@ void Implicit::act() {
   }
   auto push_of = [&](int a, int id) -> const Push & { return at.owned(a) ? pushes[a] : others.at(id); };
   for (Waiting &w : waiting_) {
-    const Bridge &b = *w.bridge;
+    Bridge &b = *w.bridge;
     const Push &i = push_of(b.a, b.i);
     w.terms.sharing_i = at.free(b.a) ? i.bridges : 0;  // a driven body counts as immovable
     double inverse = w.terms.sharing_i / at.mass[b.a];

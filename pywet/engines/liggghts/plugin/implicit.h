@@ -13,12 +13,12 @@ class Implicit {
   Implicit(const World &world, const Standing &standing, Single &single, Impulses &impulses, Logs &logs)
       : world_(world), standing_(standing), single_(single), impulses_(impulses), logs_(logs) {}
   void clear() { waiting_.clear(); }
-  void wait(const Bridge &b, const Geometry &g, const Terms &t) { waiting_.push_back(Waiting{&b, g, t}); }
+  void wait(Bridge &b, const Geometry &g, const Terms &t) { waiting_.push_back(Waiting{&b, g, t}); }
   void act();                            // called by every rank once all other forces are known
 
  private:
   struct Waiting {
-    const Bridge *bridge;
+    Bridge *bridge;
     Geometry geometry;
     Terms terms;
   };

@@ -18,13 +18,20 @@ void Logs::open(const std::string &directory) {
   if (world_.rules.retires) retired_.open(directory + "/retired" + end);
   ledger_.open(directory + "/ledger" + end);
   wall_film_.open(directory + "/wall_films" + end);
+  impulses_.open(directory + "/impulses" + end);
+  felt_.open(directory + "/felt" + end);
   energies_.open(directory + "/energy" + end);
+  window_energies_.open(directory + "/window_energy" + end);
 }
 
 void Logs::write(const Event &e) { events_.write(e); }
 
 void Logs::write(const Drop &d) {
   if (world_.ranks.first()) drops_.write(d);
+}
+
+void Logs::write(const Felt &f) {
+  if (world_.ranks.first()) felt_.write(f);
 }
 
 void Logs::write(const RetiredSphere &s) {
@@ -81,7 +88,9 @@ void Logs::ledger() {
   ledger_.write(l);
 }
 
-void Logs::energies() {
+void Logs::energies_in_window() { energies(window_energies_); }
+
+void Logs::energies(RecordFile &file) {
   if (!world_.rules.energy) return;
   double all[EFFECTS + 6] = {}, *rest = all + EFFECTS;
   std::copy(energy_.sums.work, energy_.sums.work + EFFECTS, all);
@@ -94,33 +103,44 @@ void Logs::energies() {
   world_.ranks.add_up(all);
   if (!world_.ranks.first()) return;
   const double *w = all, *t = all + EFFECTS;
-  energies_.write(Energy{world_.clock.now, world_.clock.time, t[0], t[1], t[3], t[4], t[5], w[GRAVITY],
+  file.write(Energy{world_.clock.now, world_.clock.time, t[0], t[1], t[3], t[4], t[5], w[GRAVITY],
                          w[CONTACT], w[CAPILLARY], w[VISCOUS_NORMAL], w[VISCOUS_TANGENTIAL], w[WALL], w[DRIVE], t[2]});
 }
 
 void Logs::snapshot() {
   const int64_t now = world_.clock.now;
-  for (const Bridge &b : standing_.bridges) {
-    if (!world_.engine.at.owned(b.a)) continue;
+  for (Bridge &b : standing_.bridges) {
+    if (!b.here) continue;
     const Geometry g = standing_.geometry(b);
+    const BridgeSums since = b.sums;
+    b.sums = BridgeSums{0, 0, g.separation, g.separation};
+    if (!b.mine) continue;
     BridgeSnapshot s = {};
     s.step = now; s.partner_kind = b.kind; s.i = b.i; s.j = b.j; s.triangle = g.triangle;
     s.volume = b.volume; s.share_i = standing_.share(b); s.separation = g.separation;
     store(g.xi, s.xi); store(g.xj, s.xj);
+    s.capillary_impulse = since.capillary; s.viscous_impulse = since.viscous;
+    s.least_separation = since.least; s.largest_separation = since.largest;
     bridges_.write(s);
   }
-  energies();
+  energies(energies_);
   ledger();
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++)
-    if (!world_.spheres.is_retired(at.tag[a])) film_.write(Film{now, at.tag[a], 0, films_.volume(a)});
+    if (!world_.spheres.is_retired(at.tag[a])) {
+      film_.write(Film{now, at.tag[a], 0, films_.volume(a)});
+      Impulse push = {now, at.tag[a], 0, {}};
+      store(sums_.taken(a), push.impulse);
+      impulses_.write(push);
+    }
   for (int k = 0; k < int(films_.wall.size()) && world_.ranks.first(); k++)
     if (films_.at_wall(k) > 0) wall_film_.write(Film{now, k, 0, world_.walls.share_of(k) * films_.at_wall(k)});
   flush();
 }
 
 void Logs::flush() {
-  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &retired_, &ledger_, &film_, &wall_film_, &energies_})
+  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &felt_, &retired_, &ledger_, &film_, &wall_film_,
+                          &impulses_, &energies_, &window_energies_})
     log->flush();
 }
 

@@ -4,22 +4,25 @@
 
 #include "energy.h"
 #include "films.h"
+#include "impulse_sums.h"
 #include "records.h"
 
 namespace pywet {
 
 class Logs {
  public:
-  Logs(const World &world, const Films &films, Standing &standing, const EnergyBook &energy)
-      : world_(world), films_(films), standing_(standing), energy_(energy) {}
+  Logs(const World &world, const Films &films, Standing &standing, const EnergyBook &energy, const ImpulseSums &sums)
+      : world_(world), films_(films), standing_(standing), energy_(energy), sums_(sums) {}
   void open(const std::string &directory);
   const std::string &directory() const { return directory_; }
   void write(const Event &e);
   void write(const Drop &d);
+  void write(const Felt &f);
   void write(const WireContact &c);
   void write(const RetiredSphere &s);
   void contact(const Bridge &b, const Geometry &g, const Terms &t, double weight);
-  void snapshot();                       // films, bridges, ledger, energy; every rank takes part
+  void snapshot();                       // films, bridges, impulses, ledger, energy; every rank takes part
+  void energies_in_window();             // of a step of a window; every rank takes part
   void flush();
 
   // Where every sphere of this rank was when the run stopped: stopped.<rank>.csv, for a look at the cause.
@@ -30,11 +33,12 @@ class Logs {
   const Films &films_;
   Standing &standing_;                   // closest points at walls are remembered when they are asked for
   const EnergyBook &energy_;
+  const ImpulseSums &sums_;
   std::string directory_;
-  RecordFile contacts_, bridges_, wires_, events_, drops_, retired_, ledger_, film_, wall_film_, energies_;
+  RecordFile contacts_, bridges_, wires_, events_, drops_, felt_, retired_, ledger_, film_, wall_film_, impulses_, energies_, window_energies_;
 
   void ledger();
-  void energies();
+  void energies(RecordFile &file);
 };
 
 }  // namespace pywet

@@ -39,6 +39,7 @@ struct BridgeSnapshot {
   int64_t step;
   int32_t partner_kind, i, j, triangle;
   double volume, share_i, separation, xi[3], xj[3];
+  double capillary_impulse, viscous_impulse, least_separation, largest_separation;
 };
 struct Energy {
   int64_t step;
@@ -50,11 +51,21 @@ struct Film {
   int32_t id, pad;
   double film;
 };
+struct Impulse {
+  int64_t step;
+  int32_t id, pad;
+  double impulse[3];
+};
 struct Drop {
   int64_t step;
   double time;
   int32_t partner_kind, i, j, pad;
   double volume, film_i_before, film_j_before, fallen, felt[3], x[3];
+};
+struct Felt {
+  int64_t step;
+  int32_t id, pad;
+  double film, v[3], felt[3];
 };
 struct WireContact {
   int64_t step;
@@ -71,10 +82,12 @@ struct RetiredSphere {
 static_assert(sizeof(Event) == 120, "records must match pywet/schema.py");
 static_assert(sizeof(Contact) == 400, "records must match pywet/schema.py");
 static_assert(sizeof(Ledger) == 96, "records must match pywet/schema.py");
-static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/schema.py");
+static_assert(sizeof(BridgeSnapshot) == 128, "records must match pywet/schema.py");
 static_assert(sizeof(Energy) == 120, "records must match pywet/schema.py");
 static_assert(sizeof(Film) == 24, "records must match pywet/schema.py");
+static_assert(sizeof(Impulse) == 40, "records must match pywet/schema.py");
 static_assert(sizeof(Drop) == 112, "records must match pywet/schema.py");
+static_assert(sizeof(Felt) == 72, "records must match pywet/schema.py");
 static_assert(sizeof(RetiredSphere) == 88, "records must match pywet/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/schema.py");
 

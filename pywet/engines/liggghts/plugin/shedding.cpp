@@ -14,6 +14,7 @@
 namespace pywet {
 
 static const double FULL = 0.8;  // of the thickest film that the neighbour list allows for
+static const int SAMPLES = 8;
 static const int STATE = 8;      // there, position, velocity, film
 
 // Position, velocity and film of every sphere, by id.
@@ -55,6 +56,18 @@ void Shedding::feel(const std::vector<double> &now) {
   }
   for (size_t id = 1; id < ids; id++)
     for (int k = 0; k < 3; k++) speed_then_[3 * id + k] = now[STATE * id + 4 + k];
+}
+
+// What the films of some spheres felt, for the replay: of SAMPLES in the mean, scattered over the numbers; of all where there are no more.
+void Shedding::record(const std::vector<double> &now) const {
+  const uint64_t most = (uint64_t(SAMPLES) << 32) / uint64_t(std::max<int64_t>(world_.spheres.count, SAMPLES));
+  for (size_t id = 1; id < world_.spheres.ids(); id++) {
+    if (!(now[STATE * id] > 0) || uint32_t(id * 2654435761u) >= most) continue;
+    Felt f = {world_.clock.now, int32_t(id), 0, now[STATE * id + 7], {}, {}};
+    std::copy(&now[STATE * id + 4], &now[STATE * id + 7], f.v);
+    std::copy(&felt_[3 * id], &felt_[3 * id + 3], f.felt);
+    logs_.write(f);
+  }
 }
 
 // How far along `down` a ray from y meets a triangle; infinity where it does not (Moeller and Trumbore 1997).
@@ -126,6 +139,7 @@ void Shedding::shed() {
   if (!laws.shed_drop || !world_.clock.drops_fall()) return;
   std::vector<double> now = everywhere();
   feel(now);
+  record(now);
   std::vector<Drop> drops;
   for (size_t id = 1; id < world_.spheres.ids(); id++) {
     const double film = now[STATE * id + 7];

@@ -1,22 +1,25 @@
 // The forces of one bridge outside of the batches: of those that have just formed, and those whose drag waits.
 #pragma once
 #include "energy.h"
+#include "impulse_sums.h"
 
 namespace pywet {
 
 class Single {
  public:
-  Single(const World &world, const Standing &standing, EnergyBook &energy) : world_(world), standing_(standing), energy_(energy) {}
+  Single(const World &world, const Standing &standing, EnergyBook &energy, const ImpulseSums &sums)
+      : world_(world), standing_(standing), energy_(energy), sums_(sums) {}
   Terms laws(size_t bridge, const Geometry &g) const;  // as in a batch
   // With t.kick = 0 at the present speeds; else at those of the end of the step, see implicit.cpp.
   void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
-  void act(const Bridge &b, const Geometry &g, const Terms &t);
+  void act(Bridge &b, const Geometry &g, const Terms &t);
   [[noreturn]] void not_finite(const Bridge &b, double separation) const;
 
  private:
   const World &world_;
   const Standing &standing_;
   EnergyBook &energy_;
+  const ImpulseSums &sums_;
 };
 
 }  // namespace pywet

@@ -18,6 +18,7 @@ Bridge Standing::made(int kind, int i, int j, double volume) const {
 Bridge Standing::made(const Told &told) const {
   Bridge b = made(told.kind, told.i, told.j, told.volume);
   b.rupture_distance = told.rupture_distance;
+  b.sums = told.sums;
   return b;
 }
 
@@ -69,7 +70,7 @@ void Standing::remove(size_t k) {
 std::vector<Told> Standing::mine() const {
   std::vector<Told> told;
   for (const Bridge &b : bridges)
-    if (b.mine) told.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance});
+    if (b.mine) told.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
   return told;
 }
 
@@ -86,7 +87,7 @@ void Standing::exchange() {
     const bool was_mine = b.mine;
     locate(b);
     if (was_mine && !(b.mine && (b.kind != SPHERE || at.owned(b.b))))
-      leaving.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance});
+      leaving.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
   }
   if (told_) {
     take_up(told_.get(), count_told_);

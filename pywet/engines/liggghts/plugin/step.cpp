@@ -61,6 +61,7 @@ void Plugin::step(int64_t n) {
   weight.weigh(fresh);
   world.feed.hold(engine.at, rules, n);
   booking.events.clear();
+  sums.begin();
   if (fresh && wet()) standing.exchange();
   std::string problem;
   try {
@@ -79,6 +80,7 @@ void Plugin::step(int64_t n) {
   shedding.shed();
   retirement.retire();
   if (rules.moist && clock.output()) logs.snapshot();
+  if (clock.logs_contacts()) logs.energies_in_window();
   if (clock.checkpoint()) checkpoint.save();
 }
 

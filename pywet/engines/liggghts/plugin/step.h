@@ -18,12 +18,13 @@ class Plugin {
   Films films{world};
   Standing standing{world};
   EnergyBook energy{world, standing};
-  Logs logs{world, films, standing, energy};
+  ImpulseSums sums{world};
+  Logs logs{world, films, standing, energy, sums};
   Wires wires{world, energy, logs};
-  Single single{world, standing, energy};
+  Single single{world, standing, energy, sums};
   Impulses impulses{world, energy};
   Implicit implicit{world, standing, single, impulses, logs};
-  Forces forces{world, standing, energy, single, impulses, implicit, logs};
+  Forces forces{world, standing, energy, single, sums, impulses, implicit, logs};
   NearPairs near{world, films, standing};
   Weight weight{world, standing, energy};
   Booking booking{world, films, standing, near, energy, weight, logs};

@@ -1,0 +1,1 @@
+"""Makers of scenes: screening cases, user-defined scenes, small scenes of a few bodies or a bed."""

@@ -1,0 +1,401 @@
+"""From a description to what an engine runs: classes, contacts, films, surfaces, first places, time step, run directory."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from pydantic import ValidationError
+from scipy.spatial import cKDTree
+
+from pywet import run_folder
+from pywet import scene as typed
+from pywet.cases.custom import extent
+from pywet.cases.custom.at_walls import PRESSED, expected, thickness
+from pywet.cases.custom.description import WALLS, Scene, Spheres
+from pywet.cases.custom.feeding import times, waiting, ways
+from pywet.cases.custom.placing import COUNT_FROM, ask_unit, from_origin, mention_bars, mention_crossing, refuse_far
+from pywet.cases.custom.walls import OwnMotion
+from pywet.cases.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
+from pywet.cases.small import bodies
+from pywet.config.loading import placed_laws
+from pywet.config.messages import mistake
+from pywet.engines.schedule import OUTLET_EVERY_S
+from pywet.errors import ConfigError
+from pywet.geometry import Surface, fill
+from pywet.geometry.initial import wall_mesh, write_initial
+from pywet.geometry.surface import Floats
+from pywet.laws.contact import film_volume, reduced_radius
+from pywet.laws.hertz import Elastic, Hertz
+from pywet.planning import EffectPlan, Surroundings, step_choice
+from pywet.planning import plan as plan_effects
+from pywet.planning.size_distribution import Amount
+from pywet.planning.size_distribution import amounts as whole_amounts
+from pywet.planning.time_steps import hertz_lines
+from pywet.products.feed import sentence as feed_sentence
+from pywet.products.outlets import refuse_thin, with_reach
+from pywet.runs.rundir import placed
+from pywet.util.files import write_json
+from pywet.util.notices import notice
+
+MARGIN_M = 0.010
+"""Room between all that is there, wherever it moves, and the simulated box."""
+SLOWEST = 0.1
+"""Speed of impact [m/s] that a Hertz contact is planned for at least: spheres that nothing moves are still drawn together."""
+TOUCHING = 1.0 - 1e-6
+"""Part of the distance at touch from which on two bodies count as overlapping at the start."""
+
+
+@dataclass(frozen=True)
+class Building:
+    """What a description becomes; everything is made when it is asked for."""
+
+    said: Scene
+    """With all positions counted from the origin."""
+    origin_mm: typed.Vector = (0.0, 0.0, 0.0)
+    """The description's own, to be added to positions in messages."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "origin_mm", self.said.origin_mm)
+        object.__setattr__(self, "said", from_origin(self.said.in_full()))
+
+    @cached_property
+    def classes(self) -> tuple[typed.SphereClass, ...]:
+        """One class for each entry of `spheres`, in its order."""
+        counts = {a.name: a.count for a in self.amounts}
+        return tuple(
+            _sphere_class(k, s, self.said, counts.get(s.name)) for k, s in enumerate(self.said.spheres, start=1)
+        )
+
+    @cached_property
+    def amounts(self) -> tuple[Amount, ...]:
+        """What is asked for and made of every entry with `mass_g`; entries of one material and region are one distribution."""
+        groups: dict[Any, list[Spheres]] = defaultdict(list)
+        for s in self.said.spheres:
+            if s.mass_g is not None:
+                groups[s.material, s.box or s.cylinder, s.fed].append(s)
+        return tuple(
+            amount
+            for group in groups.values()
+            for amount in whole_amounts(
+                [s.name for s in group], [1e-3 * (s.mass_g or 0.0) for s in group],
+                [_sphere_kg(s, self.said) for s in group], f"scene {self.said.name}",
+            )
+        )  # fmt: skip
+
+    @cached_property
+    def pairs(self) -> tuple[typed.ContactPair, ...]:
+        """Dry contacts of all classes with each other and with the walls."""
+        kinds = range(1, len(self.classes) + 1)
+        given = tuple(self._pair(a, b) for a in kinds for b in (0, *range(a, len(self.classes) + 1)))
+        return bodies.hertzian(self.classes, given, self.hertz) if self.hertz else given
+
+    @cached_property
+    def hertz(self) -> Hertz | None:
+        """Moduli of the classes and of the walls, and the speed of impact that planning goes by; None: linear springs."""
+        if self.said.contact == "linear":
+            return None
+        found = []
+        for name in (*(s.material for s in self.said.spheres), self.said.material_of_walls):
+            material = self.said.materials[name]
+            assert material.youngs_modulus_Pa is not None and material.poissons_ratio is not None  # else refused
+            found.append(Elastic(youngs_modulus_Pa=material.youngs_modulus_Pa, poissons_ratio=material.poissons_ratio))
+        return Hertz(spheres=tuple(found[:-1]), walls=found[-1], impact_speed_m_per_s=max(SLOWEST, self.speed))
+
+    def _pair(self, a: int, b: int) -> typed.ContactPair:
+        spheres = self.said.spheres
+        dry = self.said.dry(spheres[a - 1].material, spheres[b - 1].material if b else WALLS)
+        assert dry is not None  # the description refuses what it has no data for
+        other = self.classes[b - 1].radius_m if b else math.inf
+        return bodies.contact(
+            a, b, dry.stiffness_N_per_m, friction=dry.friction, restitution=dry.restitution,
+            rolling_m=dry.rolling_m(reduced_radius(self.classes[a - 1].radius_m, other)),
+        )  # fmt: skip
+
+    @cached_property
+    def thickness(self) -> tuple[float, ...]:
+        """Thickness of the first film on each class [m]."""
+        liquid = self.said.liquid
+        if liquid is None:
+            return (0.0,) * len(self.classes)
+        common = [
+            c for c, s in zip(self.classes, self.said.spheres, strict=True) if s.percent is None and s.film_um is None
+        ]
+        of_all = _film(common, liquid.percent, liquid.film_um, liquid.density_kg_per_m3) if common else 0.0
+        return tuple(
+            of_all if c in common else _film([c], s.percent, s.film_um, liquid.density_kg_per_m3)
+            for c, s in zip(self.classes, self.said.spheres, strict=True)
+        )
+
+    @cached_property
+    def liquid(self) -> typed.Liquid | None:
+        """The liquid, with the thickest film: what the neighbour list and the plan must allow for."""
+        said = self.said.liquid
+        if said is None or not any(self.thickness):
+            return None
+        return typed.Liquid(
+            surface_tension_N_per_m=said.surface_tension_N_per_m, viscosity_Pa_s=said.viscosity_Pa_s,
+            density_kg_per_m3=said.density_kg_per_m3, initial_film_thickness_m=max(self.thickness),
+        )  # fmt: skip
+
+    @cached_property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The walls' triangles."""
+        found = tuple(wall.surface(self.said.folder) for wall in self.said.walls)
+        for wall, surface in zip(self.said.walls, found, strict=True):
+            ask_unit(wall, surface, [2.0 * s.radius_m for s in self.said.spheres])
+            mention_bars(wall, surface)
+            mention_crossing(wall, surface)
+        return found
+
+    @cached_property
+    def motions(self) -> tuple[OwnMotion | None, ...]:
+        """How each wall moves."""
+        return tuple(w.own_motion(s.vertices) for w, s in zip(self.said.walls, self.surfaces, strict=True))
+
+    @cached_property
+    def spheres(self) -> pd.DataFrame:
+        """id, type, place, velocity and film of every sphere at the start; overlaps are refused."""
+        table = _first_places(self)
+        films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
+        table["film"] = table["type"].map(dict(enumerate(films, start=1)))
+        refuse_far(self.said, [table[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])
+        _refuse_overlaps(self, table)
+        return table
+
+    @cached_property
+    def extent(self) -> tuple[Floats, Floats]:
+        """Corners of a box around all spheres at the start, their paths until they enter, and all walls wherever they move."""
+        corners = [self.spheres[[*"xyz"]].to_numpy(), ways(self.classes, self.spheres)[0]]
+        for surface, motion in zip(self.surfaces, self.motions, strict=True):
+            corners += [surface.vertices, *extent.moved(surface.vertices, motion)]
+        margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
+        everything = np.concatenate(corners)
+        return everything.min(axis=0) - margin, everything.max(axis=0) + margin
+
+    @cached_property
+    def wall_speed(self) -> float:
+        """The fastest that a wall moves [m/s]."""
+        return max([0.0, *(extent.speed(s.vertices, m) for s, m in zip(self.surfaces, self.motions, strict=True))])
+
+    @cached_property
+    def box(self) -> tuple[Floats, Floats]:
+        """Corners of what is simulated: the extent, with room for spheres that moving walls throw or that an outlet takes out."""
+        scene, cell = self.said, 2.0 * max(c.radius_m for c in self.classes)
+        low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
+        extent.refuse_vast(scene.name, low, high, cell)
+        room = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
+        return extent.with_room(low, high, *room, cell)
+
+    @cached_property
+    def outlets(self) -> tuple[typed.Outlet, ...]:
+        """Where spheres leave; an outlet too thin for the fastest is refused."""
+        refuse_thin(self.said.name, self.said.outlets, self.speed, self.said.gravity_m_per_s2)
+        return tuple(outlet.region() for outlet in self.said.outlets)
+
+    @property
+    def speed(self) -> float:
+        """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
+        heights = np.concatenate([self._released, *(s.vertices for s in self.surfaces)]) @ np.array(
+            self.said.gravity_m_per_s2
+        )
+        fall = math.sqrt(2.0 * float(np.ptp(heights)))
+        thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
+        return max(self.wall_speed, fall, thrown)
+
+    @property
+    def _released(self) -> Floats:
+        """Where spheres are when gravity begins to act on them: at the start, or on insertion [m]."""
+        at = np.zeros(len(self.spheres))
+        for c in self.classes:
+            at[self.spheres["type"] == c.type] = times(c) or 0.0
+        return np.asarray(self.spheres[[*"xyz"]].to_numpy() + at[:, None] * self.spheres[["vx", "vy", "vz"]].to_numpy())
+
+    @cached_property
+    def plan(self) -> EffectPlan:
+        """Which effects are on, and why."""
+        said = self.said
+        around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
+        laws = placed_laws(said.laws, said.folder, said.file is None)
+        chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
+        if self.hertz is None:
+            return replace(chosen, amounts=self.amounts)
+        effects = chosen.effects.model_copy(update={"tangential_history": True})  # whose friction is a spring
+        lines = hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
+        return replace(chosen, amounts=self.amounts, effects=effects, contact=lines)
+
+    @property
+    def interval(self) -> float:
+        """Time between outputs where none is given [s]: a fiftieth of the duration, at outlets short enough to see who leaves."""
+        scene = self.said
+        return min(scene.duration_s / 50.0, OUTLET_EVERY_S if scene.outlets else math.inf)
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences on spheres that contacts at the expected speed may let through walls."""
+        found = []
+        for wall, surface in zip(self.said.walls, self.surfaces, strict=True):
+            thick = thickness(surface.corners)
+            for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:
+                deep = expected(self.speed, c.mass_kg, pair.normal_stiffness_N_per_m)
+                if deep > PRESSED * thick:
+                    least = f"stiffness_N_per_m {(self.speed / (PRESSED * thick)) ** 2 * c.mass_kg:.2g}"
+                    if self.hertz:  # the overlap goes with the moduli to the power of -2/5
+                        least = f"{(deep / (PRESSED * thick)) ** 2.5:.2g} times youngs_modulus_Pa of both"
+                    found.append(
+                        f"{c.name} at up to {self.speed:.2g} m/s may overlap wall {wall.name} by {1e3 * deep:.2g} mm, and the "
+                        f"wall is {1e3 * thick:.2g} mm thick: a sphere pressed through it comes out at its far side; from "
+                        f"{least} on it does not, nor with a thicker wall"
+                    )
+        return found
+
+    @property
+    def time_step(self) -> float:
+        """As given, or a share of the stable step of a packing [s]."""
+        how, liquid = self.said.time_step, self.liquid
+        drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
+        return how.time_step_s or step_choice.of_packing(self.classes, self.pairs, how.share, drag, self.hertz)
+
+    def scene(self) -> typed.Scene:
+        """What an engine runs."""
+        said, (low, high), effects = self.said, self.box, self.plan.effects
+        given: dict[str, Any] = {
+            "name": said.name,
+            "seed": said.seed,
+            "classes": self.classes,
+            "pairs": self.pairs,
+            "hertz": self.hertz,
+            "contacts": "batched" if self.hertz is None else "stock",
+            "liquid": self.liquid,
+            "walls": tuple(
+                wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(
+                    update={"own_motion": motion, "feature_angle_deg": w.fold_deg}
+                )
+                for s, w, motion in zip(self.surfaces, said.walls, self.motions, strict=True)
+            ),
+            "vibration": None,
+            "slide": None,
+            "effects": effects,
+            "viscous_integration": said.time_step.viscous_integration,
+            "gravity_m_per_s2": said.gravity_m_per_s2 if effects.gravity else (0.0, 0.0, 0.0),
+            "box_low_m": tuple(low.tolist()),
+            "box_high_m": tuple(high.tolist()),
+            "spheres_file": Path("spheres.parquet"),
+            "time_step_s": self.time_step,
+            "duration_s": said.duration_s,
+            "output": typed.Output(
+                interval_s=said.results.interval_s or self.interval,
+                contact_windows=said.results.windows,
+                contact_window_steps=said.results.window_steps,
+                checkpoints=said.results.checkpoints,
+                window_trajectories=said.results.windows > 0,
+                energy=not said.outlets,
+            ),
+            "outlets": self.outlets,
+            "bin_z_m": float(low[2]),
+        }
+        try:
+            return typed.Scene(**given)
+        except ValidationError as error:
+            raise mistake(error, typed.Scene, f"scene {said.name}") from error
+
+
+def write(said: Scene, run_dir: Path) -> typed.Scene:
+    """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene."""
+    made, run_dir = Building(said), Path(run_dir)
+    scene = made.scene()
+    for sentence in made.warnings:
+        notice.warning("%s: %s", said.name, sentence)
+    for feed in said.feed:
+        inside = [c.count for c in scene.classes if c.name.startswith(f"{feed.name} ")]
+        notice.warning("%s", feed_sentence(feed.name, feed.psd.sizes(said.folder), sum(inside), scene.steps))
+    if any(said.origin_mm):
+        notice.warning("%s: %s", said.name, COUNT_FROM.format(*said.origin_mm))
+    write_initial(scene, made.surfaces, made.spheres, run_dir)
+    write_json(run_dir / "plan.json", made.plan.as_dict())
+    write_json(run_dir / "description.json", said.model_dump(mode="json"))
+    run_folder.remove(run_dir, "config.json")  # a screening case's, had one been built here before
+    return scene
+
+
+def _sphere_kg(spheres: Spheres, said: Scene) -> float:
+    """Mass of one sphere of an entry [kg]."""
+    return said.materials[spheres.material].density_kg_per_m3 * 4.0 / 3.0 * math.pi * spheres.radius_m**3
+
+
+def _sphere_class(kind: int, spheres: Spheres, said: Scene, of_mass: int | None) -> typed.SphereClass:
+    """Size class of an entry; `of_mass`: number of spheres that follows from its mass."""
+    material = said.materials[spheres.material]
+    return typed.SphereClass(
+        name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
+        contact_angle_rad=math.radians(material.contact_angle_deg),
+        count=of_mass or spheres.count or len(spheres.at_mm or ()),
+        fed=typed.Fed(from_s=spheres.fed.from_s, for_s=spheres.fed.for_s) if spheres.fed else None,
+    )  # fmt: skip
+
+
+def _film(classes: list[typed.SphereClass], percent: float | None, film_um: float | None, density: float) -> float:
+    """Thickness [m] of the same film on all spheres of these classes."""
+    if film_um is not None:
+        refuse_too_thin(1e-6 * film_um, classes)
+        return 1e-6 * film_um
+    return common_film_thickness(classes, liquid_volume(classes, percent or 0.0, density))
+
+
+def _first_places(made: Building) -> pd.DataFrame:
+    """id, type, x to wz of every sphere: of one region together, of given places there, of what is fed on its way."""
+    regions: dict[Any, list[typed.SphereClass]] = defaultdict(list)
+    tables = []
+    for sphere, entry in zip(made.classes, made.said.spheres, strict=True):
+        if entry.at_mm is not None:
+            at = 1e-3 * np.array(entry.at_mm)
+            tables.append(pd.DataFrame({"type": sphere.type, "x": at[:, 0], "y": at[:, 1], "z": at[:, 2]}))
+        elif entry.fed is None:
+            regions[entry.box or entry.cylinder].append(sphere)
+    for number, (shape, inside) in enumerate(regions.items()):
+        tables.append(fill(inside, shape.region(), made.said.seed + number))
+    tables.append(waiting(made.classes, made.said.spheres, made.thickness, made.said.seed))
+    table = pd.concat(tables, ignore_index=True)[["type", *"xyz"]].astype({"type": np.int64})
+    table.insert(0, "id", np.arange(1, len(table) + 1))
+    thrown = np.array([s.velocity_m_per_s for s in made.said.spheres])[table["type"].to_numpy() - 1]
+    table[["vx", "vy", "vz"]], table[["wx", "wy", "wz"]] = thrown, 0.0
+    return table
+
+
+def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
+    """Refuse spheres that begin in each other or in a wall."""
+    at, kind = table[[*"xyz"]].to_numpy(), table["type"].to_numpy() - 1
+    radius = np.array([c.radius_m for c in made.classes])[kind]
+    names = [c.name for c in made.classes]
+    close = cKDTree(at).query_pairs(2.0 * radius.max(), output_type="ndarray")
+    gap = np.linalg.norm(at[close[:, 0]] - at[close[:, 1]], axis=1) - TOUCHING * radius[close].sum(axis=1)
+    if (gap < 0.0).any():
+        a, b = close[int(np.argmin(gap))]
+        raise ConfigError(
+            f"scene {made.said.name}: {int((gap < 0).sum())} pairs of spheres overlap at the start, such as one of "
+            f"{names[kind[a]]} and one of {names[kind[b]]}; expected room between them: mend their regions or places"
+        )
+    import pyvista as pv
+
+    on_way, size = ways(made.classes, table)
+    at, radius = np.concatenate([at, on_way]), np.concatenate([radius, size])
+    for wall, surface in zip(made.said.walls, made.surfaces, strict=True):
+        faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
+        distance = pv.PolyData(at).compute_implicit_distance(pv.PolyData(surface.vertices, faces))["implicit_distance"]
+        inside = np.asarray(distance) < TOUCHING * radius
+        if inside.any():
+            first = placed(at[inside][0], made.origin_mm)
+            raise ConfigError(
+                f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
+                f"{first} mm; expected all outside: mend the region or the wall"
+            )
+
+
+def _some(spheres: int) -> str:
+    return f"{spheres} spheres" if spheres else "the ways of spheres that are fed"

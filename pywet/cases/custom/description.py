@@ -1,0 +1,389 @@
+"""What a user says of a scene: materials, spheres, liquid, walls, motions. The YAML of `pywet run-scene` has the same keys.
+
+Lengths in mm, angles in degrees, all else in SI units, as the keys say. What becomes of it is in `building.py`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from pywet.cases.custom.walls import MM, Box, Wall, chosen
+from pywet.config.entries import Excusable
+from pywet.config.messages import mistake
+from pywet.config.settings import EffectSettings, LawSettings
+from pywet.errors import ConfigError
+from pywet.geometry.packing import FeedRegion
+from pywet.laws.hertz import LEAST_RESTITUTION, Modulus, Poisson
+from pywet.products.deck import Deck
+from pywet.products.feed import FeedAmount, entries
+from pywet.products.outlets import Outlet
+from pywet.products.size_classes import Sizes
+from pywet.scene import NonNegative, Positive, Title, Vector
+
+WALLS = "walls"
+"""Of a contact: with every wall, which are one material in the engine."""
+PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one per cent of the larger"}}
+WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
+Angle = Annotated[float, Field(ge=0, lt=90)]
+Percent = Annotated[float, Field(ge=0, le=100)]
+
+
+class Dry(Excusable):
+    """A dry contact: linear contact stiffness and its damping, Coulomb friction, rolling friction as a length or without unit."""
+
+    stiffness_N_per_m: Positive = 2000.0
+    """Normal, of `contact: linear`; soft springs are usual, as long as overlaps stay below some per cent of the radius
+    (`contact_statistics` says)."""
+    friction: Annotated[float, Field(ge=0, le=10)] = 0.4
+    """Coulomb's coefficient, static and sliding."""
+    rolling_friction_m: NonNegative = 2e-5
+    """Torque over normal force, a length."""
+    rolling_friction: Annotated[float, Field(ge=0, le=10)] | None = None
+    """In place of `rolling_friction_m`, without unit, as LIGGGHTS, EDEM and YADE have it: torque over normal force times r_red,
+    r_i r_j/(r_i + r_j) of two spheres, the radius at a wall."""
+    restitution: Annotated[float, Field(gt=0, le=1)] = 0.8
+    """Of a normal impact: speed after it over speed before it."""
+
+    @model_validator(mode="after")
+    def _one_rolling_friction(self) -> Self:
+        if self.rolling_friction is not None and "rolling_friction_m" in self.model_fields_set:
+            raise ValueError("rolling_friction (without unit) or rolling_friction_m (a length), not both")
+        return self
+
+    def rolling_m(self, reduced_radius_m: float) -> float:
+        """Rolling friction of two bodies as a length [m]."""
+        return self.rolling_friction_m if self.rolling_friction is None else self.rolling_friction * reduced_radius_m
+
+
+class Material(Dry):
+    """A material of spheres; its dry contact is that with itself and, where `contacts` says nothing else, with walls."""
+
+    density_kg_per_m3: Positive
+    """Of a sphere."""
+    contact_angle_deg: Angle = 15.0
+    """Of the liquid on it."""
+    youngs_modulus_Pa: Modulus | None = None
+    """For `contact: hertz`, in place of a stiffness; 1e6 to 1e8 is usual for solids of 1e9 and more: overlaps stay small."""
+    poissons_ratio: Poisson | None = None
+    """For `contact: hertz`."""
+
+
+class Contact(Dry):
+    """The dry contact between two materials, or between a material and `walls`."""
+
+    between: Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
+    """Two names of materials, or one and `walls`."""
+
+
+class Liquid(Excusable):
+    """The liquid (water, if not said otherwise) and how much of it: per cent of the spheres' mass, or the film's thickness."""
+
+    surface_tension_N_per_m: NonNegative = WATER["surface_tension_N_per_m"]
+    """Against air; water if not given."""
+    viscosity_Pa_s: NonNegative = WATER["viscosity_Pa_s"]
+    """Dynamic; water if not given."""
+    density_kg_per_m3: Positive = WATER["density_kg_per_m3"]
+    """Water if not given."""
+    percent: Percent | None = None
+    """Mass of the liquid over that of the spheres, in per cent."""
+    film_um: NonNegative | None = None
+    """Thickness of the film on every sphere at the start, in place of `percent`."""
+
+    @model_validator(mode="after")
+    def _one_amount(self) -> Self:
+        chosen(self, "percent", "film_um", needed=False)
+        return self
+
+
+class Cylinder(Excusable):
+    """An upright cylinder; `origin_mm` is the middle of its lower end."""
+
+    diameter_mm: Positive
+    """Of the region."""
+    height_mm: Positive
+    """Along z."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower end."""
+
+    def region(self) -> FeedRegion:
+        """As spheres are placed in it."""
+        x, y, z = (MM * c for c in self.origin_mm)
+        region = FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
+        return replace(
+            region, name="cylinder", cure="raise height_mm or diameter_mm of their cylinder, or lower count or mass_g"
+        )
+
+
+class Fed(Excusable):
+    """Spheres enter one after the other at equal times, at random places of their region, with their `velocity_m_per_s`.
+
+    Until then they come along on a straight way, without weight, from where that velocity has them wait: keep it free.
+    """
+
+    from_s: NonNegative = 0.0
+    """Time at which insertion begins."""
+    for_s: Positive
+    """Duration of insertion."""
+
+
+class Spheres(Excusable):
+    """Spheres of one size and material: so many, or so much, at random in a region or at given places, with their liquid."""
+
+    name: Title
+    """Of this size class, in tables and on the page."""
+    material: str
+    """A key of `materials`."""
+    diameter_mm: Positive
+    """Of each sphere."""
+    count: Annotated[int, Field(ge=1)] | None = None
+    """Number of spheres."""
+    mass_g: Positive | None = None
+    """Their mass, in place of `count`; it is rounded to whole spheres over all entries of the same material and region."""
+    box: Box | None = None
+    """Region in which they are placed at random."""
+    cylinder: Cylinder | None = None
+    """The same, in place of `box`."""
+    at_mm: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
+    """Position of each sphere, in place of a region."""
+    velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
+    """At the start, or on insertion."""
+    fed: Fed | None = None
+    """They enter during the run, and their liquid with them; without it they are there from the start."""
+    percent: Percent | None = None
+    """Liquid over the mass of these spheres, in place of the scene's amount."""
+    film_um: NonNegative | None = None
+    """Film on these spheres, in place of `percent`."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        chosen(self, "box", "cylinder", "at_mm")
+        if self.at_mm is None:
+            chosen(self, "count", "mass_g")
+        elif self.count is not None or self.mass_g is not None:
+            raise ValueError(f"spheres {self.name}: no count and no mass_g beside at_mm, which says how many there are")
+        chosen(self, "percent", "film_um", needed=False)
+        if self.fed and (self.at_mm is not None or not any(self.velocity_m_per_s)):
+            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s beside fed")
+        return self
+
+    @property
+    def radius_m(self) -> float:
+        return 0.5 * MM * self.diameter_mm
+
+
+class Feed(FeedAmount):
+    """Material with a size distribution: it becomes an entry of `spheres` for each size, in whole spheres."""
+
+    name: Title
+    """Its sizes follow it in the names of the entries."""
+    material: str
+    """A key of `materials`."""
+    box: Box | None = None
+    """Region in which spheres are placed at random."""
+    cylinder: Cylinder | None = None
+    """The same, in place of `box`."""
+    velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
+    """At the start, or on insertion."""
+    insertion: Fed | None = None
+    """When it enters, at a constant rate; a `rate_t_per_h` needs it. None: it is there from the start."""
+
+    @model_validator(mode="after")
+    def _placed(self) -> Self:
+        chosen(self, "box", "cylinder")
+        if self.rate_t_per_h is not None and self.insertion is None:
+            raise ValueError(f"feed {self.name}: an insertion for rate_t_per_h")
+        return self
+
+    def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:
+        """The entries that it becomes, and its sizes."""
+        keys = {k: k for k in ("material", "box", "cylinder", "velocity_m_per_s")} | {"insertion": "fed"}
+        common = {to: getattr(self, k) for k, to in keys.items() if getattr(self, k) is not None}
+        found, sizes = entries(self.name, self, folder, self.insertion.for_s if self.insertion else None, common)
+        return tuple(Spheres(**entry) for entry in found), sizes
+
+
+class TimeStep(Excusable):
+    """`time_step_s`, or a share of the largest stable step of a dense packing."""
+
+    time_step_s: Positive | None = None
+    """Refused where it is beyond a stability limit."""
+    share: Annotated[float, Field(gt=0, le=1)] = 0.1
+    """Of the largest stable step of a dense packing."""
+    viscous_integration: Annotated[str, Field(pattern="^(explicit|semi_implicit)$")] = "semi_implicit"
+    """Of the viscous force: explicit, or semi_implicit, which does not shorten the step."""
+
+
+class Results(Excusable):
+    """How often results are written, and in how many windows of steps every contact is recorded for the replay."""
+
+    interval_s: Positive | None = None
+    """If not given, a fiftieth of the duration."""
+    windows: Annotated[int, Field(ge=0, le=1000)] = 20
+    """Number of sampling windows; 0: forces and motion are not replayed."""
+    window_steps: Annotated[int, Field(ge=1, le=100_000)] = 2
+    """Steps of each window; up to 4: at random places."""
+    checkpoints: Annotated[int, Field(ge=0, le=1000)] = 10
+    """How often the state is saved, evenly spread; a killed run resumes there."""
+
+
+class Scene(Excusable):
+    """A scene of one's own: `pywet.run(scene, folder)` simulates it, `pywet.plan(scene)` says which effects it calls for.
+
+    A mistake raises `pywet.errors.ConfigError`, all mistakes in one go, a sentence each.
+    """
+
+    name: Title
+    """Of the scene, on one line."""
+    duration_s: Positive
+    """Simulated time."""
+    materials: dict[str, Material]
+    """Name of a material: its properties."""
+    contact: Literal["linear", "hertz"] = "linear"
+    """Dry contact law: linear springs (`stiffness_N_per_m`), or Hertz–Mindlin (`youngs_modulus_Pa`, `poissons_ratio`)."""
+    contacts: tuple[Contact, ...] = ()
+    """Dry contacts of two materials, or of one with `walls`."""
+    wall_material: str | None = None
+    """Material of all walls, a key of `materials`; with `contact: hertz` needed where spheres are of several materials."""
+    spheres: tuple[Spheres, ...] = ()
+    """Size classes."""
+    feed: tuple[Feed, ...] = ()
+    """Materials with a size distribution, in place of or next to `spheres`."""
+    liquid: Liquid | None = None
+    """None: the scene is dry."""
+    walls: tuple[Wall, ...] = ()
+    """Each with its own motion."""
+    deck: Deck | None = None
+    """A vibrating deck: its walls, outlets and the direction of gravity follow from a few numbers."""
+    outlets: tuple[Outlet, ...] = ()
+    """Regions in which spheres leave the run, with their films; none: a sphere that leaves the box stops the run."""
+    gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
+    """Acceleration; 0, 0, 0: none."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Where the engine counts positions from, for a part in plant coordinates; `pywet.load` and `vtk/` give the scene's own."""
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 1
+    """Of the random positions; another seed is another packing of the same scene."""
+    laws: LawSettings = LawSettings()
+    """Preset of force laws, or a law by kind."""
+    effects: EffectSettings = EffectSettings.model_validate(PRESET)
+    """Which effects are simulated, and the tolerance that decides."""
+    time_step: TimeStep = TimeStep()
+    """A tenth of the largest stable step if not given."""
+    results: Results = Results()
+    """Outputs, sampling windows, checkpoints."""
+    folder: Path = Path()
+    """Where STL files and files of laws are looked for; of a YAML file its own folder."""
+    file: Path | None = None
+    """The file that it was read from."""
+
+    def __init__(self, **given: Any) -> None:
+        try:
+            super().__init__(**given)
+        except ValidationError as error:
+            where = str(given.get("file") or f"scene {given.get('name') or ''}".strip())
+            raise mistake(error, Scene, where) from error
+
+    def with_(self, **changes: Any) -> Self:
+        """The same scene with other values of some keys, checked as a new one; it does not change itself.
+
+        `scene.with_(liquid=pywet.Liquid(percent=7), seed=2)`.
+        """
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return type(self)(**{**given, **changes})
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise ConfigError(
+            f"scene {self.name}: {name} cannot be set, a scene does not change; expected a new one: "
+            f"scene.with_({name}=…)"
+        )
+
+    @model_validator(mode="after")
+    def _names(self) -> Self:
+        if not self.spheres and not self.feed:
+            raise ValueError("spheres, or a feed")
+        wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
+        wrong += _doubled("outlets", [o.name for o in self.outlets])
+        if (self.outlets or self.deck) and self.results.checkpoints == 0:
+            wrong.append("results.checkpoints of at least 1 beside outlets: spheres leave at checkpoints")
+        known = ", ".join(self.materials) or "none"
+        named = [(f"spheres {s.name}", s.material) for s in self.spheres]
+        named += [(f"feed {f.name}", f.material) for f in self.feed]
+        named += [("contacts", m) for c in self.contacts for m in c.between if m != WALLS]
+        named += [("wall_material", self.wall_material)] if self.wall_material is not None else []
+        wrong += [f"{where} to name a material ({known}), not {m}" for where, m in named if m not in self.materials]
+        used = sorted({s.material for s in (*self.spheres, *self.feed)} & self.materials.keys())
+        pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
+        wrong += [f"an entry in contacts with between: [{a}, {b}]" for a, b in pairs]
+        late = [s.name for s in self.spheres if s.fed and s.fed.from_s + s.fed.for_s > self.duration_s]
+        wrong += [f"spheres {name} to be fed before the end, duration_s ({self.duration_s:g})" for name in late]
+        wet = [s.percent or s.film_um for s in self.spheres] + [f.moisture_percent for f in self.feed]
+        if self.liquid is None and any(wet):
+            wrong.append("the key liquid, as spheres have some")
+        wrong += self._wrong_stiffness()
+        if wrong:
+            raise ValueError("; ".join(wrong))
+        return self
+
+    def _wrong_stiffness(self) -> list[str]:
+        """Keys of the other contact law, and what Hertz contacts lack."""
+        of: list[tuple[str, Dry]] = [(f"materials.{name}", m) for name, m in self.materials.items()]
+        of += [(f"contacts between {' and '.join(c.between)}", c) for c in self.contacts]
+        elastic = ("youngs_modulus_Pa", "poissons_ratio")
+        if self.contact == "linear":
+            given = [f"{where}.{key}" for where, m in of for key in elastic if key in m.model_fields_set]
+            return [f"contact: hertz for {key}; linear springs have stiffness_N_per_m" for key in given]
+        found = [
+            f"no stiffness_N_per_m of {where} with contact: hertz, which has youngs_modulus_Pa and poissons_ratio"
+            for where, m in of if "stiffness_N_per_m" in m.model_fields_set
+        ]  # fmt: skip
+        found += [
+            f"a restitution above {LEAST_RESTITUTION:g} of {where} with contact: hertz, not {m.restitution:g}"
+            for where, m in of if m.restitution <= LEAST_RESTITUTION
+        ]  # fmt: skip
+        if self.effects.tangential_history is False:
+            found.append("effects.tangential_history on or auto with contact: hertz, whose friction is a spring")
+        used = {s.material for s in (*self.spheres, *self.feed)}
+        if (self.walls or self.deck) and self.wall_material is None and len(used) > 1:
+            found.append(f"a wall_material (one of {', '.join(self.materials)}) with contact: hertz")
+        needed = (used | {self.material_of_walls}) & self.materials.keys()
+        return found + [
+            f"{key} of materials.{name} with contact: hertz"
+            for name in sorted(needed) for key in elastic if getattr(self.materials[name], key) is None
+        ]  # fmt: skip
+
+    @property
+    def material_of_walls(self) -> str:
+        """Key of the material that all walls have: as given, or that of the spheres."""
+        return self.wall_material or (*self.spheres, *self.feed)[0].material
+
+    def in_full(self) -> Self:
+        """The same scene with entries of `spheres` in place of its feeds, and walls, outlets and gravity in place of its deck."""
+        if not self.feed and self.deck is None:
+            return self
+        made = tuple(entry for feed in self.feed for entry in feed.spheres(self.folder)[0])
+        changes: dict[str, Any] = {"spheres": (*self.spheres, *made), "feed": (), "deck": None}
+        if deck := self.deck:
+            changes["walls"] = (*(Wall(**wall) for wall in deck.walls()), *self.walls)
+            changes["outlets"] = (*(Outlet(**outlet) for outlet in deck.outlets()), *self.outlets)
+            if "gravity_m_per_s2" not in self.model_fields_set:
+                changes["gravity_m_per_s2"] = deck.gravity
+        return self.with_(**changes)
+
+    def dry(self, a: str, b: str) -> Dry | None:
+        """The dry contact of two materials, or of one with `walls`; None where none is given."""
+        for other in (b, self.wall_material) if b == WALLS and self.wall_material else (b,):
+            for contact in self.contacts:
+                if sorted(contact.between) == sorted((a, other)):
+                    return contact
+        return self.materials[a] if b in (a, WALLS) else None
+
+
+def _doubled(what: str, names: list[str]) -> list[str]:
+    return [
+        f"{what} of different names ({n} is there {names.count(n)} times)"
+        for n in sorted(set(names))
+        if names.count(n) > 1
+    ]

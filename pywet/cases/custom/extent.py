@@ -1,0 +1,93 @@
+"""Where moving walls get to, how fast they are, and how far they throw spheres: what the simulated box must hold."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from pywet.cases.custom.walls import OwnMotion
+from pywet.errors import ConfigError
+from pywet.geometry.motion import peak_speed
+from pywet.geometry.surface import Floats
+from pywet.scene import Rotation, Slide, Vector, Vibration
+
+CELLS = 1_000_000
+"""Cells of a sphere's diameter that room for thrown spheres may add up to: the engine empties them at each neighbour list."""
+MOST_CELLS = 1e8
+"""Cells of a sphere's diameter in a box: the engine's lists of more take gigabytes, and it stops at 2.7e8 ("Too many atom sorting
+bins": an eighth of 2^31)."""
+THROW = 2.0
+"""Speed of a thrown sphere over that of the wall: it bounces off without loss."""
+
+
+def moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
+    """Points that, with `at` (n, 3), span a box around all positions of the corners of a wall [m]."""
+    if isinstance(motion, Slide):
+        return [at + motion.travel_s * np.array(motion.velocity_m_per_s)]
+    if isinstance(motion, Vibration):
+        return [at + sign * 2.0 * np.array(motion.amplitude_m) for sign in (-1.0, 1.0)]
+    if isinstance(motion, Rotation):
+        # a circle of radius R about the axis a reaches R sqrt(1 - a_k^2) along k
+        foot = _foot(at, motion)
+        reach = np.linalg.norm(at - foot, axis=1)[:, None] * np.sqrt(np.maximum(1.0 - np.square(motion.axis), 0.0))
+        return [foot + sign * reach for sign in (-1.0, 1.0)]
+    return []
+
+
+def speed(at: Floats, motion: OwnMotion | None) -> float:
+    """The fastest that corners of a wall move [m/s]."""
+    if isinstance(motion, Slide):
+        return math.hypot(*motion.velocity_m_per_s)
+    if isinstance(motion, Vibration):
+        return peak_speed(motion)
+    if isinstance(motion, Rotation):
+        return 2.0 * math.pi / motion.period_s * float(np.linalg.norm(at - _foot(at, motion), axis=1).max())
+    return 0.0
+
+
+def thrown(wall_speed: float, gravity: Vector, duration: float) -> tuple[Floats, Floats]:
+    """How far below and above its start a sphere that a wall throws gets along x, y, z until it is as low again [m].
+
+    With v = `THROW` times the wall's speed: v²/(2g) against gravity, v²/g across; never more than v times the duration.
+    """
+    v, g = THROW * wall_speed, math.hypot(*gravity)
+    if g == 0.0:
+        return np.full(3, v * duration), np.full(3, v * duration)
+    up = -np.array(gravity) / g
+    across = min(v * v / g, v * duration) * np.sqrt(np.maximum(1.0 - up**2, 0.0))
+    rise = min(0.5 * v * v / g, v * duration) * up
+    return across + np.maximum(-rise, 0.0), across + np.maximum(rise, 0.0)
+
+
+def refuse_vast(name: str, low: Floats, high: Floats, diameter: float) -> None:
+    """Refuse a box of more cells than the engine can list its spheres by; `diameter` of the largest [m]."""
+    sides = high - low
+    cells = float(np.prod(sides / diameter))
+    if cells > MOST_CELLS:
+        size = " x ".join(f"{1e3 * x:.4g}" for x in sides)
+        raise ConfigError(
+            f"scene {name}: spheres and walls, wherever they move, take a box of {size} mm, {cells:.2g} cells of the largest "
+            f"sphere's diameter ({1e3 * diameter:.3g} mm); expected at most {MOST_CELLS:.0e}: bring them nearer to each other, "
+            "or mend lengths, speeds and stl_unit"
+        )
+
+
+def with_room(low: Floats, high: Floats, below: Floats, above: Floats, cell: float) -> tuple[Floats, Floats]:
+    """The box with room for what is thrown, or with the share of that room which `CELLS` cells of this size [m] allow."""
+
+    def excess(share: float) -> float:
+        sides = high - low + share * (below + above)
+        return float(np.prod(sides / cell)) - CELLS
+
+    if excess(0.0) >= 0.0:
+        return low, high
+    share = 1.0 if excess(1.0) <= 0.0 else float(brentq(excess, 0.0, 1.0))
+    return low - share * below, high + share * above
+
+
+def _foot(at: Floats, rotation: Rotation) -> Floats:
+    """The closest points of an axis."""
+    origin, axis = np.array(rotation.origin_m), np.array(rotation.axis)
+    return np.asarray(origin + ((at - origin) @ axis)[:, None] * axis)

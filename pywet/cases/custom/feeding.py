@@ -1,0 +1,104 @@
+"""Where spheres that are fed wait: as far back on their way as they have to come until they enter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.cases.custom.description import Spheres
+from pywet.errors import ConfigError
+from pywet.geometry.packing import refuse_beyond_memory
+from pywet.geometry.surface import Floats
+from pywet.scene import SphereClass
+
+ROOM = 1.05
+"""Least distance of centres over that at which spheres and their films touch."""
+MOST_PLACES = 10_000_000
+"""Places on the ways of a class, a diameter apart, that are looked at for walls."""
+TRIES = 2000
+"""Places that are tried for a sphere."""
+
+
+def waiting(
+    classes: Sequence[SphereClass], entries: Sequence[Spheres], films: Sequence[float], seed: int
+) -> pd.DataFrame:
+    """type, x, y, z of all that is fed: a place at random in its region, less the way until the sphere enters.
+
+    `entries` and the thickness of the first films [m] are those of `classes`.
+    """
+    for c, entry in zip(classes, entries, strict=True):
+        _refuse_narrow(entry, c)
+    random = np.random.default_rng(seed)
+    turn = sorted((at, c.type) for c in classes for at in times(c))
+    reach = np.array([c.radius_m for c in classes]) + np.array(films)
+    places, kinds = np.zeros((len(turn), 3)), np.array([kind for _, kind in turn], dtype=np.int64)
+    for n, (at, kind) in enumerate(turn):
+        entry, radius = entries[kind - 1], classes[kind - 1].radius_m
+        room = ROOM * (reach[kind - 1] + reach[kinds[:n] - 1])
+        for _ in range(TRIES):
+            place = _inside(entry.box or entry.cylinder, radius, random) - at * np.array(entry.velocity_m_per_s)
+            if (((places[:n] - place) ** 2).sum(axis=1) >= room**2).all():
+                places[n] = place
+                break
+        else:
+            raise ConfigError(
+                f"spheres {entry.name}: {n} fit on their way, the next does not; expected fewer, a larger region, a longer "
+                "fed.for_s or a larger velocity_m_per_s"
+            )
+    return pd.DataFrame({"type": kinds, **dict(zip("xyz", places.T, strict=True))})
+
+
+def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
+    """Refuse a region in which no sphere has room, and ways so long that they cannot be laid out."""
+    if not sphere.fed:
+        return
+    refuse_beyond_memory(sphere.count, f"spheres {entry.name}", "expected a smaller count or mass_g")
+    region = (entry.box or entry.cylinder).region()  # type: ignore[union-attr]
+    least = min(*region.sides_m, region.z_high_m - region.z_low_m)
+    if least <= 2.0 * sphere.radius_m:
+        raise ConfigError(
+            f"spheres {entry.name}: their region is {1e3 * least:g} mm wide or high, the sphere {2e3 * sphere.radius_m:g} mm; "
+            "expected room for one: a larger box or cylinder"
+        )
+    way = (sphere.fed.from_s + sphere.fed.for_s) * math.hypot(*entry.velocity_m_per_s)
+    if sphere.count * way / (2.0 * sphere.radius_m) > MOST_PLACES:
+        raise ConfigError(
+            f"spheres {entry.name}: {sphere.count} of them come {way:.3g} m until the last enters, expected at most "
+            f"{MOST_PLACES:.0e} diameters of travel in all: a smaller velocity_m_per_s or an earlier end of feeding"
+        )
+
+
+def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, Floats]:
+    """Places (n, 3) on the ways of all that is fed, at most a diameter apart, and the radius of the sphere at each."""
+    found, size = [np.zeros((0, 3))], [np.zeros(0)]
+    for c in classes:
+        rows = table[table["type"] == c.type]
+        starts, speeds = (rows[names].to_numpy(dtype=float) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
+        for start, speed, at in zip(starts, speeds, times(c), strict=False):
+            share = np.linspace(0.0, 1.0, 2 + int(at * np.linalg.norm(speed) / (2.0 * c.radius_m)))
+            found.append(start + share[:, None] * at * speed)
+            size.append(np.full(len(share), c.radius_m))
+    return np.concatenate(found), np.concatenate(size)
+
+
+def times(sphere: SphereClass) -> list[float]:
+    """When the spheres of a class enter [s], none where it is not fed."""
+    fed, n = sphere.fed, sphere.count
+    return [fed.from_s + fed.for_s * (k + 0.5) / n for k in range(n)] if fed else []
+
+
+def _inside(shape: Any, radius: float, random: np.random.Generator) -> Floats:
+    """A place at random for a sphere within a region."""
+    region = shape.region()
+    half = 0.5 * np.array(region.sides_m) - radius
+    while True:
+        across = random.uniform(-half, half)
+        if region.shape == "square" or np.hypot(*across) <= half[0]:
+            break
+    return np.array(
+        [*(across + np.array(region.centre_m)), random.uniform(region.z_low_m + radius, region.z_high_m - radius)]
+    )

@@ -1,0 +1,132 @@
+"""Sizes and positions of a description that can hardly be meant, asked back; and a scene moved to an origin of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pywet.cases.custom.description import Scene
+from pywet.cases.custom.walls import Wall
+from pywet.errors import ConfigError
+from pywet.geometry.crossing import crossing
+from pywet.geometry.surface import LARGE_HALF_WIDTH_M, Floats, Surface
+from pywet.scene import Vector
+from pywet.util.notices import notice
+
+SMALL, LARGE = 1.0, 3000.0
+"""Longest side of an STL file over the spheres' diameter below and above which its unit is asked back."""
+THIN = 0.2
+"""Width over length below which a body is a bar."""
+COUNT_FROM = (
+    "Parquet files count positions from origin_mm [{:.10g}, {:.10g}, {:.10g}]; "
+    "pywet.load, vtk/ and ovito/ give the scene's own"
+)
+FAR = 20.0
+"""Distance of a scene from its origin, over its size, beyond which positions lose digits that the walls need."""
+
+
+def from_origin(scene: Scene) -> Scene:
+    """The same scene with all positions counted from its `origin_mm`."""
+    origin = scene.origin_mm
+    if not any(origin):
+        return scene
+    spheres = tuple(_moved(s, origin) for s in scene.spheres)
+    walls = tuple(_moved(w, origin) for w in scene.walls)
+    outlets = tuple(outlet.moved(origin) for outlet in scene.outlets)
+    changes = {"spheres": spheres, "walls": walls, "outlets": outlets, "origin_mm": (0.0, 0.0, 0.0)}
+    return scene.model_copy(update=changes)
+
+
+def _moved(entry: Any, origin: Vector) -> Any:
+    """A part of a description, and all parts of it, with `origin_mm`, `low_mm`, `high_mm` and `at_mm` less the origin."""
+    changes: dict[str, Any] = {}
+    for key in type(entry).model_fields:
+        value = getattr(entry, key)
+        if key in ("low_mm", "high_mm"):
+            changes[key] = _less(value, origin)
+        elif key == "origin_mm":  # that of an STL file is subtracted itself
+            sign = -1.0 if isinstance(entry, Wall) else 1.0
+            changes[key] = _less(value, tuple(sign * x for x in origin))
+        elif key == "at_mm" and value is not None:
+            changes[key] = tuple(_less(v, origin) for v in value)
+        elif hasattr(type(value), "model_fields"):
+            changes[key] = _moved(value, origin)
+    return entry.model_copy(update=changes)
+
+
+def _less(point: Vector, origin: Sequence[float]) -> Vector:
+    x, y, z = (a - b for a, b in zip(point, origin, strict=True))
+    return x, y, z
+
+
+def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
+    """Refuse an STL file whose size is absurd for the spheres' diameters [m]."""
+    if wall.stl is None:
+        return
+    longest = _longest(surface)
+    small, large = longest < SMALL * min(spheres), longest > LARGE * max(spheres)
+    if small or large:
+        other = "m" if wall.stl_unit == "mm" else "mm"
+        factor = 1e3 if other == "m" else 1e-3
+        sizes = " to ".join(dict.fromkeys(f"{1e3 * d:.4g}" for d in (min(spheres), max(spheres))))
+        raise ConfigError(
+            f"wall {wall.name}: {wall.stl.name} in {wall.stl_unit} is {1e3 * longest:.4g} mm long beside spheres of "
+            f"{sizes} mm; expected a size that they meet: in {other} it is "
+            f"{1e3 * longest * factor:.4g} mm (stl_unit: {other})"
+        )
+
+
+def mention_crossing(wall: Wall, surface: Surface) -> None:
+    """Report where a body of an STL file cuts through itself; bodies may overlap each other."""
+    if wall.stl is None:
+        return
+    count, body = surface.components()
+    for k in range(count):
+        at = crossing(surface.vertices, surface.triangles[body == k])
+        if at is not None:
+            place = ", ".join(f"{1e3 * x:.4g}" for x in at)
+            notice.warning(
+                f"wall {wall.name}: {wall.stl.name} cuts through itself at ({place}) mm, so that it has no clear inside; "
+                "expected the surface of a solid: unite its parts in the CAD program"
+            )
+            return
+
+
+def mention_bars(wall: Wall, surface: Surface) -> None:
+    """Report bodies of an STL file that look like wires or bars but are taken as faces."""
+    if wall.stl is None or wall.half_width_mm is not None:
+        return
+    count, body = surface.components()
+    across = []
+    for k in range(count):
+        points = surface.corners[body == k].reshape(-1, 3)
+        sides = np.sort(np.ptp(points @ np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T, axis=0))
+        if sides[1] < 2.0 * LARGE_HALF_WIDTH_M and sides[1] < THIN * sides[2] and sides[1] < 2.0 * sides[0]:
+            across.append(1e3 * float(sides[1]))
+    if across:
+        half = 0.5 * np.median(across)
+        notice.warning(
+            f"wall {wall.name}: {len(across)} of its {count} bodies are bars of about {2.0 * half:.3g} mm, taken as "
+            f"faces, whose bridges and films are not a wire's; half_width_mm: {half:.3g} gives each those of a wire"
+        )
+
+
+def _longest(surface: Surface) -> float:
+    return float(np.ptp(surface.vertices, axis=0).max())
+
+
+def refuse_far(said: Scene, corners: Sequence[Floats]) -> None:
+    """Refuse a scene so far from its origin that positions would lose digits, and name the origin to give."""
+    points = np.concatenate(corners)
+    middle, size = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0)))
+    away = float(np.linalg.norm(middle))
+    if len(points) > 1 and away > FAR * max(size, 0.01):
+        digits = 10.0 ** math.floor(math.log10(1e3 * max(size, 0.01)))
+        x, y, z = (digits * round(1e3 * m / digits) for m in middle)
+        raise ConfigError(
+            f"scene {said.name}: all lies about {away:.4g} m from the origin and is {size:.3g} m large; expected positions near "
+            f"the origin, which keep their digits: add origin_mm: [{x:.10g}, {y:.10g}, {z:.10g}]"
+        )

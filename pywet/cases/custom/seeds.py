@@ -1,0 +1,74 @@
+"""The runs of one custom scene with several seeds, in folders next to each other, and their numbers as mean and interval."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from pywet.cases.screening import verdict
+from pywet.runs.loaded import Run
+from pywet.runs.spread import with_interval
+from pywet.util.files import AGAIN, read_if_there
+
+ORDER = ("no", "in part", "–", "yes")
+"""Words of a standing, the worst first."""
+Runs = Sequence[Run]
+
+
+def of_scene(folder: Path) -> list[Run]:
+    """The run, and behind it every finished run in a folder FOLDER-SEED whose description differs in the seed alone."""
+    folder = folder.resolve() if folder.name in ("", "..") else folder
+    description = _but_seed(folder)
+    found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
+    others = [p for p in found if (p / "summary.json").exists() and _but_seed(p) == description]
+    return [Run(p) for p in (folder, *sorted(others, key=lambda p: int(p.name.rpartition("-")[2])))]
+
+
+def _but_seed(folder: Path) -> object:
+    description = read_if_there(folder / "description.json", AGAIN) or {}
+    return {key: value for key, value in description.items() if key not in ("seed", "file", "folder")}
+
+
+def over(values: Sequence[float], digits: int = 4) -> str:
+    """A number of every run as mean ± half width of its 95 % interval; as it is where all runs have the same.
+
+    >>> over([3.0, 3.0]), over([2.0, 3.0, 4.0])
+    ('3', '3.0 ± 2.5')
+    """
+    return with_interval(values[:1] if len(set(values)) == 1 else values, digits)
+
+
+def worst(runs: Runs) -> verdict.Standing:
+    """The worst standing of the runs, with the name of its run; and what the numbers of several runs are."""
+    found = [(verdict.standing(run.path), run.path.name) for run in runs]
+    lowest, name = min(found, key=lambda entry: ORDER.index(entry[0].word))
+    if len(runs) == 1:
+        return lowest
+    names = ", ".join(run.path.name for run in runs)
+    sentence = (
+        f"{len(runs)} seeds ({names}): numbers are their mean ± 95 % confidence interval of the mean, curves their mean with "
+        f"that interval as a band; the picture is of the first. {name}: {lowest.sentence}"
+    )
+    return verdict.Standing(lowest.word, lowest.grade, sentence)
+
+
+def agreement(runs: Runs) -> list[verdict.Agreement]:
+    """The replays as one: of every quantity all values, and the row of the run where the deviation is largest."""
+    rows: dict[str, list[verdict.Agreement]] = {}
+    for run in runs:
+        for row in verdict.agreement(run.replay) if run.replay else []:
+            rows.setdefault(row.quantity, []).append(row)
+    largest = (max(of, key=lambda row: row.largest / row.limit if row.limit else row.largest) for of in rows.values())
+    return [
+        verdict.Agreement(w.quantity, w.scale, sum(r.count for r in rows[w.quantity]), w.largest, w.median, w.limit)
+        for w in largest
+    ]
+
+
+def lines_of(runs: Runs, sentences: Callable[[Run], Sequence[str]]) -> list[str]:
+    """Sentences of all runs, each once; where runs differ, with the names of those that it is of."""
+    found: dict[str, list[str]] = {}
+    for run in runs:
+        for sentence in sentences(run):
+            found.setdefault(sentence, []).append(run.path.name)
+    return [s if len(of) == len(runs) else f"{', '.join(of)}: {s}" for s, of in found.items()]

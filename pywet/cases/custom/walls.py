@@ -1,0 +1,372 @@
+"""Walls of a scene of one's own: an STL file or one of a few solids, fixed or moving."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, Field, model_validator
+
+from pywet.config.entries import Excusable
+from pywet.geometry.cad import read_cad
+from pywet.geometry.faces import BODIES_DEG, FEATURE_ANGLE_DEG, faces
+from pywet.geometry.packing import FeedRegion
+from pywet.geometry.solids import Part, bin_solid, plate, polygon, tube, wire
+from pywet.geometry.surface import Floats, Motion, Surface, make_surface
+from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Title, Vector, Vibration
+from pywet.util.notices import notice
+
+MM = 1e-3
+OwnMotion = Vibration | Rotation | Slide
+Axis = Literal["x", "y", "z"]
+
+
+def _given(direction: Vector) -> Vector:
+    if not any(direction):
+        raise ValueError("a direction, not 0, 0, 0")
+    return direction
+
+
+Direction = Annotated[Vector, AfterValidator(_given)]
+Sides = Annotated[int, Field(ge=3, le=96)]
+BAR_DEG, MOST_FACETS = 1.1, 200_000
+"""Least angle of a bar's triangles, and how many triangles bars may have."""
+ORDER = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
+"""Coordinates of a solid drawn along z, put along another axis."""
+
+
+class Box(Excusable):
+    """A region between two corners."""
+
+    low_mm: Vector
+    """Corner of least x, y, z."""
+    high_mm: Vector
+    """Opposite corner."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not all(a < b for a, b in zip(self.low_mm, self.high_mm, strict=True)):
+            raise ValueError("each number of low_mm to be less than that of high_mm")
+        return self
+
+    def region(self) -> FeedRegion:
+        """As spheres are placed in it."""
+        (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
+        region = FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
+        return replace(region, name="box", cure="set high_mm of their box higher, widen it, or lower count or mass_g")
+
+
+class Block(Box):
+    """A solid cuboid between two corners."""
+
+    def parts(self) -> list[Part]:
+        """Its faces."""
+        (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
+        return plate(np.array([[x, y], [u, y], [u, v], [x, v]]), z, w)
+
+
+class Tube(Excusable):
+    """An open tube along an axis, round (many sides) or square (4); `origin_mm` is the middle of its lower end."""
+
+    inner_diameter_mm: Positive
+    """Between opposite faces."""
+    length_mm: Positive
+    """Along the axis."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower end."""
+    axis: Axis = "z"
+    """Along which it lies."""
+    thickness_mm: Positive = 3.0
+    """Of its wall."""
+    sides: Sides = 32
+    """Faces around the axis; 4: square."""
+
+    def parts(self) -> list[Part]:
+        """Its inner and outer face and rims."""
+        solid = tube(0.5 * MM * self.inner_diameter_mm, MM * self.thickness_mm, self.sides, 0.0, MM * self.length_mm)
+        return _placed(solid, self.axis, self.origin_mm)
+
+
+class Disc(Excusable):
+    """A round plate, such as the lid of a drum; `origin_mm` is the middle of its lower face."""
+
+    diameter_mm: Positive
+    """Between opposite faces."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower face."""
+    axis: Axis = "z"
+    """Normal of its faces."""
+    thickness_mm: Positive = 3.0
+    """Along the axis."""
+    sides: Sides = 32
+    """Faces around the axis."""
+
+    def parts(self) -> list[Part]:
+        """Its faces and edge."""
+        solid = plate(polygon(0.5 * MM * self.diameter_mm, self.sides), 0.0, MM * self.thickness_mm)
+        return _placed(solid, self.axis, self.origin_mm)
+
+
+class Vessel(Excusable):
+    """An open-topped upright vessel, square (4 sides) or round; `origin_mm` is the middle of its floor's upper face."""
+
+    inner_width_mm: Positive
+    """Between opposite faces."""
+    height_mm: Positive
+    """Of its inside."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its floor's upper face."""
+    thickness_mm: Positive = 3.0
+    """Of walls and floor."""
+    sides: Sides = 4
+    """Faces around; 4: square."""
+
+    def parts(self) -> list[Part]:
+        """Floor, sides, rim."""
+        solid = bin_solid(0.5 * MM * self.inner_width_mm, MM * self.thickness_mm, self.sides, 0.0, MM * self.height_mm)
+        return _placed(solid, "z", self.origin_mm)
+
+
+class Bars(Excusable):
+    """Parallel round bars in a horizontal plane, along x or y: a slotted deck. `origin_mm` is the middle of the plane."""
+
+    diameter_mm: Positive
+    """Of a bar."""
+    pitch_mm: Positive
+    """Between the axes of neighbours."""
+    length_mm: Positive
+    """Of a bar."""
+    count: Annotated[int, Field(ge=1, le=1000)]
+    """Number of bars."""
+    axis: Literal["x", "y"] = "x"
+    """Along which they lie."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of their plane."""
+    sides: Annotated[int, Field(ge=4, le=32, multiple_of=2)] = 8
+    """Faces around a bar."""
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        if self.pitch_mm <= self.diameter_mm:
+            raise ValueError(
+                f"pitch_mm more than diameter_mm ({self.pitch_mm:g} is not more than {self.diameter_mm:g})"
+            )
+        if self.count * self.sides * self.length_mm * math.tan(math.radians(BAR_DEG)) > MOST_FACETS * self.diameter_mm:
+            raise ValueError(f"fewer, thicker or shorter bars, which take at most {MOST_FACETS} triangles")
+        return self
+
+    def parts(self) -> list[Part]:
+        """One part for each bar."""
+        along = 0 if self.axis == "x" else 1
+        found: list[Part] = []
+        for k in range(self.count):
+            start, end = (MM * np.array(self.origin_mm) for _ in range(2))
+            start[along] -= 0.5 * MM * self.length_mm
+            end[along] += 0.5 * MM * self.length_mm
+            for point in (start, end):
+                point[1 - along] += (k - 0.5 * (self.count - 1)) * MM * self.pitch_mm
+            radius = 0.5 * MM * self.diameter_mm
+            found.append((wire(start, end, radius, self.sides, BAR_DEG), radius))
+        return found
+
+
+class Vibrates(Excusable):
+    """x_k(t) = amplitude_k (sin(2 pi f t + phase_k) - sin(phase_k)), k = x, y, z."""
+
+    amplitude_mm: Vector
+    """Along x, y, z."""
+    frequency_Hz: Positive
+    """Of all three."""
+    phase_deg: Vector = (0.0, 0.0, 0.0)
+    """Along x, y, z."""
+
+    def engine_motion(self, corners: Floats) -> Vibration:
+        """In SI units."""
+        x, y, z = (MM * a for a in self.amplitude_mm)
+        p, q, r = (math.radians(a) for a in self.phase_deg)
+        return Vibration(amplitude_m=(x, y, z), phase_rad=(p, q, r), frequency_Hz=self.frequency_Hz)
+
+
+class Turns(Excusable):
+    """Turns from the start, right-handed about an axis through `origin_mm`."""
+
+    turns_per_minute: Positive
+    """Right-handed about the axis."""
+    axis: Direction
+    """Any direction."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """A point on the axis."""
+
+    def engine_motion(self, corners: Floats) -> Rotation:
+        """In SI units."""
+        x, y, z = (MM * c for c in self.origin_mm)
+        return Rotation(origin_m=(x, y, z), axis=_unit(self.axis), period_s=60.0 / self.turns_per_minute)
+
+
+class Moves(Excusable):
+    """Moves at constant velocity, from a time on, for a time; then it rests where it is."""
+
+    velocity_m_per_s: Vector
+    """Constant."""
+    from_s: NonNegative = 0.0
+    """Time at which it starts."""
+    for_s: Positive
+    """Duration of the motion."""
+
+    def engine_motion(self, corners: Floats) -> Slide:
+        """As the engine takes it."""
+        return Slide(velocity_m_per_s=self.velocity_m_per_s, opens_at_s=self.from_s, travel_s=self.for_s)
+
+
+class Removed(Excusable):
+    """Is drawn away at a time, as a gate is: along a direction, twice as far as it is long, and rests there."""
+
+    at_s: NonNegative
+    """Time at which it starts."""
+    towards: Direction
+    """Direction."""
+    speed_m_per_s: Positive = 1.0
+    """Constant."""
+
+    def engine_motion(self, corners: Floats) -> Slide:
+        """As the engine takes it, for the corners (n, 3) of the wall [m]."""
+        way = _unit(self.towards)
+        travel = 2.0 * float(np.ptp(corners @ np.array(way)))
+        x, y, z = (self.speed_m_per_s * c for c in way)
+        return Slide(velocity_m_per_s=(x, y, z), opens_at_s=self.at_s, travel_s=travel / self.speed_m_per_s)
+
+
+SHAPES = ("stl", "block", "tube", "disc", "vessel", "bars")
+MOTIONS: dict[str, Motion] = {"vibrates": "vibrates", "turns": "turns", "moves": "slides", "removed": "slides"}
+"""Key of a motion -> the engine's word for it."""
+
+
+class Wall(Excusable):
+    """A wall: its shape (one of `SHAPES`), its contact angle, how it moves (one of `MOTIONS`, or none: it is fixed)."""
+
+    name: Title
+    """In any script; tables and decks have `word` for it."""
+    stl: Path | None = None
+    """File, from the folder of the scene."""
+    stl_unit: Literal["mm", "m"] = "mm"
+    """Unit of its coordinates."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Of an STL file: the point of its coordinates that becomes the scene's origin."""
+    half_width_mm: Positive | None = None
+    """Of an STL file whose bodies are wires or bars: each body is one part with this half width, a wire's radius."""
+    shell_thickness_mm: Positive | None = None
+    """Of an STL file that is an open shell: it becomes a wall of this thickness, half on either side of its facets."""
+    feature_angle_deg: Annotated[float, Field(gt=0, lt=180)] = FEATURE_ANGLE_DEG
+    """Where facets meet at a larger angle a face ends; a sphere has one bridge with a face, curved faces are one."""
+    block: Block | None = None
+    """Shape: a cuboid."""
+    tube: Tube | None = None
+    """Shape: an open tube."""
+    disc: Disc | None = None
+    """Shape: a round plate."""
+    vessel: Vessel | None = None
+    """Shape: an open-topped vessel."""
+    bars: Bars | None = None
+    """Shape: parallel round bars."""
+    contact_angle_deg: Annotated[float, Field(ge=0, lt=90)] = 40.0
+    """Of the liquid on it."""
+    vibrates: Vibrates | None = None
+    """Motion: harmonic."""
+    turns: Turns | None = None
+    """Motion: about an axis."""
+    moves: Moves | None = None
+    """Motion: at constant velocity for a time."""
+    removed: Removed | None = None
+    """Motion: drawn away, as a gate is."""
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        chosen(self, *SHAPES)
+        chosen(self, *MOTIONS, needed=False)
+        return self
+
+    @property
+    def word(self) -> str:
+        """Its name in tables and decks: the name itself where an engine can read it, else its Latin letters and a digest."""
+        return word_of(self.name)
+
+    @property
+    def motion(self) -> Motion:
+        """How it moves, in the engine's word."""
+        key = chosen(self, *MOTIONS, needed=False)
+        return MOTIONS[key] if key else "fixed"
+
+    def own_motion(self, corners: Floats) -> OwnMotion | None:
+        """How it moves, in SI units; `corners` (n, 3) as it is at the start [m]."""
+        way = self.vibrates or self.turns or self.moves or self.removed
+        return way.engine_motion(corners) if way else None
+
+    def surface(self, folder: Path) -> Surface:
+        """Its triangles; an STL file is looked for in `folder`."""
+        if self.stl is not None:
+            return make_surface(self.word, "wall", self._of_file(folder), self.motion)
+        shape = self.block or self.tube or self.disc or self.vessel or self.bars
+        assert shape is not None
+        parts = shape.parts()
+        if self.bars is None:
+            parts = faces(np.concatenate([corners for corners, _ in parts]), self.feature_angle_deg)
+        return make_surface(self.word, "wall", parts, self.motion)
+
+    @property
+    def fold_deg(self) -> float:
+        """The feature angle that its parts follow from."""
+        return BODIES_DEG if self.bars or self.half_width_mm is not None else self.feature_angle_deg
+
+    def _of_file(self, folder: Path) -> list[Part]:
+        """Parts of an STL file; what had to be repaired is reported."""
+        assert self.stl is not None
+        unit = MM if self.stl_unit == "mm" else 1.0
+        shell = None if self.shell_thickness_mm is None else MM * self.shell_thickness_mm
+        corners, changes = read_cad(folder / self.stl, unit, MM * np.array(self.origin_mm), shell)
+        if changes:
+            notice.warning(f"wall {self.name}: {self.stl.name} repaired: {'; '.join(changes)}")
+        parts = faces(corners, self.fold_deg)
+        if self.half_width_mm is None:
+            return parts
+        return [(part, MM * self.half_width_mm) for part, _ in parts]
+
+
+def word_of(name: str) -> str:
+    """The word that stands for a wall's name in tables and decks.
+
+    >>> word_of("drum"), word_of("Rüttelsieb 2"), word_of("漏斗")
+    ('drum', 'Ruttelsieb_2_5de194', 'wall_895948')
+    """
+    if re.fullmatch(IDENTIFIER, name):
+        return name
+    plain = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
+    latin = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[:20]
+    return f"{latin if latin[:1].isalpha() else 'wall'}_{hashlib.sha256(name.encode()).hexdigest()[:6]}"
+
+
+def chosen(of: BaseModel, *keys: str, needed: bool = True) -> str | None:
+    """The one key that is given; more than one, or none where one is `needed`, is refused."""
+    given = [key for key in keys if getattr(of, key) is not None]
+    if len(given) > 1 or (needed and not given):
+        raise ValueError(
+            f"{'one' if needed else 'at most one'} of {', '.join(keys)}, not {' and '.join(given) or 'none'}"
+        )
+    return given[0] if given else None
+
+
+def _placed(parts: Sequence[Part], axis: Axis, origin_mm: Vector) -> list[Part]:
+    """A solid drawn along z from the origin, along another axis and elsewhere."""
+    return [(corners[..., ORDER[axis]] + MM * np.array(origin_mm), half) for corners, half in parts]
+
+
+def _unit(given: Vector) -> Vector:
+    """The vector of length one in a direction."""
+    x, y, z = (c / math.hypot(*given) for c in given)
+    return x, y, z

@@ -1,0 +1,126 @@
+"""What a run of a case depends on, as one word: the resolved scene, its apparatus, the code of its laws and of the plugin.
+
+Two runs with the same word give the same numbers. Sources, reasons and comments of the configuration are not in it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from pathlib import Path
+
+from typing_extensions import TypedDict
+
+import pywet
+from pywet import run_folder, run_lock
+from pywet.cases.screening import cases
+from pywet.config import Config
+from pywet.errors import PywetError
+from pywet.geometry import build_apparatus
+from pywet.laws import own
+from pywet.util import sources
+from pywet.util.files import AGAIN, atomic_write, read_bytes, read_if_there, write_json
+from pywet.util.notices import notice
+
+FILE = "identity.json"
+
+
+class Left(TypedDict):
+    identity: str
+
+
+def identity(config: Config, number: int, scale_name: str) -> str:
+    """The word of a case at a scale; raises `PywetError` where the case cannot be built."""
+    case, scale = config.case(number), config.scale(scale_name)
+    made, spec = cases.ingredients(config, number, scale_name), cases.apparatus_spec(config, case, scale)
+    scene = cases.assemble(config, case, scale, made, build_apparatus(spec))
+    text = json.dumps([scene.model_dump(mode="json"), asdict(spec), _code()], sort_keys=True)
+    for law in sorted(set(scene.effects.laws.values())):
+        if own.is_own(law):  # what its file says counts, not where it lies
+            text = text.replace(json.dumps(law), _text(law))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def told(config: Config, number: int, scale_name: str, preset: str | None = None) -> str:
+    """The same for the workflow, with another preset where it is named; why not, where a case cannot be built."""
+    try:
+        return identity(config.with_preset(preset) if preset else config, number, scale_name)
+    except PywetError as error:
+        return str(error)
+
+
+def content(config: Config) -> str:
+    """All that is configured, sources and reasons too, as a word: what the report shows. Comments are not in it."""
+    parts = [
+        m.model_dump(mode="json") for m in (config.settings, config.materials, config.scales, *config.cases.values())
+    ]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def leave(run_dir: Path, word: str) -> None:
+    write_json(run_dir / FILE, {"identity": word})
+
+
+def left(run_dir: Path) -> str | None:
+    """The word of the run in a folder; None where there is none, or its file is damaged."""
+    try:
+        return read_if_there(run_dir / FILE, AGAIN, Left)["identity"]
+    except (PywetError, TypeError):
+        return None
+
+
+def of(*parts: object) -> str:
+    """The word of a run that follows from these parts, as JSON can hold them, and the program's code."""
+    return hashlib.sha256(json.dumps([*parts, _code()], sort_keys=True).encode()).hexdigest()[:16]
+
+
+@contextmanager
+def held(run_dir: Path, word: str) -> Iterator[None]:
+    """Hold a run directory for a run with this fingerprint; a run with another one there is moved aside, and a notice says so."""
+    with run_lock.hold(run_dir):
+        there = any((Path(run_dir) / name).exists() for name in ("engine", "engine.partial", "trajectory.parquet"))
+        if not there or left(Path(run_dir)) == word:
+            yield
+            return
+        aside = run_folder.set_aside(run_dir)
+    notice.warning(f"{run_dir} held a run of another configuration or version of pywet, which is {aside} from now on")
+    with run_lock.hold(run_dir):
+        yield
+
+
+def expect(run_dir: Path, word: str, file: Path) -> Path:
+    """Write the fingerprint that a run must have into a file whose time tells Snakemake whether the run there has it.
+
+    As old as the run's own identity.json where both are the same; else newer than the stage scene, whatever the clock says.
+    """
+    with suppress(OSError, UnicodeDecodeError):
+        if file.read_text() == word:
+            return _timed(run_dir, word, file)
+    with atomic_write(file) as temporary:
+        temporary.write_text(word)
+    return _timed(run_dir, word, file)
+
+
+def _timed(run_dir: Path, word: str, file: Path) -> Path:
+    status = run_dir / "status" / "scene.json"
+    if left(run_dir) == word:
+        when = (run_dir / FILE).stat().st_mtime_ns
+    else:
+        when = max(time.time_ns(), status.stat().st_mtime_ns + 10**9 if status.exists() else 0)
+    os.utime(file, ns=(when, when))
+    return file
+
+
+def _text(law: str) -> str:
+    """Hash of the file of a law of the user's own, and its name in it."""
+    path, _, name = law.rpartition(":")
+    return name + hashlib.sha256(read_bytes(Path(path), own.CURE)).hexdigest()
+
+
+def _code() -> str:
+    return sources.digest_of_a_run() + pywet.__version__

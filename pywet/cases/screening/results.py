@@ -1,0 +1,206 @@
+"""Results of one screening run: fraction retained, where the liquid is, and the checks that nothing was lost.
+
+Fraction retained is E (44), (45) of Elskamp & Kruggel-Emden (2018): the mass of spheres and liquid that is not in the
+collecting bin over the mass at the start. Per size class the liquid counted is that assigned to the spheres of the class.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.errors import PywetError
+from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.summary import general
+from pywet.scene import Scene
+from pywet.util.files import write_json, write_table
+
+WALL_HOLDERS = {
+    "wires": ("wires",),
+    "side_wall": ("side_wall",),
+    "feed_bin": ("feed_bin", "slide"),
+    "outlet": ("outlet",),
+    "impact_plate": ("impact_plate",),
+    "collecting_bin": ("collecting_bin",),
+    "wall": ("wall",),
+}
+"""Row of the liquid table -> holders of the scene counted there (the slide is the feed bin's floor)."""
+
+LIQUID_TOLERANCE = 1e-12
+"""Relative error allowed between all holders together and the liquid put in: round-off of sums of a few thousand terms."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """The tables of a run and what must hold in them, each made once."""
+
+    retained: pd.DataFrame
+    liquid: pd.DataFrame
+    checks: list[Check]
+
+    @classmethod
+    def of(cls, run: RunDir) -> Results:
+        """Compute them; for the columns see `fraction_retained` and `liquid_by_holder`."""
+        walls = wall_liquid(run)
+        retained, liquid = fraction_retained(run, walls), liquid_by_holder(run, walls)
+        return cls(retained, liquid, checks(run, retained, liquid))
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that must hold in every run; `value` is compared with `limit`."""
+
+    name: str
+    ok: bool
+    value: float
+    limit: float
+    text: str
+
+
+def at_most(name: str, value: float, limit: float, text: str) -> Check:
+    return Check(name, value <= limit, value, limit, text)
+
+
+def column(prefix: str, class_name: str, unit: str = "") -> str:
+    """Name of a column of one size class, such as `fraction_retained_pom_5_mm`."""
+    slug = re.sub(r"[^a-z0-9]+", "_", class_name.lower()).strip("_")
+    return f"{prefix}_{slug}{unit}"
+
+
+def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
+    """Y(t) in all and per class, and the counts of spheres on the screen side, in the bin and lost.
+
+    Times in seconds from the start of the run and from the opening of the slide. `fraction_retained_spheres` is the same
+    ratio of the dry masses alone. `walls`: the liquid on them, `wall_liquid`.
+    """
+    scene, line = run.scene, run.timeline
+    density = scene.liquid.density_kg_per_m3 if scene.liquid else 0.0
+    above = line.present & ~line.passed
+    wet = line.mass + density * line.liquid
+    wet_start = line.mass + density * line.initial_film
+    on_walls = walls.drop(columns="collecting_bin").sum(axis=1).to_numpy()
+    frame = _time_columns(run)
+    frame["fraction_retained"] = ((wet * above).sum(axis=1) + density * on_walls) / wet_start.sum()
+    frame["fraction_retained_spheres"] = (line.mass * above).sum(axis=1) / line.mass.sum()
+    for kind in scene.classes:
+        of = line.types == kind.type
+        if of.any():
+            frame[column("fraction_retained", kind.name)] = (wet * above)[:, of].sum(axis=1) / wet_start[of].sum()
+    frame["spheres_on_screen"] = above.sum(axis=1)
+    frame["spheres_in_bin"] = (line.present & line.passed).sum(axis=1)
+    frame["spheres_lost"] = (~line.present).sum(axis=1)
+    return frame
+
+
+def wall_liquid(run: RunDir) -> pd.DataFrame:
+    """Liquid on the walls [m3] at each output, films and the walls' side of standing bridges; one column per WALL_HOLDERS."""
+    return run.on_walls({holder: name for name, holders in WALL_HOLDERS.items() for holder in holders}, "holder")
+
+
+def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
+    """Liquid [m3] on the coarse material (not in the bin), the fines (in the bin) and each wall, over time.
+
+    Liquid of standing bridges is included on either side by the transfer share; `standing_bridges_m3` repeats how much of
+    the total that is. `left_m3` is liquid of drops that met nothing below them. `walls`: `wall_liquid`.
+    """
+    scene, line = run.scene, run.timeline
+    passed = line.present & line.passed
+    above = line.present & ~line.passed
+    frame = _time_columns(run)
+    for prefix, place in (("coarse_material", above), ("fines", passed)):
+        frame[f"{prefix}_m3"] = (line.liquid * place).sum(axis=1)
+        for kind in scene.classes:
+            frame[column(prefix, kind.name, "_m3")] = (line.liquid * place)[:, line.types == kind.type].sum(axis=1)
+    used = {wall.holder for wall in scene.walls}
+    for name, holders in WALL_HOLDERS.items():
+        if used & set(holders):
+            frame[f"{name}_m3"] = walls[name].to_numpy()
+    frame["left_m3"] = run.ledger_at("left")
+    places = ["coarse_material_m3", "fines_m3", "left_m3", *(f"{n}_m3" for n in WALL_HOLDERS if f"{n}_m3" in frame)]
+    frame["total_m3"] = frame[places].sum(axis=1)
+    frame["standing_bridges_m3"] = run.ledger_at("bridges")
+    frame["initial_m3"] = line.initial_film.sum()
+    return frame
+
+
+def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Check]:
+    """No particle lost; fraction retained never rises; all liquid is where the tables say."""
+    count = len(run.timeline.ids)
+    counted = (retained["spheres_on_screen"] + retained["spheres_in_bin"]).to_numpy()
+    missing = int(np.abs(counted - count).max())
+    rise = _largest_rise(retained["fraction_retained"].to_numpy())
+    start = run.timeline
+    initial = float(start.initial_film.sum())
+    liquid_mass = initial * (run.scene.liquid.density_kg_per_m3 if run.scene.liquid else 0.0)
+    # Between two passages Y may creep up by liquid drawn back out of the bin: at most 0.1 % of the liquid is allowed for.
+    limit = 1e-12 + 1e-3 * liquid_mass / (float(start.mass.sum()) + liquid_mass)
+    error = float((liquid["total_m3"] - initial).abs().max()) / initial if initial > 0 else 0.0
+    return [
+        at_most(
+            "no_particle_lost", missing, 0,
+            f"{count} spheres in, {int(counted[-1])} on the screen or in the bin at the end, {missing} missing at most",
+        ),
+        at_most(
+            "fraction_retained_monotone", rise, limit,
+            f"largest rise of the fraction retained from one output to the next: {rise:.3g}",
+        ),
+        at_most(
+            "liquid_accounted_for", error, LIQUID_TOLERANCE,
+            f"all holders together differ from the liquid put in by {error:.3g} of it at most",
+        ),
+    ]  # fmt: skip
+
+
+def write_results(run: RunDir) -> Results:
+    """Compute and write results/fraction_retained, results/liquid_by_holder (Parquet and CSV) and results/checks.json."""
+    planned, there = run.scene.output_steps, run.timeline.steps.tolist()
+    if there != planned:
+        raise PywetError(
+            f"{run.path / 'trajectory.parquet'} holds {len(there)} output steps; expected the {len(planned)} planned ones, "
+            f"0 to {planned[-1]}: run the case again"
+        )
+    made, folder = Results.of(run), run.path / "results"
+    write_table(made.retained, folder / "fraction_retained.parquet", csv=True)
+    write_table(made.liquid, folder / "liquid_by_holder.parquet", csv=True)
+    write_json(folder / "checks.json", [asdict(c) for c in made.checks])
+    return made
+
+
+def summarise(run: RunDir, results: Results) -> dict[str, Any]:
+    """The content of summary.json, which is written: what every summary says, the fraction retained, the liquid, what holds."""
+    content = {
+        **general(run),
+        "fraction_retained_end": float(results.retained["fraction_retained"].iloc[-1]),
+        "coarse_share": coarse_share(run.scene),
+        "spheres_that_came_back_from_the_bin": run.timeline.came_back,
+        "liquid_end_m3": at_end(results.liquid),
+        "checks": [asdict(c) for c in results.checks],
+    }
+    write_json(run.path / "summary.json", content)
+    return content
+
+
+def at_end(liquid: pd.DataFrame) -> dict[str, float]:
+    """Volume [m3] at the end by holder, from a table of columns that end in `_m3`."""
+    named = {str(c).removesuffix("_m3"): c for c in liquid.columns if str(c).endswith("_m3") and c != "initial_m3"}
+    return {name: float(liquid[column].iloc[-1]) for name, column in named.items()}
+
+
+def coarse_share(scene: Scene) -> float:
+    """Mass share of the classes that cannot pass the aperture: where the dry fraction retained must end."""
+    total = sum(c.mass_kg * c.count for c in scene.classes)
+    return sum(c.mass_kg * c.count for c in scene.classes if not c.passes_aperture) / total
+
+
+def _time_columns(run: RunDir) -> pd.DataFrame:
+    line, slide = run.timeline, run.scene.slide
+    opening = slide.opens_at_s if slide else 0.0
+    return pd.DataFrame({"step": line.steps, "time_s": line.times, "time_since_opening_s": line.times - opening})
+
+
+def _largest_rise(values: Floats) -> float:
+    return max(0.0, float(np.diff(values).max(initial=0.0)))

@@ -1,0 +1,129 @@
+"""Whether a finished run may be believed: its own checks, its liquid ledger, and the independent replay.
+
+The only module that knows the layout of replay.json, which `reference_impl` writes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from pywet.errors import PywetError
+from pywet.laws import own
+from pywet.runs.shapes import Replay, RunSummary
+from pywet.util.files import AGAIN, read_if_there
+
+LEDGER_TOLERANCE = 1e-12
+"""Relative error of Σ films + Σ bridges + Σ walls + left against the initial liquid: round-off of sums."""
+REPLAY_TOLERANCE = 1e-9
+"""What the report promises of engine against replay: the same formulas in double precision. Each quantity has its own limit,
+stated in replay.json; only the interpolated transfer table has a wider one."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well the replay reproduces one quantity over all its records; deviations are relative to `scale`."""
+
+    quantity: str
+    scale: str
+    count: int
+    largest: float
+    median: float
+    limit: float
+
+    @property
+    def ok(self) -> bool:
+        return self.largest <= self.limit
+
+
+def agreement(replay: dict[str, Any]) -> list[Agreement]:
+    """Rows of the agreement table from the content of replay.json."""
+    numbers = ("largest", "median", "tolerance")  # a file may hold them as text that can be read as numbers
+    return [
+        Agreement(name, str(row["scale"]), int(row["count"]), *(float(row[number]) for number in numbers))
+        for name, row in replay["quantities"].items()
+    ]
+
+
+def unchecked_laws(replay: dict[str, Any]) -> list[str]:
+    """The laws that the reference does not know, so that their terms were taken as logged: `capillary (own law)`."""
+    return [
+        f"{row['effect']} ({'own law' if own.is_own(row['law']) else row['law']})"
+        for row in replay.get("unchecked", ())
+    ]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What a run's page says of it at its top: one word, its colour, one sentence."""
+
+    word: str
+    grade: Literal["good", "fair", "bad", ""]
+    sentence: str
+
+
+def standing(run_dir: Path) -> Standing:
+    """`no` where anything objects, `in part` where something was not checked, `yes` where all was, `–` where nothing was."""
+    if objected := objections(run_dir):
+        return Standing("no", "bad", "; ".join(objected))
+    replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
+    if not replay:
+        return Standing("–", "", "Its checks agree; nothing of it could be replayed.")
+    if left := not_checked(dict(replay)):
+        return Standing(
+            "in part", "fair", f"Recomputed and agrees, but for {len(left)} not checked: {'; '.join(left)}."
+        )
+    return Standing("yes", "good", "Its checks, its liquid ledger and the independent replay agree.")
+
+
+def nothing_compared(replay: dict[str, Any]) -> list[str]:
+    """A sentence for each kind that the scene has and of which the replay compared nothing."""
+    return [str(sentence) for sentence in replay.get("nothing_compared", ())]
+
+
+def not_checked(replay: dict[str, Any]) -> list[str]:
+    """A sentence for each kind of which nothing was compared, and for what the replay took as logged or checked on a sample."""
+    nothing = [f"nothing compared: {sentence}" for sentence in nothing_compared(replay)]
+    return [*nothing, *(str(sentence) for sentence in replay.get("not_checked", ()))]
+
+
+def recomputed(run_dir: Path) -> str:
+    """What was compared, in numbers: quantities and values of the replay, the largest deviation, the error of the ledger."""
+    replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
+    summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
+    rows = agreement(dict(replay)) if replay else []
+    parts = []
+    if rows:
+        exact = [r.largest for r in rows if r.limit <= REPLAY_TOLERANCE]
+        largest = f", largest deviation {max(exact):.1g}" if exact else ""
+        parts.append(f"{len(rows)} quantities in {sum(r.count for r in rows)} values recomputed{largest}")
+    if summary and summary["ledger_error"] is not None:
+        parts.append(f"liquid ledger off by {summary['ledger_error']:.1g} of the liquid put in")
+    return "; ".join(parts) or "nothing of it could be replayed"
+
+
+def objections(run_dir: Path) -> list[str]:
+    """One sentence for everything that does not hold; empty for a run that may be believed."""
+    try:
+        summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
+        replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
+    except PywetError as unreadable:
+        return [str(unreadable)]
+    if summary is None:
+        return ["there is no summary.json"]
+    sentences = [f"check {c['name']} failed: {c['text']}" for c in summary["checks"] if not c["ok"]]
+    error = summary["ledger_error"]
+    if error is not None and not error <= LEDGER_TOLERANCE:
+        sentences.append(
+            f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}"
+        )
+    rows = agreement(replay) if replay else []
+    if summary["effects"]["bridges"] and not rows:
+        sentences.append("the run was not replayed")
+    sentences += [
+        f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {r.limit:g}"
+        for r in rows
+        if not r.ok
+    ]
+    return sentences

@@ -1,0 +1,253 @@
+"""Small scenes ready to run: a pull, a collision of two, a bed settling in a box, a rotating drum. `pywet scene NAME`.
+
+Each is a function that prepares a run directory (`small.py`), runs the engine and returns what one wants to know as plain
+numbers; the run directory holds everything else (trajectory, history) as after a screening case.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.cases.screening import identity
+from pywet.cases.small import bodies, small
+from pywet.cases.small.bodies import last
+from pywet.errors import PywetError, one_line
+from pywet.geometry.surface import Surface
+from pywet.laws.hertz import Elastic, Hertz
+from pywet.planning import step_choice
+from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
+from pywet.util.files import read_table, write_json
+from pywet.util.ranges import SCENE
+
+RESULT = "scene_result.json"
+SOFT, HARD = 2e3, 1e5
+"""Springs [N/m] of beds, and of two that collide."""
+CONTACTS, POISSON, IMPACT = ("linear", "hertz"), 0.25, 1.0
+"""Dry contacts, Poisson's ratio of glass, and a speed that no impact in a bed or drum passes [m/s]."""
+DRUM_WIDTH = 8.0
+"""Over the radius of its spheres."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What can be chosen of a scene; what a scene does not have is ignored."""
+
+    spheres: int = 500
+    radius_m: float = 1.5e-3
+    moisture_percent: float = 1.0
+    """Liquid over the mass of the spheres."""
+    viscosity_Pa_s: float = 1e-3
+    speed_m_per_s: float | None = None
+    """Of the pull (0.05 if not given) or of the collision (0.5)."""
+    turns_per_minute: float = 20.0
+    seconds: float | None = None
+    ranks: int = 1
+    seed: int = 1
+    viscous_integration: str = "semi_implicit"
+    engine: str = "liggghts"
+    """Or lammps, without rolling resistance."""
+    contact: str = "linear"
+    """Dry contacts: linear springs, or hertz: Hertz–Mindlin of `youngs_modulus_Pa` and a Poisson's ratio of 0.25."""
+    youngs_modulus_Pa: float = 1e7
+    """Of spheres and walls, with hertz; far below glass's 6e10, so that an impact lasts some time steps of 1e-5 s."""
+
+    def __post_init__(self) -> None:
+        for name, limits in SCENE.items():
+            if getattr(self, name) is not None:
+                limits.read(name, getattr(self, name))
+        if self.contact not in CONTACTS:
+            raise PywetError(f"contact is {one_line(self.contact)}; expected one of {', '.join(CONTACTS)}")
+
+    def glass(self, count: int) -> SphereClass:
+        return bodies.sphere_classes(self.radius_m, counts=count, name="glass")[0]
+
+    def liquid(self, sphere: SphereClass) -> Liquid:
+        """Water of the chosen viscosity, as the same film on every sphere."""
+        return bodies.wetting((sphere,), self.moisture_percent, self.viscosity_Pa_s)
+
+    def time_step(self, sphere: SphereClass, stiffness: float) -> float:
+        """A tenth of the stable step of a dense packing; explicit drag counts with its damping time."""
+        drag = 0.0 if self.viscous_integration == "semi_implicit" else self.viscosity_Pa_s
+        return step_choice.of_packing((sphere,), self.dry(sphere, springs(stiffness)), 0.1, drag, self.hertz)
+
+    @property
+    def hertz(self) -> Hertz | None:
+        """Moduli, and the speed of impact that planning goes by: as given, or a fall of some radii; None: linear springs."""
+        if self.contact == "linear":
+            return None
+        glass = Elastic(youngs_modulus_Pa=self.youngs_modulus_Pa, poissons_ratio=POISSON)
+        return Hertz(spheres=(glass,), walls=glass, impact_speed_m_per_s=self.speed_m_per_s or IMPACT)
+
+    def dry(self, sphere: SphereClass, pairs: tuple[ContactPair, ...]) -> tuple[ContactPair, ...]:
+        """These contacts, with Hertz's equivalent springs where they are not linear."""
+        return pairs if self.hertz is None else bodies.hertzian((sphere,), pairs, self.hertz)
+
+
+def springs(stiffness: float, rolling_m: float = 2e-5) -> tuple[ContactPair, ...]:
+    """Glass on itself and on the walls; soft springs, as long as overlaps stay below some per cent of the radius."""
+    return bodies.contacts(1, stiffness, rolling_m=rolling_m)
+
+
+def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
+    """Two spheres drawn apart from touch: largest force [N], rupture distance [m], work [J]."""
+    step, speed, r = 1e-5, choice.speed_m_per_s or 0.05, choice.radius_m
+    drawn = [
+        small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
+        small.Sphere(1, (0.0, 0.0, 2.0 * r), (0.0, 0.0, speed), driven=True),
+    ]
+    _run(run_dir, choice, drawn, step, choice.seconds or 0.8 * r / speed, log_every_step=True)
+    log, events = (read_table(run_dir / "history" / f"{name}.parquet") for name in ("contacts", "events"))
+    broken = events[events["kind"] == 1]
+    return {
+        "largest_force_N": float(np.abs(log["force_i_z"]).max()),
+        "rupture_distance_m": float(broken["separation"].iloc[0]) if len(broken) else math.nan,
+        "work_J": float(read_table(run_dir / "history" / "energy.parquet")["drive"].iloc[-1]),
+    }
+
+
+def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
+    """Two wet spheres thrown at each other: coefficient of restitution, where the energy went [J]."""
+    sphere, speed = choice.glass(2), choice.speed_m_per_s or 0.5
+    r, v = sphere.radius_m, 0.5 * speed
+    gap = 2.2 * choice.liquid(sphere).initial_film_thickness_m + 1e-6
+    thrown = [
+        small.Sphere(1, (0.0, 0.0, -r - 0.5 * gap), (0.0, 0.0, v)),
+        small.Sphere(1, (0.0, 0.0, r + 0.5 * gap), (0.0, 0.0, -v)),
+    ]
+    step = min(choice.time_step(sphere, HARD), 2e-6)
+    _run(run_dir, choice, thrown, step, choice.seconds or (4.0 * gap + 2.0 * r) / speed, stiffness=HARD)
+    end = last(run_dir)["vz"].to_numpy()
+    energy = read_table(run_dir / "history" / "energy.parquet").iloc[-1]
+    apart = _ledger(run_dir)["bridge_count"] == 0
+    return {
+        "restitution": float(end[1] - end[0]) / (2.0 * v) if apart else 0.0,
+        **{f"{name}_J": float(energy[name]) for name in ("contact", "capillary", "viscous_normal")},
+    }
+
+
+def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
+    """Moist spheres that fall into a box and come to rest: solid fraction, bridges per sphere, liquid in bridges."""
+    count, r = choice.spheres, choice.radius_m
+    poured, vessel = bodies.loose_box(count, r, choice.seed)
+    step = choice.time_step(choice.glass(count), SOFT)
+    _run(run_dir, choice, poured, step, choice.seconds or 0.4, walls=(vessel,), gravity=(0.0, 0.0, -9.81))
+    end, ledger = last(run_dir), _ledger(run_dir)
+    across = max(4, round(count ** (1.0 / 3.0)))
+    top = float(np.sort(end["z"].to_numpy())[-across * across // 2 :].mean()) + r
+    side = 2.0 * (1.15 * r * across + 0.5 * r)
+    return {
+        "solid_fraction": count * 4.0 / 3.0 * math.pi * r**3 / (side**2 * top),
+        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / count,
+        "liquid_in_bridges": _share(ledger, "bridges"),
+        "mean_speed_m_per_s": float(np.sqrt((end[["vx", "vy", "vz"]] ** 2).sum(axis=1)).mean()),
+    }
+
+
+def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
+    """Moist spheres in a drum that turns about the horizontal z axis: the bed's dynamic angle [deg].
+
+    Mean and standard deviation over the second half of the run, see `bed_angles`.
+    """
+    poured, where = in_a_drum(choice)
+    step = choice.time_step(choice.glass(choice.spheres), SOFT)
+    _run(run_dir, choice, poured, step, choice.seconds or 1.5, **where)
+    angle, ledger = bed_angles(run_dir), _ledger(run_dir)
+    return {
+        "dynamic_angle_deg": float(angle.mean()),
+        "dynamic_angle_deviation_deg": float(angle.std()),
+        "drum_radius_m": bodies.drum_radius(choice.spheres, choice.radius_m, DRUM_WIDTH * choice.radius_m),
+        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / choice.spheres,
+        "liquid_on_walls": _share(ledger, "walls"),
+    }
+
+
+def in_a_drum(choice: Choice) -> tuple[list[small.Sphere], dict[str, Any]]:
+    """Spheres at rest in a drum, and its walls, motion and gravity as `small.prepare` takes them."""
+    r, width = choice.radius_m, DRUM_WIDTH * choice.radius_m
+    radius = bodies.drum_radius(choice.spheres, r, width)
+    return bodies.in_drum(choice.spheres, r, radius, width, choice.seed), {
+        "walls": bodies.drum_walls(radius, width),
+        "gravity": (0.0, -9.81, 0.0),
+        "rotation": Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=60.0 / choice.turns_per_minute),
+    }
+
+
+def bed_angles(run_dir: Path) -> bodies.Floats:
+    """Angle [deg] by which a turning wall has carried the bed: of the line from its axis to the spheres' centre against gravity,
+    which is the slope of a flat surface, at the outputs of the second half of the run."""
+    scene = Scene.read(Path(run_dir) / "scene.json")
+    turning = (scene.motion_of(wall) for wall in scene.walls)
+    motion = next((m for m in turning if isinstance(m, Rotation)), None)
+    if motion is None:
+        raise PywetError(f"no wall of {run_dir} turns; expected a drum for the angle of its bed")
+    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[[*"xyz"]].mean().to_numpy() - motion.origin_m
+    down, axis = np.array(scene.gravity_m_per_s2), np.array(motion.axis) / np.linalg.norm(motion.axis)
+    angle = np.degrees(np.arctan2(centre @ np.cross(axis, down), centre @ (down - (down @ axis) * axis)))
+    return np.asarray(angle[len(angle) // 2 :])
+
+
+SCENES: dict[str, Callable[[Path, Choice], dict[str, float]]] = {
+    "pull": pull,
+    "collision": collision,
+    "bed": bed,
+    "drum": drum,
+}
+"""Name of a scene -> the function that runs it."""
+
+
+def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, float]:
+    """Run a scene by name and leave its numbers in scene_result.json."""
+    if name not in SCENES:
+        raise PywetError(f"there is no scene named {name}; expected one of {', '.join(SCENES)}")
+    choice, run_dir = choice or Choice(), Path(run_dir)
+    word = identity.of(name, asdict(choice))
+    with identity.held(run_dir, word):
+        identity.leave(run_dir, word)
+        numbers = SCENES[name](run_dir, choice)
+        write_json(run_dir / RESULT, {k: None if math.isnan(v) else v for k, v in numbers.items()})
+    return numbers
+
+
+def _ledger(run_dir: Path) -> pd.Series:
+    """The liquid at the end."""
+    return read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
+
+
+def _share(ledger: pd.Series, holder: str) -> float:
+    """Part of the liquid that a holder has; 0 without liquid."""
+    return float(ledger[holder] / ledger["initial"]) if ledger["initial"] > 0 else 0.0
+
+
+def _run(
+    run_dir: Path, choice: Choice, spheres: list[small.Sphere], step: float, seconds: float, *, stiffness: float = SOFT,
+    walls: tuple[Surface, ...] = (), log_every_step: bool = False, **more: Any,
+) -> None:  # fmt: skip
+    """Prepare and run; `more` as `small.prepare` takes it."""
+    steps = round(seconds / step)
+    if steps < 1:
+        raise PywetError(
+            f"{choice.seconds or 0:g} s are less than half a time step of {step:g} s; expected more: raise --seconds"
+        )
+    sphere = choice.glass(len(spheres))
+    output = Output(
+        interval_s=max(1, steps // 50) * step,
+        contact_windows=1 if log_every_step else 2,
+        contact_window_steps=2 * steps if log_every_step else 20,
+        checkpoints=0 if steps < 5000 else 20,
+    )
+    dry = springs(stiffness, 0.0) if choice.engine == "lammps" else springs(stiffness)
+    hertz = choice.hertz
+    small.prepare(
+        run_dir, [sphere], spheres, choice.dry(sphere, dry), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
+        wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
+        box=1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)]),
+        viscous_integration=choice.viscous_integration, hertz=hertz, contacts="stock" if hertz else "batched", **more,
+    )  # fmt: skip
+    small.run(run_dir, spheres, choice.ranks, engine=choice.engine)

@@ -1,0 +1,143 @@
+"""Pages of the documentation: those of docs/, and the references that are made from the classes and schemas of the program."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pywet.errors import PywetError, one_line
+from pywet.shipped import NOTEBOOK, place
+
+HEAD = """# Configuration, key by key
+
+Made from the schemas in `workflow/schemas`, with which every file is checked. How the files are used:
+[configuration](configuration.md).
+"""
+
+
+def configuration() -> str:
+    """The page of all keys of `config/`, a table for each group, from the schemas that check them."""
+    lines = [HEAD]
+    for path in sorted((place("workflow") / "schemas").glob("*.schema.json")):
+        schema = json.loads(path.read_text())
+        name = path.name.removesuffix(".schema.json")
+        lines += [f"\n## {name}{'.csv' if name == 'cases' else '.yaml'}\n", *_table(schema)]
+        for group, content in sorted(schema.get("$defs", {}).items()):
+            if "properties" in content:
+                lines += [f"\n### {name}: {group}\n", *_table(content)]
+    return "\n".join(lines) + "\n"
+
+
+def _table(schema: dict[str, Any]) -> Iterator[str]:
+    yield schema.get("description", "").replace("\n", " ")
+    yield "\n| key | what | default |\n|---|---|---|"
+    for key, value in schema["properties"].items():
+        said = value.get("description", "").replace("\n", " ").replace("|", "\\|")
+        default = "" if "default" not in value else f"`{json.dumps(value['default'])}`"
+        yield f"| `{key}` | {_kind(value)}{': ' if said else ''}{said} | {default} |"
+
+
+def _kind(value: dict[str, Any], limited: bool = True) -> str:
+    """What may stand at a key, in a few words."""
+    if "$ref" in value:
+        return str(value["$ref"]).rpartition("/")[2]
+    if "enum" in value:
+        return " or ".join(f"`{json.dumps(v)}`" for v in value["enum"])
+    if "anyOf" in value:
+        return " or ".join(dict.fromkeys(_kind(v, limited) for v in value["anyOf"]))
+    if value.get("type") == "array":
+        return f"list of {_kind(value['items'], limited)}" if "items" in value else "list"
+    return " ".join([value.get("type", "any value"), *(_limits(value) if limited else ())])
+
+
+SCENE = """# A scene, key by key
+
+Made from the classes that check every scene: each key in YAML and each argument in Python, with its meaning, unit, default and
+range. A number outside its range needs `unusual: why` beside it.
+How scenes are written: [a custom scene](own-scene.md).
+"""
+
+
+def scene() -> str:
+    """The page of all classes of `pywet` that a scene is made of."""
+    import pywet
+
+    classes = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_json_schema")]
+    lines = [SCENE]
+    for one in sorted(classes, key=lambda c: (c.__name__ != "Scene", c.__name__)):
+        lines += [f"\n## {one.__name__}\n", *_scene_table(one.model_json_schema())]
+    return "\n".join(lines) + "\n"
+
+
+def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
+    from pywet.schema import unit_of
+    from pywet.util.ranges import LIMITS as USUAL
+
+    yield schema.get("description", "").replace("\n", " ")
+    yield "\n| key | what | unit | default | range |\n|---|---|---|---|---|"
+    for key, value in schema["properties"].items():
+        said = value.get("description", "").replace("\n", " ").replace("|", "\\|")
+        default = f"`{json.dumps(value['default'])}`" if "default" in value else "needed"
+        limits = str(USUAL[key]) if key in USUAL else " ".join(_limits(value))
+        yield f"| `{key}` | {_kind(value, limited=False)}{': ' if said else ''}{said} | {unit_of(key)} | {default} | {limits} |"
+
+
+def _limits(value: dict[str, Any]) -> list[str]:
+    """The bounds that a schema states for a key."""
+    own = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
+    return own + [limit for inner in value.get("anyOf", ()) for limit in _limits(inner)]
+
+
+COLUMNS = """# Columns and codes
+
+Every table of a run, made from `pywet/schema.py`, where the records are made. `pywet.load(folder)` gives the same with a table:
+`attrs["units"]`, `attrs["meanings"]`, `attrs["codes"]`. Columns that end in `_x`, `_y`, `_z` are one row here; of
+`results/liquid_by_*` a column's name says what holds the liquid, and its end the unit.
+"""
+
+
+def columns() -> str:
+    """The page of all columns that have a meaning, and of codes and holders."""
+    from pywet.schema import CODES, HOLDERS, TABLES, meanings
+
+    lines = [COLUMNS, "\n## Codes\n\n| column | code | stands for |\n|---|---|---|"]
+    lines += [f"| `{column}` | {code} | {text} |" for column, rows in CODES.items() for code, text in rows.items()]
+    lines += ["\n## Holders\n\n| `holder` | what holds the liquid |\n|---|---|"]
+    lines += [f"| `{word}` | {text} |" for word, text in HOLDERS.items()]
+    for table in (t for t in TABLES if meanings(t)):
+        lines += [f"\n## {table}\n\n| column | unit | what |\n|---|---|---|"]
+        rows = {re.sub("_[xyz]$", "_x, _y, _z", c): told for c, told in meanings(table).items()}
+        lines += [f"| `{column}` | {unit.replace('-', '–')} | {text} |" for column, (unit, text) in rows.items()]
+    return "\n".join(lines) + "\n"
+
+
+LIMITS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
+
+MADE = {"configuration_reference": configuration, "columns": columns, "scene_reference": scene}
+"""Page -> what makes its text."""
+
+
+def write(folder: Path) -> None:
+    """Write the pages that are made into a folder, where they have changed."""
+    for name, made in MADE.items():
+        page, text = folder / f"{name}.md", made()
+        if not page.exists() or page.read_text() != text:
+            page.write_text(text)
+
+
+def page(name: str) -> str:
+    """The text of a page by its name, with or without `.md` or a section; a page that there is not is refused."""
+    word = name.partition("#")[0].removeprefix("docs/").removesuffix(".md").removesuffix(".ipynb")
+    if word in MADE:
+        return MADE[word]()
+    if word == Path(NOTEBOOK).stem:
+        cells = json.loads((place("docs") / NOTEBOOK).read_text(encoding="utf-8"))["cells"]
+        return "\n\n".join("".join(cell["source"]) for cell in cells)
+    pages = {path.stem: path for path in sorted(place("docs").glob("*.md")) if path.stem != "index"}
+    if word not in pages:
+        known = ", ".join(sorted({*pages, *MADE, Path(NOTEBOOK).stem}))
+        raise PywetError(f"there is no page {one_line(name)} in the documentation; expected one of {known}")
+    return pages[word].read_text(encoding="utf-8")

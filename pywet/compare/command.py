@@ -1,0 +1,144 @@
+"""The commands `pywet compare` and `pywet digest`: what is printed and with which exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from pywet import run_lock
+from pywet.compare import digest, verdict
+from pywet.errors import PywetError
+from pywet.util.files import write_json
+
+SHORT = {"differs beyond the spread": "beyond", "within the spread": "within", "within round-off": "round-off"}
+SAME, DIFFERENT, NOT_COMPARABLE = 0, 1, 2
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False)
+
+
+def compare(
+    runs: Sequence[Path],
+    a: Sequence[Path],
+    b: Sequence[Path],
+    json_file: Path | None,
+    force: bool,
+    against: Path | None,
+    across: Sequence[str] = (),
+    plot: Path | None = None,
+) -> int:
+    """Compare and print; the exit code."""
+    try:
+        if against is not None:
+            return _against(runs, against)
+        left, right = _groups(runs, a, b)
+        with run_lock.reading(*left, *right):
+            comparison = verdict.compare(left, right, force, across)
+    except PywetError as error:
+        err.print(str(error), style="red", soft_wrap=True, markup=False)
+        return NOT_COMPARABLE
+    if json_file is not None:
+        write_json(json_file, asdict(comparison))
+    show(comparison)
+    if plot is not None:
+        from pywet.report import bands
+
+        typer.echo(f"{bands.write(plot, {f'A {left[0].name}': left, f'B {right[0].name}': right})}")
+    return DIFFERENT if comparison.different else SAME
+
+
+def _groups(runs: Sequence[Path], a: Sequence[Path], b: Sequence[Path]) -> tuple[list[Path], list[Path]]:
+    if len(runs) == 2 and not a and not b:
+        left, right = [runs[0]], [runs[1]]
+    elif not runs and a and b:
+        left, right = list(a), list(b)
+    else:
+        raise PywetError("expected two runs, RUN_A RUN_B, or two groups, --a DIR --a DIR … --b DIR --b DIR …")
+    return [r for p in left for r in verdict.runs_in(p)], [r for p in right for r in verdict.runs_in(p)]
+
+
+def show(comparison: verdict.Comparison) -> None:
+    """The sentence first, then the table, at most 80 columns wide."""
+    out.print(comparison.verdict, style="red" if comparison.different else "green", soft_wrap=True, markup=False)
+    out.print(comparison.end, soft_wrap=True, markup=False)
+    several = comparison.level is not None
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in ("quantity", "A", "B", "B − A", "p" if several else "off", "at [s]", ""):
+        table.add_column(name, no_wrap=name != "quantity", max_width=24 if name == "quantity" else None)
+    for row in comparison.rows:
+        colour = "red" if row.different else "green"
+        unit = "" if row.unit == "1" else f" [{row.unit}]"
+        table.add_row(
+            escape(f"{row.quantity}{unit}"), f"{row.a:.3g}", f"{row.b:.3g}", _difference(row),
+            f"{row.p:.2g}" if several else f"{row.deviation:.1e}",
+            "" if row.time_s is None else f"{row.time_s:.3g}", f"[{colour}]{SHORT.get(row.verdict, row.verdict)}",
+        )  # fmt: skip
+    out.print(table)
+    if several:
+        out.print(
+            "B − A: with the 95 % confidence interval of that quantity alone, where |t| is largest", soft_wrap=True
+        )
+    else:
+        out.print("off: |A - B| over the quantity's scale, where the difference is largest", soft_wrap=True)
+    for name, entry in comparison.checks.items():
+        (x, n), (y, m) = entry["a"], entry["b"]
+        out.print(f"{name}: passed by {x} of {n} and {y} of {m}, worst {entry['worst']:.2g}", soft_wrap=True)
+    for label in "ab":
+        for sentence in dict.fromkeys(comparison.compared[label]):
+            out.print(f"{label.upper()} {sentence}", soft_wrap=True)
+    if comparison.left_out:
+        out.print(f"not compared, since only some runs have them: {', '.join(comparison.left_out)}", soft_wrap=True)
+    out.print(f"method: {comparison.method}", soft_wrap=True)
+
+
+def _difference(row: verdict.Row) -> str:
+    interval = "" if row.interval is None else f" ± {row.interval:.1g}"
+    return f"{row.b - row.a:+.2g}{interval}"
+
+
+def _against(runs: Sequence[Path], file: Path) -> int:
+    """Runs against a digest."""
+    if not runs:
+        raise PywetError(f"no run was given to hold against {file}; expected RUN_DIR …")
+    stored = digest.load(file)
+    with run_lock.reading(*runs):
+        rows = [row for run in runs for row in digest.check(stored, run)]
+    for run in dict.fromkeys(row.run for row in rows):
+        table = Table(box=None, header_style="bold", pad_edge=False, title=escape(run) if len(runs) > 1 else None)
+        for name in ("quantity", "now", "digest", "allowed", "unit", ""):
+            table.add_column(name, no_wrap=name != "quantity", max_width=24 if name == "quantity" else None)
+        for row in (row for row in rows if row.run == run):
+            verdict_of = "[green]as stored" if row.ok else "[red]changed"
+            numbers = f"{row.value:.4g}", f"{row.mean:.4g}", f"± {row.allowed:.1g}"
+            table.add_row(row.quantity, *numbers, row.unit, verdict_of)
+        out.print(table)
+    bad = sorted({row.quantity for row in rows if not row.ok})
+    out.print(
+        f"changed since {stored.made}: {', '.join(bad)}" if bad else f"as the digest of {stored.made} says",
+        style="red" if bad else "green",
+        soft_wrap=True,
+    )
+    return DIFFERENT if bad else SAME
+
+
+def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
+    """Digest of runs of one's own, or of folders of seeds; the exit code."""
+    try:
+        if out_file is None or out_file.suffix != ".json":
+            raise PywetError(
+                f"--out is {out_file or 'not given'}; expected the file of the digest, such as my_case.json"
+            )
+        paths = [run for folder in folders for run in verdict.runs_in(folder)]
+        said = f"pywet digest {' '.join(map(str, folders))}"
+        with run_lock.reading(*paths):
+            stored = digest.of_runs(out_file.stem, said, paths)
+    except PywetError as error:
+        err.print(str(error), style="red", soft_wrap=True, markup=False)
+        return NOT_COMPARABLE
+    typer.echo(f"{digest.save(stored, out_file)}: {len(stored.numbers)} numbers of {stored.runs} runs")
+    return SAME

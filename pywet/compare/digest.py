@@ -1,0 +1,191 @@
+"""Digest of a reference run: mean and spread of its quantities over several seeds, a few kilobytes of JSON with provenance.
+
+A digest is a regression alarm, not an oracle: it says that numbers have moved, not that they were right. A run is held against
+mean ± Student's quantile (two-sided, shared out over all numbers of the digest) × spread × √(1 + 1/n), plus a numerical
+tolerance of the quantity's scale.
+"""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from pywet.cases.small.scenes import RESULT
+from pywet.compare.quantities import RunData, facts, read_run, unlike
+from pywet.errors import PywetError
+from pywet.runs.summary import commit, versions
+from pywet.scene import Scene
+from pywet.util.files import read_if_there, read_model, write_json
+
+TIMES = 5
+"""Places of a curve that are stored, evenly spaced, the start left out."""
+TOLERANCE = 1e-6
+"""Of a digest's numbers, over their scale, besides the spread of the seeds."""
+ALARM = 0.01
+"""Probability that an unchanged program raises the alarm, over all numbers of a digest together."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """One stored number: mean and standard deviation over the runs, and the scale of its numerical tolerance."""
+
+    mean: float
+    spread: float
+    scale: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Digest:
+    """Numbers by name, over how many runs, with which numerical tolerance, made how and with what."""
+
+    name: str
+    command: str
+    made: str
+    runs: int
+    tolerance: float
+    versions: dict[str, str]
+    numbers: dict[str, Number]
+    scene: dict[str, Any] | None = None
+    """What makes its scene the case that it is; None for what is no run of an engine."""
+    purpose: str = "regression alarm: says that numbers moved, not that they were right"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A run's number against the digest."""
+
+    run: str
+    quantity: str
+    value: float
+    mean: float
+    allowed: float
+    unit: str
+
+    @property
+    def ok(self) -> bool:
+        return abs(self.value - self.mean) <= self.allowed
+
+
+def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
+    """Numbers of a run as (value, scale, unit): each quantity, a curve at TIMES of its span."""
+    numbers = {}
+    for q in run.quantities.values():
+        if len(q.times) == 0:
+            numbers[q.name] = (float(q.values[0]), q.scale, q.unit)
+            continue
+        for share in np.arange(1, TIMES + 1) / TIMES:
+            at = q.times[0] + share * (q.times[-1] - q.times[0])
+            numbers[f"{q.name} at {share:.0%}"] = (float(q.at(np.array([at]))[0]), q.scale, q.unit)
+    return numbers
+
+
+def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
+    """Numbers of a run directory, those of scene_result.json included where `pywet scene` has left one."""
+    numbers = numbers_of(read_run(run_dir))
+    for name, value in (read_if_there(Path(run_dir) / RESULT, shape=dict[str, Any]) or {}).items():
+        if isinstance(value, int | float):
+            numbers[f"result {name}"] = (float(value), abs(float(value)) or 1.0, _unit(name))
+    return numbers
+
+
+def _unit(key: str) -> str:
+    """The unit at the end of a name such as rupture_distance_m; 1 where it ends in none.
+
+    >>> _unit("mean_speed_m_per_s"), _unit("work_J"), _unit("solid_fraction")
+    ('m/s', 'J', '1')
+    """
+    return next((unit for end, unit in UNITS.items() if key.endswith(end)), "1")
+
+
+UNITS = {"_m_per_s": "m/s", "_N": "N", "_J": "J", "_m": "m", "_s": "s", "_deg": "deg"}
+
+
+def make(
+    name: str, command: str, runs: Sequence[dict[str, tuple[float, float, str]]], scene: dict[str, Any] | None = None
+) -> Digest:
+    """Digest of the numbers of several runs of one scene."""
+    numbers = {}
+    for key, (_, scale, unit) in runs[0].items():
+        values = np.array([r[key][0] for r in runs])
+        spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+        mean, spread, scale = (float(f"{v:.10g}") for v in (values.mean(), spread, scale))
+        numbers[key] = Number(mean, spread, scale, unit)
+    return Digest(name, command, date.today().isoformat(), len(runs), TOLERANCE, provenance(), numbers, scene)
+
+
+def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
+    """Digest of finished runs of one scene; refused when one fails a check of its own, the replay above all."""
+    runs = [read_run(p) for p in paths]
+    for run in runs:
+        _same_scene(facts(runs[0].scene), run.scene, f"{runs[0].path} and {run.path}")
+        for check, (ok, value) in run.checks.items():
+            if not ok:
+                raise PywetError(
+                    f"{run.path} fails its check {check} ({value:.2g}); a digest is stored of good runs only"
+                )
+        if run.scene.effects.bridges and "replay" not in run.checks:
+            raise PywetError(f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first")
+    return make(name, command, [numbers_in(p) for p in paths], facts(runs[0].scene))
+
+
+def _same_scene(wanted: dict[str, Any], scene: Scene, who: str) -> None:
+    differs = unlike(wanted, scene)
+    if differs:
+        raise PywetError(f"{who} differ in {', '.join(differs)}; expected runs of one scene")
+
+
+def provenance() -> dict[str, str]:
+    """Versions that the numbers depend on, and the commit."""
+    from pywet.engines.liggghts.build import engine_version
+
+    made_by = {"liggghts": engine_version(), "machine": platform.machine(), "commit": commit() or "unknown"}
+    return {**versions(), **made_by}
+
+
+def save(digest: Digest, path: Path) -> Path:
+    write_json(path, asdict(digest))
+    return path
+
+
+def load(path: Path) -> Digest:
+    if not Path(path).exists():
+        raise PywetError(f"there is no digest {path}; expected one that `pywet digest` wrote")
+    return read_model(path, Digest, "make it again with `pywet digest`")
+
+
+def allowed(digest: Digest, number: Number) -> float:
+    """Largest deviation from the mean that is no alarm.
+
+    >>> one = Number(1.0, 0.0, 2.0, "1")
+    >>> allowed(Digest("x", "", "", 1, 1e-6, {}, {"a": one}), one)
+    2e-06
+    """
+    room = digest.tolerance * number.scale
+    if digest.runs > 1:
+        quantile = float(stats.t.isf(0.5 * ALARM / len(digest.numbers), digest.runs - 1))
+        room += quantile * number.spread * float(np.sqrt(1.0 + 1.0 / digest.runs))
+    return room
+
+
+def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]]) -> list[Row]:
+    """Each stored number against a run's; a number that the run lacks is NaN, which is never within."""
+    return [
+        Row(run, key, values[key][0] if key in values else float("nan"), n.mean, allowed(digest, n), n.unit)
+        for key, n in digest.numbers.items()
+    ]
+
+
+def check(digest: Digest, run_dir: Path) -> list[Row]:
+    """A run directory against a digest; one of another scene is refused."""
+    if digest.scene is None:
+        raise PywetError(f"the digest {digest.name} is of `{digest.command}`, which leaves no run directory")
+    _same_scene(digest.scene, read_run(run_dir).scene, f"the digest {digest.name} ({digest.command}) and {run_dir}")
+    return against(digest, Path(run_dir).name, numbers_in(run_dir))

@@ -1,0 +1,214 @@
+"""What is compared of a run: curves over time and single numbers, from whatever tables its run directory has.
+
+Reads only the tables that every engine writes (results, history, trajectory, summary.json, replay.json); a run of which its
+scene planned more than is there is refused. Each quantity has a scale [its unit], against which deviations are measured.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pywet.cases.screening.verdict import LEDGER_TOLERANCE
+from pywet.cases.small.bodies import coordination, last
+from pywet.errors import PywetError
+from pywet.runs.rundir import RunDir
+from pywet.runs.shapes import Replay, RunSummary
+from pywet.runs.tables import ledger_error
+from pywet.scene import Scene
+from reference_impl.replay import whole
+from reference_impl.replay.io import ReplayError
+
+Floats = NDArray[np.float64]
+RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
+HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number or a curve; `times` [s] is empty for a number. `scale` is the size that deviations are relative to."""
+
+    name: str
+    unit: str
+    values: Floats
+    times: Floats
+    scale: float
+
+    def at(self, times: Floats) -> Floats:
+        """Values at other times, linear between outputs; a number as it is."""
+        return self.values if len(self.times) == 0 else np.interp(times, self.times, self.values)
+
+
+@dataclass(frozen=True)
+class RunData:
+    """One run: where it is, what it simulated, its quantities and the checks it must pass by itself."""
+
+    path: Path
+    scene: Scene
+    quantities: dict[str, Quantity]
+    checks: dict[str, tuple[bool, float]]
+    """Name -> (passed, value); not a matter of statistics."""
+    held: dict[str, Any]
+    """What the run holds, all that its scene planned: steps, outputs, windows, rows of each table."""
+
+    def fingerprint(self) -> dict[str, str]:
+        """Hash of the content of each table (not of its file)."""
+        hashes = {}
+        for name in HASHED:
+            table = RunDir(self.path).table_if_there(name)
+            if table is not None:
+                rows = pd.util.hash_pandas_object(table, index=False).to_numpy()
+                hashes[name] = hashlib.sha256(rows.tobytes()).hexdigest()[:16]
+        return hashes
+
+
+def facts(scene: Scene) -> dict[str, Any]:
+    """What makes a scene the case that it is, as plain data; laws, time step, engine and seed are not in it."""
+    said = {
+        "case": scene.name,
+        "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
+        "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
+        "duration": scene.duration_s,
+        "walls": [[w.name, w.holder, w.motion, len(w.triangle_part)] for w in scene.walls],
+        "hertz": None if scene.hertz is None else scene.hertz.model_dump(mode="json"),
+        "vibration": None if scene.vibration is None else scene.vibration.model_dump(mode="json"),
+        "gravity": scene.gravity_m_per_s2,
+        "stiffness": [p.normal_stiffness_N_per_m for p in scene.pairs],
+    }
+    return dict(json.loads(json.dumps(said)))
+
+
+def unlike(wanted: dict[str, Any], scene: Scene, across: Sequence[str] = ()) -> list[str]:
+    """What a scene does not share of the `facts` of another; settings of `across`, and with them the case's name, may differ."""
+    there, free = facts(scene), {*across, *(["case"] if across else [])}
+    if unknown := [name for name in across if name not in wanted]:
+        known = ", ".join(name for name in wanted if name != "case")
+        raise PywetError(f"--across {unknown[0]} was given; expected a setting that may differ: {known}")
+    return [name for name in wanted if name not in free and wanted[name] != there.get(name)]
+
+
+def read_run(run_dir: Path) -> RunData:
+    run = RunDir(Path(run_dir))
+    scene, held = run.scene, _whole(run)
+    quantities = [*_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
+    if not quantities:
+        raise PywetError(f"{run.path} has no results; expected a finished run: run it again")
+    return RunData(run.path, scene, {q.name: q for q in quantities}, dict(_checks(run)), held)
+
+
+def _whole(run: RunDir) -> dict[str, Any]:
+    """What the run holds; refused where its scene planned more, or its results are of fewer outputs."""
+    try:
+        held = whole.check(run.path)
+    except ReplayError as error:
+        raise PywetError(str(error)) from error
+    for name in RESULTS:
+        table = run.table_if_there(name)
+        if table is not None:
+            held["rows"][name] = len(table)
+            if len(table) != held["outputs"]:
+                raise PywetError(f"{run.path / name}.parquet holds {len(table)} rows; expected one for each of the "
+                                 f"{held['outputs']} output steps: run the case again")  # fmt: skip
+    return held
+
+
+def _curve(name: str, unit: str, times: Any, values: Any, scale: float) -> Quantity:
+    return Quantity(name, unit, np.asarray(values, float), np.asarray(times, float), max(abs(scale), 1e-300))
+
+
+def _number(name: str, unit: str, value: float, scale: float) -> Quantity:
+    return _curve(name, unit, [], [value], scale)
+
+
+def _retained(run: RunDir) -> Iterator[Quantity]:
+    """Fraction retained over time, in all and per class."""
+    table = run.table_if_there("results/fraction_retained")
+    if table is None:
+        return
+    for column in table.columns:
+        if column.startswith("fraction_retained"):
+            yield _curve(column.replace("_", " "), "1", table["time_s"], table[column], 1.0)
+
+
+def _liquid(run: RunDir) -> Iterator[Quantity]:
+    """Liquid by holder over time, over the liquid put in; of a small scene films, bridges and walls from the ledger."""
+    table, ledger = run.table_if_there("results/liquid_by_holder"), run.table_if_there("history/ledger")
+    if not run.moist:
+        return
+    if table is not None:
+        for column in table.columns:
+            if column.endswith("_m3") and column not in ("initial_m3", "total_m3"):
+                name = column.removesuffix("_m3").replace("_", " ")
+                yield _curve(
+                    f"liquid {name}", "of all", table["time_s"], table[column] / table["initial_m3"].max(), 1.0
+                )
+    elif ledger is not None:
+        put_in = ledger["initial"].max()  # of a scene with inserted spheres, all that will have been put in
+        for column in ("films", "bridges", "walls"):
+            yield _curve(f"liquid {column}", "of all", ledger["time"], ledger[column] / (put_in or 1.0), 1.0)
+
+
+def _counts(run: RunDir) -> Iterator[Quantity]:
+    """Formations and ruptures in all, standing bridges over time."""
+    ledger = run.table_if_there("history/ledger")
+    if ledger is None:
+        return
+    end = ledger.sort_values("step").iloc[-1]
+    for name in ("formations", "ruptures"):
+        yield _number(name, "events", end[name], max(float(end["formations"]), 1.0))
+    count = ledger["bridge_count"]
+    yield _curve("standing bridges", "bridges", ledger["time"], count, max(count.max(), 1.0))
+
+
+def _energies(run: RunDir) -> Iterator[Quantity]:
+    """Energies and works at the end, over the largest of them."""
+    table, summary = run.table_if_there("history/energy"), run.json("summary.json", RunSummary)
+    if table is not None and not table.empty:
+        end = table.sort_values("step").iloc[-1].drop(["step", "time"])
+        values = {str(k): float(v) for k, v in end.items() if k != "half_kick"}
+    elif summary is not None:
+        values = {k: float(v) for k, v in (summary.get("energy_J") or {}).items() if v is not None}
+    else:
+        return
+    scale = max([abs(v) for v in values.values()], default=0.0)
+    for name, value in values.items():
+        yield _number(f"energy {name.replace('_', ' ')}", "J", value, scale)
+
+
+def _bed(run: RunDir) -> Iterator[Quantity]:
+    """Where the spheres are at the end: mean height, height of the upper tenth, neighbours in touch per sphere."""
+    if not (run.path / "trajectory.parquet").exists():
+        return
+    end = last(run.path)
+    if end.empty:
+        return
+    radius = end["type"].map({c.type: c.radius_m for c in run.scene.classes}).to_numpy(float)
+    up = -np.asarray(run.scene.gravity_m_per_s2)
+    up = up / np.linalg.norm(up) if up.any() else np.array([0.0, 0.0, 1.0])
+    at = end[["x", "y", "z"]].to_numpy(float)
+    height = at @ up
+    yield _number("mean height at the end", "m", height.mean(), float(radius.max()))
+    yield _number("upper tenth at the end", "m", np.quantile(height + radius, 0.9), float(radius.max()))
+    yield _number("neighbours per sphere at the end", "1", coordination(at, radius), 1.0)
+
+
+def _checks(run: RunDir) -> Iterator[tuple[str, tuple[bool, float]]]:
+    """Liquid ledger and replay: each run passes or not, whatever the other does."""
+    ledger = run.table_if_there("history/ledger")
+    if ledger is not None:
+        error = ledger_error(ledger)
+        yield "liquid ledger", (error <= LEDGER_TOLERANCE, error)
+    replay = run.json("replay.json", Replay)
+    if replay is not None:
+        worst = max((q["largest"] for q in replay["quantities"].values()), default=0.0)
+        yield "replay", (bool(replay.get("ok")), float(worst))
+    for check in (run.json("summary.json", RunSummary) or {}).get("checks", []):
+        yield str(check["name"]).replace("_", " "), (bool(check["ok"]), float(check["value"]))

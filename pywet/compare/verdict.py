@@ -1,0 +1,266 @@
+"""Comparison of two runs or two groups: are they comparable, what differs, and is a difference beyond the spread."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pywet.compare import statistics
+from pywet.compare.quantities import RESULTS, Floats, Quantity, RunData, facts, read_run, unlike
+from pywet.compare.statistics import LEVEL, ROUND_OFF, Sample
+from pywet.errors import PywetError
+from reference_impl.replay import whole
+
+MAIN = "fraction retained"
+"""The quantity of the first line, where the runs have it."""
+
+
+class NotComparable(PywetError):
+    """The two do not simulate the same thing."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One quantity: means of both (a curve at the place of its largest difference), spread, deviation, verdict."""
+
+    quantity: str
+    unit: str
+    a: float
+    b: float
+    deviation: float
+    """|a − b| over the quantity's scale, at the place of the largest difference (or |t|)."""
+    spread: float | None
+    """Pooled standard deviation of a run there, over the scale; None with one run each."""
+    interval: float | None
+    """Half width of the 95 % confidence interval of b − a there [unit], of this quantity alone; None with one run each."""
+    time_s: float | None
+    t: float | None
+    p: float | None
+    verdict: str
+    different: bool
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All of a comparison; `verdict` is its one sentence."""
+
+    a: list[str]
+    b: list[str]
+    method: str
+    level: float | None
+    verdict: str
+    different: bool
+    rows: list[Row]
+    checks: dict[str, Any]
+    compared: dict[str, list[str]]
+    """For each group, what its runs hold, a sentence each."""
+    left_out: list[str]
+    """Quantities that only some of the runs have."""
+    end: str
+    """The fraction retained at the end (of other scenes the first quantity) in both, and its difference with interval."""
+
+
+def runs_in(folder: Path) -> list[Path]:
+    """The folder itself when it is a run directory, else the run directories directly inside it."""
+    folder = Path(folder)
+    if (folder / "scene.json").exists():
+        return [folder]
+    run_dirs = sorted(p.parent for p in folder.glob("*/scene.json"))
+    if not run_dirs:
+        raise PywetError(
+            f"{folder} is no run directory and holds none; expected one with scene.json, or a folder of seeds"
+        )
+    return run_dirs
+
+
+def read_groups(
+    a: Sequence[Path], b: Sequence[Path], force: bool = False, across: Sequence[str] = ()
+) -> list[list[RunData]]:
+    """Both groups, read; `NotComparable` unless `force` where they differ in more than the settings of `across`."""
+    groups = [[read_run(p) for p in paths] for paths in (a, b)]
+    if not force:
+        _comparable(groups, across)
+    return groups
+
+
+def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: Sequence[str] = ()) -> Comparison:
+    """Compare two runs (one path each) or two groups, see `read_groups` for `force` and `across`."""
+    groups = read_groups(a, b, force, across)
+    every = list(dict.fromkeys(n for g in groups for r in g for n in r.quantities))
+    names = [n for n in every if all(n in r.quantities for g in groups for r in g)]
+    if not names:
+        raise NotComparable(f"{a[0]} and {b[0]} have no table in common; expected finished runs: run them again")
+    _same_tables(groups)
+    checks, broken = _checks(groups)
+    if len(groups[0]) == len(groups[1]) == 1:
+        method, rows, verdict = _single(groups[0][0], groups[1][0], names)
+        used = None
+    else:
+        method, rows, verdict = _groups(groups, names)
+        used = LEVEL
+    if broken:
+        verdict += f"; {broken}"
+    different = any(r.different for r in rows) or bool(broken)
+    compared = {label: [whole.said(r.held) for r in group] for label, group in zip("ab", groups, strict=True)}
+    left_out = [n for n in every if n not in names]
+    end = _at_end(groups, MAIN if MAIN in names else names[0])
+    return Comparison(
+        [str(p) for p in a],
+        [str(p) for p in b],
+        method,
+        used,
+        verdict,
+        different,
+        rows,
+        checks,
+        compared,
+        left_out,
+        end,
+    )
+
+
+def _at_end(groups: list[list[RunData]], name: str) -> str:
+    """A quantity at the last common time in both groups and their difference, each with its interval."""
+    times, unit = _times(groups, name), groups[0][0].quantities[name].unit
+    a, b = (np.array([float(r.quantities[name].at(times)[-1]) for r in g]) for g in groups)
+    when = f" at {times[-1]:.3g} s" if len(times) else ""
+    ends = ", ".join(f"{label} {_mean(values)}" for label, values in (("A", a), ("B", b)))
+    said = f"{name}{when}{'' if unit == '1' else f' [{unit}]'}: {ends}, B − A {b.mean() - a.mean():+.3g}"
+    half = statistics.of_difference(a, b)
+    if half is None:
+        return f"{said}; no interval from one run each"
+    if abs(b.mean() - a.mean()) <= half:
+        return f"{said} ± {half:.2g} (95 %): not significant"
+    return f"{said} ± {half:.2g} (95 %): significant for this quantity alone"
+
+
+def _mean(values: Floats) -> str:
+    if len(values) < 2:
+        return f"{values[0]:.3g} (one run)"
+    half = statistics.half_width(float(values.std(ddof=1)), len(values), len(values) - 1, 0.95)
+    return f"{values.mean():.3g} ± {half:.2g}"
+
+
+def _same_tables(groups: list[list[RunData]]) -> None:
+    """A table of results that only some runs have must not pass as equal."""
+    runs = [run for group in groups for run in group]
+    for name in RESULTS:
+        there = [name in run.held["rows"] for run in runs]
+        if any(there) and not all(there):
+            raise NotComparable(
+                f"{runs[there.index(False)].path} has no {name}.parquet, but {runs[there.index(True)].path} has; "
+                "expected both with results: run the case to its end"
+            )
+
+
+def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
+    for group in groups:
+        for first, run, free in ((groups[0][0], group[0], across), *((group[0], run, ()) for run in group[1:])):
+            differs = unlike(facts(first.scene), run.scene, free)
+            if differs:
+                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in differs)
+                raise NotComparable(
+                    f"{first.path} and {run.path} differ in {', '.join(differs)}; expected the same case at the same"
+                    f" scale ({named} compares groups across it, --force whatever differs)"
+                )
+        marks: dict[str | None, Path] = {}
+        for run in group:
+            mark = run.fingerprint().get("trajectory")
+            if mark is not None and mark in marks:
+                raise NotComparable(
+                    f"{run.path} repeats {marks[mark]} digit by digit; expected runs of one group to differ in the seed"
+                )
+            marks[mark] = run.path
+
+
+def _checks(groups: list[list[RunData]]) -> tuple[dict[str, Any], str]:
+    """Checks by name: passed of all in each group; and what one group passes and the other not."""
+    checks: dict[str, Any] = {}
+    for label, group in zip("ab", groups, strict=True):
+        for run in group:
+            for name, (ok, value) in run.checks.items():
+                entry = checks.setdefault(name, {"a": [0, 0], "b": [0, 0], "worst": 0.0})
+                entry[label][0] += int(ok)
+                entry[label][1] += 1
+                entry["worst"] = max(entry["worst"], value)
+    failing = [n for n, e in checks.items() if e["a"][0] < e["a"][1] or e["b"][0] < e["b"][1]]
+    return checks, f"failed checks: {', '.join(failing)}" if failing else ""
+
+
+def _times(groups: list[list[RunData]], name: str) -> Floats:
+    """Times of the first run's curve that all runs cover."""
+    curves = [r.quantities[name].times for g in groups for r in g]
+    if len(curves[0]) == 0:
+        return np.array([])
+    low, high = max(t[0] for t in curves), min(t[-1] for t in curves)
+    return np.asarray(curves[0][(curves[0] >= low - 1e-12) & (curves[0] <= high + 1e-12)])
+
+
+def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], str]:
+    """One run each: bit-identical, within round-off, or different; nothing is said of significance."""
+    rows = []
+    for name in names:
+        times = _times([[a], [b]], name)
+        x, y = a.quantities[name], b.quantities[name]
+        u, v = x.at(times), y.at(times)
+        off = np.abs(u - v)
+        k = int(off.argmax())
+        said = "identical" if off[k] == 0 else "within round-off" if off[k] <= ROUND_OFF * x.scale else "differs"
+        time = float(times[k]) if len(times) else None
+        rows.append(
+            Row(name, x.unit, float(u[k]), float(v[k]), float(off[k] / x.scale), None, None, time, None, None, said,
+                said == "differs")
+        )  # fmt: skip
+    same = a.fingerprint() == b.fingerprint()
+    worst = max(rows, key=lambda r: r.deviation)
+    if same and worst.deviation == 0:
+        verdict = "the runs are bit-identical"
+    elif worst.deviation <= ROUND_OFF:
+        verdict = f"the runs agree within round-off (largest deviation {worst.deviation:.1e}, {worst.quantity})"
+    else:
+        verdict = (
+            f"the runs differ (most in {worst.quantity}: {worst.deviation:.2g} of its scale); one run each says nothing"
+            " about significance: compare several seeds"
+        )
+    return "one run each: equal digit by digit, within round-off, or not", rows, verdict
+
+
+def _groups(groups: list[list[RunData]], names: list[str]) -> tuple[str, list[Row], str]:
+    """Several seeds: tests over all quantities at once."""
+    first, times = groups[0][0].quantities, [_times(groups, name) for name in names]
+    samples = [
+        Sample(*(np.array([r.quantities[name].at(at) / first[name].scale for r in g]) for g in groups))
+        for name, at in zip(names, times, strict=True)
+    ]
+    method, findings = statistics.test(samples)
+    told = zip(names, samples, times, findings, strict=True)
+    rows = [_row(first[name], s, at, finding) for name, s, at, finding in told]
+    called = [r for r in rows if r.different]
+    n, m = len(groups[0]), len(groups[1])
+    if called:
+        worst = min(called, key=lambda r: (r.p or 0.0, -(r.t or 0.0)))
+        verdict = (
+            f"{len(called)} of {len(rows)} quantities differ beyond the spread of {n} and {m} seeds, first of all"
+            f" {worst.quantity}"
+        )
+    else:
+        verdict = f"no difference beyond the spread of {n} and {m} seeds in {len(rows)} quantities"
+    return method, rows, verdict
+
+
+def _row(q: Quantity, s: Sample, times: Floats, finding: statistics.Finding) -> Row:
+    k = finding.at
+    a, b = float(s.a[:, k].mean()), float(s.b[:, k].mean())
+    squares = ((s.a[:, k] - a) ** 2).sum() + ((s.b[:, k] - b) ** 2).sum()
+    spread = float(np.sqrt(squares / max(len(s.a) + len(s.b) - 2, 1)))
+    different = finding.p <= LEVEL
+    half = statistics.of_difference(s.a[:, k], s.b[:, k])
+    return Row(
+        q.name, q.unit, a * q.scale, b * q.scale, abs(a - b), spread, None if half is None else half * q.scale,
+        float(times[k]) if len(times) else None,
+        finding.t, finding.p, "differs beyond the spread" if different else "within the spread", different,
+    )  # fmt: skip

@@ -1,0 +1,275 @@
+"""From the stored table to settings: the cheapest combination whose errors add up to less than what one can live with.
+
+A level is charged, in each group of quantities, with the largest of its errors there. The burden of proof is on the cheaper
+level: one that is not dearer than the default in every round is charged with error and chance (its bound), the default and
+dearer ones with what is resolved. Charges of the settings are added, costs multiplied. A looser accuracy allows all that a
+tighter one does, and so never costs more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pywet.cost import knobs
+from pywet.cost.knobs import CONFIGURABLE, KNOBS
+from pywet.errors import PywetError
+from pywet.util.files import read_json
+
+STORED = Path(__file__).with_name("table.json")
+GROUPS = ("fraction retained", "liquid shares", "force", "restitution", "packing")
+"""Groups of quantities that errors are given for; a test compares them with those of the accuracy study."""
+WANTED = ("fraction retained", "liquid shares", "force", "restitution")
+"""Groups that count unless others are named."""
+SCENES = {"moist": ("moist", "bed", "pair_wet", "pull", "laws"), "dry": ("dry", "pair_dry")}
+"""Kind of case -> scenes of the study that speak for it."""
+NEAREST = ("reduced", "smoke")
+"""Whose table is taken for a scale without one."""
+MATTERS = 1e-3
+"""Errors closer than this share are the same."""
+GAIN, WORTH = 0.05, 1.3
+"""A level that is better by this share for no more than this price is a bargain."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """One level of a knob as the choice sees it."""
+
+    knob: str
+    level: knobs.Level
+    price: float
+    charge: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The outcome: levels by knob, price over that of the default, error by group."""
+
+    levels: dict[str, knobs.Level]
+    price: float
+    error: dict[str, float]
+
+
+def parse(text: str) -> float:
+    """An accuracy such as `2%` or `0.02` as a share.
+
+    >>> parse("2%"), parse("0.5 %"), parse("0.02")
+    (0.02, 0.005, 0.02)
+    """
+    stripped = text.strip()
+    percent = stripped.endswith("%")
+    try:
+        value = float(stripped.rstrip("%")) * (0.01 if percent else 1.0)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < 1.0:
+        raise PywetError(f"accuracy {text!r} given, expected more than 0 and below 100 per cent, such as 2% or 0.02")
+    return value
+
+
+@cache
+def stored(path: Path = STORED) -> dict[str, Any]:
+    """The stored table of the study; a knob that came after it has no levels there, and stays where it is."""
+    table: dict[str, Any] = read_json(
+        path, "make the table of the accuracy study with `pywet study accuracy --store`", dict[str, Any]
+    )
+    return table
+
+
+def for_scale(scale: str) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """The table of a scale and the knobs it may turn; without one of its own the nearest, with springs and wires left alone."""
+    tables = stored()["scales"]
+    if scale in tables:
+        return tables[scale], CONFIGURABLE
+    nearest = next(tables[name] for name in NEAREST if name in tables)
+    return nearest, tuple(k for k in CONFIGURABLE if k not in ("stiffness", "wire_sides"))
+
+
+def options(
+    table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGURABLE, longer_by: float = 1.0
+) -> dict[str, list[Option]]:
+    """Levels of every knob that a moist or a dry case has, as they are charged; knobs not to be turned keep the default,
+    and a level with which a run of the study stopped is none.
+
+    `longer_by`: of this case, the step of semi-implicit drag over that of explicit drag. The study's liquid is water, where both
+    have the same step; with a thicker one the longer step divides the price.
+    """
+    kind = "moist" if moist else "dry"
+    scenes = SCENES[kind]
+    by_knob: dict[str, list[Option]] = {}
+    for knob, rows in table["knobs"].items():
+        for row in rows:
+            price = row["price"].get(kind)
+            if price is None or knob not in CONFIGURABLE:
+                continue
+            if knob not in turned and row["level"] != table["default"][knob]:
+                continue
+            if any(reason.partition(":")[0] in scenes for reason in row["failed"]):
+                continue
+            longer = longer_by if (knob, row["level"]) == ("integration", "semi_implicit") else 1.0
+            cheaper = price["low"] < longer and row["level"] != table["default"][knob]
+            charge = dict.fromkeys(GROUPS, 0.0)
+            for error in row["errors"]:
+                if error["scene"] in scenes:
+                    size, limit = abs(error["value"]), error["limit"]
+                    counted = size + limit if cheaper else size if size > limit else 0.0
+                    charge[error["group"]] = max(charge[error["group"]], counted)
+            by_knob.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"] / longer, charge))
+    return by_knob
+
+
+def choose(
+    table: dict[str, Any],
+    accuracy: float,
+    moist: bool,
+    wanted: Sequence[str] = WANTED,
+    turned: Sequence[str] = CONFIGURABLE,
+    longer_by: float = 1.0,
+) -> Chosen:
+    """The cheapest combination within the accuracy in all wanted groups; raises `PywetError` where there is none."""
+    best: Chosen | None = None
+    nearest = math.inf
+    for combination in combinations(options(table, moist, turned, longer_by), wanted):
+        worst = max(combination.error.values(), default=0.0)
+        nearest = min(nearest, worst)
+        if worst <= accuracy and (best is None or (combination.price, worst) < (best.price, max(best.error.values()))):
+            best = combination
+    if best is None:
+        raise PywetError(
+            f"accuracy {100 * accuracy:g} % given, but the finest settings of the study come within {100 * nearest:.2g} % "
+            f"in {', '.join(wanted)}; expected at least that"
+        )
+    return best
+
+
+def combinations(by_knob: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
+    """Every combination of levels that is not worse than another of its knob in price and in all wanted errors."""
+    for picked in product(*(_worth(levels, wanted) for levels in by_knob.values())):
+        error = {group: sum(o.charge[group] for o in picked) for group in wanted}
+        yield Chosen({o.knob: o.level for o in picked}, math.prod(o.price for o in picked), error)
+
+
+def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
+    """Levels that no other of the same knob beats in everything; of equal ones the first listed."""
+    rows = np.array([[o.price, *(o.charge[g] for g in wanted)] for o in levels])
+    beaten = [bool(((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any()) for row in rows]
+    _, first = np.unique(rows, axis=0, return_index=True)
+    return [o for k, o in enumerate(levels) if k in first and not beaten[k]]
+
+
+def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTED) -> Chosen:
+    """The default itself, as it is charged."""
+    base = table["default"]
+    picked = [o for levels in options(table, moist).values() for o in levels if o.level == base[o.knob]]
+    error = {group: sum(o.charge[group] for o in picked) for group in wanted}
+    return Chosen({o.knob: o.level for o in picked}, 1.0, error)
+
+
+def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
+    """Group -> the largest error of any level that chance alone may make: what the study can tell apart."""
+    scenes = SCENES["moist" if moist else "dry"]
+    largest = dict.fromkeys(GROUPS, 0.0)
+    for rows in table["knobs"].values():
+        for error in (e for row in rows for e in row["errors"] if e["scene"] in scenes):
+            largest[error["group"]] = max(largest[error["group"]], error["limit"])
+    return largest
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where the default of a knob stands in one group of quantities.
+
+    It is beaten when another level is no dearer and no less accurate, beyond doubt: at the limit for all errors of the study
+    together (`family`), since all of them are looked at.
+    """
+
+    knob: str
+    kind: str
+    group: str
+    verdict: str
+    """`on the front`, `not told apart` (a cheaper level differs by no more than chance) or `beaten`."""
+    by: knobs.Level | None
+    said: str
+
+
+def points(table: dict[str, Any], knob: str, kind: str, group: str) -> list[dict[str, Any]]:
+    """Levels of a knob with price and the error that is largest in the group; coarse to fine."""
+    of_levels = []
+    for row in table["knobs"].get(knob, ()):
+        price = row["price"].get(kind)
+        errors = [e for e in row["errors"] if e["group"] == group and e["scene"] in SCENES[kind]]
+        if price is None or not errors:
+            continue
+        worst = max(errors, key=lambda e: (abs(e["value"]) > e["limit"], abs(e["value"])))
+        of_levels.append(
+            {
+                "level": row["level"],
+                "price": price["ratio"],
+                "low": price["low"],
+                "high": price["high"],
+                "value": abs(worst["value"]),
+                "limit": max(e["limit"] for e in errors),
+                "resolved": abs(worst["value"]) > worst["limit"],
+                "errors": {(e["scene"], e["quantity"]): (abs(e["value"]), e["family"]) for e in errors},
+            }
+        )
+    return of_levels
+
+
+def standing(table: dict[str, Any], knob: str, kind: str, group: str) -> Standing | None:
+    """Where the default of a knob stands; None where the group was not measured for it."""
+    levels = points(table, knob, kind, group)
+    own = next((p for p in levels if p["level"] == table["default"][knob]), None)
+    if own is None or len(levels) < 2:
+        return None
+    verdict, by, said = "on the front", None, "every cheaper level is less accurate, every more accurate one dearer"
+    for other in levels:
+        if other is own or other["low"] > own["high"]:  # dearer in every round
+            continue
+        better, worse = _compare(other, own)
+        price = f"{other['price']:.2f} of the price ({other['low']:.2f} to {other['high']:.2f})"
+        if better and not worse:
+            return Standing(
+                knob, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}"
+            )
+        if not worse and other["high"] < own["low"]:
+            verdict, by = "not told apart", other["level"]
+            said = f"{other['level']} costs {price}; within chance the runs do not tell the two apart"
+    return Standing(knob, kind, group, verdict, by, said)
+
+
+def bargain(table: dict[str, Any], knob: str, kind: str, group: str) -> str | None:
+    """A level that takes away much of the default's error for little more, as a sentence; None where there is none."""
+    levels = points(table, knob, kind, group)
+    own = next((p for p in levels if p["level"] == table["default"][knob]), None)
+    if own is None:
+        return None
+    better = [p for p in levels if p["price"] <= WORTH and own["value"] - p["value"] > GAIN]
+    better = [p for p in better if _compare(p, own)[0] and not _compare(p, own)[1]]
+    if not better:
+        return None
+    best = min(better, key=lambda p: p["value"])
+    return (
+        f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: the default ({own['level']}) is off by "
+        f"{100 * own['value']:.0f} %; {best['level']} takes that to {100 * best['value']:.1g} % "
+        f"for {best['price']:.2f} of the price."
+    )
+
+
+def _compare(one: dict[str, Any], two: dict[str, Any]) -> tuple[list[Any], list[Any]]:
+    """Quantities in which the first level is better than the second beyond chance, and worse."""
+    shared = [k for k in one["errors"] if k in two["errors"]]
+    better = [k for k in shared if _less(one["errors"][k], two["errors"][k])]
+    return better, [k for k in shared if _less(two["errors"][k], one["errors"][k])]
+
+
+def _less(one: tuple[float, float], two: tuple[float, float]) -> bool:
+    """Whether the first error is smaller beyond chance."""
+    return two[0] - one[0] > max(one[1], two[1], MATTERS)

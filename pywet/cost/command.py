@@ -1,0 +1,107 @@
+"""What `pywet plan CASE --accuracy` does: settings for an accuracy, and how long a case will take on this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pywet.cases.screening import cases
+from pywet.config import Config
+from pywet.cost import choice, cost, edit
+from pywet.cost.knobs import KNOBS
+from pywet.errors import PywetError
+from pywet.util.notices import bar
+
+
+def habit(table: dict[str, Any]) -> cost.Habit:
+    """Prices that the table knows of screening in general."""
+    laws, integrations = (
+        {str(row["level"]): row["price"]["moist"]["ratio"] for row in table["knobs"][knob] if "moist" in row["price"]}
+        for knob in ("capillary", "integration")
+    )
+    return cost.Habit(laws, integrations, table["habit"]["exact_start"])
+
+
+def calibrated(config_dir: Path) -> cost.Coefficients:
+    """The cost model of this machine; measured with a progress bar at the first call."""
+    with bar("measuring this machine (once, a minute)") as move:
+        return cost.of_this_machine(config_dir, move)
+
+
+def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str], write: Path | None) -> list[str]:
+    """Settings for an accuracy and the time they take, as lines; with `write` a copy of the configuration that has them."""
+    share, groups = choice.parse(accuracy), tuple(wanted) or choice.WANTED
+    unknown = [g for g in groups if g not in choice.GROUPS]
+    if unknown:
+        raise PywetError(f"--of {unknown[0]} given, expected some of {', '.join(choice.GROUPS)}")
+    if write is not None:
+        edit.new_folder(write)
+    table, turned = choice.for_scale(scale)
+    moist = config.case(case).liquid_percent > 0
+    longer = cases.longer_by(edit.changed(config, scale, {"integration": "explicit"}), case, scale)
+    chosen = choice.choose(table, share, moist, groups, turned, longer)
+    changed = {knob: level for knob, level in chosen.levels.items() if knob in turned}
+    machine, known = calibrated(config.folder), habit(table)
+    seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
+    before, _ = cost.predict(config, case, scale, machine, known)
+    lines = _shown(share, groups, moist, table)
+    lines += [f"  {KNOBS[knob].title:<23} {edit.shown(knob, level)}" for knob, level in changed.items()]
+    counted = (f"{g} {100 * e:.2g} %" if e > 0.0 else f"{g} none resolved" for g, e in chosen.error.items())
+    lines += [f"  errors counted: {', '.join(counted)}"]
+    if longer >= cases.WORTH_SAYING and changed["integration"] == "explicit":
+        other = edit.changed(config, scale, {**changed, "integration": "semi_implicit"})
+        lines.append(_semi_implicit(cost.predict(other, case, scale, machine, known)[0], seconds, table, groups))
+    lines += [
+        f"time of the engine's run, 1 rank, quiet machine: {duration(seconds)} (as configured now: {duration(before)})",
+        f"  {load.steps:.0f} steps, {load.lists:.0f} neighbour lists, {load.spheres:.0f} spheres, "
+        f"about {load.bridges:.0f} bridges",
+    ]
+    if write is not None:
+        edit.write(config.folder, write, scale, changed)
+        lines.append(f"written to {write}: pywet run {case} --scale {scale} --config {write}")
+    return lines
+
+
+def _shown(share: float, groups: tuple[str, ...], moist: bool, table: dict[str, Any]) -> list[str]:
+    """What the settings are for: the accuracy asked for, or, where the study does not resolve it, the one that it can show."""
+    kind = "moist" if moist else "dry"
+    blurred = {g: r for g, r in choice.resolution(table, moist).items() if g in groups and r > share}
+    if not blurred:
+        return [f"settings for {100 * share:g} % in {', '.join(groups)} ({kind}):"]
+    resolved = ", ".join(f"{g} to {100 * r:.2g} %" for g, r in blurred.items())
+    return [
+        f"{100 * share:g} % cannot be shown: the study resolves {resolved} only (statistical uncertainty)",
+        f"settings shown to be within {100 * max(blurred.values()):.2g} % ({kind}), resolved errors below {100 * share:g} %:",
+    ]
+
+
+def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups: tuple[str, ...]) -> str:
+    """What the other integration would save, and why it was not chosen."""
+    charge = next(
+        o.charge for o in choice.options(table, True, longer_by=2.0)["integration"] if o.level == "semi_implicit"
+    )
+    worst = max(groups, key=lambda group: charge[group])
+    return (
+        f"  the viscous force governs the step: semi_implicit takes {duration(cost_s)}, {chosen_s / cost_s:.1f} times less; "
+        f"the study shows no more than an error below {100 * charge[worst]:.2g} % in {worst}, with water"
+    )
+
+
+def predicted(config: Config, case: int, scale: str) -> str:
+    """How long a case will take, as text; empty where this machine has not been measured yet."""
+    machine = cost.kept()
+    if machine is None:
+        return ""
+    seconds, _ = cost.predict(config, case, scale, machine, habit(choice.for_scale(scale)[0]))
+    return f"about {duration(seconds)} on a quiet machine"
+
+
+def duration(seconds: float) -> str:
+    """A time in words.
+
+    >>> duration(75), duration(12.3), duration(9000)
+    ('1.2 min', '12 s', '2.5 h')
+    """
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.2g} min" if seconds < 5400 else f"{seconds / 3600:.2g} h"

@@ -1,0 +1,135 @@
+"""How long a run takes: what it asks for (`counts.py`) times what that costs on this machine (`trial.py`).
+
+    seconds = start + steps (step + touches touch + triangles triangle + near (mesh or prism))
+              + evaluations of bridges (bridge) + lists (list)
+
+Costs are measured once with few and once with many spheres, and kept in the cache under the machine and the program. With n
+spheres the cost of one of anything is a + b/n between the two. It is processor time: on a machine with nothing else to do the
+wall time.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from pywet import config as settings
+from pywet import laws
+from pywet.cases.screening import cases
+from pywet.config import Config
+from pywet.cost import trial
+from pywet.cost.counts import Load, load_of
+from pywet.cost.timing import machine
+from pywet.cost.trial import Costs
+from pywet.engines.liggghts.build import source_hash
+from pywet.errors import PywetError
+from pywet.util import caches
+from pywet.util.files import read_model, write_json
+
+VERSION = 3
+"""Part of the cache's key; to be raised with any change of `trial.py` or of what its numbers mean."""
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """What things cost with few and with many spheres."""
+
+    few: Costs
+    many: Costs
+
+    def _total(self, spheres: float, name: str) -> float:
+        """A cost of the whole bed: linear in the number of spheres, so that a part is the same for every number."""
+        low, high = getattr(self.few, name), getattr(self.many, name)
+        slope = (high - low) / (self.many.spheres - self.few.spheres)
+        return float(max(low + slope * (spheres - self.few.spheres), 0.0))
+
+    def _each(self, spheres: float, name: str) -> float:
+        """The cost of one: a cache that holds the few serves a share of more spheres that falls with their number."""
+        sizes = [1.0 / self.many.spheres, 1.0 / self.few.spheres]
+        return float(np.interp(1.0 / spheres, sizes, [getattr(self.many, name), getattr(self.few, name)]))
+
+    def loop(self, load: Load) -> float:
+        """Processor time of the time loop [s]."""
+        n = load.spheres
+        stock = _program(load) == "stock"
+        # a triangle's cost is told from the plugin's where spheres are few
+        more = load.triangles - (self._total(n, "triangles") if stock else 0.0)
+        step = self._total(n, "step_stock" if stock else "step") + more * self.few.triangle
+        step += load.touches * self._each(n, "touch")
+        step += load.near * self._each(n, "prism" if load.prisms else "mesh")
+        lists = self._total(n, f"list_{_program(load)}")
+        if load.bridges and not load.prisms:  # moist lattices were measured with prisms
+            lists += max(0.0, self._total(n, "list_stock") - self._total(n, "list_prism"))
+        return load.steps * step + load.evaluations * self._each(n, "bridge") + load.lists * lists
+
+    def start(self, load: Load) -> float:
+        """Processor time before the first step [s]."""
+        return self._total(load.spheres, f"start_{_program(load)}")
+
+
+def _program(load: Load) -> str:
+    return "moist" if load.bridges else "prism" if load.prisms else "stock"
+
+
+def _path() -> Path:
+    """Of this machine with this plugin and these laws."""
+    sources = sorted(Path(laws.__file__).parent.glob("*.py"))
+    program = source_hash() + "".join(path.read_text() for path in sources)
+    key = hashlib.sha256(f"{VERSION} {machine()} {program}".encode()).hexdigest()[:16]
+    return caches.folder() / f"cost-{key}.json"
+
+
+def kept() -> Coefficients | None:
+    """The coefficients in the cache; None where there are none or they are damaged."""
+    try:
+        return read_model(_path(), Coefficients)
+    except PywetError:
+        return None
+
+
+def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
+    """The coefficients from the cache, or measured now, in about a minute, and kept there."""
+    held, done = kept(), 0
+    if held is not None:
+        return held
+
+    def count() -> None:
+        nonlocal done
+        done += 1
+        report(done, trial.LATTICES * len(trial.SIZES))
+
+    config = settings.load(config_dir)
+    measured = Coefficients(*(trial.measure(config, case, width, count) for case, width in trial.SIZES))
+    date = datetime.datetime.now(datetime.UTC).isoformat()
+    write_json(_path(), {**asdict(measured), "machine": machine(), "date": date})
+    return measured
+
+
+@dataclass(frozen=True)
+class Habit:
+    """What the study knows of prices: of a moist run with a law, and with an integration, over that with the default's.
+
+    `exact_start`: the same of the start, where the exact bridge's functions are compiled as well.
+    """
+
+    laws: dict[str, float] = field(default_factory=dict)
+    integrations: dict[str, float] = field(default_factory=dict)
+    exact_start: float = 1.0
+
+
+def predict(config: Config, case: int, scale: str, machine: Coefficients, habit: Habit) -> tuple[float, Load]:
+    """Wall time of the engine's run on a quiet machine [s], with its start, and the load behind it."""
+    load, retirement = load_of(config, case, scale), cases.ingredients(config, case, scale).retirement
+    loop = machine.loop(load) * (1.0 - retirement.saves if retirement.on else 1.0)
+    if not load.bridges:
+        return machine.start(load) + loop, load
+    chosen = config.settings.laws
+    exact = chosen.capillary == "young_laplace" or (chosen.preset == "exact" and chosen.capillary is None)
+    law = "exact" if exact else chosen.capillary or "rabinovich"
+    price = habit.laws.get(law, 1.0) * habit.integrations.get(config.settings.time_step.viscous_integration, 1.0)
+    return machine.start(load) * (habit.exact_start if exact else 1.0) + price * loop, load

@@ -1,0 +1,118 @@
+"""What a run asks of a machine before it is made: time, memory, disk; for jobs on a cluster and for `pywet plan`.
+
+Time is the prediction of `cost.py`, with the costs of this machine where it was measured, else with those of the machine that
+`machine.json` names. Memory and disk are counts of `counts.py` times what one of each took (docs/cluster.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pywet.config import Config, twins
+from pywet.cost import choice, cost
+from pywet.cost.command import duration, habit
+from pywet.cost.counts import Load
+from pywet.cost.trial import Costs
+from pywet.util.files import read_json
+
+ELSEWHERE = Path(__file__).with_name("machine.json")
+RANK_B = 450e6
+"""Memory of one rank without a sphere: Python, compiled laws, the engine."""
+SPHERE_B = 20e3
+"""Memory of one rank for each sphere that it holds, its neighbours, contacts and bridges too."""
+REPLAY_B = 500e6
+REPLAY_SPHERE_B = 60e3
+"""Memory of the replay, at rest and for each sphere."""
+SNAPSHOT_SPHERE_B, SNAPSHOT_BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
+"""Bytes that a finished run keeps of a sphere and of a bridge at an output, and of an event."""
+WINDOW_SPHERE_B, CONTACT_B = 140.0, 240.0
+"""The same of a sphere and of a bridge at a step of a window."""
+RAW = 3.0
+"""Disk while tables are made, over that of the tables: the raw logs lie beside them until all are whole."""
+SAFE = 3.0
+"""Wall time that is asked of a cluster over the prediction, which is of a quiet machine."""
+LEAST_MIN = 10
+
+
+@dataclass(frozen=True)
+class Need:
+    """What one run takes; time is processor time of one core."""
+
+    load: Load
+    seconds: float
+    memory_B: float
+    """Of all ranks together."""
+    disk_B: float
+    replay_B: float
+
+    def minutes(self, attempt: int = 1) -> int:
+        """Wall time to ask for [min]: doubled with each attempt."""
+        return max(LEAST_MIN, math.ceil(SAFE * self.seconds / 60.0)) * 2 ** (attempt - 1)
+
+    def memory_mb(self, attempt: int = 1, stage: str = "simulate") -> int:
+        """Memory to ask for [MB]: doubled with each attempt."""
+        needed = self.replay_B if stage == "replay" else self.memory_B
+        return max(1000, math.ceil(1.5 * needed / 1e6)) * 2 ** (attempt - 1)
+
+
+@cache
+def _machine() -> cost.Coefficients:
+    return cost.kept() or stored_machine()
+
+
+def stored_machine() -> cost.Coefficients:
+    """The costs of the machine that `machine.json` names."""
+    stored: dict[str, Any] = read_json(ELSEWHERE)
+    return cost.Coefficients(Costs(**stored["few"]), Costs(**stored["many"]))
+
+
+def need(config: Config, case: int, scale: str, ranks: int = 1, machine: cost.Coefficients | None = None) -> Need:
+    """What a case takes, from its configuration alone; raises `PywetError` where its scene cannot be built."""
+    seconds, load = cost.predict(config, case, scale, machine or _machine(), habit(choice.for_scale(scale)[0]))
+    size, output = config.scale(scale), config.settings.output
+    outputs = size.duration_s.value / size.output_interval_s.value
+    logged = output.contact_windows * output.contact_window_steps
+    tables = EVENT_B * load.events + load.bridges * (CONTACT_B * logged + SNAPSHOT_BRIDGE_B * outputs)
+    tables += load.spheres * (SNAPSHOT_SPHERE_B * outputs + WINDOW_SPHERE_B * logged)
+    return Need(
+        load=load,
+        seconds=seconds,
+        memory_B=ranks * RANK_B + SPHERE_B * load.spheres,
+        disk_B=tables,
+        replay_B=REPLAY_B + REPLAY_SPHERE_B * load.spheres,
+    )
+
+
+def _short(number: float) -> str:
+    """Three digits, and never a power of ten for what is large."""
+    return f"{number:.3g}" if number < 999.5 else f"{number:.0f}"
+
+
+def campaign(config: Config, scale: str) -> list[str]:
+    """Core-hours, memory and disk of all configured cases with all seeds, as lines."""
+    chosen, seeds = config.settings, config.settings.seeds
+    runs = {config.case(number).name: (config, number) for number in chosen.cases}
+    again = twins(config, {name: number for name, (_, number) in runs.items()}, chosen.both_presets)
+    runs |= {name: (config.with_preset(preset), number) for name, (number, preset) in again.items()}
+    needs = {name: need(configured, number, scale, chosen.ranks) for name, (configured, number) in runs.items()}
+    rows = [f"{'':<14}{'spheres':>8}{'a run':>10}{'memory':>10}{'disk':>10}"]
+    rows += [
+        f"{name:<14}{n.load.spheres:>8.0f}{duration(n.seconds):>10}{n.memory_B / 1e9:>7.2f} GB{n.disk_B / 1e9:>7.2f} GB"
+        for name, n in needs.items()
+    ]
+    memory, replays = (max(getattr(n, name) for n in needs.values()) / 1e9 for name in ("memory_B", "replay_B"))
+    hours = seeds * sum(n.seconds for n in needs.values()) / 3600.0
+    disk = seeds * sum(n.disk_B for n in needs.values())
+    most = max(n.disk_B for n in needs.values())
+    rows.append(
+        f"{seeds * len(needs)} runs at scale {scale} ({seeds} of each): {_short(hours)} core-hours of the engine, up to "
+        f"{_short(memory)} GB for a run and {_short(replays)} GB "
+        f"for its replay, {_short(disk / 1e9)} GB of tables, {_short(RAW * most / 1e9)} GB more while the largest is made"
+    )
+    measured = "this machine, measured" if cost.kept() else str(read_json(ELSEWHERE)["provenance"])
+    rows.append(f"time of the engine alone, without replay and pictures: {measured}")
+    return rows

@@ -1,0 +1,225 @@
+"""What a step costs on this machine: short runs of spheres on a lattice, in which the clock all but stands still.
+
+In a time step of 1e-10 s nothing moves, so that counts are known and stay: spheres that touch or do not, in the feed bin or on
+the wires, dry or with bridges, with the neighbour list kept or made anew in every tenth step. Differences of runs tell what
+each costs, for few spheres and for so many that they do not fit into the processor's cache.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from pywet.cases.screening import cases
+from pywet.config import Config
+from pywet.cost.edit import SCALE, Size, with_setting
+from pywet.cost.knobs import Setting
+from pywet.cost.timing import timed
+from pywet.engines.liggghts import deck, driver
+from pywet.engines.liggghts.process import LOOP_TIME
+from pywet.geometry import Surface, build_apparatus
+from pywet.geometry.initial import write_initial
+from pywet.scene import Output, Scene
+from pywet.util.files import read_json, write_json
+
+SIZES = ((1, 50.0), (7, 180.0))
+"""Dry case, its moist twin follows, and sieve [mm]: 335 and 17,416 spheres."""
+FROZEN = 1e-10
+"""Time step [s]."""
+WORK = 2e6
+"""Spheres times steps that are timed together; a third of it where lists are made anew."""
+FIRST = 20
+"""Steps before those that are timed; bridges form in them."""
+EVERY = 10
+"""Steps between lists made anew."""
+LOOSE = 0.01
+"""Gap in radii, across which films of the moist cases touch."""
+JITTER = 1e-4
+"""Of the places, in radii, in a lattice without gap: half of the pairs touch, and which do no processor can foresee."""
+REPEATS = 3
+"""Of a run of the stock program."""
+SPEED = 0.1
+"""Speeds [m/s] of the spheres and of their surfaces by their spins."""
+COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
+SEED = 10007
+"""Seed of the engine, a prime above 10000."""
+LATTICES = 9
+"""With one number of spheres."""
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Seconds with one number of spheres. Two programs make dry steps: the stock one, where wires are meshes, and the plugin."""
+
+    spheres: float
+    step: float
+    """A step of loose dry spheres away from wires."""
+    step_stock: float
+    """The same with the stock program, in which the wires' mesh moves with this number of triangles."""
+    triangles: float
+    touch: float
+    """A touching pair and step; the floor's contacts are spread over the pairs."""
+    triangle: float
+    """A triangle of the wires' mesh and step."""
+    mesh: float
+    """A sphere near a wire that is a mesh, and step."""
+    prism: float
+    bridge: float
+    """A bridge and step, with all else that moist steps do besides."""
+    list_stock: float
+    """A neighbour list."""
+    list_prism: float
+    list_moist: float
+    start_stock: float
+    """What a run takes before its first step."""
+    start_prism: float
+    start_moist: float
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """A run: the case's wires as meshes or prisms, spheres on them or in the feed bin."""
+
+    case: int
+    screen: bool = False
+    prisms: bool = True
+    pressed: bool = False
+    lists: bool = False
+
+
+@dataclass(frozen=True)
+class Timed:
+    """Seconds a step and before the first; what the lattice had of each kind."""
+
+    step: float
+    start: float
+    spheres: int
+    pairs: int
+    near: int
+    triangles: int
+    bridges: float
+
+
+def measure(config: Config, case: int, width_mm: float, report: Callable[[], None]) -> Costs:
+    """Nine lattices with one number of spheres."""
+
+    def of(which: Lattice) -> Timed:
+        return _timed(config, width_mm, which, report)
+
+    on_wires = {
+        "stock": Lattice(case, screen=True, prisms=False),
+        "prism": Lattice(case, screen=True),
+        "moist": Lattice(case + 1, screen=True),
+    }
+    near = {kind: of(which) for kind, which in on_wires.items()}
+    anew = {kind: of(replace(which, lists=True)) for kind, which in on_wires.items()}
+    loose, pressed = of(Lattice(case)), of(Lattice(case, pressed=True))
+    mesh = of(Lattice(case, prisms=False))
+    lists = {f"list_{kind}": max(0.0, EVERY * (anew[kind].step - near[kind].step)) for kind in on_wires}
+    return Costs(
+        spheres=loose.spheres,
+        step=loose.step,
+        step_stock=mesh.step,
+        triangles=mesh.triangles,
+        touch=max(0.0, pressed.step - loose.step) / pressed.pairs,
+        triangle=max(0.0, mesh.step - loose.step) / mesh.triangles,
+        mesh=max(0.0, near["stock"].step - mesh.step) / near["stock"].near,
+        prism=max(0.0, near["prism"].step - loose.step) / near["prism"].near,
+        bridge=max(0.0, near["moist"].step - near["prism"].step) / max(1.0, near["moist"].bridges),
+        **lists,
+        **{f"start_{kind}": of_kind.start for kind, of_kind in near.items()},
+    )
+
+
+def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[], None]) -> Timed:
+    """The least of two stretches of a run, or of its repeats, since whatever else the machine does only adds."""
+    with tempfile.TemporaryDirectory(prefix="pywet-trial-") as name:
+        folder = Path(name)
+        scene, spheres, near = _prepare(folder, config, width_mm, which)
+        steps = max(2 * EVERY, round(WORK / (3.0 if which.lists else 1.0) / len(spheres)))
+        if deck.attached(scene):
+            run = _run(folder, scene, (FIRST, steps, steps), which)
+            spent = [piece["run_s"] for piece in read_json(folder / "engine" / LOOP_TIME)]
+            step, start = min(spent[1:]) / steps, run["cpu_s"] - sum(spent)
+        else:
+            short, long = (
+                min(_run(folder, scene, (n,), which)["cpu_s"] for _ in range(REPEATS))
+                for n in (FIRST, FIRST + 3 * steps)
+            )
+            run, step, start = {"bridges": 0.0}, (long - short) / (3 * steps), short
+        report()
+        return Timed(
+            step=step,
+            start=start,
+            spheres=len(spheres),
+            pairs=len(cKDTree(spheres[["x", "y", "z"]]).query_pairs(2.0 * min(c.radius_m for c in scene.classes))),
+            near=near,
+            triangles=sum(len(w.triangle_part) for w in scene.walls if w.holder == "wires"),
+            bridges=run["bridges"],
+        )
+
+
+def _run(folder: Path, scene: Scene, steps: Sequence[int], which: Lattice) -> dict[str, Any]:
+    """Run so many steps in each stage: before the slide is drawn, while it is, and after."""
+    output = Output(interval_s=sum(steps) * FROZEN, contact_windows=0, checkpoints=0)
+    opens, travel = (FROZEN * n for n in (*steps, 1)[:2])
+    slide = scene.slide.model_copy(update={"opens_at_s": opens, "travel_s": travel}) if scene.slide else None
+    scene = scene.model_copy(update={"duration_s": sum(steps) * FROZEN, "output": output, "slide": slide})
+    write_json(folder / "scene.json", scene.model_dump(mode="json"))
+    extra = (f"neigh_modify every {EVERY} check no",) if which.lists else ()
+    return timed(folder, lambda: driver.run(folder, progress=False, extra=extra))
+
+
+def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> tuple[Scene, pd.DataFrame, int]:
+    """Write the run directory; returns its scene, its spheres, and how many pairs of a sphere and a wire are near."""
+    made = with_setting(config, Setting(), Size("smoke", width_mm, None, None, 1), SEED)
+    case, scale = made.case(which.case), made.scale(SCALE)
+    apparatus = build_apparatus(cases.apparatus_spec(made, case, scale))
+    scene = cases.assemble(made, case, scale, cases.ingredients(made, case.case, SCALE), apparatus)
+    walls = tuple(w.model_copy(update={"prisms": which.prisms and w.holder == "wires"}) for w in scene.walls)
+    scene = scene.model_copy(update={"walls": walls, "time_step_s": FROZEN})
+    wires = next(s for s in apparatus.surfaces if s.holder == "wires")
+    low = float(wires.corners[..., 2].max()) if which.screen else apparatus.feed_region.z_low_m
+    spheres = _lattice(scene, apparatus.feed_region.width_m, low, 0.0 if which.pressed else LOOSE)
+    write_initial(scene, apparatus.surfaces, spheres, folder)
+    reach = 0.5e-3 * config.materials.screen(case.aperture_mm).wire_diameter_mm.value + 1.5 * deck.skin(scene)
+    return scene, spheres, _near(wires, spheres, reach + min(c.radius_m for c in scene.classes))
+
+
+def _lattice(scene: Scene, width: float, low: float, gap: float) -> pd.DataFrame:
+    """The scene's number of spheres, all of its smallest class, a `gap` of radii apart, in no order.
+
+    They have speeds and spins, without which the engine's laws of friction and rolling have nothing to do. One at the top flies
+    so fast that it is nearly out of its skin at the end: as far as that, the plugin looks for spheres that may have met.
+    """
+    smallest = min(scene.classes, key=lambda c: c.radius_m)
+    count, spacing = sum(c.count for c in scene.classes), (2.0 + gap) * smallest.radius_m
+    side = int((width - 2.0 * smallest.radius_m) / spacing) + 1
+    random = np.random.default_rng(1)
+    k = random.permutation(count)
+    place = np.stack([k % side - 0.5 * (side - 1), k // side % side - 0.5 * (side - 1), k // side**2], axis=1)
+    if gap == 0.0:
+        place += 0.5 * JITTER * random.normal(size=place.shape)
+    xyz = spacing * place + np.array([0.0, 0.0, low + (1.0 + gap) * smallest.radius_m])
+    motion = random.normal(0.0, SPEED, (count, 6)) / np.repeat([1.0, smallest.radius_m], 3)
+    motion[np.argmax(xyz[:, 2])] = 0.0, 0.0, 0.4 * deck.skin(scene) / (2.0 * WORK / count * FROZEN), 0.0, 0.0, 0.0
+    columns = dict(zip(COLUMNS, np.hstack([xyz, motion]).T, strict=True))
+    return pd.DataFrame({"id": np.arange(1, count + 1), "type": smallest.type, **columns})
+
+
+def _near(wires: Surface, spheres: pd.DataFrame, reach: float) -> int:
+    """Pairs of a sphere and a wire whose axis is nearer than `reach`."""
+    near, x = 0, spheres[["x", "y", "z"]].to_numpy()
+    for part in range(len(wires.part_half_width)):
+        points = wires.corners[wires.part == part].reshape(-1, 3)
+        low, high = points.min(axis=0), points.max(axis=0)
+        across = np.delete(x - 0.5 * (low + high), np.argmax(high - low), axis=1)
+        near += int((np.hypot(*across.T) < reach).sum())
+    return near

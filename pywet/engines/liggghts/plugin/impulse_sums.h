@@ -1,0 +1,58 @@
+// Impulses of the bridges since the last output, by which the replay sees the steps between its sampling windows: the sum on every
+// sphere, and of each bridge by effect with its least and largest separation. They follow from the values of the laws, not from
+// the engine's sums of forces. A force counts for half of the step at an output, on either side, as the engine's kick does.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "bridge.h"
+
+namespace pywet {
+
+class ImpulseSums {
+ public:
+  explicit ImpulseSums(const World &world) : world_(world) {}
+
+  // A step begins: what the sums were before it is known at an output.
+  void begin() {
+    before_.clear();
+    const View &at = world_.engine.at;
+    for (int a = 0; a < at.nlocal && world_.clock.output(); a++)
+      for (int k = 0; k < 3; k++) before_.push_back(at.liquid[a][IMPULSE + k]);
+  }
+
+  // Forces that are evaluated next act for this many steps; for none where a set-up repeats a step.
+  void act_for(double steps) { span_ = world_.clock.again ? 0.0 : steps * world_.engine.at.dt; }
+
+  // Of the force on the first sphere of a bridge, and its reaction on the second.
+  void add(int a, int b, const Vec &force) const {
+    const View &at = world_.engine.at;
+    if (at.owned(a)) accumulate(at.liquid[a] + IMPULSE, span_ * force);
+    if (at.owned(b)) accumulate(at.liquid[b] + IMPULSE, (-span_) * force);
+  }
+
+  void add(BridgeSums &sums, double separation, double capillary, double viscous) const {
+    sums.capillary += span_ * capillary;
+    sums.viscous += span_ * viscous;
+    sums.least = std::min(sums.least, separation);
+    sums.largest = std::max(sums.largest, separation);
+  }
+
+  // The impulse on a sphere up to this output; the rest of the step belongs to the next one.
+  Vec taken(int a) const {
+    double *now = world_.engine.at.liquid[a] + IMPULSE, until[3];
+    for (int k = 0; k < 3; k++) {
+      const double before = before_[3 * a + k];
+      until[k] = 0.5 * (before + now[k]);
+      now[k] = 0.5 * (now[k] - before);
+    }
+    return Vec(until);
+  }
+
+ private:
+  const World &world_;
+  double span_ = 0;                      // [s]
+  std::vector<double> before_;           // three numbers a sphere
+};
+
+}  // namespace pywet

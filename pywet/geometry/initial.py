@@ -1,0 +1,96 @@
+"""All that a run starts from: scene, walls, spheres, and history/spheres, triangles and parts, numbered as schema.py says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pywet import run_folder
+from pywet.geometry import Surface, write_stl
+from pywet.laws.contact import film_volume
+from pywet.scene import Scene, WallMesh
+from pywet.schema import CORNERS
+from pywet.util.files import write_json, write_table
+
+
+def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
+    """The scene's description of a surface; `prisms`: dry contacts with its parts as prisms."""
+    return WallMesh(
+        name=surface.name,
+        holder=surface.holder,
+        stl=Path("stl") / f"{surface.name}.stl",
+        contact_angle_rad=contact_angle_rad,
+        motion=surface.motion,
+        triangle_part=tuple(int(p) for p in surface.part),
+        part_half_width_m=surface.part_half_width,
+        prisms=prisms,
+    )
+
+
+def sphere_table(scene: Scene, spheres: pd.DataFrame) -> pd.DataFrame:
+    """id, type, radius [m], film [m3]: that of the column `film` where it has a number, else the scene's thickness."""
+    thickness = scene.liquid.initial_film_thickness_m if scene.liquid else 0.0
+    table = spheres[["id", "type"]].copy()
+    table["radius"] = table["type"].map({c.type: c.radius_m for c in scene.classes})
+    table["film"] = table["type"].map({c.type: film_volume(thickness, c.radius_m) for c in scene.classes})
+    if "film" in spheres:
+        table["film"] = spheres["film"].fillna(table["film"])
+    return table
+
+
+def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
+    """triangle, part, mesh, holder, area [m2], nodes at rest v0_x to v2_z [m]."""
+    tables, first = [], 0
+    for surface in surfaces:
+        rows = pd.DataFrame(
+            {"part": surface.part + first, "mesh": surface.name, "holder": surface.holder, "area": surface.area}
+        )
+        rows[CORNERS] = surface.corners.reshape(-1, 9)
+        tables.append(rows)
+        first += len(surface.part_half_width)
+    table = pd.concat(tables, ignore_index=True)
+    table.insert(0, "triangle", np.arange(len(table)))
+    return table
+
+
+def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
+    """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
+    groups: dict[tuple[float, float], int] = {}
+    for wall in scene.walls:
+        for width in wall.part_half_width_m:
+            groups.setdefault((math.inf if width is None else width, wall.contact_angle_rad), len(groups))
+    return groups
+
+
+def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
+    """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2], part_class: `wall_groups`."""
+    rows: list[tuple[int, str, str, float, float, float, int]] = []
+    groups = wall_groups(scene)
+    for surface, wall in zip(surfaces, scene.walls, strict=True):
+        area = np.bincount(surface.part, weights=surface.area)
+        for half_width, a in zip(wall.part_half_width_m, area, strict=True):
+            width, angle = math.inf if half_width is None else half_width, wall.contact_angle_rad
+            row = (surface.name, surface.holder, math.nan if half_width is None else width, angle, float(a))
+            rows.append((len(rows), *row, groups[width, angle]))
+    return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area", "part_class"])
+
+
+def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:
+    """Write the scene and all it refers to; `surfaces` in the order of scene.walls, the films of `spheres` as `sphere_table`."""
+    run_dir = Path(run_dir)
+    run_folder.claim(run_dir)
+    for surface, wall in zip(surfaces, scene.walls, strict=True):
+        write_stl(surface, run_dir / wall.stl)
+    write_table(spheres.drop(columns="film", errors="ignore"), run_dir / scene.spheres_file)
+    write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
+    history = run_dir / "history"
+    write_table(sphere_table(scene, spheres), history / "spheres.parquet")
+    if surfaces:
+        write_table(triangle_table(surfaces), history / "triangles.parquet")
+        write_table(part_table(scene, surfaces), history / "parts.parquet")
+    else:  # what an earlier scene may have left
+        run_folder.remove(run_dir, "history/triangles.parquet", "history/parts.parquet")

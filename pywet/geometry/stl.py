@@ -1,0 +1,58 @@
+"""Surfaces to and from binary STL, by meshio, loaded when needed. Triangles keep their order; an STL file has no parts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pywet.errors import PywetError
+from pywet.geometry.surface import Motion, Surface, make_surface
+from pywet.scene import Holder
+from pywet.util.files import atomic_write
+
+
+def write_stl(surface: Surface, path: Path) -> None:
+    """Write the triangles in their order; coordinates are single precision already, so nothing is lost."""
+    import meshio
+
+    mesh = meshio.Mesh(surface.vertices, [("triangle", surface.triangles)])
+    with atomic_write(Path(path)) as temporary:
+        meshio.write(temporary, mesh, file_format="stl", binary=True)
+
+
+def write_first_triangle(stl: Path, path: Path) -> None:
+    """Write a binary STL file that holds the first triangle of another one alone."""
+    head, count, record = 80, 4, 50  # bytes: text, number of triangles, one triangle
+    data = Path(stl).read_bytes()
+    with atomic_write(Path(path)) as temporary:
+        temporary.write_bytes(data[:head] + (1).to_bytes(count, "little") + data[head + count : head + count + record])
+
+
+def read_stl(
+    path: Path,
+    holder: Holder = "wall",
+    name: str | None = None,
+    motion: Motion = "fixed",
+    half_width: float | None = None,
+    unit_m: float = 1.0,
+) -> Surface:
+    """Read an STL file (text or binary) as a checked surface of one part; open or damaged files raise `PywetError`.
+
+    `unit_m`: the unit of the file's coordinates [m].
+    """
+    import meshio
+
+    path = Path(path)
+    if not path.is_file():
+        raise PywetError(f"no STL file at {path}; expected the path of a surface mesh, a regular file")
+    try:
+        with np.errstate(
+            over="ignore"
+        ):  # meshio takes the text of an ASCII file for a number of triangles before it looks
+            mesh = meshio.read(path, file_format="stl")
+        triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
+        corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m
+    except (meshio.ReadError, ValueError, IndexError, UnicodeDecodeError, SystemExit) as error:
+        raise PywetError(f"{path} is not a readable STL file with triangles ({error}); export it again") from error
+    return make_surface(name or path.stem, holder, [(corners, half_width)], motion)

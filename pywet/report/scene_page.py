@@ -1,0 +1,252 @@
+"""The page of one run: what was run, what came out, and whether it was checked.
+
+A case with its configuration gets the screening report; a custom scene, and a case without, the page that is made here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pywet.cases.custom import seeds
+from pywet.cases.custom.walls import word_of
+from pywet.cases.screening import verdict
+from pywet.errors import PywetError
+from pywet.report import page, render, report, screen_page
+from pywet.report.bands import mean_and_band
+from pywet.report.pictures import STYLE, panels, plt
+from pywet.runs.loaded import Run
+from pywet.shipped import place
+from pywet.util.files import AGAIN, read_if_there
+
+NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", "left_m3")
+"""Columns of liquid_by_wall that are no holder's."""
+CURVES = {
+    "number per sphere [-]": ("contacts_per_sphere", "bridges_per_sphere"),
+    "overlap over the radius [-]": ("mean_overlap", "largest_overlap", "largest_wall_overlap"),
+    "speed [m/s]": ("mean_speed_m_per_s", "largest_speed_m_per_s"),
+}
+GREY = "#7d8994"
+DEEP = 0.05
+"""Overlap over the radius from which on springs are said to be soft."""
+
+
+def of_run(folder: Path) -> Path:
+    """Write `report.html` into the folder of a finished run, with a picture as new as its results; returns its path."""
+    picture, summary = folder / "picture.png", folder / "summary.json"
+    if not summary.exists():
+        raise PywetError(f"no summary.json in {folder}; expected a finished run of a case or of a scene: run it again")
+    if not picture.exists() or picture.stat().st_mtime_ns < summary.stat().st_mtime_ns:
+        render.write(folder, picture)
+    if (folder / "config.json").exists():
+        return report.write_run(folder, place("workflow") / "report", picture)
+    return write(folder, picture)
+
+
+def write(folder: Path, picture: Path) -> Path:
+    """Write `report.html` of a custom scene into a run's folder, with its picture; returns its path."""
+    runs = seeds.of_scene(folder)
+    run, found = runs[0], seeds.worst(runs)
+    sections = [
+        page.Section(
+            "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
+        ),
+        *_sizes(run),
+        *_retained(runs),
+        *screen_page.of_run(folder),
+        page.Section("Where the liquid is", _liquid(runs), "Liquid"),
+        *_contacts(runs),
+        *([page.Section("Which effects were simulated", _effects(run), "Effects")] if run.has("plan.json") else []),
+        page.Section("The independent replay", _replay(runs), "Replay"),
+        page.Section("The liquid ledger and energies", _ledger(runs), "Ledger"),
+        page.Section("Files", _files(folder), "Files"),
+    ]
+    return page.write(folder / "report.html", run.scene.name, found.sentence, sections, _cards(runs, found))
+
+
+def _cards(runs: seeds.Runs, found: verdict.Standing) -> list[page.Card]:
+    said = runs[0].summary
+    computing = sum(run.summary["wall_s"] for run in runs)
+    cards = [
+        page.Card(found.word, "recomputed and agrees", found.grade),
+        page.Card(str(sum(said["spheres"].values())), "spheres"),
+        page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {computing:.0f} s of computing"),
+    ]
+    if said["events"] is not None:
+        events = [run.summary["events"] for run in runs]
+        formed, active = (seeds.over([of[kind] for of in events], 9) for kind in ("formations", "standing_bridges"))
+        error = max(run.summary["ledger_error"] for run in runs)
+        kept = error <= verdict.LEDGER_TOLERANCE
+        cards += [
+            page.Card(formed, f"bridges formed, {active} stand"),
+            page.Card(f"{error:.1g}", "of the liquid lost or made", "good" if kept else "bad"),
+        ]
+    return cards
+
+
+def _sizes(run: Run) -> list[page.Section]:
+    """Masses asked for and made, where numbers of spheres follow from masses."""
+    rows = run.summary.get("amounts")
+    if not rows:
+        return []
+    table = page.table_of(rows, {
+        "size": lambda r: page.left(r["name"]),
+        "spheres": lambda r: str(r["count"]),
+        "asked [g]": lambda r: f"{1e3 * r['asked_kg']:.4g}",
+        "made [g]": lambda r: f"{1e3 * r['made_kg']:.4g}",
+        "difference": lambda r: f"{100 * (r['made_kg'] / r['asked_kg'] - 1):+.1f} %",
+    })  # fmt: skip
+    return [page.Section("Masses in whole spheres", table, "Sizes")]
+
+
+def _retained(runs: seeds.Runs) -> list[page.Section]:
+    """The fraction retained over time, where a run has it."""
+    if not all(run.has("results/fraction_retained.parquet") for run in runs):
+        return []
+    tables = [run.fraction_retained for run in runs]
+    table = tables[0]
+    columns = [c for c in table.columns if str(c).startswith("fraction_retained") and c != "fraction_retained_spheres"]
+    names = {str(c): str(c).removeprefix("fraction_retained").replace("_", " ").strip() or "all" for c in columns}
+    drawn = _drawn(tables, {"fraction retained Y": names})
+    return [page.Section("Fraction retained", drawn, "Retained")]
+
+
+def _liquid(runs: seeds.Runs) -> str:
+    run, table = runs[0], runs[0].liquid
+    holders = [c for c in table.columns if c not in NOT_WALLS]
+    if not table["initial_m3"].iloc[-1]:
+        return page.paragraph("The scene is dry.")
+    description = read_if_there(run.path / "description.json", AGAIN) or {"walls": []}
+    names = {word_of(wall["name"]): wall["name"] for wall in description["walls"]}
+    order = sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max())
+    shown = {str(c): _holder(str(c), names) for c in order}
+    tables = [of.liquid.assign(**{c: 1e9 * of.liquid[c] for c in [*order, "initial_m3"]}) for of in runs]
+    if run.scene.is_fed:
+        shown["initial_m3"] = "put in until then"
+    drawn = _drawn(tables, {"liquid [mm³]": shown}) + page.paragraph(
+        "Active bridges are divided between their ends as if they ruptured now.", soft=True
+    )
+
+    def at_end(column: str, of: str | None = None) -> str:
+        last = [run.liquid.iloc[-1] for run in runs]
+        values = [1e9 * row[column] if of is None else 100.0 * row[column] / row[of] for row in last]
+        return seeds.over(values, 4 if of is None else 3)
+
+    rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in [*holders, "left_m3"]]
+    return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
+
+
+def _holder(column: str, names: dict[str, str]) -> str:
+    """What a column's liquid is on; `names`: of the walls, by their words in tables."""
+    kind, _, name = column.removesuffix("_m3").partition("_")
+    return {"left": "left with drops"}.get(kind, f"{kind} {names.get(name, name) if kind == 'wall' else name}")
+
+
+def _contacts(runs: seeds.Runs) -> list[page.Section]:
+    run = runs[0]
+    if not all(of.has("results/contact_statistics.parquet") for of in runs):
+        return []
+    tables = [of.contact_statistics for of in runs]
+    names = {
+        axis: {c: c.removesuffix("_m_per_s").replace("_", " ") for c in columns} for axis, columns in CURVES.items()
+    }
+    drawn = _drawn(tables, names)
+    drawn += page.paragraph("A sphere has one contact with a wall, at the wall's closest point.", soft=True)
+    overlaps = ("largest_overlap", "largest_wall_overlap", "largest_wall_penetration")
+    most, into, through = (seeds.over([100.0 * t[column].max() for t in tables], 2) for column in overlaps)
+    text = (
+        f"Spheres overlap by {most} % of the smaller radius at most, at the outputs, and walls by {into} % of "
+        f"the radius, {through} % of a wall's thickness."
+    )
+    if max(float(t["largest_overlap"].max()) for t in tables) > DEEP:
+        key = "youngs_modulus_Pa" if run.scene.hertz else "stiffness_N_per_m"
+        text += f" That is deep: stiffer contacts (`{key}`) would be nearer to hard spheres."
+    body = (
+        "".join(page.paragraph(s) for s in (text, *seeds.lines_of(runs, lambda r: r.summary.get("warnings", []))))
+        + drawn
+    )
+    return [page.Section("Contacts and speeds", body, "Contacts")]
+
+
+def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]]) -> str:
+    """Drawings of columns over time, one below the other on a narrow screen; label of an axis -> column -> its name."""
+    drawn = []
+    with plt.rc_context(STYLE):
+        for k, (label, columns) in enumerate(panels_of.items()):
+            figure, (axes,) = panels(1, 1, (4.2, 3.3))
+            for column, name in columns.items():
+                put_in: Any = {"color": GREY, "linestyle": ":"} if column == "initial_m3" else {}
+                time, mean, half = mean_and_band([(t["time_s"].to_numpy(), t[column].to_numpy()) for t in tables])
+                (line,) = axes.plot(time, mean, label=name, **put_in)
+                if half is not None:
+                    axes.fill_between(time, mean - half, mean + half, color=line.get_color(), alpha=0.2, linewidth=0)
+            axes.set(xlabel="time [s]", ylabel=label)
+            axes.legend()
+            drawn.append(page.curves(figure, f"{word_of(label)}{k}"))
+    return f'<div class="panels">{"".join(drawn)}</div>'
+
+
+def _effects(run: Run) -> str:
+    return page.table_of(run.plan, {
+        "effect": lambda row: page.left(row["effect"]),
+        "": lambda row: page.Cell("on", "good") if row["on"] else page.Cell("off", "none"),
+        "law": lambda row: page.left(row["law"] or ""),
+        "number": lambda row: f"{row['number']:.3g}",
+        "what it is, and why": lambda row: page.left(f"{row['quantity']}; {row['why']}"),
+    })  # fmt: skip
+
+
+def _replay(runs: seeds.Runs) -> str:
+    if not all(run.replay for run in runs):
+        return page.paragraph("Nothing of this run could be replayed.")
+    compared = page.table_of(seeds.agreement(runs), {
+        "quantity": lambda r: page.left(r.quantity),
+        "values": lambda r: str(r.count),
+        "largest deviation": lambda r: page.Cell(f"{r.largest:.2g}", "good" if r.ok else "bad"),
+        "allowed": lambda r: f"{r.limit:g}",
+        "relative to": lambda r: page.left(r.scale),
+    })  # fmt: skip
+    text = page.paragraph(
+        "Recomputed by a second program that shares no code with the first, from what the engine logged."
+        + (" All values of all seeds, and the largest deviation among them." if len(runs) > 1 else "")
+    )
+    amber = [[page.left(what, "fair")] for what in seeds.lines_of(runs, lambda r: verdict.not_checked(r.replay))]
+    return text + compared + (page.table(["not checked"], amber) if amber else "")
+
+
+def _ledger(runs: seeds.Runs) -> str:
+    summaries = [run.summary["energy_J"] for run in runs]
+    energies: page.Rows = [
+        [page.left(k), seeds.over([of[k] for of in summaries])] for k, v in summaries[0].items() if v is not None
+    ]
+    if runs[0].summary["events"] is None:
+        return page.table(["energy", "J"], energies)
+    tables, held = [run.ledger for run in runs], ["films", "bridges", "walls", "left", "initial"]
+    rows = [
+        [
+            f"{tables[0]['time'].iloc[k]:.4g}",
+            *(seeds.over([1e9 * float(t[c].iloc[k]) for t in tables], 5) for c in held),
+        ]
+        for k in (0, len(tables[0]) // 2, -1)
+    ]
+    text = "All liquid in mm³: `initial` is what had been put in until then, the others are where it is."
+    return (
+        page.paragraph(text)
+        + page.table(["time [s]", *held], rows)
+        + page.table(["energy at the end, and works", "J"], energies)
+    )
+
+
+def _files(folder: Path) -> str:
+    said = {
+        "summary.json": "numbers of the run", "replay.json": "what the replay said", "description.json": "the scene as given",
+        "results/liquid_by_wall.csv": "liquid by wall and class", "results/contact_statistics.csv": "contacts over time",
+        "vtk/particles.pvd": "time series for ParaView: spheres", "vtk/bridges.pvd": "bridges", "vtk/walls.pvd": "walls",
+        "trajectory.parquet": "places and speeds", "history/events.parquet": "bridges that formed and broke",
+    }  # fmt: skip
+    there = [name for name in said if (folder / name).exists()]
+    return page.table_of(there, {
+        "file": lambda name: page.Cell(name, link=name, left=True), "what it holds": lambda name: page.left(said[name]),
+    })  # fmt: skip

@@ -1,0 +1,196 @@
+"""What is done with a scene of one's own: read, plan, run, load, replay, view. These are the functions of `import pywet`."""
+
+from __future__ import annotations
+
+import hashlib
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+from pywet import run_lock, stages
+from pywet.cases.custom import building, results
+from pywet.cases.custom.description import Scene
+from pywet.cases.screening import identity, verdict
+from pywet.config.loading import placed_laws, read_yaml
+from pywet.errors import PywetError
+from pywet.planning import EffectPlan
+from pywet.runs import second
+from pywet.runs.loaded import Run
+from pywet.util.files import read_bytes
+
+
+def read_scene(file: Path | str) -> Scene:
+    """Read a scene from a YAML file and check it.
+
+    Parameters
+    ----------
+    file : Path or str
+        The YAML file; STL files and laws are found relative to its folder.
+
+    Returns
+    -------
+    Scene
+        The checked scene.
+
+    Raises
+    ------
+    ConfigError
+        With one line for each key that is unknown, missing or out of range.
+    """
+    path = Path(file)
+    given = read_yaml(path, Scene)
+    return Scene(**{**given, "folder": path.parent, "file": path})
+
+
+def plan(scene: Scene) -> EffectPlan:
+    """Decide which effects a scene calls for.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+
+    Returns
+    -------
+    EffectPlan
+        Effects, their numbers and reasons; `lines` holds one line of text per effect.
+
+    Notes
+    -----
+    The numbers are estimates for equal spheres at one typical speed (docs/effects.md).
+    """
+    return building.Building(scene).plan
+
+
+def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> Run:
+    """Build, simulate, evaluate and replay a scene in a folder.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    folder : Path or str
+        Run directory. A finished run of the same scene there is not simulated again; an interrupted one resumes.
+    ranks : int
+        Number of MPI ranks.
+    progress : bool
+        Print progress messages.
+
+    Returns
+    -------
+    Run
+        Tables of the run with units.
+
+    Raises
+    ------
+    PywetError
+        If the engine stops, or if a check, the liquid ledger or the replay disagrees; all results are written in
+        this case too, and `load` reads them.
+    """
+    objections = finish(scene, folder, ranks, progress)
+    if objections:
+        raise PywetError("; ".join(objections))
+    return load(folder)
+
+
+def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> list[str]:
+    """Do the same, and return the objections: one sentence for every check that failed."""
+    if not str(folder):
+        raise PywetError("the folder of the run is empty; expected the path of a run directory")
+    where, word = Path(folder), fingerprint(scene)
+    with identity.held(where, word):
+        identity.leave(where, word)
+        building.write(scene, where)
+        second.leave(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
+        stages.simulate(where, ranks, progress)
+        results.write(where)
+        try:
+            stages.replay(where)
+        except PywetError as unreadable:
+            return [str(unreadable), *verdict.objections(where)]
+        return verdict.objections(where)
+
+
+def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
+    """Hold a folder for the run of this scene, see `identity.held`."""
+    return identity.held(folder, fingerprint(scene))
+
+
+def fingerprint(scene: Scene) -> str:
+    """What a run of this scene follows from: its description, the files that it names, the program's code."""
+    named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values()
+    laws = [law for law in named if isinstance(law, str)]
+    files = [Path(law.rpartition(":")[0]) for law in laws if ".py:" in law]
+    files += [scene.folder / wall.stl for wall in scene.walls if wall.stl]
+    files += [scene.folder / feed.psd.file for feed in scene.feed if feed.psd.file]
+    texts = [hashlib.sha256(read_bytes(file, "mend its path in the scene")).hexdigest() for file in files]
+    return identity.of(scene.model_dump(mode="json", exclude={"folder", "file"}), texts)
+
+
+def load(folder: Path | str) -> Run:
+    """Read a finished run from its directory.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Run directory.
+
+    Returns
+    -------
+    Run
+        Tables of the run with units.
+
+    Raises
+    ------
+    FileError
+        If a file of the run is missing or unreadable.
+    """
+    return Run(Path(folder))
+
+
+def replay(folder: Path | str) -> dict[str, Any] | None:
+    """Recompute a run by the independent reference.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Run directory.
+
+    Returns
+    -------
+    dict or None
+        Content of `replay.json`: quantities, deviations, limits, diagnosis; None if nothing can be replayed.
+
+    Raises
+    ------
+    PywetError
+        If the run is incomplete or unreadable.
+    """
+    with run_lock.hold(Path(folder), shared=True):
+        return stages.replay(Path(folder))
+
+
+def view(folder: Path | str, step: int | None = None) -> Path:
+    """Write the time series for ParaView (`vtk/`), the picture `picture.png` and, for a user-defined scene, `report.html`.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Run directory.
+    step : int, optional
+        Output step of the picture; default: the last one.
+
+    Returns
+    -------
+    Path
+        The picture.
+    """
+    from pywet.report import render
+    from pywet.report import scene_page as page
+
+    stages.vtk(Path(folder))
+    picture = Path(folder) / "picture.png"
+    render.write(Path(folder), picture, step)
+    if (Path(folder) / "description.json").exists():
+        page.write(Path(folder), picture)
+    return picture

@@ -1,0 +1,101 @@
+"""Adaptive sampling: the next points where the map of a result is least known.
+
+The rule, as no Gaussian process is among the pinned packages: candidates are a Sobol set in the ranges of the axes. The score of
+one is its distance to the nearest point in the unit cube, times 1 + the difference of a linear and a cubic radial-basis
+interpolation of the means there over their standard deviation. The best candidate counts as a point with its cubic value before
+the next is sought, so that several spread.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.interpolate import RBFInterpolator
+from scipy.spatial import cKDTree
+from scipy.stats import qmc
+
+from pywet.errors import ConfigError, PywetError
+from pywet.sweep.constraints import Constraint
+from pywet.sweep.description import Axis, Point, parsed
+from pywet.sweep.plan import ADDED, Plan
+from pywet.sweep.table import DONE
+from pywet.util.files import write_json
+
+Floats = NDArray[np.float64]
+CANDIDATES = 1024
+FEWEST = 2
+"""Points with results, more than there are axes, before others can be sought."""
+
+
+def add(plan: Plan, made: pd.DataFrame, count: int) -> Path:
+    """Write the next points into the sweep's folder; they belong to the sweep from then on."""
+    path = plan.folder / ADDED
+    write_json(path, [*plan.added, *_next(plan, made, count)])
+    return path
+
+
+def _next(plan: Plan, made: pd.DataFrame, count: int) -> list[Point]:
+    axes = _axes(plan)
+    result = plan.sweep.goal.result if plan.sweep.goal else plan.results[0]
+    rows = made[(made["status"] == DONE) & made[result].notna()]
+    means = rows.groupby("point").agg({**dict.fromkeys(axes, "first"), result: "mean"})
+    if len(means) < len(axes) + FEWEST:
+        raise PywetError(
+            f"{plan.file}: {len(means)} points have {result}, expected at least {len(axes) + FEWEST} before others are sought"
+        )
+    places = _shares(axes, means[[*axes]].to_numpy(float))
+    return least_known(places, means[result].to_numpy(float), count, axes, parsed(plan.sweep, plan.file))
+
+
+def _axes(plan: Plan) -> dict[str, Axis]:
+    """The axes as ranges between their smallest and largest value."""
+    found = {}
+    for key, axis in plan.sweep.axes.items():
+        values = [axis.low, axis.high] if axis.is_range else list(axis.listed)
+        if any(isinstance(v, str | bool) for v in values) or len(set(values)) < 2 or plan.sweep.zips:
+            raise ConfigError(
+                f"{plan.file}: the axis {key} is not a range of numbers of its own; expected numerical axes without zips for "
+                "adaptive sampling",
+                file=plan.file,
+            )
+        low, high = min(map(float, values)), max(map(float, values))  # type: ignore[arg-type]
+        found[key] = Axis(low=low, high=high, log=axis.logarithmic, whole=axis.whole)
+    return found
+
+
+def _shares(axes: dict[str, Axis], values: Floats) -> Floats:
+    """Values (n, axes) as places in the unit cube."""
+    columns = []
+    for axis, column in zip(axes.values(), values.T, strict=True):
+        assert axis.low is not None and axis.high is not None
+        scale = np.log if axis.log else np.asarray
+        low, high = scale(axis.low), scale(axis.high)
+        columns.append((scale(column) - low) / (high - low))
+    return np.column_stack(columns)
+
+
+def least_known(
+    places: Floats, values: Floats, count: int, axes: dict[str, Axis], rules: list[Constraint]
+) -> list[Point]:
+    """So many points, the least known first; candidates that a constraint leaves out are none."""
+    shares = qmc.Sobol(len(axes), rng=1).random(CANDIDATES)
+    points = [{key: axis.at(float(u)) for (key, axis), u in zip(axes.items(), row, strict=True)} for row in shares]
+    allowed = [k for k, point in enumerate(points) if all(rule.holds(point) for rule in rules)]
+    if not allowed:
+        raise ConfigError(
+            "the constraints leave no candidate for adaptive sampling; expected a region between the ends of the axes"
+        )
+    candidates = shares[allowed]
+    chosen: list[Point] = []
+    for _ in range(min(count, len(allowed))):
+        cubic = RBFInterpolator(places, values, kernel="cubic", degree=1)(candidates)
+        linear = RBFInterpolator(places, values, kernel="linear", degree=0)(candidates)
+        distance = cKDTree(places).query(candidates)[0]
+        score = distance * (1.0 + np.abs(cubic - linear) / max(float(values.std()), 1e-300))
+        best = int(score.argmax())
+        chosen.append(points[allowed[best]])
+        places, values = np.vstack([places, candidates[best]]), np.append(values, cubic[best])
+    return chosen

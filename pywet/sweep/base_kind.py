@@ -1,0 +1,48 @@
+"""What every kind of base gives a sweep: checked points with fingerprints, runs, predicted costs, names of results."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pywet.sweep.costs import Cost
+from pywet.sweep.description import Base, Point
+
+Numbers = dict[str, float | None]
+"""Result -> value; None where a run has none, such as ruptures of a dry one."""
+
+
+class Built(NamedTuple):
+    """A point as it is run: the name of its folder in the store, made from its fingerprint, and what is run."""
+
+    name: str
+    given: Any
+
+
+class Kind(ABC):
+    """A kind of base; `engine`: whether it leaves a run directory, `seeded`: whether a seed changes anything."""
+
+    engine = True
+    seeded = True
+    results: tuple[str, ...] = ()
+    """Gathered where the file names none."""
+
+    def __init__(self, base: Base, folder: Path, trust: bool = False) -> None:
+        self.base, self.folder, self.trust = base, folder, trust
+
+    @abstractmethod
+    def built(self, values: Point, seed: int) -> Built:
+        """Check a point and name it; raises `PywetError` where it cannot be run. `seed` counts from the base's."""
+
+    @abstractmethod
+    def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
+        """Run a point in its folder of the store; its results by name."""
+
+    @abstractmethod
+    def cost(self, built: Built) -> Cost:
+        """What a run takes."""
+
+    @abstractmethod
+    def known(self, built: Built) -> list[str]:
+        """Names of the results that a point may have."""

@@ -1,0 +1,164 @@
+"""What is run at a point: a case, a scene, a collision with a wall, a bridge; each from its file and the point's values."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+from pywet import scene_stages as commands
+from pywet.cases.custom.building import Building
+from pywet.cases.custom.description import Scene
+from pywet.cases.screening import identity
+from pywet.cases.small import bridge_query
+from pywet.collisions.wall import sweep as collisions
+from pywet.collisions.wall.problem import Problem
+from pywet.config.loading import parse, placed_laws, read_yaml
+from pywet.errors import ConfigError
+from pywet.laws import own as user_laws
+from pywet.sweep import costs, run_numbers
+from pywet.sweep.base_kind import Built, Kind, Numbers
+from pywet.sweep.case_base import OfCase
+from pywet.sweep.costs import Cost
+from pywet.sweep.description import Base, Point
+from pywet.sweep.keys import filled
+from pywet.util.files import parse_json, read_bytes
+
+CURE = (
+    "name a file of `pywet run-scene`, `pywet collide wall` or `pywet bridge`; its path counts from the sweep's folder"
+)
+
+
+class Wall(Kind):
+    """A wet sphere against a wall, at once."""
+
+    engine = seeded = False
+    results = ("e_n", "e_t", "e_omega")
+
+    @cached_property
+    def file(self) -> Path:
+        return self.folder / str(self.base.wall)
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        return _json(self.file)
+
+    def built(self, values: Point, seed: int) -> Built:
+        problem = parse(Problem, filled(self.content, values), str(self.file))
+        return Built(f"wall-{_digest('wall', problem.model_dump(mode='json'), _code('collisions'))}", problem)
+
+    def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
+        from pywet.collisions.wall.wall import collide
+
+        answer = collide(built.given)
+        numbers = {name: _number(answer[name]) for name in collisions.RESULTS}
+        return numbers | {f"energy_{name}_J": _number(answer["energy_J"][name]) for name in collisions.ENERGIES}
+
+    def cost(self, built: Built) -> Cost:
+        return costs.COLLISION
+
+    def known(self, built: Built) -> list[str]:
+        return [*collisions.RESULTS, *(f"energy_{name}_J" for name in collisions.ENERGIES)]
+
+
+class Bridge(Kind):
+    """One bridge by the capillary law that its file or an axis names, at once."""
+
+    engine = seeded = False
+    results = ("pull_off_force_N", "rupture_distance_m")
+
+    @cached_property
+    def file(self) -> Path:
+        return self.folder / str(self.base.bridge)
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        return _json(self.file)
+
+    def built(self, values: Point, seed: int) -> Built:
+        query = bridge_query.checked(filled(self.content, values), self.file)
+        user_laws.trust(query.laws, None if self.trust else self.file.parent)
+        if len(query.named("capillary")) != 1:
+            raise ConfigError(f"{self.file} names {len(query.named('capillary'))} capillary laws; expected one in laws")
+        files = [_text(law) for law in query.laws if user_laws.is_own(law)]
+        given = query.model_dump(mode="json", exclude={"laws"})
+        laws = [law.rpartition(":")[2] for law in query.laws]
+        return Built(f"bridge-{_digest('bridge', given, laws, files, _code('bench'))}", query)
+
+    def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
+        return {
+            "pull_off_force_N": _number(bridge_query.pull_off(built.given)),
+            "rupture_distance_m": _number(bridge_query.rupture_distance(built.given)),
+        }
+
+    def cost(self, built: Built) -> Cost:
+        return costs.BRIDGE
+
+    def known(self, built: Built) -> list[str]:
+        return [*self.results]
+
+
+class OfScene(Kind):
+    """A user-defined scene in the engine."""
+
+    @cached_property
+    def file(self) -> Path:
+        return self.folder / str(self.base.scene)
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        return read_yaml(self.file, Scene)
+
+    def built(self, values: Point, seed: int) -> Built:
+        content = filled(self.content, values)
+        content["seed"] = content.get("seed", 1) + seed
+        scene = Scene(**{**content, "folder": self.file.parent, "file": self.file})
+        placed_laws(scene.laws, scene.folder, self.trust)
+        return Built(f"scene-{commands.fingerprint(scene)}", scene)
+
+    def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
+        return run_numbers.numbers(commands.run(built.given, folder, ranks))
+
+    def cost(self, built: Built) -> Cost:
+        return costs.of_scene(Building(built.given))
+
+    def known(self, built: Built) -> list[str]:
+        return run_numbers.of_scene(built.given)
+
+
+def _json(path: Path) -> dict[str, Any]:
+    content = parse_json(read_bytes(path, CURE), str(path), CURE)
+    if not isinstance(content, dict):
+        raise ConfigError(f"{path} holds {type(content).__name__}, expected keys and values: {CURE}", file=path)
+    return content
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _digest(*parts: object) -> str:
+    return identity.of(*(json.loads(json.dumps(part)) for part in parts))
+
+
+def _text(law: str) -> str:
+    return hashlib.sha256(read_bytes(Path(law.rpartition(":")[0]), user_laws.CURE)).hexdigest()
+
+
+@cache
+def _code(package: str) -> str:
+    """Hash of the code of a package of pywet that computes at once; that of the laws is in every fingerprint."""
+    digest = hashlib.sha256()
+    for path in sorted((Path(__file__).parents[1] / package).rglob("*.py")):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def kind(base: Base, folder: Path, trust: bool = False) -> Kind:
+    """The base of a sweep whose file is in a folder."""
+    of: Mapping[str, type[Kind]] = {"case": OfCase, "scene": OfScene, "wall": Wall, "bridge": Bridge}
+    return of[base.kind](base, folder, trust)

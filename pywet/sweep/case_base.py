@@ -1,0 +1,116 @@
+"""A screening case as the base of a sweep: keys of its configuration, its row of cases.csv, or its scale are axes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from pywet import config as settings
+from pywet import run_lock, stages
+from pywet.cases.screening import verdict
+from pywet.config import Case, Config, Materials
+from pywet.config.loading import parse, placed_laws
+from pywet.config.scales import Scales
+from pywet.config.settings import Settings
+from pywet.errors import ConfigError, PywetError
+from pywet.runs.loaded import Run
+from pywet.sweep import costs, run_numbers
+from pywet.sweep.base_kind import Built, Kind, Numbers
+from pywet.sweep.costs import Cost
+from pywet.sweep.description import Point
+from pywet.sweep.keys import dotted, filled, holds
+
+PARTS: dict[str, type[BaseModel]] = {"config": Settings, "materials": Materials, "scales": Scales, "case": Case}
+"""First word of a key -> what it is a part of; `scale` is the scale that is run."""
+STAGES = ("scene", "simulate", "results", "replay")
+
+
+class OfCase(Kind):
+    """A case at a scale, built, simulated, evaluated and replayed as `pywet run` does it."""
+
+    results = ("fraction_retained_end",)
+
+    @cached_property
+    def config(self) -> Config:
+        loaded = settings.load(self.folder / self.base.config, self.trust)
+        loaded.case(self.number)
+        loaded.scale(self.base.scale or loaded.settings.scale)
+        return loaded
+
+    @property
+    def number(self) -> int:
+        return int(self.base.case or 0)
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        """The configuration as plain data, one group for each of its files."""
+        row, loaded = self.config.case(self.number), self.config
+        parts = {"config": loaded.settings, "materials": loaded.materials, "scales": loaded.scales, "case": row}
+        return {name: part.model_dump(mode="json", exclude_none=True) for name, part in parts.items()}
+
+    @property
+    def scale(self) -> str:
+        return self.base.scale or self.config.settings.scale
+
+    def key(self, axis: str) -> str:
+        """The dotted path of an axis from its file on; a key that is in one file only needs no file in front."""
+        path = dotted(axis)
+        first, _, rest = path.partition(".")
+        if first == "scale" and rest:
+            return f"scales.scales.{self.scale}.{rest}"
+        if first in PARTS and rest:
+            return path
+        parts = {**self.content, f"scales.scales.{self.scale}": self.content["scales"]["scales"][self.scale]}
+        found = [name for name, part in parts.items() if holds(part, path)]
+        found = found or [name for name, part in parts.items() if first in part]
+        if len(found) != 1:
+            where = " and ".join(found) if found else f"none of {', '.join(PARTS)}"
+            raise ConfigError(
+                f"the axis {axis} is in {where} of {self.config.folder}; expected a key with its file in front, such as "
+                "materials.liquid.viscosity_Pa_s, case.liquid_percent or scale.width_mm"
+            )
+        return f"{found[0]}.{path}"
+
+    def built(self, values: Point, seed: int) -> Built:
+        content = filled(self.content, {self.key(axis): value for axis, value in values.items()})
+        where = self.config.folder
+        files = {name: str(where / f"{name}.yaml") for name in PARTS} | {"case": str(where / "cases.csv")}
+        parts: dict[str, Any] = {name: parse(model, content[name], files[name]) for name, model in PARTS.items()}
+        chosen = parts["config"]
+        laws = placed_laws(chosen.laws, where, self.trust)
+        chosen = chosen.model_copy(update={"laws": laws, "seed": chosen.seed + seed})
+        row = parts["case"]
+        changed = replace(
+            self.config, settings=chosen, materials=parts["materials"], scales=parts["scales"], cases={row.case: row}
+        )
+        word = stages.fingerprint(changed, row.case, self.scale).rpartition(" ")[2]
+        return Built(f"case-{word}", (changed, row.case))
+
+    def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
+        config, number = built.given
+        work = {
+            "scene": lambda: stages.build(config, number, self.scale, folder),
+            "simulate": lambda: stages.simulate(folder, ranks, progress=False),
+            "results": lambda: stages.results(folder),
+            "replay": lambda: stages.replay(folder),
+        }
+        with run_lock.hold(folder):
+            for stage in () if stages.same_run(config, number, self.scale, folder) else STAGES:
+                status = stages.attempt(folder, stage, work[stage], aloud=False)
+                if not status.ok:
+                    raise PywetError(f"stage {status.failed_at} failed: {status.reason}")
+        if objections := verdict.objections(folder):
+            raise PywetError("; ".join(objections))
+        return run_numbers.numbers(Run(folder))
+
+    def cost(self, built: Built) -> Cost:
+        config, number = built.given
+        return costs.of_case(config, number, self.scale)
+
+    def known(self, built: Built) -> list[str]:
+        config, number = built.given
+        return run_numbers.of_case(config, number, self.scale)

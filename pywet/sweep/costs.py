@@ -1,0 +1,52 @@
+"""What a run of a sweep is predicted to take: that of a case as `pywet plan` has it, of a scene from its steps and spheres."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pywet.cases.custom.building import Building
+from pywet.config import Config
+from pywet.cost import cost, needs
+from pywet.cost.counts import AT_REST, EVENTS, FILM_BRIDGES, Load
+
+
+class Cost(NamedTuple):
+    """Processor time [s], disk [bytes] and memory [bytes] of one run."""
+
+    seconds: float
+    disk_B: float
+    memory_B: float = 1e9
+
+
+COLLISION = Cost(2e-3, 2e3)
+"""A collision of one sphere by the compiled integrator: 0.3 to 1 ms, and the file of its numbers."""
+BRIDGE = Cost(0.1, 1e3)
+"""A bridge by the exact solution; closed forms take microseconds."""
+FINISHING_S = 2.0
+"""Building, results and replay of a small run."""
+LISTS_EVERY = 50
+"""Steps between neighbour lists of a bed that moves."""
+
+
+def of_case(config: Config, number: int, scale: str) -> Cost:
+    """The prediction of `pywet plan` for one run."""
+    need = needs.need(config, number, scale)
+    return Cost(need.seconds + FINISHING_S, need.disk_B, need.memory_B)
+
+
+def of_scene(building: Building) -> Cost:
+    """An estimate from steps and spheres, as of a bed at rest, with the costs of this machine; refused as by its run."""
+    scene, asked = building.said, building.plan.effects
+    spheres, steps = sum(c.count for c in building.classes), scene.duration_s / building.time_step
+    bridges = FILM_BRIDGES * spheres if asked.bridges else 0.0
+    load = Load(
+        steps=steps, lists=steps / LISTS_EVERY, spheres=spheres, touches=AT_REST * spheres, bridges=bridges,
+        triangles=sum(len(surface.corners) for surface in building.surfaces), evaluations=bridges * steps,
+        events=EVENTS * spheres * scene.duration_s if bridges else 0.0,
+    )  # fmt: skip
+    machine = cost.kept() or needs.stored_machine()
+    outputs = scene.duration_s / (scene.results.interval_s or scene.duration_s / 50.0)
+    logged = scene.results.windows * scene.results.window_steps
+    disk = needs.EVENT_B * load.events + bridges * (needs.CONTACT_B * logged + needs.SNAPSHOT_BRIDGE_B * outputs)
+    disk += spheres * (needs.SNAPSHOT_SPHERE_B * outputs + needs.WINDOW_SPHERE_B * logged)
+    return Cost(machine.start(load) + machine.loop(load) + FINISHING_S, disk, needs.RANK_B + needs.SPHERE_B * spheres)

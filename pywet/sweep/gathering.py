@@ -1,0 +1,78 @@
+"""The results that a sweep gathers of a point: named ones from the store, those on request and of functions from its run."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pywet.errors import PywetError, one_line
+from pywet.laws import own as user_laws
+from pywet.runs.loaded import Run as Loaded
+from pywet.sweep import run_numbers
+from pywet.sweep.description import Function
+from pywet.sweep.plan import Plan, Run, path_of
+from pywet.util.files import read_bytes
+
+Numbers = dict[str, float | None]
+
+
+def gathered(plan: Plan, run: Run) -> Numbers | None:
+    """Gathered results of a run; None where it is not done. What is read off the run is stored with its numbers.
+
+    Raises `PywetError` where a function fails or a result on request is not there.
+    """
+    numbers = plan.store.numbers(run.built.name, plan.kind.engine)
+    if numbers is None:
+        return None
+    found: Numbers = {}
+    read = dict(numbers)
+    for name in plan.gather:
+        if isinstance(name, Function):
+            word, measure = _function(plan, name)
+            found[name.name] = (
+                read[word] if word in read else read.setdefault(word, measure(_subject(plan, run, numbers)))
+            )
+        elif name in run_numbers.ON_REQUEST and plan.kind.engine:
+            found[name] = read[name] if name in read else read.setdefault(
+                name, _finite(run_numbers.ON_REQUEST[name](Loaded(plan.store.place(run.built.name))), name)
+            )  # fmt: skip
+        else:
+            found[name] = numbers.get(name)
+    if read.keys() != numbers.keys():
+        plan.store.leave(run.built.name, read)
+    return found
+
+
+def _subject(plan: Plan, run: Run, numbers: Numbers) -> Any:
+    """What a function is called with: the finished run as tables, or the numbers of what is computed at once."""
+    return Loaded(plan.store.place(run.built.name)) if plan.kind.engine else dict(numbers)
+
+
+def _function(plan: Plan, function: Function) -> tuple[str, Callable[[Any], float]]:
+    """The word under which a function's result is stored, with the hash of its file, and the function."""
+    name = path_of(plan.file, function)
+    source = read_bytes(Path(name.rpartition(":")[0]), user_laws.CURE)
+    if not user_laws.may_run(name):
+        raise PywetError(f"{function.function} has changed since it was trusted; read the file, then give --trust")
+
+    def measure(subject: Any) -> float:
+        call = user_laws.execute(name, source)
+        try:
+            return _finite(float(call(subject)), function.name)
+        except PywetError:
+            raise
+        except Exception as error:
+            raise PywetError(
+                f"{function.function} raises {type(error).__name__}: {one_line(error)}; expected a number of every run"
+            ) from error
+
+    return f"{function.name} {hashlib.sha256(source).hexdigest()[:16]}", measure
+
+
+def _finite(value: float, name: str) -> float:
+    if not math.isfinite(value):
+        raise PywetError(f"{name} is {value}; expected a number of every run")
+    return float(value)

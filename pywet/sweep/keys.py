@@ -1,0 +1,74 @@
+"""Keys of an axis: where a dotted path leads in the content of a file."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from typing import Any
+
+from pywet.errors import ConfigError
+
+
+def dotted(key: str) -> str:
+    """A key as a dotted path; that of the configuration editor, `materials.yaml: feed sieve_diameter_mm value`, as well.
+
+    >>> dotted("materials.yaml: feed sieve_diameter_mm value"), dotted("friction")
+    ('materials.feed.sieve_diameter_mm.value', 'friction')
+    """
+    file, found, path = key.partition(".yaml: ")
+    return ".".join([file, *path.split()]) if found else key
+
+
+def filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """A copy with other values at dotted paths; what may be there is checked by who reads the content."""
+    changed = copy.deepcopy(content)
+    for key, value in values.items():
+        _put(changed, key, value)
+    return changed
+
+
+def holds(content: Any, key: str) -> bool:
+    """Whether a dotted path leads to something that is written in a content."""
+    try:
+        for part in key.split("."):
+            content = content[_index(content, part, key)]
+    except (ConfigError, KeyError, TypeError):
+        return False
+    return True
+
+
+def _put(content: Any, key: str, value: Any) -> None:
+    """Put a value at a path. An entry with a source gets another `value` (or `material`); a last key may be new."""
+    *path, last = key.split(".")
+    for part in path:
+        index = _index(content, part, key)
+        if isinstance(content, dict):
+            content.setdefault(index, {})
+        content = content[index]
+        if not isinstance(content, dict | list):
+            raise ConfigError(f"the axis {key} leads into {part}, which is {content!r}; expected the key of a value")
+    index = _index(content, last, key)
+    there = content[index] if isinstance(content, list) else content.get(index)
+    if isinstance(there, dict) and {"value", "material"} & there.keys() and "source" in there:
+        there["value" if "value" in there else "material"] = value
+    elif isinstance(there, dict) or (isinstance(there, list) and not isinstance(value, list)):
+        inside = ", ".join(map(str, there if isinstance(there, dict) else range(len(there))))
+        raise ConfigError(f"the axis {key} is a group of keys; expected one value: {key}.X with X of {inside}")
+    else:
+        content[index] = value
+
+
+def _index(content: Any, part: str, key: str) -> Any:
+    """Key of a group; of a list the number of an entry from 0, or the `name` that an entry has."""
+    if not isinstance(content, list):
+        return part
+    names = [entry.get("name") if isinstance(entry, dict) else None for entry in content]
+    if part in names:
+        return names.index(part)
+    if not part.isdecimal() or int(part) >= len(content):
+        known = ", ".join(str(name) for name in names if name is not None)
+        raise ConfigError(
+            f"the axis {key} names {part} of a list with {len(content)} entries; expected 0 to {len(content) - 1}"
+            f"{f' or one of {known}' if known else ''}"
+        )
+    return int(part)

@@ -1,0 +1,214 @@
+"""The whole of a sweep before anything runs: every point checked and named, mistakes, number of runs, core-hours, disk."""
+
+from __future__ import annotations
+
+import difflib
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+from pywet.cost.command import duration
+from pywet.errors import ConfigError, PywetError
+from pywet.laws import own as user_laws
+from pywet.sweep import bases, description, points
+from pywet.sweep.base_kind import Built, Kind
+from pywet.sweep.costs import Cost
+from pywet.sweep.description import Function, Point, Sweep
+from pywet.sweep.points import Numbered, printed
+from pywet.sweep.store import Store
+from pywet.util.files import read_if_there
+
+ROOT = Path("results/sweeps")
+ADDED = "added.json"
+"""Points that adaptive sampling has added to a sweep, in its folder."""
+LISTED = 5
+"""Mistakes of points that are printed; the others are counted."""
+Report = Callable[..., None]
+
+
+class Run(NamedTuple):
+    """A row of the table: a point with one seed; `seed` counts from the base's."""
+
+    point: Numbered
+    seed: int
+    built: Built
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A sweep whose file was read; its points are checked when `runs` are asked for."""
+
+    file: Path
+    sweep: Sweep
+    kind: Kind
+    store: Store
+    folder: Path
+
+    @property
+    def added(self) -> list[Point]:
+        """Points of adaptive sampling."""
+        return list(read_if_there(self.folder / ADDED, "remove the file", list[dict[str, description.Value]]) or [])
+
+    @cached_property
+    def points(self) -> list[Numbered]:
+        return points.numbered(self.sweep, self.file, self.added)
+
+    @cached_property
+    def gather(self) -> list[str | Function]:
+        """Results in their order."""
+        return list(self.sweep.gather or self.kind.results)
+
+    @property
+    def results(self) -> list[str]:
+        """Names of the gathered results."""
+        return [g if isinstance(g, str) else g.name for g in self.gather]
+
+    def run(self, number: int, seed: int) -> Run:
+        """One run by the number of its point."""
+        point = self.points[number - 1]
+        return Run(point, seed, self.kind.built(point.values, seed))
+
+    @cached_property
+    def runs(self) -> list[Run]:
+        """All runs; the mistakes of all points in one error, the first ones with their point, the others counted."""
+        found, wrong = [], []
+        for point in self.points:
+            try:
+                found += [self.run(point.number, seed) for seed in range(self.sweep.seeds)]
+            except PywetError as error:
+                wrong.append(_placed(self.file, point, error))
+        _refuse(self.file, wrong)
+        return found
+
+    @property
+    def missing(self) -> list[Run]:
+        """Runs that are not in the store, each fingerprint once."""
+        there = {run.built.name: run for run in self.runs}
+        return [run for name, run in there.items() if self.store.numbers(name, self.kind.engine) is None]
+
+    def cost(self, report: Report = lambda done, of: None) -> list[tuple[Run, Cost]]:
+        """Predicted cost of every missing run; the scene of each missing point is built once, and refused as by its run."""
+        missing, by_point, wrong = self.missing, {}, []
+        first = {run.point.number: run for run in reversed(missing)}
+        for k, run in enumerate(first.values()):
+            report(k, len(first))
+            try:
+                by_point[run.point.number] = self.kind.cost(run.built)
+            except PywetError as error:
+                wrong.append(_placed(self.file, run.point, error))
+        _refuse(self.file, wrong)
+        return [(run, by_point[run.point.number]) for run in missing]
+
+
+def _placed(file: Path, point: Numbered, error: PywetError) -> str:
+    return f"{file}: point {point.number} ({printed(point.values)}): {str(error).splitlines()[0]}"
+
+
+def _refuse(file: Path, wrong: list[str]) -> None:
+    """Raise the first mistakes, and how many there are."""
+    if wrong:
+        more = [f"{file}: {len(wrong) - LISTED} more points with mistakes"] if len(wrong) > LISTED else []
+        raise ConfigError("\n".join([*wrong[:LISTED], *more]), file=file)
+
+
+def read_file(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
+    """A sweep from its file, with the folder of its table and the store; refused where the file itself is wrong."""
+    sweep = description.read(file)
+    kind = bases.kind(sweep.base, file.parent, trust)
+    if sweep.seeds > 1 and not kind.seeded:
+        raise ConfigError(
+            f"{file}: seeds is {sweep.seeds}, but a {sweep.base.kind} has no seed; expected seeds: 1", file=file
+        )
+    return Plan(file, sweep, kind, Store(store or ROOT / "store"), out or ROOT / file.stem)
+
+
+def read(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
+    """The same, with its results checked and functions in files let run where `trust` is given."""
+    plan = read_file(file, out, store, trust)
+    _check_gather(plan, trust)
+    return plan
+
+
+def _check_gather(plan: Plan, trust: bool) -> None:
+    """Refuse results that the base does not have, and functions that may not run."""
+    if not plan.gather:
+        raise ConfigError(
+            f"{plan.file}: gather is missing, expected results of a {plan.sweep.base.kind}", file=plan.file
+        )
+    first = plan.points[0]
+    try:
+        known = plan.kind.known(plan.kind.built(first.values, 0))
+    except PywetError:
+        known = []  # the check of all points reports the first mistakes
+    for name in plan.gather:
+        if isinstance(name, Function):
+            _check_function(plan.file, name, trust)
+        elif known and name not in known and not (name.startswith("energy_") and name.endswith("_J")):
+            close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+            expected = " or ".join(close) if close else f"one of {', '.join(known)}"
+            raise ConfigError(
+                f"{plan.file}: gather names {name}, which no run has; expected {expected}", file=plan.file
+            )
+    goal = plan.sweep.goal
+    if goal is not None and goal.result not in plan.results:
+        raise ConfigError(
+            f"{plan.file}: goal names {goal.result}; expected a gathered result, {', '.join(plan.results)}",
+            file=plan.file,
+        )
+
+
+def path_of(file: Path, function: Function) -> str:
+    """A function's name with the whole path of its file, which counts from the sweep's folder."""
+    return user_laws.placed(function.function, file.parent)
+
+
+def _check_function(file: Path, function: Function, trust: bool) -> None:
+    name = path_of(file, function)
+    if trust:
+        user_laws.trust([name])
+    if not Path(name.rpartition(":")[0]).is_file():
+        raise ConfigError(
+            f"{file}: gather names {function.function}; its file does not exist, expected path/to/file.py:name"
+        )
+    if not user_laws.may_run(name):
+        raise ConfigError(
+            f"{file}: gather names {function.function}, which was not run: read its file, then give --trust",
+            file=file,
+        )
+
+
+def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
+    """What is printed before anything runs."""
+    runs, points_, seeds = len(plan.runs), len(plan.points), plan.sweep.seeds
+    left_out = plan.sweep.count // seeds + len(plan.added) - points_
+    seconds, disk = sum(c.seconds for _, c in costs), sum(c.disk_B for _, c in costs)
+    constrained = f", {left_out} left out by constraints" if left_out else ""
+    found = [
+        f"{plan.sweep.name}: {points_} points, {runs} runs{f' ({seeds} seeds)' if seeds > 1 else ''}{constrained}",
+        f"{runs - len(costs)} are in the store, {len(costs)} to run: about {hours(seconds)}, "
+        f"{duration(seconds / cores)} on {cores} cores, {disk / 1e9:.2g} GB",
+    ]
+    return found
+
+
+def hours(seconds: float) -> str:
+    return f"{seconds / 3600.0:.2g} core-hours"
+
+
+def refuse_too_much(plan: Plan, costs: list[tuple[Run, Cost]]) -> None:
+    """Refuse a sweep beyond its limits, or beyond the free space of the store's disk."""
+    seconds, disk = sum(c.seconds for _, c in costs), sum(c.disk_B for _, c in costs)
+    where = next(p for p in (plan.store.folder.absolute(), *plan.store.folder.absolute().parents) if p.exists())
+    free = shutil.disk_usage(where).free
+    for given, what, limit, key in (
+        (seconds / 3600.0, "core-hours", plan.sweep.most_core_hours, "most_core_hours"),
+        (disk / 1e9, "GB", min(plan.sweep.most_disk_GB, free / 1e9), "most_disk_GB"),
+    ):
+        if given > limit:
+            raise PywetError(
+                f"{plan.file}: the runs take about {given:.3g} {what}, expected at most {limit:.3g}: shorten axes, seeds or "
+                f"runs, or raise {key}" + (f" (free on the disk: {free / 1e9:.3g} GB)" if what == "GB" else "")
+            )

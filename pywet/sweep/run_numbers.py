@@ -1,0 +1,67 @@
+"""Results of a run of the engine by name, as a sweep gathers them: from its summary, from the ends of its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pywet.cases.custom.description import Scene
+from pywet.cases.custom.walls import word_of
+from pywet.cases.screening import cases
+from pywet.cases.screening.results import WALL_HOLDERS, column
+from pywet.config import Config
+from pywet.runs.loaded import Run
+
+Numbers = dict[str, float | None]
+OF_ANY = (
+    "steps", "wall_time_s", "mass_kg", "initial_liquid_m3", "formations", "ruptures", "bridges_at_end",
+    "energy_kinetic_J", "energy_spin_J", "energy_gravity_J",
+)  # fmt: skip
+AT_END = (
+    "contacts_per_sphere", "bridges_per_sphere", "walls_per_sphere", "mean_overlap", "largest_overlap",
+    "mean_speed_m_per_s", "largest_speed_m_per_s", "centre_of_mass_height_m",
+)  # fmt: skip
+"""Of a scene, at its last output."""
+ON_REQUEST: dict[str, Callable[[Run], float]] = {
+    "angle_of_repose_deg": lambda run: run.angle_of_repose(),
+    "drum_angle_deg": lambda run: run.drum_angle(),
+}
+"""Of a scene, only where they are gathered: not every scene has a heap or a drum."""
+RETAINED = ("fraction_retained_end", "coarse_share")
+
+
+def numbers(run: Run) -> Numbers:
+    """All results of a finished run but those on request."""
+    summary = run.summary
+    events, initial = summary["events"] or {}, summary["initial_liquid_m3"]
+    found: dict[str, Any] = {name: summary.get(name) for name in ("steps", "mass_kg", "initial_liquid_m3", *RETAINED)}
+    found |= {"wall_time_s": summary["wall_s"], "bridges_at_end": events.get("standing_bridges")}
+    found |= {name: events.get(name) for name in ("formations", "ruptures")}
+    found |= {f"energy_{name}_J": value for name, value in (summary.get("energy_J") or {}).items()}
+    for name, volume in summary["liquid_end_m3"].items():
+        found |= {f"liquid_{name}_m3": volume, f"liquid_{name}_share": volume / initial if initial else None}
+    if run.has("results/contact_statistics.parquet"):
+        found |= {name: run.contact_statistics[name].iloc[-1] for name in AT_END}
+    if run.has("results/fraction_retained.parquet"):
+        last = run.fraction_retained.iloc[-1]
+        found |= {f"{c}_end": last[c] for c in last.index if str(c).startswith("fraction_retained_")}
+    return {name: None if value is None else float(value) for name, value in found.items()}
+
+
+def of_scene(scene: Scene) -> list[str]:
+    """Names of the results of a scene."""
+    liquid = [column("spheres", s.name) for s in scene.spheres] + [f"wall_{word_of(w.name)}" for w in scene.walls]
+    return [*ON_REQUEST, *AT_END, *OF_ANY, *_of_liquid([*liquid, "left", "total"])]
+
+
+def of_case(config: Config, number: int, scale: str) -> list[str]:
+    """Names of the results of a case."""
+    classes = [c.name for c in cases.ingredients(config, number, scale).classes]
+    liquid = [*WALL_HOLDERS, "coarse_material", "fines", "left", "total"]
+    liquid += [column(place, name) for place in ("coarse_material", "fines") for name in classes]
+    retained = [f"{column('fraction_retained', name)}_end" for name in (*classes, "spheres")]
+    return [*RETAINED, *retained, *OF_ANY, *_of_liquid(liquid)]
+
+
+def _of_liquid(places: list[str]) -> list[str]:
+    return [f"liquid_{place}_{unit}" for place in places for unit in ("share", "m3")]

@@ -1,0 +1,82 @@
+"""The runs of a sweep: what is missing in the store, on several cores; killed at any moment, the next call does the rest."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+from pywet import run_lock
+from pywet.ending import die_with_parent
+from pywet.errors import PywetError, one_line, refused
+from pywet.sweep.base_kind import Kind
+from pywet.sweep.plan import Plan, Run
+from pywet.sweep.store import Store
+
+Report = Callable[..., None]
+
+
+def do(kind: Kind, run: Run, store: Store, ranks: int = 1) -> bool:
+    """Run a point unless it is in the store; whether it has results then. Why not is in its folder.
+
+    Raises `PywetError` where another call works in that folder: its run is not disturbed.
+    """
+    name, folder = run.built.name, store.place(run.built.name)
+    if store.numbers(name, kind.engine) is not None:
+        return True
+    if not kind.engine:
+        return _attempt(kind, run, store, folder, ranks)
+    with run_lock.hold(folder):
+        return _attempt(kind, run, store, folder, ranks)
+
+
+def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int) -> bool:
+    try:
+        numbers = kind.run(run.built, folder, ranks)
+    except PywetError as error:
+        store.fail(run.built.name, str(error))
+    except OSError as error:
+        store.fail(run.built.name, refused(error))
+    except Exception as error:  # a fault of the program at one point stops no other
+        store.fail(run.built.name, f"fault in the program, {type(error).__name__}: {one_line(error)}")
+    else:
+        store.leave(run.built.name, numbers)
+        return True
+    return False
+
+
+def carry_out(
+    plan: Plan, runs: Sequence[Run], cores: int = 1, ranks: int = 1, report: Report = lambda done, of: None
+) -> None:
+    """Do runs; on several cores in processes that end with this one. Points that fail stop no other."""
+    if not plan.kind.engine or cores == 1 or len(runs) < 2:
+        for k, run in enumerate(runs):
+            report(k, len(runs))
+            do(plan.kind, run, plan.store, ranks)
+        return
+    spawning = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(cores, len(runs)), spawning, _begin, (os.getpid(),)) as pool:
+        jobs = [pool.submit(do, plan.kind, run, plan.store, ranks) for run in runs]
+        try:
+            for k, job in enumerate(as_completed(jobs)):
+                job.result()
+                report(k + 1, len(runs))
+        except BrokenProcessPool as error:
+            raise PywetError(
+                "a process of the sweep was ended from outside, as for want of memory; call again, with fewer --cores"
+            ) from error
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                child.terminate()
+            raise
+
+
+def _begin(parent: int) -> None:
+    """Of a process that runs points: it ends with the one that started it, and its engines with it."""
+    die_with_parent()
+    if os.getppid() != parent:
+        os._exit(1)

@@ -1,0 +1,231 @@
+"""What matters in a sweep: main effects and interactions by F tests, and the points that do not differ from the best one.
+
+A numerical axis enters by a polynomial of second order (of first where it has two values) on its scale, text by its levels; two
+axes interact by the products of their first terms. The F of a term compares the least-squares fits with and without it; the error
+is the scatter of seeds where there are any, else what the full fit leaves open. p is Holm's over the terms of a result, and two
+points are compared by the tests of `pywet compare`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+
+from pywet.compare import statistics
+from pywet.compare.statistics import LEVEL, Finding, Sample, holm
+from pywet.runs.spread import half_width
+from pywet.sweep.description import Sweep
+from pywet.sweep.table import DONE
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Term:
+    """A main effect, of one axis, or an interaction, of two: share of the variation, change of the result, p (None: no error)."""
+
+    axes: tuple[str, ...]
+    share: float
+    change: float
+    """Largest less smallest fitted contribution over the points."""
+    p: float | None
+
+    @property
+    def name(self) -> str:
+        return " × ".join(self.axes)
+
+    @property
+    def significant(self) -> bool:
+        return self.p is not None and self.p <= LEVEL
+
+
+@dataclass(frozen=True)
+class Effects:
+    """The terms of a result, what the error is taken from, and what the design does not allow."""
+
+    terms: list[Term]
+    error: str
+    left_out: str
+
+
+def coordinates(sweep: Sweep, made: pd.DataFrame) -> dict[str, Floats]:
+    """Numerical axes with more than one value, each from -1 to 1 over its values, on its scale."""
+    found = {}
+    for key, axis in sweep.axes.items():
+        values = made[key]
+        if not pd.api.types.is_numeric_dtype(values) or values.nunique() < 2:
+            continue
+        on_scale = np.log(values.to_numpy(float)) if axis.logarithmic else values.to_numpy(float)
+        low, high = on_scale.min(), on_scale.max()
+        found[key] = 2.0 * (on_scale - low) / (high - low) - 1.0
+    return found
+
+
+def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
+    """Term -> its columns of the fit, main effects before interactions."""
+    first: dict[str, Floats] = {}
+    found: dict[tuple[str, ...], Floats] = {}
+    numerical = coordinates(sweep, made)
+    for key in sweep.axes:
+        if key in numerical:
+            u = numerical[key]
+            first[key] = u[:, None]
+            found[(key,)] = np.column_stack([u, u**2]) if made[key].nunique() > 2 else first[key]
+        elif len(made[key].unique()) > 1:
+            levels = pd.get_dummies(made[key].astype(str), drop_first=True).to_numpy(float)
+            first[key] = found[(key,)] = levels - levels.mean(axis=0)
+    for a, b in combinations(first, 2):
+        found[a, b] = np.einsum("ni,nj->nij", first[a], first[b]).reshape(len(made), -1)
+    return found
+
+
+def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) -> Effects | None:
+    """Main effects and interactions of a result over all runs that have it; None where too few have, or none differs.
+
+    Of runs without a seed, which have no scatter, nothing is tested.
+    """
+    rows = made[(made["status"] == DONE) & made[result].notna()].reset_index(drop=True)
+    if len(rows) < 3 or rows[result].nunique() < 2:
+        return None
+    columns, left_out = _columns(sweep, rows), ""
+    if not _estimable(columns, len(rows)):
+        columns = {axes: c for axes, c in columns.items() if len(axes) == 1}
+        left_out = "the design has too few points for interactions"
+    if not columns or not _estimable(columns, len(rows)):
+        return None
+    y = rows[result].to_numpy(float)
+    residual, coefficients = _fit(columns, y)
+    variance, freedom, error = _error(rows, result, residual, sum(c.shape[1] for c in columns.values()))
+    if not seeded:
+        freedom, error = 0, "none, as there are no seeds: nothing is tested"
+    found, p_values = [], []
+    for axes, inside in columns.items():
+        without = _fit({k: c for k, c in columns.items() if k != axes}, y)[0]
+        explained, count = without - residual, inside.shape[1]
+        fitted = inside @ coefficients[axes]
+        found.append((axes, explained / float(((y - y.mean()) ** 2).sum()), float(np.ptp(fitted))))
+        p_values.append(
+            1.0 if freedom == 0 else float(stats.f.sf(explained / count / max(variance, 1e-300), count, freedom))
+        )
+    adjusted = [f.p for f in holm([Finding(0.0, 0, p) for p in p_values])]
+    terms = [Term(axes, s, c, p if freedom else None) for (axes, s, c), p in zip(found, adjusted, strict=True)]
+    return Effects(terms, error, left_out)
+
+
+def _estimable(columns: dict[tuple[str, ...], Floats], rows: int) -> bool:
+    """Whether the points determine every coefficient of a fit."""
+    matrix = np.column_stack([np.ones(rows), *columns.values()])
+    return bool(np.linalg.matrix_rank(matrix) == matrix.shape[1])
+
+
+def _fit(columns: dict[tuple[str, ...], Floats], y: Floats) -> tuple[float, dict[tuple[str, ...], Floats]]:
+    """Sum of squared residuals of a least-squares fit with a constant, and the coefficients of each term."""
+    matrix = np.column_stack([np.ones(len(y)), *columns.values()])
+    solved = np.linalg.lstsq(matrix, y, rcond=None)[0]
+    ends = np.cumsum([1, *(c.shape[1] for c in columns.values())])
+    parts = {axes: np.asarray(solved[a:b], dtype=float) for axes, a, b in zip(columns, ends, ends[1:], strict=False)}
+    return float(((y - matrix @ solved) ** 2).sum()), parts
+
+
+def _error(rows: pd.DataFrame, result: str, residual: float, count: int) -> tuple[float, int, str]:
+    """Variance of a single run, its degrees of freedom, and what it was taken from."""
+    groups = rows.groupby("point")[result]
+    inside = int(len(rows) - groups.ngroups)
+    if inside > 0:
+        squares = float(((rows[result] - groups.transform("mean")) ** 2).sum())
+        return squares / inside, inside, f"the scatter of seeds ({inside} degrees of freedom)"
+    freedom = len(rows) - count - 1
+    if freedom > 0:
+        return (
+            residual / freedom,
+            freedom,
+            f"what the fit leaves open ({freedom} degrees of freedom): no seeds were repeated",
+        )
+    return 0.0, 0, "none: as many coefficients as runs"
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The best point of a result, its mean with the half width of its 95 % interval (None of one seed), and what is like it."""
+
+    result: str
+    sense: str
+    number: int
+    values: dict[str, Any]
+    mean: float
+    half_width: float | None
+    alike: list[int]
+    """Points that do not differ significantly from it, itself included; it alone where no seed was repeated."""
+    ranges: dict[str, str]
+    """Axis -> its values over those points."""
+    next_best: int | None
+
+
+def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Optimum | None:
+    """Where a result is largest (or smallest) among the points; None where no run has it."""
+    rows = made[(made["status"] == DONE) & made[result].notna()]
+    if rows.empty:
+        return None
+    groups = {int(n): rows.loc[rows["point"] == n, result].to_numpy(float) for n in rows["point"].unique()}
+    order = sorted(groups, key=lambda n: groups[n].mean(), reverse=largest)
+    best = order[0]
+    first = rows.drop_duplicates("point").set_index("point")
+    alike = [best, *_alike(groups, best, order[1:])]
+    spans = {key: _span(first.loc[alike, key]) for key in sweep.axes}
+    return Optimum(
+        result, "largest" if largest else "smallest", best, {key: first.loc[best, key] for key in sweep.axes},
+        float(groups[best].mean()), half_width(groups[best].tolist()), sorted(alike), spans, order[1] if len(order) > 1 else None,
+    )  # fmt: skip
+
+
+def _alike(groups: dict[int, Floats], best: int, others: list[int]) -> list[int]:
+    """Points whose mean is not significantly worse: t tests with the pooled scatter of all seeds, Holm over the points."""
+    freedom = sum(len(v) - 1 for v in groups.values())
+    if freedom == 0:
+        return []
+    pooled = np.sqrt(sum(((v - v.mean()) ** 2).sum() for v in groups.values()) / freedom)
+    found = []
+    for n in others:
+        error = max(pooled * np.sqrt(1.0 / len(groups[n]) + 1.0 / len(groups[best])), 1e-300)
+        t = abs(groups[n].mean() - groups[best].mean()) / error
+        found.append(Finding(float(t), 0, float(2.0 * stats.t.sf(t, freedom))))
+    return [n for n, f in zip(others, holm(found), strict=True) if f.p > LEVEL]
+
+
+def _span(values: pd.Series) -> str:
+    if pd.api.types.is_bool_dtype(values) or not pd.api.types.is_numeric_dtype(values):
+        return ", ".join(dict.fromkeys(str(v) for v in values))
+    low, high = float(values.min()), float(values.max())
+    return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A result at two points, as `pywet compare` tests groups of seeds: means and the p over all gathered results."""
+
+    result: str
+    a: float
+    b: float
+    p: float
+
+
+def differences(made: pd.DataFrame, results: list[str], a: int, b: int) -> tuple[str, list[Difference]]:
+    """The method and the difference of each result of two points; empty where they have fewer than two seeds each."""
+    groups = [made[(made["point"] == n) & (made["status"] == DONE)] for n in (a, b)]
+    names = [r for r in results if all(g[r].notna().all() and len(g) > 1 for g in groups)]
+    if not names:
+        return "", []
+    scales = {r: max(float(made[r].abs().max()), 1e-300) for r in names}
+    samples = [Sample(*(g[[r]].to_numpy(float) / scales[r] for g in groups)) for r in names]
+    method, findings = statistics.test(samples)
+    rows = [
+        Difference(r, float(groups[0][r].mean()), float(groups[1][r].mean()), f.p)
+        for r, f in zip(names, findings, strict=True)
+    ]
+    return method, rows

@@ -1,0 +1,84 @@
+"""`pywet sweep FILE` and `pywet sweep plot FILE X Y [HUE]`: what they print, and the order of the work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+
+from pywet.errors import PywetError
+from pywet.report.pictures import plt
+from pywet.sweep import adaptive, figures, plan, running, sweep_page, table
+from pywet.sweep.description import RESERVED
+from pywet.sweep.plan import Plan
+from pywet.sweep.table import FAILED
+from pywet.util.files import atomic_write, make_folder
+from pywet.util.notices import bar
+
+Say = Callable[[str], None]
+SUFFIXES = (".svg", ".png", ".pdf")
+
+
+def check(asked: Plan, cores: int, say: Say) -> list[plan.Run]:
+    """Check the whole of a sweep and print what it takes; the runs that are missing."""
+    with bar("checking points") as move:
+        costs = asked.cost(move)
+    for line in plan.lines(asked, costs, cores):
+        say(line)
+    plan.refuse_too_much(asked, costs)
+    return [run for run, _ in costs]
+
+
+def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.DataFrame:
+    """Check, run what is missing, write table and page; with `more` points where the map is least known, and those too."""
+    missing = check(asked, cores, say)
+    make_folder(asked.folder)
+    made = _run(asked, missing, cores, ranks)
+    if more:
+        adaptive.add(asked, made, more)
+        asked = plan.Plan(asked.file, asked.sweep, asked.kind, asked.store, asked.folder)
+        made = _run(asked, check(asked, cores, say), cores, ranks)
+    for line in finish(asked, made):
+        say(line)
+    return made
+
+
+def _run(asked: Plan, missing: list[plan.Run], cores: int, ranks: int) -> pd.DataFrame:
+    with bar("runs of the sweep") as move:
+        running.carry_out(asked, missing, cores, ranks, move)
+    return table.frame(asked)
+
+
+def finish(asked: Plan, made: pd.DataFrame) -> list[str]:
+    """Write table and page from what is in the store; the lines to print."""
+    table.write(asked, made)
+    shown = sweep_page.write(asked, made)
+    return [*sweep_page.sentences(asked, made), f"{asked.folder / table.NAME}, {shown}"]
+
+
+def failures(made: pd.DataFrame) -> str | None:
+    """One sentence on the runs without results, with the first reason."""
+    failed = made[made["status"] == FAILED]
+    if failed.empty:
+        return None
+    first = failed.iloc[0]
+    return (
+        f"{len(failed)} of {len(made)} runs have no results, first point {first['point']}, seed {first['seed']}: "
+        f"{first['reason']}; the next call tries them again"
+    )
+
+
+def plot(file: Path, folder: Path | None, names: list[str], out: Path | None) -> Path:
+    """Draw columns of a finished sweep's table into a file."""
+    asked = plan.read_file(file, folder)
+    made = table.read(asked.folder)
+    target = out or asked.folder / f"{'-'.join(names)}.svg"
+    if target.suffix not in SUFFIXES:
+        raise PywetError(f"--out is {target}; expected a file that ends in {', '.join(SUFFIXES)}")
+    results = [c for c in made.columns if c not in (*asked.sweep.axes, *RESERVED)]
+    figure = figures.drawn(asked.sweep, made, results, names[0], names[1], names[2] if len(names) > 2 else None)
+    with atomic_write(target) as temporary:
+        figure.savefig(temporary)
+    plt.close(figure)
+    return target

@@ -1,0 +1,91 @@
+"""The table of a sweep: one row for each run, tidy, units in the metadata of its columns."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pywet.errors import FileError, PywetError
+from pywet.schema import unit_of
+from pywet.sweep.description import Function
+from pywet.sweep.gathering import gathered
+from pywet.sweep.plan import Plan, Run
+from pywet.sweep.run_numbers import AT_END
+from pywet.util.files import atomic_write, read_table, write_csv
+
+NAME = "sweep.parquet"
+DONE, FAILED = "done", "failed"
+ABOUT = {"point": "number of the point", "seed": "counted from the base's", "status": f"{DONE} or {FAILED}"}
+PURE = ("e_n", "e_t", "e_omega", *AT_END)
+"""Results without unit that have a name for it: `1`."""
+
+
+def units(plan: Plan) -> dict[str, str]:
+    """Unit of every axis and result; 1 for a number without, empty where none is known."""
+    found = {key: unit_of(key) for key in plan.sweep.axes}
+    for name in plan.gather:
+        if isinstance(name, Function):
+            found[name.name] = name.unit or unit_of(name.name)
+        else:
+            found[name] = unit_of(name) or ("1" if name in PURE or "share" in name or "fraction" in name else "")
+    return found
+
+
+def frame(plan: Plan) -> pd.DataFrame:
+    """The table: point, axes, seed, results, status, reason of a failure, folder of the run from the table's."""
+    rows = [_row(plan, run) for run in plan.runs]
+    made = pd.DataFrame(rows)
+    for name in plan.results:
+        made[name] = made[name].astype(float)
+    made.attrs["units"] = units(plan)
+    return made
+
+
+def _row(plan: Plan, run: Run) -> dict[str, Any]:
+    place, reason = plan.store.place(run.built.name), ""
+    try:
+        numbers = gathered(plan, run)
+        reason = plan.store.reason(run.built.name) if numbers is None else ""
+    except PywetError as error:
+        numbers, reason = None, str(error)
+    found = dict.fromkeys(plan.results) if numbers is None else numbers
+    status = FAILED if numbers is None else DONE
+    link = os.path.relpath(place, plan.folder)
+    return {
+        "point": run.point.number, **run.point.values, "seed": run.seed, **found, "status": status, "reason": reason, "run": link,
+    }  # fmt: skip
+
+
+def write(plan: Plan, made: pd.DataFrame) -> Path:
+    """Write `sweep.parquet`, with the unit of a column under `unit` in the metadata of its field, and `sweep.csv`."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    rows = pa.Table.from_pandas(made, preserve_index=False)
+    of = units(plan)
+    fields = [
+        f.with_metadata({k: v for k, v in (("unit", of.get(f.name, "")), ("about", ABOUT.get(f.name, ""))) if v})
+        for f in rows.schema
+    ]
+    path = plan.folder / NAME
+    with atomic_write(path) as temporary:
+        schema = pa.schema(fields, metadata={"sweep": plan.sweep.name})
+        parquet.write_table(rows.cast(schema), temporary, write_page_checksum=True)
+    write_csv(made, path.with_suffix(".csv"))
+    return path
+
+
+def read(folder: Path) -> pd.DataFrame:
+    """The table of a finished sweep; `attrs["units"]`: unit of its columns."""
+    from pyarrow import parquet
+
+    path = folder / NAME
+    if not path.exists():
+        raise FileError(f"there is no {path}; expected the table of a sweep: run `pywet sweep FILE` first", path=path)
+    made = read_table(path, "run `pywet sweep FILE` again")
+    schema = parquet.read_schema(path)
+    made.attrs["units"] = {f.name: (f.metadata or {}).get(b"unit", b"").decode() for f in schema}
+    return made

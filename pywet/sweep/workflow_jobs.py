@@ -1,0 +1,98 @@
+"""A sweep as jobs of Snakemake: which there are, what each needs, what each does (workflow/rules/sweep.smk).
+
+A job is named by point, seed and fingerprint, so that a job on a cluster finds its point without checking all others.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from functools import cached_property
+from pathlib import Path
+
+from pywet.cost import needs
+from pywet.errors import PywetError
+from pywet.sweep import plan, running, sweep_command, table
+from pywet.sweep.costs import Cost
+from pywet.sweep.plan import Plan, Run
+from pywet.util.files import write_json
+
+ALL = "all"
+"""The one job of a sweep that needs no engine."""
+LEAST_MB = 1500
+
+
+class Jobs:
+    """The jobs of a sweep's file; only what is asked for is worked out, since every job reads the Snakefile again."""
+
+    def __init__(self, file: Path) -> None:
+        self.plan: Plan = plan.read(file)
+
+    @property
+    def folder(self) -> Path:
+        return self.plan.folder
+
+    def missing(self) -> list[str]:
+        """Names of the jobs to do; the whole sweep is checked first, and refused where a point is wrong or it takes too much."""
+        costs = self.plan.cost()
+        plan.refuse_too_much(self.plan, costs)
+        if not self.plan.kind.engine:
+            return [ALL] if costs else []
+        return [f"{run.point.number}-{run.seed}-{_word(run)}" for run, _ in costs]
+
+    @property
+    def word(self) -> str:
+        """Hash of all runs and of what is gathered: table and page are made again when it changes."""
+        names = [run.built.name for run in self.plan.runs]
+        return hashlib.sha256(f"{names} {self.plan.sweep.model_dump_json()}".encode()).hexdigest()[:16]
+
+    def _run(self, job: str) -> Run:
+        number, seed, word = job.split("-")
+        run = self.plan.run(int(number), int(seed))
+        if _word(run) != word:
+            raise PywetError(f"job {job} is of another state of {self.plan.file}; expected it unchanged: call again")
+        return run
+
+    @cached_property
+    def _costs(self) -> dict[str, Cost]:
+        return {}
+
+    def _cost(self, job: str) -> Cost:
+        if job not in self._costs:
+            total = sum(c.seconds for _, c in self.plan.cost()) if job == ALL else 0.0
+            self._costs[job] = Cost(total, 0.0) if job == ALL else self.plan.kind.cost(self._run(job).built)
+        return self._costs[job]
+
+    def memory_mb(self, job: str, attempt: int) -> int:
+        """Memory to ask for [MB]: doubled with each attempt."""
+        return max(LEAST_MB, math.ceil(1.5 * self._cost(job).memory_B / 1e6)) * 2 ** (attempt - 1)
+
+    def minutes(self, job: str, attempt: int) -> int:
+        """Wall time to ask for [min]; the same."""
+        return max(needs.LEAST_MIN, math.ceil(needs.SAFE * self._cost(job).seconds / 60.0)) * 2 ** (attempt - 1)
+
+    def run(self, job: str, done: Path) -> None:
+        """Do a job; its file says how many runs have results, and a failed run is no failure of the job."""
+        runs = self.plan.missing if job == ALL else [self._run(job)]
+        good = sum(running.do(self.plan.kind, run, self.plan.store) for run in runs)
+        write_json(done, {"runs": len(runs), "with_results": good})
+
+    def show(self) -> None:
+        """Table and page of what is in the store."""
+        for line in sweep_command.finish(self.plan, table.frame(self.plan)):
+            print(line)
+
+    def verdict(self, file: Path) -> None:
+        """Refuse a sweep with failed runs, whose jobs lose their files so that the next call does them again."""
+        made = table.frame(self.plan)
+        failed = made.loc[made["status"] == table.FAILED, ["point", "seed"]]
+        for run in self.plan.missing:
+            (self.folder / "jobs" / f"{run.point.number}-{run.seed}-{_word(run)}.json").unlink(missing_ok=True)
+        if len(failed):
+            (self.folder / "jobs" / f"{ALL}.json").unlink(missing_ok=True)
+            raise PywetError(str(sweep_command.failures(made)))
+        write_json(file, {"runs": len(made), "failed": 0})
+
+
+def _word(run: Run) -> str:
+    return run.built.name.rpartition("-")[2]

@@ -1,0 +1,89 @@
+"""The one folder of what is made once and kept: plugin, tables, machine code, the user's own laws that may run.
+
+What lies there is loaded as code, so it is private: made with mode 700, owned by whoever runs this, checked before use.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+from pywet.errors import PywetError, shown
+from pywet.util.files import atomic_write
+from pywet.util.notices import notice
+
+SEAL = ".sha256"
+"""Ending of the file that holds the check sum of the one beside it."""
+CURE = "set PYWET_CACHE to a folder of your own"
+
+
+def folder(*below: str) -> Path:
+    """The cache folder, or one `below` it, made where missing.
+
+    $PYWET_CACHE; else `pywet` where the system keeps caches ($XDG_CACHE_HOME or ~/.cache), if it is or can be the caller's
+    own; else /tmp/pywet-UID. Raises `PywetError` for a folder that is somebody else's, can be written by others or not by
+    the caller.
+    """
+    path = _chosen()
+    for name in below:
+        path = _private(path / name)
+    return path
+
+
+def given(place: str, name: str) -> Path:
+    """A folder in one that an environment variable names, if both are the caller's own; else that of the cache, with a notice."""
+    try:
+        return _private(_private(Path(place).absolute()) / name)
+    except PywetError as error:
+        notice.warning(f"{error}; machine code is kept in {folder(name)}")
+        return folder(name)
+
+
+def _chosen() -> Path:
+    if os.environ.get("PYWET_CACHE"):
+        return _private(Path(os.environ["PYWET_CACHE"]).absolute())
+    with suppress(PywetError):
+        above = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+        if not above.exists() or _private(above):
+            return _private(above / "pywet")
+    return _private(Path(tempfile.gettempdir()) / f"pywet-{os.getuid()}")
+
+
+def _private(path: Path) -> Path:
+    """The folder, made where missing; refused unless it is the caller's, writable, and by nobody else."""
+    try:
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+        own, link = path.stat(), path.lstat()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise PywetError(
+            f"the cache {shown(path)} could not be made ({reason}); expected a writable folder: {CURE}"
+        ) from error
+    if not {own.st_uid, link.st_uid} <= {os.getuid()}:
+        raise PywetError(f"the cache {shown(path)} belongs to somebody else; expected a folder of your own: {CURE}")
+    if own.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        raise PywetError(
+            f"the cache {shown(path)} can be written by others (mode {stat.S_IMODE(own.st_mode):o}), so that what it "
+            f"holds cannot be trusted; expected mode 700: remove it or {CURE}"
+        )
+    if not os.access(path, os.R_OK | os.W_OK | os.X_OK):
+        raise PywetError(f"the cache {shown(path)} cannot be written; expected a writable folder: {CURE}")
+    return path
+
+
+def seal(path: Path) -> None:
+    """Write the check sum of a kept file beside it."""
+    with atomic_write(path.with_name(path.name + SEAL)) as temporary:
+        temporary.write_text(hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def whole(path: Path) -> bool:
+    """Whether a kept file is there and is, byte for byte, what was sealed."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest() == path.with_name(path.name + SEAL).read_text()
+    except (OSError, UnicodeDecodeError):
+        return False

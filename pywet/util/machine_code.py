@@ -1,0 +1,88 @@
+"""numba, with its machine code kept in this package's private cache. Modules that ask it to be kept take `numba` from here.
+
+numba itself looks only at the file of the function it keeps, not at those of the functions that are compiled into it, and
+loads what it finds. Here the folder's name stands for all sources that are compiled, for where they lie (by which numba names
+its files) and for the processor, and a file whose check sum does not fit counts as missing. Not here: closures; one source
+text is many functions, see `force_law`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numba
+from llvmlite import binding  # type: ignore[import-untyped]
+from numba.core import caching
+
+from pywet.util import caches, sources
+from pywet.util.files import atomic_write
+from pywet.util.notices import notice
+
+__all__ = ["njit", "numba"]
+_SUM = hashlib.sha256().digest_size
+
+
+def key() -> str:
+    """Hash over the processor and all sources that are compiled, with their place."""
+    processor = f"{binding.get_host_cpu_name()} {binding.get_host_cpu_features().flatten()}"
+    return sources.digest(sources.of(sources.COMPILED), f"{sources.PACKAGE} {processor}")[:16]
+
+
+class CheckedFiles(caching.IndexDataCacheFile):
+    """numba's pair of files with a check sum before the content."""
+
+    def _dump(self, obj: Any) -> bytes:
+        data: bytes = super()._dump(obj)
+        return hashlib.sha256(data).digest() + data
+
+    def _load_data(self, name: str) -> Any:
+        return _checked(Path(self._data_path(name)).read_bytes())
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        with self._open_for_write(self._index_path) as file:
+            file.write(self._dump((self._version, self._source_stamp, overloads)))
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            version, stamp, overloads = _checked(Path(self._index_path).read_bytes())
+        except OSError:
+            return {}
+        return overloads if (version, stamp) == (self._version, self._source_stamp) else {}
+
+
+def _checked(content: bytes) -> Any:
+    """What was kept; OSError, which numba takes for a missing file, where it is damaged."""
+    if hashlib.sha256(content[_SUM:]).digest() != content[:_SUM]:
+        raise OSError("check sum")
+    return pickle.loads(content[_SUM:])
+
+
+_NAME = f"machine-code-{key()}"
+_settings: Any = numba.config
+_GIVEN = _settings.CACHE_DIR  # the user's $NUMBA_CACHE_DIR
+_settings.CACHE_DIR = str(caches.given(_GIVEN, _NAME) if _GIVEN else caches.folder(_NAME))
+caching.IndexDataCacheFile = CheckedFiles  # type: ignore[misc]
+njit = numba.njit
+
+
+def _mark() -> Path:
+    return Path(_settings.CACHE_DIR) / "ready"
+
+
+def ready() -> bool:
+    """Whether `pywet.cli.warm` has had all made that commands ask for; else the first question of a kind compiles."""
+    return _mark().exists()
+
+
+def mark() -> None:
+    with atomic_write(_mark()) as temporary:
+        temporary.touch()
+
+
+def say_wait() -> None:
+    """That the answer will take a while, where it may: machine code is made at the first question of a kind."""
+    if not ready():
+        notice.warning("compiling for this processor, once: a minute or two (`make setup` does it ahead)")

@@ -1,0 +1,47 @@
+"""Arguments and options that commands share; numbers each with its range, refused in one sentence that names it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from pywet.util.ranges import LIMITS, Range
+
+STEP = Range(0, 1e12, whole=True)
+PORT = Range(0, 65535, whole=True)
+SEEDS = Range(1, 1000, whole=True)
+SPHERE = Range(1, 1e9, whole=True)
+
+
+def reader(name: str, limits: Range) -> Callable[[Any], Any]:
+
+    def read(given: Any) -> Any:
+        return limits.read(name, given)
+
+    read.__name__ = "integer" if limits.whole else "number"
+    return read
+
+
+def number(flag: str, limits: Range, said: str) -> Any:
+    return typer.Option(flag, parser=reader(flag, limits), help=f"{said} ({limits}).")
+
+
+CaseNumber = Annotated[
+    int, typer.Argument(metavar="CASE", parser=reader("CASE", LIMITS["case"]), help="Number of the case in cases.csv.")
+]
+AnyCase = Annotated[
+    int | None,
+    typer.Argument(
+        metavar="[CASE]", parser=reader("CASE", LIMITS["case"]), help="Number of a case; without: all cases."
+    ),
+]
+Ranks = Annotated[int, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine")]
+ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]
+ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configuration.")]
+RunFolder = Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Run directory, such as results/smoke/case02.")]
+JsonFile = Annotated[Path, typer.Argument(metavar="FILE", help="JSON description; the answer is JSON as well.")]
+Trust = Annotated[bool, typer.Option("--trust", help="Run the Python files of laws that it names; read them first.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Print all that details.txt of the run holds.")]

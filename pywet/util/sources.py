@@ -1,0 +1,41 @@
+"""The program's own source files: which of them a run follows from, and which are compiled. One list for every fingerprint."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[1]
+COMPILED = ("laws", "collisions")
+"""Packages whose functions are compiled."""
+RUN = ("util", "laws", "geometry", "runs", "planning", "engines")
+"""Packages that a run goes through from its scene to its tables, in addition to the modules directly in `pywet`."""
+TEXT = (".py", ".cpp", ".h", ".j2")
+
+
+def of(packages: Iterable[str]) -> list[Path]:
+    """All source files of packages."""
+    return sorted(path for name in packages for path in (PACKAGE / name).rglob("*") if path.suffix in TEXT)
+
+
+def of_a_run() -> list[Path]:
+    """Source files that a run follows from: Python, the plugin's C++, and the templates of the engine's script."""
+    inside, outside = PACKAGE / "shipped" / "liggghts_inputs", PACKAGE.parent / "liggghts_inputs"
+    templates = inside if inside.exists() else outside
+    return [*sorted(PACKAGE.glob("*.py")), *of(RUN), *sorted(templates.glob("*.j2"))]
+
+
+@cache
+def digest_of_a_run() -> str:
+    """Hash over names and contents of the files of `of_a_run`."""
+    return digest(of_a_run())
+
+
+def digest(files: Iterable[Path], *parts: str) -> str:
+    """Hash over words and over names and contents of files."""
+    made = hashlib.sha256("\0".join(parts).encode())
+    for path in files:
+        made.update(path.name.encode() + b"\0" + path.read_bytes())
+    return made.hexdigest()

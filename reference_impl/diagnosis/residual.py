@@ -1,0 +1,34 @@
+"""What the residuals of broken records say by themselves, in words: by which factor or amount, whatever caused it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reference_impl.replay.arrays import Floats
+
+NEAR = 0.05
+"""Distance of a factor from one below which the size of the deviation says more."""
+NARROW = 0.02
+"""Relative width of the middle half of the ratios within which one factor describes all records."""
+
+
+def described(logged: Floats, own: Floats) -> str:
+    """One phrase: the factor between logged and expected values, its range, or how far they are apart."""
+    columns = logged.reshape(len(logged), -1), own.reshape(len(own), -1)
+    with np.errstate(all="ignore"):
+        along, square = (columns[0] * columns[1]).sum(axis=1), (columns[1] ** 2).sum(axis=1)
+        ratio = (along / square)[np.isfinite(along / square)]
+        rest = columns[0] - (along / square)[:, None] * columns[1]
+        across = np.nanmedian(np.linalg.norm(rest, axis=1) / np.maximum(np.linalg.norm(columns[0], axis=1), 1e-300))
+    if not len(ratio):
+        typical = float(np.median(np.linalg.norm(columns[0], axis=1)))
+        return f"it is {typical:.4g} where zero is expected"
+    low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
+    if logged.ndim > 1 and across > 0.5:
+        return "its direction is not the expected one"
+    off = np.linalg.norm(columns[0] - columns[1], axis=1) / np.sqrt(np.maximum(square, 1e-300))
+    if abs(middle - 1.0) < NEAR:
+        return f"it is off by {float(np.median(off)):.2g} of its value"
+    if high - low <= NARROW * abs(middle):
+        return f"it is {middle:.4g} times what is expected"
+    return f"it is {middle:.3g} times what is expected (middle half of the records {low:.3g} to {high:.3g})"

@@ -1,0 +1,264 @@
+"""Steps between the sampling windows: the impulses that the plugin adds up from output to output.
+
+Of each bridge: its capillary impulse lies between time times force at the largest and at the least separation since the output
+before; a normal drag -c(S) dS/dt leaves -(C(S2) - C(S1)), where C is the integral of c. Of each sphere: a change of
+momentum is weight and the impulse of its bridges where it touched nothing, which follows from the separations alone. What the
+bounds leave open is counted, as a share of the capillary impulse.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.motion import flights, impulses
+from reference_impl.motion.budget import VELOCITY
+from reference_impl.motion.summed import drag_at_touch, pull_of, walls_motion
+from reference_impl.motion.window import Setup
+from reference_impl.replay import capillary, coverage, io, laws
+from reference_impl.replay.arrays import Floats, size
+from reference_impl.replay.bodies import Pairs, bodies, pairs
+from reference_impl.replay.compare import TOLERANCE, Quantity, compare
+from reference_impl.replay.io import Run
+from reference_impl.replay.lives import FORMATION, Lives, keys
+
+SAMPLES = np.linspace(0.0, 1.0, 9)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
+APART = 0.01
+"""Least separation, over the radius of i, from which on the steps of a drag's sum are small against the separation."""
+SMALL = 0.05
+"""Part of a separation, or of its change, that the error of a step may be."""
+STIFF = 5.0
+"""Semi-implicit: c dt/m from which on the drag of several bridges of a sphere is not that of its velocities."""
+GROUP, FEWEST = 25, 10
+"""Bridges of one kind, one after the other, whose median is judged; of the last ones so many at least."""
+OF_DRAG = 0.25
+"""Of that median: steps are finite. In smoke case 2 it is off by 0.022 at most."""
+MOST = 200_000
+"""Records up to which parts that disagree are kept."""
+NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
+
+
+@dataclass
+class Between:
+    """What the parts of a run said of it."""
+
+    run: Run
+    setup: Setup
+    outputs: Floats
+    last: dict[str, pd.DataFrame] = field(default_factory=dict)
+    """Rows of the last output of the part before."""
+    total: float = 0.0
+    """Capillary impulse of all bridges at outputs [N s]."""
+    bounded: float = 0.0
+    """The least of it by the bounds."""
+    rows: dict[str, list[pd.DataFrame]] = field(default_factory=lambda: {"capillary": [], "drag": [], "momentum": []})
+    """Records of the parts that disagree, for the diagnosis."""
+
+    recomputed: float = 0.0
+    """Capillary impulse recomputed step by step in the windows [N s]."""
+    formed: int = 0
+    met: set[int] = field(default_factory=set)
+    """Bridges that formed, and the rows of those of which a force was recomputed."""
+
+    def windows(self, table: pd.DataFrame, lives: Lives) -> None:
+        """Rows of the contact log of a part."""
+        at = lives.at(keys(table), np.asarray(table["step"], dtype=np.int64), strictly=False)
+        self.met.update(np.unique(lives.all.row[at[at >= 0]]).tolist())
+        force = np.abs(np.asarray(table["capillary"], dtype=float))
+        self.recomputed += float((force * impulses.weights(self.run, table)).sum()) * self.setup.step
+
+    def seen(self) -> dict[str, float]:
+        """Shares of the bridges and of the capillary impulse that the replay has seen."""
+        bridges, total = max(self.formed, 1), max(self.total, 1e-300)
+        return {
+            "bridges": len(self.met) / bridges,
+            "impulse_in_windows": min(self.recomputed / total, 1.0),
+            "impulse_by_bounds": self.bounded / total,
+        }
+
+    def add(self, part: Run, lives: Lives) -> list[Quantity]:
+        """A part of the logs."""
+        now = {name: part.table(name) for name in ("trajectory", "bridges", "films", "impulses", "events")}
+        both = {n: pd.concat([self.last[n], now[n]], ignore_index=True) if n in self.last else now[n] for n in now}
+        shots, self.formed = now["bridges"], self.formed + int((now["events"]["kind"] == FORMATION).sum())
+        found = self._bridges(part, shots, self._before(both["bridges"], shots), self._formed(shots, lives))
+        found.append(self._momentum(part, both))
+        step = int(both["trajectory"]["step"].max()) if len(both["trajectory"]) else -1
+        self.last = {n: rows[rows["step"] >= step] for n, rows in both.items()}
+        return found
+
+    @staticmethod
+    def _formed(shots: pd.DataFrame, lives: Lives) -> Floats:
+        """Step at which each bridge formed."""
+        at = lives.at(keys(shots), shots["step"].to_numpy(np.int64), strictly=False)
+        return np.asarray(np.append(lives.all.step, -1)[at], dtype=np.int64)
+
+    def _previous(self, step: Floats) -> Floats:
+        return np.asarray(self.outputs[np.maximum(np.searchsorted(self.outputs, step) - 1, 0)])
+
+    def _before(self, both: pd.DataFrame, shots: pd.DataFrame) -> Floats:
+        """Separation of each bridge at the output before; NaN where there was none."""
+        earlier = pd.Series(both["separation"].to_numpy(float), pd.MultiIndex.from_arrays([keys(both), both["step"]]))
+        earlier = earlier[~earlier.index.duplicated()]
+        asked = pd.MultiIndex.from_arrays([keys(shots), self._previous(shots["step"].to_numpy(np.int64))])
+        return earlier.reindex(asked).to_numpy(float)
+
+    def _bridges(self, part: Run, shots: pd.DataFrame, before: Floats, formed: Floats) -> list[Quantity]:
+        step = shots["step"].to_numpy(np.int64)
+        previous, k = self._previous(step), impulses.every(self.run)
+        acted = (step - np.maximum(previous, formed) + 0.5 * (k - 1) * (formed > previous)) * self.setup.step
+        old = step > previous
+        rows = shots[old].reset_index(drop=True)
+        new = before[old]
+        new[formed[old] > previous[old]] = np.nan
+        p = pairs(rows, bodies(self.run))
+        return [
+            self._ranges(rows, new, p.ri),
+            *([self._capillary(part, rows, acted[old])] if self._closed("capillary", capillary.LAWS) else []),
+            *([self._drag(part, rows, new, p)] if self._closed("viscous_normal", laws.VISCOUS_NORMAL) else []),
+        ]
+
+    def _closed(self, effect: str, known: Any) -> bool:
+        return coverage.law(self.run, effect) in known
+
+    def _ranges(self, rows: pd.DataFrame, before: Floats, radius: Floats) -> Quantity:
+        """The separations at both outputs lie within the logged range."""
+        gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
+        low, high = np.fmin(gap, before), np.fmax(gap, before)
+        off = np.maximum(np.maximum(least - low, high - most), 0.0)
+        return compare("between_range", "radius", off, 0.0 * off, radius, rows, TOLERANCE)
+
+    def _capillary(self, part: Run, rows: pd.DataFrame, acted: Floats) -> Quantity:
+        """The capillary impulse against its bounds."""
+        logged, least, most = (rows[NUMBERS[k]].to_numpy(float) for k in (0, 2, 3))
+        force, total = pull_of(part, rows), np.zeros((len(SAMPLES), len(rows)))
+        for n, at in enumerate(SAMPLES):
+            total[n] = force(least + at * (most - least)) * acted
+        low, high = total.min(axis=0, initial=np.inf), total.max(axis=0, initial=-np.inf)
+        falls = (np.diff(total, axis=0) <= 0.0).all(axis=0)
+        slack = np.where(falls, 0.0, np.abs(np.diff(total, axis=0)).max(axis=0, initial=0.0))
+        low, high = low - slack, high + slack
+        self.total += float(np.abs(logged).sum())
+        self.bounded += float(np.minimum(np.abs(low), np.abs(logged)).sum())
+        own = np.clip(logged, low, high)
+        found = compare(
+            "between_capillary", "largest by the bounds", logged, own, np.maximum(high, 1e-300), rows, TOLERANCE
+        )
+        wall = rows["partner_kind"].to_numpy() != laws.SPHERE
+        self._keep(found, rows[["step", "i", "j"]].assign(wall=wall, logged=logged, low=low, high=high))
+        return found
+
+    def _keep(self, found: Quantity, rows: pd.DataFrame) -> None:
+        kept = self.rows[found.name.removeprefix("between_")]
+        if not found.ok and sum(map(len, kept)) < MOST:
+            kept.append(rows)
+
+    def _drag(self, part: Run, rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
+        """Median of the normal drag's impulse over what the separations give, of some bridges of one kind.
+
+        Left out are those whose way in a step is no small part of the separation, and those that move along each other so fast
+        that turning normals count: in a time T by v^2 T dt/r.
+        """
+        gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
+        speed, dt = self._speeds(part, rows, p), self.setup.step
+        time = (rows["step"].to_numpy() - self._previous(rows["step"].to_numpy(np.int64))) * dt
+        turned = speed**2 * time * dt / p.ri
+        calm = (most <= 0.0) | ((least > APART * p.ri) & (speed * dt < SMALL * least))
+        if coverage.semi_implicit(self.run):
+            ends = (rows["i"], rows["j"].where(~p.wall, rows["i"]))
+            a, b = (self.setup.mass[np.searchsorted(self.setup.ids, end)] for end in ends)
+            calm &= drag_at_touch(part, rows, p) * dt * (1.0 / a + np.where(p.wall, 0.0, 1.0 / b)) < STIFF
+        calm &= (np.abs(gap - before) > turned / SMALL) & (impulses.every(self.run) == 1)
+        ratio = ratios(self.run, rows[calm], before[calm], gap[calm])
+        table = rows.loc[calm, ["step"]].assign(wall=p.wall[calm], ratio=ratio)
+        table = table[np.isfinite(table["ratio"])].sort_values("step", kind="stable")
+        table["group"] = table.groupby("wall").cumcount() // GROUP
+        of_groups = table.groupby(["wall", "group"]).agg(
+            step=("step", "first"), median=("ratio", "median"), size=("ratio", "size")
+        )
+        table = of_groups[of_groups["size"] >= FEWEST].reset_index().sort_values("step", ignore_index=True)
+        logged, one = table["median"].to_numpy(float), np.ones(len(table))
+        found = compare("between_drag", "itself, median of a group", logged, one, one, table, OF_DRAG)
+        self._keep(found, table)
+        return found
+
+    def _speeds(self, part: Run, rows: pd.DataFrame, p: Pairs) -> Floats:
+        """Sum of the speeds of both ends at the output; of a wall the fastest of all."""
+        table = part.table("trajectory")
+        v = pd.Series(size(table[[*VELOCITY[:3]]].to_numpy(float)), pd.MultiIndex.from_frame(table[["step", "id"]]))
+        of_i, of_j = (
+            v.reindex(pd.MultiIndex.from_arrays([rows["step"], rows[n]])).fillna(0.0).to_numpy(float) for n in "ij"
+        )
+        return np.asarray(of_i + np.where(p.wall, walls_motion(self.setup)[0], of_j))
+
+    def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
+        """Change of momentum of spheres that touched nothing from one output to the next."""
+        found = [free_spheres(self.run, self.setup, both, int(a), int(b))
+                 for a, b in pairwise(np.unique(both["trajectory"]["step"].to_numpy()))]  # fmt: skip
+        rows = pd.concat([f for f in found if len(f)], ignore_index=True) if any(map(len, found)) else pd.DataFrame()
+        names = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
+        logged, own = (rows[n].to_numpy(float) if len(rows) else np.zeros((0, 3)) for n in names)
+        scale = rows["scale"].to_numpy(float) if len(rows) else np.zeros(0)
+        quantity = compare("between_momentum", "momentum, weight and impulse", logged, own, scale, rows, TOLERANCE)
+        self._keep(quantity, rows)
+        return quantity
+
+
+def ratios(run: Run, rows: pd.DataFrame, before: Floats, gap: Floats) -> Floats:
+    """The logged impulse of the normal drag over -(C(S2) - C(S1))."""
+    name, p = str(coverage.law(run, "viscous_normal")), pairs(rows, bodies(run))
+    volume, eta = rows["volume"].to_numpy(float), run.meta["viscosity"]
+
+    def drag(s: Floats) -> Floats:
+        return np.asarray(-laws.VISCOUS_NORMAL[name](s, volume, p.ri, p.rj, p.wall, 1.0 + 0.0 * s, eta))
+
+    low, high = (np.sqrt(np.maximum(s, 0.0)) for s in (before, gap))
+    own = drag(0.0 * gap) * (np.minimum(gap, 0.0) - np.minimum(before, 0.0))
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
+        u = low + (high - low) * 0.5 * (1.0 + node)
+        own += 0.5 * weight * (high - low) * 2.0 * u * drag(u**2)
+    with np.errstate(all="ignore"):
+        return np.asarray(-rows["viscous_impulse"].to_numpy(float) / own)
+
+
+def free_spheres(run: Run, setup: Setup, both: dict[str, pd.DataFrame], one: int, two: int) -> pd.DataFrame:
+    """Spheres that touched nothing from one output to the next: gain of momentum less weight, and the logged impulse."""
+    if not judged(run) or any(one <= s <= two for s in setup.broken):
+        return pd.DataFrame()
+    fixed, place = bodies(run), np.full(int(setup.ids.max()) + 1, -1)
+    place[setup.ids] = np.arange(len(setup.ids))
+    at = {n: [t[t["step"] == s] for s in (one, two)] for n, t in both.items() if n != "events"}
+    bad = ~setup.free | ((setup.enters > one) & (setup.enters <= two)) | (setup.leaves <= two)
+    events = both["events"]
+    events = events[(events["step"] > one) & (events["step"] <= two) & (events["kind"] != FORMATION)]
+    shots = at["bridges"][1]
+    for table in (events, shots[shots["least_separation"] <= 0.0]):
+        p = pairs(table, fixed)
+        bad[place[np.concatenate([p.i, p.sphere_j[~p.wall]]).astype(int)]] = True
+    for film in at["films"]:
+        id_, volume = film["id"].to_numpy(), film["film"].to_numpy(float)
+        bad[place[id_]] |= volume < flights.DRY * fixed.radius[id_] ** 3
+    start, end = (t.set_index("id").reindex(setup.ids)[list(VELOCITY[:3])].to_numpy(float) for t in at["trajectory"])
+    time, m = (two - one) * setup.step, setup.mass[:, None]
+    push = at["impulses"][1].set_index("id").reindex(setup.ids)[[f"impulse_{a}" for a in "xyz"]].to_numpy(float)
+    weight = time * m * setup.pull(np.array([two]))[0]
+    gain, momentum = m * (end - start) - weight, setup.mass * (size(start) + size(end))
+    columns = {"step": np.full(len(setup.ids), two), "i": setup.ids}
+    columns |= {f"gain_{a}": gain[:, k] for k, a in enumerate("xyz")}
+    columns |= {f"impulse_{a}": push[:, k] for k, a in enumerate("xyz")}
+    return pd.DataFrame({**columns, "scale": momentum + size(weight) + size(push)})[~bad].reset_index(drop=True)
+
+
+def judged(run: Run) -> bool:
+    """Whether the momentum of a sphere that touches nothing is that of weight and bridges: its mass stays, and walls are met
+    with a bridge."""
+    effects = run.meta["effects"]
+    return bool(
+        io.scene(run.folder)["effects"].get("wall_films", True)
+        and not effects.get("liquid_weight") and not effects.get("shedding")
+    )  # fmt: skip

@@ -1,0 +1,111 @@
+"""The configuration's files as they were read, against the copy that the run was made from: every value they give.
+
+`config_files.json` holds the text of config.yaml, materials.yaml, scales.yaml and cases.csv. They are parsed here again, and
+looked up again: the case's row, its scale, its liquid.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from reference_impl.diagnosis.held import MISSING, Held
+from reference_impl.replay.io import ReplayError
+
+FILE = "config_files.json"
+CONFIG, MATERIALS, SCALES, CASES = "config.yaml", "materials.yaml", "scales.yaml", "cases.csv"
+NOT_OF_A_RUN = ("cases", "scale")
+"""Keys of config.yaml that choose runs."""
+WORDS = ("material", "source", "liquid")
+"""Columns of cases.csv that are no numbers."""
+
+
+def of_run(folder: Path) -> dict[str, Any] | None:
+    """Texts by file, and what was set after reading; None where the run carries none."""
+    path = Path(folder) / FILE
+    if not path.exists():
+        return None
+    try:
+        found = json.loads(path.read_text())
+        return {"files": {str(k): str(v) for k, v in found["files"].items()}, "set_later": list(found["set_later"])}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ReplayError(
+            f"{path} cannot be read ({error!r}); expected the texts of the configuration: build the run again"
+        ) from error
+
+
+def held(texts: Mapping[str, Any], config: Mapping[str, Any]) -> list[Held]:
+    """Every value of the files under its path in config.json."""
+    files: Mapping[str, str] = texts["files"]
+    try:
+        data = {name: yaml.safe_load(text) for name, text in files.items() if name != CASES}
+        row = _row(files[CASES], int(config["case"]["case"])) if CASES in files else dict(config["case"])
+    except (yaml.YAMLError, csv.Error, StopIteration) as error:
+        raise ReplayError(f"{FILE} cannot be parsed ({error!r}): build the run again") from error
+    parts: list[tuple[str, str, Any]] = [(CASES, "case", row)] if CASES in files else []
+    if MATERIALS in data:
+        parts.append((MATERIALS, "materials", _with_liquid(data[MATERIALS], row.get("liquid"))))
+    if SCALES in data:
+        parts.append((SCALES, "apparatus", data[SCALES]["apparatus"]))
+        parts.append((SCALES, "scale", data[SCALES]["scales"][config["scale"]["name"]]))
+    if CONFIG in data:
+        skipped = {*NOT_OF_A_RUN, *texts["set_later"]}
+        parts.append((CONFIG, "settings", {k: v for k, v in data[CONFIG].items() if k not in skipped}))
+    return [
+        Held(f"{part}.{path}" if path else part, _at(config[part], path), value, f"{file}: {path}")
+        for file, part, tree in parts
+        for path, value in leaves(tree)
+        if not _is_file(value)
+    ]
+
+
+def not_checked(texts: Mapping[str, Any]) -> list[str]:
+    """What a program or the command line set, and files that were replaced in memory."""
+    lost = [name for name in (CONFIG, MATERIALS, SCALES, CASES) if name not in texts["files"]]
+    found = [f"scene: set after config.yaml was read: {', '.join(texts['set_later'])}"] if texts["set_later"] else []
+    return found + ([f"scene: {', '.join(lost)}, replaced in memory"] if lost else [])
+
+
+def _row(text: str, number: int) -> dict[str, Any]:
+    """The case's row of cases.csv; empty cells count as not given."""
+    rows = csv.DictReader(text.lstrip("\ufeff").splitlines(), skipinitialspace=True)
+    row = next(r for r in rows if int(r["case"]) == number)
+    return {k.strip(): (v if k.strip() in WORDS else float(v)) for k, v in row.items() if v}
+
+
+def _with_liquid(materials: Mapping[str, Any], name: str | None) -> dict[str, Any]:
+    """The materials with the case's liquid in place of the list of liquids."""
+    chosen = materials["liquids"][name] if name and name in (materials.get("liquids") or {}) else materials["liquid"]
+    return {**{k: v for k, v in materials.items() if k != "liquids"}, "liquid": chosen}
+
+
+def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Path and value of everything that is no group."""
+    if isinstance(tree, Mapping):
+        for key, value in tree.items():
+            yield from leaves(value, f"{path}.{key}" if path else str(key))
+    elif isinstance(tree, list):
+        for n, value in enumerate(tree):
+            yield from leaves(value, f"{path}[{n}]")
+    else:
+        yield path, tree
+
+
+def _at(tree: Any, path: str) -> Any:
+    """The value at a path; a switch as YAML reads it."""
+    for key in path.replace("[", ".[").split("."):
+        try:
+            tree = tree[int(key[1:-1])] if key.startswith("[") else tree[key]
+        except (KeyError, IndexError, TypeError):
+            return MISSING
+    return {"on": True, "off": False}.get(tree, tree) if isinstance(tree, str) else tree
+
+
+def _is_file(value: Any) -> bool:
+    """Whether a value names a law's file, which is looked for in the configuration's folder."""
+    return isinstance(value, str) and ".py:" in value

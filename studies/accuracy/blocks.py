@@ -1,0 +1,214 @@
+"""The parts of the study's page that are drawn from a table alone, for this study and for stored ones beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+from pywet.cost import choice
+from pywet.cost.knobs import KNOBS
+from pywet.errors import PywetError
+from pywet.report.page import Cell, paragraph, picture
+from pywet.report.page import table as html_table
+from studies.accuracy import figures, scatter
+from studies.accuracy.errors import GROUPS
+
+ACCURACIES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005)
+WISHES = {
+    "everything": choice.WANTED,
+    "fraction retained and liquid": ("fraction retained", "liquid shares"),
+    "restitution": ("restitution",),
+}
+"""What one may want -> the groups that count."""
+GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
+
+
+def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
+    """What is found for every knob whose levels differ, kind of case and group that was measured."""
+    found = [
+        asked(table, knob, kind, group)
+        for kind in choice.SCENES
+        for knob in KNOBS
+        if not KNOBS[knob].exact_twin
+        for group in GROUPS
+    ]
+    return [f for f in found if f is not None]
+
+
+def all_standings(table: dict[str, Any]) -> list[choice.Standing]:
+    return _everywhere(table, choice.standing)
+
+
+def live_with(table: dict[str, Any]) -> str:
+    rows: list[list[Cell | str]] = []
+    for kind in ("moist", "dry"):
+        for wish, wanted in WISHES.items():
+            groups = tuple(g for g in wanted if kind == "moist" or g in ("fraction retained", "restitution"))
+            last: list[str] = []
+            for accuracy in ACCURACIES:
+                with suppress(PywetError):  # out of reach
+                    chosen = choice.choose(table, accuracy, kind == "moist", groups)
+                    words = [f"{KNOBS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
+                    said = [", ".join(words) or "the defaults", f"{chosen.price:.2f}\u00a0×"]
+                    if said != last:
+                        error = f"{100 * max(chosen.error.values()):.2g} %"
+                        of = Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %")
+                        rows.append([*of, Cell(said[0], left=True), said[1], error])
+                    last = said
+    text = paragraph(
+        "The cheapest settings whose errors, added up over the settings, stay below what you can live with. A cheaper setting "
+        "must be shown right: what chance alone may have hidden is counted against it. Rows that choose the same as the one "
+        "above are left out. The same from the command line: `pywet plan 2 --accuracy 2%`."
+    )
+    return text + html_table(["what counts", "you can live with", "choose", "price", "error, counted"], rows)
+
+
+def fronts(table: dict[str, Any]) -> str:
+    return picture(
+        figures.fronts(table),
+        "Lower left is better. Each line is the cheapest price for an error, over all combinations of time step, springs, "
+        "facets, law, integration and impulses; rings: the defaults, counted the same way. What chance may hide counts in full "
+        "against a cheaper setting and not at all against the default or a finer one, so that a ring at the foot says: nothing "
+        "was found wrong with it. A ring to the right of its line could have had the same for less.",
+    )
+
+
+def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) -> str:
+    order = {(s.kind, s.knob, s.group): s for s in standings}
+    rows: list[list[Cell | str]] = []
+    for kind in ("moist", "dry"):
+        for knob in KNOBS:
+            own = [order.get((kind, knob, group)) for group in GROUPS]
+            if any(own):
+                cells = [Cell("–", "none") if s is None else _standing_cell(s) for s in own]
+                rows.append([Cell(f"{kind}: {KNOBS[knob].title}"), *cells])
+    said = [
+        paragraph(f"{KNOBS[s.knob].title.capitalize()}, {s.kind}, {s.group}: {s.said}.")
+        for s in standings
+        if s.verdict == "beaten"
+    ] or [paragraph("No level of any setting is as cheap and better than the default beyond doubt.")]
+    said += [paragraph(text) for text in bargains(table)]
+    return "".join(dict.fromkeys(said)) + html_table(["setting", *GROUPS], rows)
+
+
+def _standing_cell(standing: choice.Standing) -> Cell:
+    grade: Any = GRADE[standing.verdict]
+    by = "" if standing.by is None else f" ({figures.SHORT.get(str(standing.by), standing.by)})"
+    return Cell(standing.verdict + by, grade, standing.said)
+
+
+def bargains(table: dict[str, Any]) -> list[str]:
+    """What much accuracy may be had for little more, one sentence each."""
+    sentences = _everywhere(table, choice.bargain)
+    if any(text.startswith("Capillary law") for text in sentences):
+        sentences.append(
+            "The default law stays because the cases reproduce a paper that uses it; where the physics counts, take "
+            "`preset: exact` under `laws:` in config.yaml."
+        )
+    return sentences
+
+
+def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
+    """What changes with scale and size: prices and errors beside each other, then what to choose there."""
+    tables, groups = (table, *others), ("fraction retained", "liquid shares")
+    names = [_name(t) for t in tables]
+    header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
+    rows: list[list[Cell | str]] = []
+    for knob in KNOBS:
+        by_level = [{row["level"]: row for row in t["knobs"].get(knob, ())} for t in tables]
+        for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
+            cells = [Cell(f"{KNOBS[knob].title}: {level}")]
+            for rows_of, own in zip(by_level, tables, strict=True):
+                cells += _at_scale(rows_of.get(level), level == own["default"].get(knob), groups)
+            rows.append(list(cells))
+    text = "".join(
+        paragraph(
+            f"{_name(t).capitalize()}: stored result of {t['provenance']['date']}, {seeds_said(t['provenance'])}, "
+            f"{t['provenance']['runs']} runs, {t['provenance']['processor_time_s'] / 60:.0f} min of processor time; "
+            f"`{t['provenance']['made_by']}` makes it anew."
+        )
+        for t in others
+    )
+    text += paragraph(
+        "Price in moist and in dry runs, error in fraction retained and in liquid shares. Green: the scale's default. Errors are "
+        "against the finest level of the same scale; pale where chance may have made them."
+    )
+    chosen = "".join(
+        f"<h3>{_name(t).capitalize()}</h3>{fronts(t)}{live_with(t)}{standing_table(t, all_standings(t))}"
+        for t in others
+    )
+    return text + html_table(header, rows) + chosen
+
+
+BESIDE = (("fraction", 0.1), ("fraction", 0.05), ("stiffness", 0.003), ("stiffness", 0.01))
+"""Settings that the scatter of inputs is laid beside."""
+
+
+def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
+    """Effect of the inputs' scatter on the fraction retained [% of the feed], then errors of settings of the table."""
+    columns = [(scene, quantity) for scene in ("dry", "moist") for quantity in scatter.QUANTITIES]
+    made = scatter.effects(scatter.stored(), table).set_index(["input", "level"])
+    names = {(n, 1): f"{i.title} ± {100 * i.between:.2g} %" for n, i in scatter.INPUTS.items()}
+    names |= {("bridges_every", n): f"{KNOBS['bridges_every'].title} {n}" for n in scatter.STEPS}
+    of = {name: made.loc[[key]].to_dict("records") for key, name in names.items()}
+    for knob, level in BESIDE:
+        (row,) = (r for r in table["knobs"][knob] if r["level"] == level)
+        of[f"{KNOBS[knob].title} {level}"] = row["errors"]
+    cells = {
+        name: {(e["scene"], e["quantity"]): f"{100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in errors}
+        for name, errors in of.items()
+    }
+    return [[name, *(own.get(column, "–") for column in columns)] for name, own in cells.items()]
+
+
+def scattered(table: dict[str, Any]) -> str:
+    """The same as a part of the page."""
+    made = scatter.stored()
+    text = paragraph(
+        f"Each input one standard deviation up and down, half of what that changes, {made['seed'].nunique()} seeds; then "
+        "settings against their finest level. In % of the feed, ± the 99 % limit of chance. Where the numbers are from: "
+        + "; ".join(f"{i.title}: {i.source}" for i in scatter.INPUTS.values())
+        + ". That POM scatters as glass does is an assumption."
+    )
+    header = ["input or setting", "dry: mean", "dry: at the end", "moist: mean", "moist: at the end"]
+    return text + html_table(header, [[Cell(first), *rest] for first, *rest in scatter_rows(table)])
+
+
+def seeds_said(made: dict[str, Any]) -> str:
+    """How many seeds a study has, in words."""
+    dry = made.get("dry_seeds", made["seeds"])
+    return f"{made['seeds']} seeds" + ("" if dry == made["seeds"] else f" ({dry} of dry screening)")
+
+
+def _name(table: dict[str, Any]) -> str:
+    made = table["provenance"]
+    return f"{made['scale']} scale" + ("" if made["size"] == made["scale"] else f", {made['size']}")
+
+
+def _at_scale(row: dict[str, Any] | None, default: bool, groups: tuple[str, ...]) -> list[Cell]:
+    if row is None:
+        return [Cell("–", "none")] * (2 + len(groups))
+    prices = [price_cell(row["price"].get(kind)) for kind in ("moist", "dry")]
+    if default:
+        prices = [replace(cell, grade="good") if cell.text != "–" else cell for cell in prices]
+    return [*prices, *(error_cell(row["errors"], group) for group in groups)]
+
+
+def price_cell(price: dict[str, float] | None) -> Cell:
+    if price is None:
+        return Cell("–", "none")
+    return Cell(f"{price['ratio']:.2f}", "", f"{price['low']:.2f} to {price['high']:.2f}")
+
+
+def error_cell(errors: Sequence[dict[str, Any]], group: str) -> Cell:
+    own = [e for e in errors if e["group"] == group]
+    if not own:
+        return Cell("–", "none")
+    worst = max(own, key=lambda e: (abs(e["value"]) > e["limit"], abs(e["value"])))
+    value, limit = 100 * abs(worst["value"]), 100 * worst["limit"]
+    hint = "; ".join(f"{e['scene']} {e['quantity']} {100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in own)
+    if value == 0.0:
+        return Cell("0", "", hint)
+    return Cell(f"{value:.2g} ± {limit:.1g}" if limit else f"{value:.2g}", "" if value > limit else "none", hint)

@@ -1,0 +1,45 @@
+"""One run of the accuracy study: prepared, timed, measured; its run directory is removed."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from pywet.cases.small import small
+from pywet.cost.knobs import Setting, reference
+from pywet.cost.timing import timed
+from pywet.engines.liggghts import driver
+from pywet.errors import PywetError
+from studies.accuracy import bodies, sieve
+from studies.accuracy.sieve import SCREENING
+from studies.study import Row
+
+
+def rows_of(
+    scene: str, seed: int, knob: str, setting: Setting, size: str, config_dir: Path, vary: sieve.Vary = lambda same: same
+) -> list[Row]:  # fmt: skip
+    """Do a run: a row, of colliding pairs one for each; of one that the engine refuses or that fails the reason, in `failed`.
+
+    `vary` changes what a screening scene is made from.
+    """
+    if scene == "laws":
+        errors = {} if knob == "transfer_nodes" else bodies.law_errors(setting)
+        if knob in ("default", "transfer_nodes"):
+            errors |= bodies.sharing_error(setting, int(reference("transfer_nodes", size)))
+        return [{**errors, "failed": None}]
+    with tempfile.TemporaryDirectory(prefix="pywet-study-") as name:
+        folder = Path(name)
+        begin: Callable[[], driver.RunInfo]
+        try:
+            if scene in SCREENING:
+                sieve.prepare(folder, scene, setting, sieve.SIZES[size], seed, config_dir, vary)
+                begin = lambda: driver.run(folder, setting.ranks, progress=False)  # noqa: E731
+            else:
+                spheres = bodies.prepare(scene, folder, setting, seed)
+                begin = lambda: small.run(folder, spheres, setting.ranks)  # noqa: E731
+            took = {**timed(folder, begin), "failed": None}
+            measured = [sieve.quantities(folder)] if scene in SCREENING else bodies.quantities(scene, folder)
+        except PywetError as error:
+            return [{"failed": str(error).replace(name, "RUN_DIR")}]
+    return [{**row, **took} for row in measured]

@@ -1,0 +1,220 @@
+"""The accuracy study: its rounds and their runs, its table, and the page.
+
+A round is a scene with one seed: all its settings in turn, the default first and last, so that whatever else the machine does
+meets all of them.
+"""
+
+from __future__ import annotations
+
+import datetime
+import json
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pywet import config as settings
+from pywet.cost import choice, command, cost, knobs
+from pywet.cost.edit import SCALE, with_setting
+from pywet.cost.knobs import KNOBS_OF, Level, Setting
+from pywet.cost.timing import machine
+from pywet.errors import PywetError
+from pywet.runs.summary import versions
+from pywet.util.files import read_json, write_json
+from studies import study
+from studies.accuracy import errors, measure, sieve
+from studies.accuracy.sieve import SCREENING, SEEDS
+
+ONCE = ("pair_dry", "pair_wet", "pull", "laws")
+"""Scenes without chance: one round."""
+
+
+@dataclass(frozen=True)
+class AccuracyStudy(study.Study):
+    """All knobs in all scenes, in one of the sizes of `sieve.SIZES`."""
+
+    folder: Path
+    size: str = "quick"
+    config_dir: Path = Path("config")
+
+    def __post_init__(self) -> None:
+        sieve.size_named(self.size)
+
+    def jobs(self) -> list[str]:
+        """The rounds; those of one scene are not neighbours."""
+        shape = sieve.size_named(self.size)
+        seeds = {"bed": shape.seeds, "moist": shape.seeds, "dry": shape.dry_seeds or shape.seeds}
+        rounds = [(scene, SEEDS[0]) for scene in ONCE]
+        rounds += [(scene, seed) for k, seed in enumerate(SEEDS) for scene in ("bed", *SCREENING) if k < seeds[scene]]
+        return [f"{self.size}/{scene}-{seed}" for scene, seed in rounds]
+
+    def runs(self, job: str) -> list[study.Run]:
+        """Default, every level of every knob but the default's (from another start each seed), and the default again."""
+        scene, _, seed = job.partition("/")[2].rpartition("-")
+        base = knobs.default(self.size)
+        turned: list[tuple[str, Level | None]] = [
+            (knob, level)
+            for knob in KNOBS_OF[scene]
+            for level in knobs.KNOBS[knob].levels(self.size)
+            if level != getattr(base, knob)
+        ]
+        shift = SEEDS.index(int(seed)) * len(turned) // len(SEEDS)
+        again: list[tuple[str, Level | None]] = [("again", None)] if scene in SCREENING else []
+        order = [("default", None), *turned[shift:], *turned[:shift], *again]
+        return [self._run(job, scene, int(seed), knob, level) for knob, level in order]
+
+    def _run(self, job: str, scene: str, seed: int, knob: str, level: Level | None) -> study.Run:
+        setting = self.setting(knob, level)
+        given = {
+            "scene": scene, "seed": seed, "knob": knob, "setting": asdict(setting), "size": self.size,
+            "configuration": self.configuration if scene in SCREENING else None,
+        }  # fmt: skip
+        return study.Run(
+            f"{job}-{knob}" + ("" if level is None else f"-{level}"),
+            given,
+            partial(measure.rows_of, scene, seed, knob, setting, self.size, self.config_dir),
+            {"scene": scene, "seed": seed, "knob": knob, "level": level},
+        )
+
+    def setting(self, knob: str, level: Any) -> Setting:
+        """The default with one knob turned; `default` and `again` turn none."""
+        return replace(knobs.default(self.size), **({knob: level} if knob in knobs.KNOBS else {}))
+
+    @cached_property
+    def configuration(self) -> list[dict[str, Any]]:
+        """All of the configuration that screening depends on and the study does not set itself."""
+        config = with_setting(settings.load(self.config_dir), Setting(), sieve.SIZES[self.size], seed=0)
+        return [study.configured(config, number, SCALE) for number in sieve.CASE.values()]
+
+    def table(self) -> dict[str, Any]:
+        """Prices and errors from the runs that are kept."""
+        runs = self.gather()
+        if runs.empty or not runs["scene"].isin(SCREENING).any():
+            raise PywetError(
+                f"no runs of size {self.size} in {self.folder}; expected some: run `pywet study accuracy --size {self.size}`"
+            )
+        return tabled(runs, self.size)
+
+    def show(self) -> Path:
+        """table.json in the folder, and the page."""
+        from studies.accuracy import page
+
+        table = self.table()
+        write_json(self.folder / "table.json", rounded(table))
+        others = [held for held in choice.stored()["scales"].values() if held["provenance"]["size"] != self.size]
+        return page.write_page(self.page, table, self.gather(), self.size, others, self.times(command.habit(table)))
+
+    def times(self, habit: cost.Habit) -> pd.DataFrame | None:
+        """Measured and predicted processor time [s] of every screening run on one rank; None on an unmeasured machine."""
+        machine, runs = cost.kept(), self.gather()
+        if machine is None:
+            return None
+        runs = runs[runs["scene"].isin(SCREENING) & runs["failed"].isna() & (runs["knob"] != "ranks")]
+        predicted = [self.predict(labels, machine, habit) for labels in runs.to_dict("records")]
+        return pd.DataFrame({"scene": runs["scene"], "measured": runs["cpu_s"], "predicted": predicted})
+
+    def predict(self, run: Any, machine: cost.Coefficients, habit: cost.Habit) -> float:
+        """Processor time of a screening run [s], by its labels."""
+        setting = self.setting(run["knob"], run["level"])
+        made = with_setting(settings.load(self.config_dir), setting, sieve.SIZES[self.size], run["seed"])
+        return cost.predict(made, sieve.CASE[run["scene"]], SCALE, machine, habit)[0]
+
+    def expected(self) -> float:
+        """Time of the runs that are missing on this machine [s]; small scenes are guessed at a few seconds each."""
+        machine = command.calibrated(self.config_dir)
+        habit, total = command.habit(choice.for_scale(sieve.SIZES[self.size].scale)[0]), 0.0
+        for run in self.missing():
+            if run.labels["scene"] not in SCREENING:
+                starts = machine.few.start_stock, machine.few.start_moist
+                total += 1.0 + starts[run.labels["scene"] != "pair_dry"]
+                continue
+            try:
+                total += self.predict(run.labels, machine, habit) + 0.5
+            except PywetError:
+                continue  # refused in no time
+        return total
+
+
+def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
+    """The result as one small table: prices and errors by knob and level, with where they come from."""
+    found, prices = errors.errors(runs, size), errors.prices(runs, size)
+    failed = runs[runs["failed"].notna()]
+    failed = failed.assign(said=failed["scene"] + ": " + failed["failed"].astype(str))
+    said = ["scene", "quantity", "group", "value", "limit", "family", "seeds"]
+    rows = {
+        name: [
+            {
+                "level": level,
+                "price": _of(prices, name, level).set_index("scene")[["ratio", "low", "high"]].to_dict("index"),
+                "errors": _of(found, name, level)[said].to_dict("records"),
+                "failed": sorted(_of(failed, name, level)["said"].unique()),
+            }
+            for level in knob.levels(size)
+        ]
+        for name, knob in knobs.KNOBS.items()
+    }
+    return {
+        "provenance": provenance(runs, size),
+        "default": asdict(knobs.default(size)),
+        "knobs": rows,
+        "habit": {"exact_start": exact_start(runs)},
+        "spread_over_seeds": spread(runs),
+    }
+
+
+def _of(table: pd.DataFrame, knob: str, level: knobs.Level) -> pd.DataFrame:
+    return table[(table["knob"] == knob) & (table["level"] == level)]
+
+
+def exact_start(runs: pd.DataFrame) -> float:
+    """Start of a moist run with the exact bridge's laws over that of the default, in the same rounds."""
+    moist = runs[(runs["scene"] == "moist") & runs["failed"].isna()].set_index("seed")
+    start = moist["cpu_s"] - moist["loop_cpu_s"]
+    ratios = start[(moist["knob"] == "capillary") & (moist["level"] == "exact")] / start[moist["knob"] == "default"]
+    return float(ratios.median()) if ratios.notna().any() else 1.0
+
+
+def provenance(runs: pd.DataFrame, size: str) -> dict[str, Any]:
+    """How the table was made."""
+    shape, of_run = sieve.SIZES[size], runs.drop_duplicates("run")
+    cpu, wall = (float(of_run[clock].sum()) for clock in ("cpu_s", "wall_s"))
+    return {
+        "made_by": f"pywet study accuracy --size {size} --store",
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        "size": size,
+        "scale": shape.scale,
+        "seeds": shape.seeds,
+        "dry_seeds": shape.dry_seeds or shape.seeds,
+        "runs": len(of_run),
+        "processor_time_s": round(cpu, 1),
+        "wall_over_processor_time": round(wall / max(cpu, 1e-9), 2),
+        "machine": machine(),
+        "versions": versions(),
+    }
+
+
+def spread(runs: pd.DataFrame) -> dict[str, dict[str, list[float]]]:
+    """Scene -> quantity -> values of the default over the seeds."""
+    default = runs[(runs["knob"] == "default") & runs["failed"].isna()]
+    names = [q.name for q in errors.QUANTITIES if q.name in default and q.name != "restitution"]
+    values = {scene: of[names].dropna(axis="columns") for scene, of in default.groupby("scene", sort=False)}
+    return {str(scene): of.to_dict("list") for scene, of in values.items() if len(of.columns)}  # type: ignore[misc]
+
+
+def store(result: dict[str, Any], path: Path = choice.STORED) -> Path:
+    """Put a study's table into the stored one, in the place of its scale."""
+    try:
+        whole = read_json(path, shape=dict[str, dict[str, Any]])
+    except PywetError:  # none yet
+        whole = {"scales": {}}
+    whole["scales"][result["provenance"]["scale"]] = rounded(result)
+    study.write_rows(path, whole)
+    choice.stored.cache_clear()
+    return path
+
+
+def rounded(value: Any) -> Any:
+    """The same with numbers of five digits."""
+    return json.loads(json.dumps(value), parse_float=lambda digits: float(f"{float(digits):.5g}"))

@@ -1,0 +1,1 @@
+"""Figures and numbers of Davis (2023), wet collisions of spheres."""

@@ -1,0 +1,49 @@
+"""The first lines of docs/full_scale.md: what liquid does to passage, where it goes, how many statements are confirmed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from studies.full_scale import spread
+from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement
+from studies.full_scale.spread import Runs
+
+
+def _half(runs: Runs, case: int) -> str:
+    return f"{np.mean([spread.half_through(k) for k in runs[case]]):.2f} s"
+
+
+def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
+    """What liquid does to passage, where it goes, and how many statements are confirmed; none without the cases it is about."""
+    written = ["# Full scale", ""]
+    if all(runs.get(n) for n in (1, 2, 10, 11)):
+        written += [
+            f"- **Passage**: 5 % of liquid delays it. On 8 mm half of the undersize is through after {_half(runs, 1)} dry and "
+            f"{_half(runs, 2)} moist (POM), {_half(runs, 10)} and {_half(runs, 11)} (glass); after 10 s all of it is.",
+        ]
+    if all(runs.get(n) for n in (7, 8, 16, 17)):
+        y = [f"{runs[n][0].at(runs[n][0].retained(), 20.0):.2f}" for n in (7, 8, 16, 17)]
+        written += [
+            f"  On 5.6 mm the screen retains {y[0]} of the feed dry and {y[1]} moist after 20 s (POM), {y[2]} dry and {y[3]} "
+            "moist (glass, of which dry spheres peg).",
+        ]
+    for name, n in (("POM", 2), ("glass", 11)):
+        if runs.get(n):
+            k = runs[n][0]
+            held = [100.0 * float(v[-1]) for v in (k.liquid("fines"), k.liquid("coarse_material"), k.walls)]
+            written += [
+                f"- **Liquid at the end**, {name} on 8 mm: {held[0]:.0f} % on fines, {held[1]:.0f} % on coarse spheres, "
+                f"{held[2]:.0f} % on walls."
+            ]
+    return [*written, f"- **Statements of the paper**: {_counted(answers)}.", ""]
+
+
+def _counted(answers: Sequence[tuple[Statement, Answer]]) -> str:
+    verdicts = [a.verdict for _, a in answers]
+    return "; ".join(
+        f"of {len(part)} on {of} "
+        + ", ".join(f"{part.count(v)} {v}" for v in (HOLDS, FAILS, OPEN, MISSING) if v in part)
+        for of, part in (("screening", verdicts[:39]), ("laws", verdicts[39:]))
+    )

@@ -1,0 +1,146 @@
+"""How a statement of the paper is judged by stored runs, with what seeds leave open.
+
+A quantity is taken for every seed that all its cases have, and its 95 % interval (Student) must lie inside the range that the
+statement's words allow, or outside it; else the statement is inconclusive. Where its cases have one seed in common, each is moved
+as the seeds of its neighbour differ. Without seeds of the neighbours a single run is taken at its word.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pywet.compare.statistics import half_width
+from studies.full_scale.kept import Kept, Moved
+
+Cases = Mapping[int, Kept]
+HOLDS, FAILS, OPEN, MISSING = "confirmed", "not confirmed", "inconclusive", "not run"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One number that must lie between `low` and `high`."""
+
+    text: str
+    low: float
+    high: float
+    quantity: Callable[[Cases], float]
+
+    @property
+    def range(self) -> str:
+        """The range as an inequality."""
+        if math.isinf(self.low):
+            return f"{self.text} < {self.high:g}"
+        if math.isinf(self.high):
+            return f"{self.text} > {self.low:g}"
+        return f"{self.low:g} < {self.text} < {self.high:g}"
+
+
+def within(text: str, low: float, high: float, quantity: Callable[[Cases], float]) -> Part:
+    """The quantity must lie between two limits."""
+    return Part(text, low, high, quantity)
+
+
+def above(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
+    """The quantity must be larger than the threshold."""
+    return Part(text, threshold, math.inf, quantity)
+
+
+def below(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
+    """The quantity must be smaller than the threshold."""
+    return Part(text, -math.inf, threshold, quantity)
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A sentence of the paper, the cases it is about, and the numbers by which it is judged."""
+
+    number: int
+    place: str
+    says: str
+    cases: tuple[int, ...]
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`values`: for each part its value with every seed; `chance`: for each half its 95 % interval."""
+
+    verdict: str
+    values: tuple[tuple[float, ...], ...] = ()
+    chance: tuple[float, ...] = ()
+
+
+def neighbour(case: int) -> int:
+    """The case of table 4 with more seeds that is likest: 8 mm, 1 mm, of the same material, dry or with 5 % of liquid."""
+    return (1 if case < 10 else 10) + ((case - 1) % 3 > 0)
+
+
+def neighbours(case: int, runs: Mapping[int, Sequence[Kept]], run: Kept | None = None) -> list[Moved]:
+    """A run of a case, else its first, moved by each seed of its neighbour; none where that has a single seed."""
+    seeds = runs.get(neighbour(case), ())
+    return [Moved((run or runs[case][0]).folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
+
+
+def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
+    """Whether the kept runs show a statement."""
+    if not statement.cases:  # of the law alone
+        return _decided(statement, [{}], [0.0] * len(statement.parts))
+    if any(not runs.get(case) for case in statement.cases):
+        return Answer(MISSING)
+    by_seed = {case: {int(k.about["seed"]): k for k in runs[case]} for case in statement.cases}
+    common = sorted(set.intersection(*(set(seeds) for seeds in by_seed.values())))
+    if not common:
+        return Answer(MISSING)
+    worlds = [{case: seeds[seed] for case, seeds in by_seed.items()} for seed in common]
+    worlds = [w for w in worlds if not np.isnan([part.quantity(w) for part in statement.parts]).any()]
+    if not worlds:  # no run recorded it
+        return Answer(MISSING)
+    if len(worlds) > 1:
+        spreads = [np.std([part.quantity(w) for w in worlds], ddof=1) for part in statement.parts]
+        halves = [half_width(float(s), len(worlds), len(worlds) - 1, 0.95) for s in spreads]
+        return _decided(statement, worlds, halves)
+    return _decided(statement, worlds, _of_neighbours(statement, worlds[0], runs))
+
+
+def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[Kept]]) -> list[float]:
+    """Half the 95 % interval of each part: variances of its cases, moved one at a time, add up."""
+    moved = {case: neighbours(case, runs, world[case]) for case in statement.cases}
+    freedom = sum(len(runs[n]) - 1 for n in {neighbour(case) for case, runs_of in moved.items() if runs_of})
+    if not freedom:
+        return [0.0] * len(statement.parts)
+    halves = []
+    for part in statement.parts:
+        each = [[part.quantity({**world, case: one}) for one in ones] for case, ones in moved.items() if ones]
+        halves.append(half_width(float(np.sqrt(sum(np.var(v, ddof=1) for v in each))), 1, freedom, 0.95))
+    return halves
+
+
+def _decided(statement: Statement, worlds: Sequence[Cases], chance: Sequence[float]) -> Answer:
+    values = tuple(tuple(part.quantity(world) for world in worlds) for part in statement.parts)
+    verdicts = [
+        decide(part, float(np.mean(v)), half) for part, v, half in zip(statement.parts, values, chance, strict=True)
+    ]
+    verdict = FAILS if FAILS in verdicts else OPEN if OPEN in verdicts else HOLDS
+    return Answer(verdict, values, tuple(chance))
+
+
+def decide(part: Part, value: float, half: float) -> str:
+    """One part by its mean over seeds and half its interval."""
+    if part.low < value - half and value + half < part.high:
+        return HOLDS
+    return OPEN if part.low < value + half and value - half < part.high else FAILS
+
+
+def fingerprint(statements: Sequence[Statement]) -> str:
+    """Digest of all statements, their words and ranges; stored with each run, so that a range changed later is found."""
+    rows = [
+        [s.number, s.place, s.says, list(s.cases), [[p.text, str(p.low), str(p.high)] for p in s.parts]]
+        for s in statements
+    ]
+    return hashlib.sha256(json.dumps(rows, ensure_ascii=False).encode()).hexdigest()[:16]

@@ -1,0 +1,141 @@
+"""Numbers that statements of the paper are about, from the kept tables of one or several cases.
+
+Y: fraction retained (44), Y_i of a size class (45); U: mass of undersize spheres on the screen over that at the start; times in
+seconds from the opening of the slide; shares are of all liquid.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from studies.full_scale.judging import Cases
+from studies.full_scale.kept import COARSE, UNDERSIZE, Kept
+
+SMALL, NEAR = UNDERSIZE
+COARSE_MATERIAL = "coarse_material"
+
+
+def gap(c: Cases, a: int, b: int, start: float, stop: float) -> float:
+    """Mean of Y_a − Y_b over a span of time."""
+    return c[a].y(start, stop) - c[b].y(start, stop)
+
+
+def spread(c: Cases, cases: Sequence[int], start: float = 0.5, stop: float = 20.0) -> float:
+    """Mean over a span of time of the largest Y less the smallest among cases."""
+    grid = np.arange(start, stop, 0.1)
+    curves = np.array([np.interp(grid, c[k].times, c[k].retained()) for k in cases])
+    return float((curves.max(axis=0) - curves.min(axis=0)).mean())
+
+
+def lag(kept: Kept, start: float, stop: float) -> float:
+    """Mean of Y_small − Y_near of one case over a span of time."""
+    return kept.y(start, stop, SMALL) - kept.y(start, stop, NEAR)
+
+
+def undersize(c: Cases, case: int, time: float) -> float:
+    """U at a time."""
+    return c[case].at(c[case].undersize, time)
+
+
+def share(c: Cases, case: int, time: float, *holders: str) -> float:
+    """Share of the liquid with holders (`walls`: the screening apparatus) at a time."""
+    kept = c[case]
+    return kept.at(kept.walls if holders == ("walls",) else kept.liquid(*holders), time)
+
+
+def through(c: Cases, case: int, left: float) -> float:
+    """Time from which less than a share `left` of the undersize is on the screen [s]; inf where that is never so."""
+    more = np.flatnonzero(c[case].undersize >= left)
+    times = c[case].times
+    return float(times[more[-1] + 1]) if more[-1] + 1 < len(times) else math.inf
+
+
+def last_lag(kept: Kept) -> float:
+    """Last time at which Y_small is above Y_near [s]; 0 where it never is."""
+    late = np.flatnonzero((kept.retained(SMALL) > kept.retained(NEAR)) & (kept.times >= 0.5))
+    return float(kept.times[late[-1]]) if len(late) else 0.0
+
+
+MAJORITY = 0.1
+"""The majority of the undersize has passed when less than this share of it is on the screen."""
+
+
+def settled(c: Cases, case: int) -> float:
+    """Largest change of the share of coarse material, fines or walls after the majority has passed, over that before; inf
+    where the majority never passes."""
+    since = through(c, case, MAJORITY)
+    if not since < c[case].end:
+        return math.inf
+    changes = [
+        [abs(share(c, case, b, h) - share(c, case, a, h)) for h in (COARSE_MATERIAL, "fines", "walls")]
+        for a, b in ((0.0, since), (since, 20.0))
+    ]
+    return max(changes[1]) / max(changes[0])
+
+
+def largest(c: Cases, a: int, kind_a: str | None, b: int, kind_b: str | None) -> float:
+    """Largest excess of Y_a (of a class) over Y_b between 0.5 and 20 s."""
+    grid = np.arange(0.5, 20.0, 0.1)
+    one, other = c[a], c[b]
+    return float(
+        np.max(np.interp(grid, one.times, one.retained(kind_a)) - np.interp(grid, other.times, other.retained(kind_b)))
+    )
+
+
+def rise(kept: Kept, holder: str, sign: float = 1.0) -> float:
+    """Largest step up (down with −1) of a holder's share from one output to the next after the opening."""
+    values = kept.liquid(holder)[kept.times >= 0.0]
+    return float(np.max(np.diff(sign * values), initial=0.0))
+
+
+def per_sphere(kept: Kept, kind: str) -> float:
+    """Liquid share that spheres of a class carried through the outlet, over the number of them that passed."""
+    spheres = kept.count("above", kind)
+    return carried(kept, kind) / max(float(spheres[0] - spheres[-1]), 1.0)
+
+
+def fall(kept: Kept, kind: str) -> float:
+    """Share of a class that passes from 5 to 20 s."""
+    return kept.at(kept.retained(kind), 5.0) - kept.at(kept.retained(kind), 20.0)
+
+
+def apart(c: Cases, time: float) -> float:
+    """Distance of the shares of walls and coarse material in case 2."""
+    return abs(share(c, 2, time, "walls") - share(c, 2, time, COARSE_MATERIAL))
+
+
+def carried(kept: Kept, kind: str) -> float:
+    """Share of the liquid that spheres of a class held at the last output before they passed; nan where not recorded."""
+    return float((kept.about.get("carried") or {}).get(kind, math.nan))
+
+
+def wedged(c: Cases, case: int, kind: str) -> float:
+    """Mean number of wedged spheres of a class from 10 to 20 s."""
+    return c[case].mean(c[case].count("wedged", kind), 10.0, 20.0)
+
+
+EARLY = 5.0
+"""End of the beginning of screening, in which most of the undersize passes [s]."""
+
+
+def peak(c: Cases, kind: str) -> float:
+    """Largest relative rise of the liquid on a class on the screen since the opening in the first `EARLY` seconds, case 11."""
+    values, times = c[11].liquid(f"coarse_material_{kind}"), c[11].times
+    start = share(c, 11, 0.0, f"coarse_material_{kind}")
+    return float(values[(times >= 0.0) & (times <= EARLY)].max() / start - 1.0)
+
+
+def small_at_peak(c: Cases) -> float:
+    """Relative change of the liquid on the small spheres on the screen when the near-mesh ones hold most, case 11."""
+    near, times = c[11].liquid(f"coarse_material_{NEAR}"), c[11].times
+    early = (times >= 0.0) & (times <= EARLY)
+    at = float(times[early][int(np.argmax(near[early]))])
+    return share(c, 11, at, f"coarse_material_{SMALL}") / share(c, 11, 0.0, f"coarse_material_{SMALL}") - 1.0
+
+
+def film(c: Cases, kind: str) -> float:
+    """Median film thickness of a class on the screen in case 3 at 3 s, over that of the coarse spheres."""
+    return c[3].at(c[3].count("film_m", kind), 3.0) / c[3].at(c[3].count("film_m", COARSE), 3.0)

@@ -1,0 +1,91 @@
+"""What retirement of the spheres in the bin changes at full scale, and what it saves: runs named `retire` against the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from pywet.compare.statistics import half_width
+from studies.full_scale.kept import Kept
+from studies.full_scale.spread import DRY
+
+VARIANT = "retire"
+Runs = Mapping[int, Sequence[Kept]]
+AT_S = (1.0, 2.0, 5.0, 20.0)
+"""Times after the opening at which Y is compared."""
+OF_CURVES: dict[str, Callable[[Kept], float]] = {
+    **{f"Y at {t:g} s": lambda k, t=t: k.at(k.retained(), t) for t in AT_S},  # type: ignore[misc]
+    **DRY,
+}
+OF_LIQUID: dict[str, Callable[[Kept], float]] = {
+    "liquid of the coarse material at the end": lambda k: float(k.liquid("coarse_material")[-1]),
+    "liquid of the walls except the bin's at the end": lambda k: float(k.walls[-1]),
+    "liquid of fines and bin together at the end": lambda k: float(k.liquid("fines", "collecting_bin")[-1]),
+    "liquid of the fines at the end": lambda k: float(k.liquid("fines")[-1]),
+    "liquid of the bin's walls at the end": lambda k: float(k.liquid("collecting_bin")[-1]),
+}
+COSTS = {
+    "cpu_s": ("engine", 3600.0, "core-hours"),
+    "replay_cpu_s": ("replay", 1.0, "s"),
+    "disk_B": ("disk", 1e9, "GB"),
+}
+"""Entry of run.json -> its name, unit and symbol."""
+COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "retired", "difference", "significant")
+"""Of a row of `rows`."""
+
+
+def rows(kept: Runs, retired: Runs) -> list[tuple[str, ...]]:
+    """Each quantity of each case that has runs of both kinds: means, difference and whether it is significant."""
+    return [row for case in sorted(set(kept) & set(retired)) for row in _compared(case, kept[case], retired[case])]
+
+
+def lines(kept: Runs, retired: Runs) -> list[str]:
+    """What retirement changes and saves, in a sentence each; none without such runs."""
+    cases = sorted(set(kept) & set(retired))
+    if not cases:
+        return []
+    found = rows(kept, retired)
+    moved = [f"case {row[0]}, {row[1]}: {row[6]}" for row in found if row[7].startswith("yes")]
+    costs = "; ".join(_cost(case, kept[case], retired[case]) for case in cases)
+    return [
+        f"- **[Retired spheres](engine.md#retired-spheres)** (runs `retire`): {len(moved)} of {len(found)} quantities differ "
+        f"significantly{': ' if moved else ''}{'; '.join(moved)} of all liquid. Fines and the bin's walls share the liquid "
+        "differently because each sphere that comes to rest wets the floor; their sum does not differ "
+        f"([retirement.csv](full_scale/retirement.csv)). Cost: {costs}.",
+    ]
+
+
+def _compared(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> list[tuple[str, ...]]:
+    moist = bool(kept[0].about["events"])
+    found: list[tuple[str, ...]] = []
+    for name, of in (OF_CURVES | (OF_LIQUID if moist else {})).items():
+        one, two = (np.array([of(k) for k in runs]) for runs in (kept, retired))
+        moved, spread, told = float(two.mean() - one.mean()), "–", "one seed"
+        if len(one) > 1:
+            deviation = float(one.std(ddof=1))
+            chance = half_width(deviation, 1, len(one) - 1, 0.95) * np.sqrt(1.0 / len(two) + 1.0 / len(one))
+            spread, told = f"{deviation:.4f}", f"{'yes' if abs(moved) > chance else 'no'}, ± {chance:.4f}"
+        cells = (
+            case,
+            name,
+            f"{len(one)}, {len(two)}",
+            f"{one.mean():.4f}",
+            spread,
+            f"{two.mean():.4f}",
+            f"{moved:+.4f}",
+            told,
+        )
+        found.append(tuple(map(str, cells)))
+    return found
+
+
+def _cost(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> str:
+    said = []
+    for key, (name, unit, symbol) in COSTS.items():
+        least = []
+        for runs in (kept, retired):
+            values = [k.about[key] / unit for k in runs if k.about.get(key) and k.about.get("resumed_at_step") is None]
+            least.append(f"{min(values):.3g}" if values else "–")
+        said.append(f"{name} {least[1]} instead of {least[0]} {symbol}")
+    return f"case {case}, {', '.join(said)}"

@@ -1,0 +1,72 @@
+"""Scatter of seeds and effect of a lower contact stiffness at full scale: seeds of a case against its run `paper`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from pywet.compare.statistics import half_width
+from studies.full_scale.kept import Kept
+from studies.full_scale.quantities import lag
+
+Runs = Mapping[int, Sequence[Kept]]
+Quantities = Mapping[str, Callable[[Kept], float]]
+BEGIN, END = 0.5, 5.0
+"""Seconds after the opening between which most of the undersize passes with 8 mm."""
+
+
+def half_through(run: Kept) -> float:
+    """Time after the opening at which half of the undersize has passed [s]."""
+    return float(np.interp(-0.5, -run.undersize, run.times))
+
+
+DRY: dict[str, Callable[[Kept], float]] = {
+    f"mean Y, {BEGIN:g} to {END:g} s": lambda k: k.y(BEGIN, END),
+    f"mean Y_small − Y_near, {BEGIN:g} to {END:g} s": lambda k: lag(k, BEGIN, END),
+    "time at which half of the undersize is through [s]": half_through,
+}
+MOIST: dict[str, Callable[[Kept], float]] = {
+    "liquid of the coarse material at the end": lambda k: float(k.liquid("coarse_material")[-1]),
+    "liquid of the fines at the end": lambda k: float(k.liquid("fines")[-1]),
+    "liquid of the walls at the end": lambda k: float(k.walls[-1]),
+    "formations, in millions": lambda k: 1e-6 * float(k.about["events"]["formations"]),
+}
+
+
+Row = tuple[str, str, str, str, str, str, str]
+COLUMNS = ("case", "quantity", "seeds", "mean", "standard_deviation", "difference", "significant")
+"""Of a `Row`; the last cell is `yes` or `no` with half the 95 % interval of the difference."""
+
+
+def rows(runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None = None) -> list[Row]:
+    """For each case with seeds each quantity's mean and standard deviation, and how a run with other settings differs."""
+    found: list[Row] = []
+    for case in cases:
+        seeds = runs.get(case, ())
+        if len(seeds) < 2:
+            continue
+        for name, of in (asked or DRY | (MOIST if seeds[0].about["events"] else {})).items():
+            values = np.array([of(k) for k in seeds])
+            mean, deviation = float(values.mean()), float(values.std(ddof=1))
+            moved, told = "–", "–"
+            if other.get(case):
+                difference = of(other[case][0]) - mean
+                chance = half_width(deviation, 1, len(values) - 1, 0.95) * np.sqrt(1.0 + 1.0 / len(values))
+                moved = f"{difference:+.4f}"
+                told = f"{'yes' if abs(difference) > chance else 'no'}, ± {chance:.4f}"
+            found.append((str(case), name, str(len(values)), f"{mean:.4f}", f"{deviation:.4f}", moved, told))
+    return found
+
+
+def lines(found: Sequence[Row]) -> list[str]:
+    """Sentences on the differences between the seeds and the runs with the paper's stiffness; none without seeds."""
+    if not found:
+        return []
+    compared = [row for row in found if row[5] != "–"]
+    moved = [f"case {r[0]}, {r[1]}: {r[5]} ± {r[6].split('± ')[1]}" for r in compared if r[6].startswith("yes")]
+    return [
+        f"- **Paper's contact stiffness** (runs `paper`, one seed each): {len(moved)} of {len(compared)} quantities differ "
+        f"significantly (5 %, Student) from the seeds of the campaign{': ' if moved else ''}{'; '.join(moved)} "
+        "([seeds.csv](full_scale/seeds.csv)).",
+    ]

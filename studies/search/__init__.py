@@ -1,0 +1,1 @@
+"""Readings and dimensions of the rig under which the statements of a paper are confirmed."""

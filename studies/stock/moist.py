@@ -1,0 +1,107 @@
+"""A moist scene in YADE as far as its bridges go: a fixed volume per bridge, made at touch, gone at rupture, no film.
+
+It is not the scene's liquid: nothing is drawn from spheres or given back. So this is a function for comparisons, and the
+driver of dry scenes refuses moist ones. The contact is `ViscElCapMat`: linear spring and dashpot with kn, ks, cn of the scene,
+but without the attraction of the dashpot at the end of a collision, and stiffness, damping and friction of a pair follow from
+one number per material; scenes with one class of spheres can be given exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pywet.engines.process import installed
+from pywet.engines.yade.driver import PROGRAM, build_task, execute, finish
+from pywet.errors import PywetError
+from pywet.laws.contact import leapfrog_damping, pair_mass
+from pywet.scene import ContactPair, Scene
+from pywet.util.files import read_json
+from studies.stock.yade import YADE_LAWS
+
+
+@dataclass(frozen=True)
+class Bridges:
+    law: str
+    volume_m3: float
+    surface_tension_N_per_m: float
+    contact_angle_rad: float
+
+
+def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
+    """Run `run_dir`/scene.json with these bridges in place of its liquid; standing bridges at the end: volume, gap, wall.
+
+    Writes trajectory, mesh motion and engine/ as a dry run does. PywetError for what YADE cannot express.
+    """
+    run_dir = Path(run_dir).resolve()
+    scene = Scene.read(run_dir / "scene.json")
+    if liquid.law not in YADE_LAWS:
+        raise PywetError(f"the law {liquid.law} was asked for; expected one of {', '.join(YADE_LAWS)}")
+    if len(scene.classes) != 1 or scene.effects.rolling:
+        raise PywetError(
+            f"the moist scene {scene.name} has {len(scene.classes)} classes of spheres and rolling "
+            f"{'on' if scene.effects.rolling else 'off'}; expected one class and rolling off, which YADE can express"
+        )
+    if scene.hertz is not None:
+        raise PywetError(
+            f"the moist scene {scene.name} has Hertz contacts; expected linear springs, which it runs with"
+        )
+    version = installed(*PROGRAM)
+    task = build_task(scene, run_dir)
+    # the largest rupture distance of YADE's rule, r (1 + theta/2)(V*^1/3 + 0.1 V*^2/3), with a margin
+    radius = scene.classes[0].radius_m
+    reduced = liquid.volume_m3 / radius**3
+    length = (1.0 + 0.5 * liquid.contact_angle_rad) * (reduced ** (1 / 3) + 0.1 * reduced ** (2 / 3))
+    task["reach"] = 1.0 + 0.6 * length
+    task["liquid"] = {
+        "law": liquid.law,
+        "volume": liquid.volume_m3,
+        "surface_tension": liquid.surface_tension_N_per_m,
+        "angle_deg": math.degrees(liquid.contact_angle_rad),
+        "materials": materials(scene),
+    }
+    wall = execute(run_dir, scene, task, progress)
+    bridges = read_json(run_dir / "engine.partial" / "bridges.json")
+    finish(run_dir, task, version, wall, law=liquid.law)
+    return pd.DataFrame(bridges, columns=["volume", "gap", "wall", "rupture"])
+
+
+def materials(scene: Scene) -> list[dict[str, Any]]:
+    """kn, ks, cn, cs and friction angle of the walls and of the one class.
+
+    YADE connects a and b as springs in a row, a b/(a + b): the sphere gets twice its pair's number p, the wall w with
+    w 2p/(w + 2p) = q of the pair with the wall, w = 2 p q/(2 p − q). Friction is the smaller of the two angles.
+    """
+    own, wall = (next(p for p in scene.pairs if p.b == b) for b in (1, 0))
+    sphere: dict[str, Any] = {}
+    other: dict[str, Any] = {}
+    for name in ("kn", "ks", "cn"):
+        p, q = _number(scene, own, name), _number(scene, wall, name)
+        if q >= 2.0 * p:
+            raise PywetError(
+                f"{name} of scene {scene.name} is {q:g} at the walls and {p:g} between spheres; expected less than twice "
+                "as much, which YADE's rule for two materials can give"
+            )
+        sphere[name], other[name] = 2.0 * p, 2.0 * p * q / (2.0 * p - q)
+    if wall.friction > own.friction:
+        raise PywetError(
+            f"friction of scene {scene.name} is larger at the walls ({wall.friction:g}) than between spheres "
+            f"({own.friction:g}); expected the same or less, as YADE takes the smaller one"
+        )
+    for target, pair in ((sphere, own), (other, wall)):
+        target["frictionAngle"] = math.atan(pair.friction)
+        target["cs"] = 0.0
+    return [other, sphere]
+
+
+def _number(scene: Scene, pair: ContactPair, name: str) -> float:
+    if name == "kn":
+        return pair.normal_stiffness_N_per_m
+    if name == "ks":
+        return pair.tangential_stiffness_N_per_m
+    mass = pair_mass(scene.classes, pair)
+    return leapfrog_damping(pair.restitution, mass, pair.normal_stiffness_N_per_m, scene.time_step_s)

@@ -1,0 +1,89 @@
+"""From a description to a scene: amounts, first places, the box, what is refused before anything runs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pywet
+from pywet.cases.custom.building import Building, write
+from pywet.errors import ConfigError, PywetError
+from pywet.scene import Scene as Typed
+from tests.cases.custom.conftest import beads
+
+SPHERE_KG = 2500 * math.pi / 6 * 0.003**3
+
+
+def test_mass_and_per_cent_are_those_of_the_classes() -> None:
+    """Grams become a number of spheres; a class's own liquid does not change that of the others."""
+    entry = beads()["spheres"][0]
+    wet = {**entry, "name": "wet", "percent": 4.0, "mass_g": 1e3 * 30 * SPHERE_KG}
+    del wet["count"]
+    film = {**entry, "name": "coated", "film_um": 12.0, "diameter_mm": 2}
+    made = Building(pywet.Scene(**beads(spheres=[entry, wet, film], liquid={"percent": 1.0, "density_kg_per_m3": 800})))
+    table = made.spheres
+    assert [c.count for c in made.classes] == [20, 30, 20]
+    liquid_kg = 800 * table.groupby("type")["film"].sum()
+    assert liquid_kg[1] == pytest.approx(0.01 * 20 * SPHERE_KG) and liquid_kg[2] == pytest.approx(0.04 * 30 * SPHERE_KG)
+    shell = 4 / 3 * math.pi * ((1e-3 + 12e-6) ** 3 - 1e-9)
+    assert table.loc[table["type"] == 3, "film"].to_numpy() == pytest.approx(shell)
+    assert made.liquid is not None and made.liquid.initial_film_thickness_m == max(made.thickness)
+
+
+def test_the_first_films_are_what_the_engine_starts_from(tmp_path: Path) -> None:
+    entry = beads()["spheres"][0]
+    scene = pywet.Scene(**beads(spheres=[entry, {**entry, "name": "wet", "percent": 3.0}], liquid={}))
+    write(scene, tmp_path)
+    films = pywet.load(tmp_path)._run.spheres
+    assert films.loc[films["type"] == 1, "film"].max() == 0.0
+    assert 1000 * films["film"].sum() == pytest.approx(0.03 * 20 * SPHERE_KG)
+    assert Typed.read(tmp_path / "scene.json").effects.bridges
+
+
+def test_spheres_lie_in_their_region_and_do_not_touch() -> None:
+    box = {"low_mm": (10, -30, 5), "high_mm": (40, -20, 60)}
+    made = Building(pywet.Scene(**beads(spheres=[{**beads()["spheres"][0], "box": box, "count": 60}])))
+    at = 1e3 * made.spheres[[*"xyz"]].to_numpy()
+    assert (at.min(axis=0) >= np.array(box["low_mm"]) + 1.5).all() and (
+        at.max(axis=0) <= np.array(box["high_mm"]) - 1.5
+    ).all()
+    low, high = made.box
+    assert (low < at.min(axis=0) * 1e-3 - 0.0015).all() and (high > at.max(axis=0) * 1e-3 + 0.0015).all()
+
+
+def test_the_box_holds_walls_wherever_they_move() -> None:
+    """A block on the x axis turns about z: its far corner comes to every side."""
+    block = {"low_mm": (30, -1, -1), "high_mm": (50, 1, 1)}
+    turns = {"turns_per_minute": 60, "axis": (0, 0, 1)}
+    made = Building(pywet.Scene(**beads(walls=[{"name": "arm", "block": block, "turns": turns}])))
+    low, high = made.box
+    assert (low[:2] < -0.05).all() and (high[:2] > 0.05).all()
+    assert made.speed == pytest.approx(2 * math.pi * math.hypot(0.05, 0.001), rel=1e-6) or made.speed > 0.3
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"spheres": [{**beads()["spheres"][0], "count": 5000}]}, "do not fit loosely"),
+        ({"walls": [{"name": "floor", "block": {"low_mm": (0, 0, 0), "high_mm": (20, 20, 9)}}]}, "begin in wall floor"),
+        ({"walls": [{"name": "lid", "stl": "none.stl"}]}, "no STL file at"),
+        ({"walls": [{"name": "gravity", "vessel": {"inner_width_mm": 90, "height_mm": 90}}]}, "are taken"),
+    ],
+)
+def test_what_cannot_be_built_is_refused_in_a_sentence(changes: dict, words: str, tmp_path: Path) -> None:
+    with pytest.raises(PywetError, match=words):
+        write(pywet.Scene(**beads(**changes)), tmp_path)
+
+
+def test_overlapping_spheres_are_refused() -> None:
+    at = {"name": "two", "material": "glass", "diameter_mm": 3, "at_mm": [(0, 0, 0), (2, 0, 0)]}
+    with pytest.raises(ConfigError, match="1 pairs of spheres overlap"):
+        _ = Building(pywet.Scene(**beads(spheres=[at]))).spheres
+
+
+def test_the_plan_leaves_out_bridges_of_a_dry_scene() -> None:
+    assert not pywet.plan(pywet.Scene(**beads())).effects.bridges
+    assert pywet.plan(pywet.Scene(**beads(liquid={"percent": 1}))).effects.bridges

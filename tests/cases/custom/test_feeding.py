@@ -1,0 +1,94 @@
+"""Spheres that enter during a run: where they wait, how they fall, and that their liquid is put in when they come."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pywet
+from pywet.cases.custom.building import Building
+from pywet.errors import ConfigError
+from tests.cases.custom.conftest import beads, example
+
+INLET = {"low_mm": (-10, -10, 20), "high_mm": (10, 10, 26)}
+
+
+def fed(**changes: Any) -> dict[str, Any]:
+    entry = {
+        "name": "fed", "material": "glass", "diameter_mm": 3, "count": 12, "box": INLET, "velocity_m_per_s": (0, 0, -0.2),
+        "fed": {"from_s": 0.01, "for_s": 0.06}, **changes,
+    }  # fmt: skip
+    return beads(duration_s=0.1, spheres=[entry])
+
+
+def test_a_sphere_waits_as_far_back_as_it_has_to_come() -> None:
+    """At its time it is in the region; centres keep more than touch."""
+    made = Building(pywet.Scene(**fed()))
+    table, times = made.spheres, 0.01 + 0.06 * (np.arange(12) + 0.5) / 12
+    assert np.array(made.scene().enters(table["type"])) == pytest.approx(times / made.time_step, abs=0.51)
+    at = table[[*"xyz"]].to_numpy() + times[:, None] * table[["vx", "vy", "vz"]].to_numpy()
+    assert (np.abs(at[:, :2]) <= 0.0085).all() and (at[:, 2] >= 0.0215).all() and (at[:, 2] <= 0.0245).all()
+    apart = np.linalg.norm(table[[*"xyz"]].to_numpy()[:, None] - table[[*"xyz"]].to_numpy(), axis=2)
+    assert apart[apart > 0].min() > 0.003
+
+
+@pytest.mark.parametrize(
+    ("entry", "walls", "words"),
+    [
+        ({"velocity_m_per_s": (0, 0, 0)}, [], "velocity_m_per_s beside fed"),
+        ({"fed": {"for_s": 0.2}}, [], "to be fed before the end"),
+        ({"count": 3000}, [], "fit on their way, the next does not"),
+        (
+            {},
+            [{"name": "lid", "block": {"low_mm": (-20, -20, 28), "high_mm": (20, 20, 30)}}],
+            "(begin|fed begin) in wall lid",
+        ),
+    ],
+)
+def test_a_feed_that_cannot_be_is_refused(entry: dict[str, Any], walls: list[dict[str, Any]], words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        _ = Building(pywet.Scene(**{**fed(**entry), "walls": walls})).spheres
+
+
+@pytest.mark.engine
+def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
+    """Straight on until then, free fall after: z - z0 = v t - g (t - t_enters)^2/2."""
+    floor = {"name": "floor", "block": {"low_mm": (-20, -20, -70), "high_mm": (20, 20, -65)}}  # not reached
+    scene = pywet.Scene(**{**fed(), "time_step": {"time_step_s": 2e-5}, "walls": [floor]})
+    run = pywet.run(scene, tmp_path)
+    table = run.trajectory.sort_values(["step", "id"])
+    first = table[table["step"] == 0]
+    since = table["time"].to_numpy().reshape(-1, 12) - 2e-5 * np.array(run.scene.enters(first["type"]))
+    want = (
+        first["z"].to_numpy() - 0.2 * table["time"].to_numpy().reshape(-1, 12) - 0.5 * 9.81 * np.maximum(since, 0) ** 2
+    )
+    assert table["z"].to_numpy().reshape(-1, 12) == pytest.approx(want, abs=9.81 * 0.1 * 2e-5)
+    weight = 2500 * np.pi / 6 * 0.003**3 * 9.81
+    fallen = 0.2 * np.maximum(since[-1], 0) + 0.5 * 9.81 * np.maximum(since[-1], 0) ** 2
+    assert run.summary["energy_J"]["gravity"] == pytest.approx(weight * fallen.sum(), rel=1e-3)
+
+
+@pytest.mark.engine
+def test_a_fed_deck_counts_liquid_as_it_comes(tmp_path: Path) -> None:
+    """What was put in grows by a film for each sphere that enters; told otherwise, the replay objects."""
+    scene = example("slotted_deck", {"fed": {"from_s": 0.0, "for_s": 0.05}}, Path(__file__).parent, duration_s=0.07)
+    smaller = [s.model_copy(update={"count": s.count // 3}) for s in scene.spheres if s.count]
+    run = pywet.run(pywet.Scene(**{**dict(scene), "spheres": smaller, "results": {"windows": 3}}), tmp_path / "deck")
+    start = run._run.spheres.sort_values("id")
+    enters = np.array(run.scene.enters(start["type"]))
+    due = [start.loc[enters <= step, "film"].sum() for step in run.ledger["step"]]
+    assert due[0] < 0.1 * due[-1] and run.liquid["total_m3"].to_numpy() == pytest.approx(due, rel=1e-9, abs=1e-22)
+    assert run.ledger["initial"].to_numpy() == pytest.approx(due, rel=1e-9, abs=1e-22)
+    assert run.liquid["wall_deck_m3"].iloc[-1] > 0 and len(run.events)
+    copy = Path(shutil.copytree(tmp_path / "deck", tmp_path / "other"))
+    told = json.loads((copy / "scene.json").read_text())
+    for c in told["classes"]:
+        c["fed"]["from_s"] += 0.01
+    (copy / "scene.json").write_text(json.dumps(told))
+    wrong = {name for name, q in (pywet.replay(copy) or {})["quantities"].items() if not q["ok"]}
+    assert {"newton_force", "ledger", "energy_gravity", "results_liquid_by_wall"} <= wrong

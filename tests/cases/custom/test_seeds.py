@@ -1,0 +1,107 @@
+"""A custom scene with several seeds: every number of its page that differs between seeds has mean and interval."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+import pywet
+from pywet.cases.custom import seeds
+from pywet.cli.app import app
+from pywet.report import scene_page as page
+from pywet.runs.spread import with_interval
+from tests.cases.custom.conftest import beads
+
+SEEDS = 3
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run of a small scene with three seeds, by the command; its output in out.txt."""
+    path = tmp_path_factory.mktemp("seeds")
+    box = {"low_mm": [-5, -5, 0.2], "high_mm": [5, 5, 14]}
+    entry = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 8, "box": box}
+    scene = beads(
+        spheres=[entry], liquid={"percent": 1.0}, walls=[CUP], duration_s=0.03, seed=4, results={"interval_s": 0.006}
+    )
+    (path / "scene.yaml").write_text(yaml.safe_dump(scene))
+    done = CliRunner().invoke(app, ["run-scene", str(path / "scene.yaml"), "--out", str(path / "run"), "--seeds", "3"])
+    (path / "out.txt").write_text(done.output)
+    assert done.exit_code == 0, done.output
+    return path / "run"
+
+
+CUP = {"name": "cup", "vessel": {"inner_width_mm": 12, "height_mm": 20}}
+
+
+@pytest.mark.engine
+def test_the_page_combines_the_seeds(folder: Path) -> None:
+    """Liquid of every reservoir, bridges, energies, ledger and overlaps are mean ± half width of the three runs."""
+    runs = [pywet.load(folder.with_name(name)) for name in ("run", "run-5", "run-6")]
+    text = (folder / "report.html").read_text()
+    assert [run.path.name for run in seeds.of_scene(folder)] == ["run", "run-5", "run-6"]
+    ends = [run.liquid.iloc[-1] for run in runs]
+    for column in ("spheres_beads_m3", "wall_cup_m3"):
+        values = [1e9 * float(end[column]) for end in ends]
+        shares = [100.0 * float(end[column] / end["initial_m3"]) for end in ends]
+        assert len(set(values)) == SEEDS  # of different packings
+        name = column.removesuffix("_m3").replace("_", " ")
+        assert f">{name}</td><td>{with_interval(values, 4)}</td><td>{with_interval(shares, 3)} %</td>" in text
+    formed, active = (
+        seeds.over([run.summary["events"][key] for run in runs], 9) for key in ("formations", "standing_bridges")
+    )
+    assert f">{formed}<" in text and f"bridges formed, {active} stand" in text
+    for key, value in runs[0].summary["energy_J"].items():
+        if value is not None:
+            several = seeds.over([run.summary["energy_J"][key] for run in runs])
+            assert f">{key}</td><td>{several}</td>" in text
+    overlap = with_interval([100.0 * run.contact_statistics["largest_overlap"].max() for run in runs], 2)
+    assert f"Spheres overlap by {overlap} % of the smaller radius" in text
+    assert "3 seeds (run, run-5, run-6): numbers are their mean ± 95 % confidence interval" in text
+
+
+@pytest.mark.engine
+def test_the_replay_of_the_page_is_that_of_all_seeds(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values add up; one seed that disagrees makes the page say no, with the name of its run."""
+    runs = seeds.of_scene(folder)
+    volume = next(row for row in seeds.agreement(runs) if row.quantity == "volume")
+    assert volume.count == sum(run.replay["quantities"]["volume"]["count"] for run in runs)
+    assert seeds.worst(runs).word == "in part"  # only windows are replayed step by step
+    path = folder.with_name("run-5") / "replay.json"
+    whole = path.read_text()
+    changed = json.loads(whole)
+    changed["ok"], changed["quantities"]["volume"]["largest"] = False, 0.1
+    path.write_text(json.dumps(changed))
+    try:
+        found = seeds.worst(seeds.of_scene(folder))
+    finally:
+        path.write_text(whole)
+    assert found.word == "no" and "run-5: " in found.sentence
+
+
+@pytest.mark.engine
+def test_another_scene_in_a_folder_of_that_name_is_no_seed(folder: Path, tmp_path: Path) -> None:
+    """A run whose description differs in more than the seed, or one that is not finished, is left out."""
+    for name in ("run", "run-5", "run-6"):
+        (tmp_path / name).mkdir()
+        for file in ("description.json", "scene.json", "summary.json"):
+            (tmp_path / name / file).write_bytes((folder.with_name(name) / file).read_bytes())
+    other: dict[str, Any] = json.loads((tmp_path / "run-5" / "description.json").read_text())
+    other["liquid"]["percent"] = 2.0
+    (tmp_path / "run-5" / "description.json").write_text(json.dumps(other))
+    (tmp_path / "run-6" / "summary.json").unlink()
+    assert [run.path.name for run in seeds.of_scene(tmp_path / "run")] == ["run"]
+
+
+@pytest.mark.engine
+def test_the_end_of_the_command_names_the_seeds(folder: Path) -> None:
+    """Its lines hold the number of seeds and intervals, and the page is of all of them."""
+    printed = (folder.parent / "out.txt").read_text()
+    assert ", 3 seeds" in printed and re.search(r"liquid at the end: [\d.]+ ± [\d.]+ % spheres beads", printed)
+    assert page.of_run(folder) == folder / "report.html"

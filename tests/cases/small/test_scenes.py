@@ -1,0 +1,123 @@
+"""Small scenes: what must come out of them, and that the independent replay agrees."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from pywet.cases.small import scenes, small
+from pywet.cases.small.bodies import drum_walls
+from pywet.cli.app import app
+from pywet.errors import PywetError
+from pywet.laws import registry
+from pywet.scene import Rotation, Scene
+from reference_impl.replay.replay import replay
+from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
+
+pytestmark = pytest.mark.engine
+WORKS = ["gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive"]
+
+
+def test_pull(tmp_path: Path) -> None:
+    """The bridge breaks within a step's way behind the dynamic rupture distance; the CLI prints what the function returns."""
+    done = CliRunner().invoke(app, ["scene", "pull", "--out", str(tmp_path), "--speed", "0.05"])
+    assert done.exit_code == 0, done.output
+    found = json.loads((tmp_path / scenes.RESULT).read_text())
+    assert f"{found['largest_force_N']:.6g}" in done.output
+    event = pd.read_parquet(tmp_path / "history" / "events.parquet").query("kind == 1").iloc[0]
+    limit = event["rupture_distance"] * (1.0 + math.sqrt(0.05 * 1e-3 / 0.0728))
+    assert limit <= found["rupture_distance_m"] < limit + 0.05 * 1e-5 * 1.001
+    angle = math.radians(15.0)
+    r, volume = scenes.Choice().radius_m, float(event["volume"])
+    touch = registry.get("capillary", "rabinovich").functions[0](0.0, volume, r, r, angle, angle, 0.0728)
+    assert found["largest_force_N"] > touch
+
+
+def test_collision_loses_more_with_more_liquid(tmp_path: Path) -> None:
+    """Dry restitution is 0.8; a thin film takes some of it, and more viscous liquid more."""
+    thin, thick = (
+        scenes.run("collision", tmp_path / f"{eta}", scenes.Choice(viscosity_Pa_s=eta, moisture_percent=0.2))[
+            "restitution"
+        ]
+        for eta in (1e-3, 1e-2)
+    )
+    assert 0.0 <= thick < thin < 0.8
+
+
+def test_a_scene_with_hertz_contacts(tmp_path: Path) -> None:
+    """`--contact hertz` takes the modulus that is given; a collision returns less than the dry 0.8, and its replay agrees."""
+    words = ["scene", "collision", "--moisture", "0.2", "--contact", "hertz", "--youngs-modulus", "2e7"]
+    done = CliRunner().invoke(app, [*words, "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    scene = Scene.read(tmp_path / "scene.json")
+    assert scene.hertz is not None and scene.hertz.spheres[0].youngs_modulus_Pa == 2e7
+    found = json.loads((tmp_path / scenes.RESULT).read_text())
+    assert 0.5 < found["restitution"] < 0.8 and replay(tmp_path)["ok"]
+    refused = CliRunner().invoke(app, [*words, "--contact", "jkr", "--out", str(tmp_path)])
+    assert refused.exit_code == 1 and "contact is jkr; expected one of linear, hertz" in refused.output
+
+
+def test_bed_comes_to_rest(tmp_path: Path) -> None:
+    """A bed of 125 moist spheres: slow, as dense as a loose to random packing, held by bridges; replay agrees."""
+    found = scenes.run("bed", tmp_path, scenes.Choice(spheres=125, seconds=0.25))
+    assert found["mean_speed_m_per_s"] < 0.01
+    assert 0.3 < found["solid_fraction"] < 0.64
+    assert found["bridges_per_sphere"] > 3.0
+    assert replay(tmp_path)["ok"]
+
+
+def test_turning_wall_carries_its_velocity(tmp_path: Path) -> None:
+    """A sphere held over a turning disc: the wall's velocity at the closest point is omega x r, liquid and work included."""
+    r, at, period = 2.5e-3, 0.02, 0.05
+    mantle, low, _ = drum_walls(0.04, 0.02)
+    bodies = [small.Sphere(1, (at, 0.0, -0.01 + r + 1e-4), driven=True)]
+    small.prepare(
+        tmp_path, spheres_of(r), bodies, contacts(1), liquid=WATER, effects=small.PAPER, walls=[mantle, low],
+        wall_angle_rad=0.5, time_step_s=1e-5, steps=1500, output_interval_s=1e-3,
+        rotation=Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=period),
+    )  # fmt: skip
+    small.run(tmp_path, bodies)
+    log = pd.read_parquet(tmp_path / "history" / "contacts.parquet")
+    late = log[log["step"] > 0]
+    speed = 2.0 * math.pi / period * at
+    assert len(late) > 1000 and len(late["triangle"].unique()) > 1
+    assert np.abs(late["vj_y"] - speed).max() < 1e-9 * speed and np.abs(late["vj_x"]).max() < 1e-9 * speed
+    assert np.abs(late[["xj_x", "xj_y"]].to_numpy() - [at, 0.0]).max() < 1e-9
+    energy = pd.read_parquet(tmp_path / "history" / "energy.parquet").iloc[-1]
+    drag = late["viscous_tangential_y"].to_numpy()
+    assert energy["wall_motion"] == pytest.approx(drag.sum() * speed * 1e-5, rel=5e-3)
+    assert replay(tmp_path)["ok"]
+
+
+def test_drum(tmp_path: Path) -> None:
+    """Sixty moist spheres in a turning drum lean to the rising side; the budget of energy closes to round-off, walls turning."""
+    found = scenes.run("drum", tmp_path, scenes.Choice(spheres=60, seconds=0.25, turns_per_minute=40.0))
+    assert 5.0 < found["dynamic_angle_deg"] < 80.0
+    energy = pd.read_parquet(tmp_path / "history" / "energy.parquet")
+    moving = energy["kinetic"] + energy["spin"]
+    left = moving - moving.iloc[0] - energy[WORKS].sum(axis=1) - energy["half_kick"]
+    assert left.abs().max() < 1e-12 * energy[WORKS].abs().sum(axis=1).max()
+    assert energy["wall_motion"].iloc[-1] > 0.0
+    assert replay(tmp_path)["ok"]
+
+
+@pytest.mark.slow
+def test_angle_grows_with_moisture(tmp_path: Path) -> None:
+    """The dynamic angle of 400 spheres is steeper with 1 % of water than with none worth naming."""
+    angles = [
+        scenes.run("drum", tmp_path / f"{moisture}", scenes.Choice(spheres=400, moisture_percent=moisture, seconds=1.5))
+        for moisture in (1e-3, 1.0)
+    ]
+    assert angles[1]["dynamic_angle_deg"] > angles[0]["dynamic_angle_deg"] + 2.0
+
+
+def test_unknown_scene(tmp_path: Path) -> None:
+    """The sentence lists what exists."""
+    with pytest.raises(PywetError, match="pull, collision, bed, drum"):
+        scenes.run("chute", tmp_path)

@@ -1,0 +1,98 @@
+"""Faults planted in the plugin that act between the sampling windows, for a while, at one kind of contact, or in one effect's
+work. The scene is the yard (tests/reference_impl/yard.py) with the shipped windows, 20 of two steps.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pywet.bench import small
+
+from tests.reference_impl import yard
+
+UNSEEN = "!world_.clock.logs_contacts()"
+A_WHILE = "(world_.clock.now >= 1500 && world_.clock.now < 2900)"
+PATCHES: list[tuple[str, str, str]] = [
+    ("forces.cpp", 'if (planted("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];',
+     'if (planted("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];\n'
+     "    const bool wall = b.kind != SPHERE;\n"
+     f"    const bool unseen = {UNSEEN}, now = {A_WHILE};\n"
+     '    if (planted("pull of spheres halved unseen") && unseen && !wall) t.pull[k] *= 0.5;\n'
+     '    if (planted("pull of walls a tenth high unseen") && unseen && wall) t.pull[k] *= 1.1;\n'
+     '    if (planted("pull of spheres halved for a while") && now && !wall) t.pull[k] *= 0.5;\n'
+     '    if (planted("pull without volume unseen") && unseen) t.pull[k] = t.pull[k] > 0 ? 1e-4 : 0.0;\n'
+     '    if (planted("forces of walls halved unseen") && unseen && wall) { t.pull[k] *= 0.5; t.viscous[k] *= 0.5; }\n'
+     '    if (planted("forces of walls halved") && wall) { t.pull[k] *= 0.5; t.viscous[k] *= 0.5; }\n'
+     '    if (planted("drag halved for a while unseen") && unseen && now) t.viscous[k] *= 0.5;\n'
+     '    if (planted("drag of spheres halved for a while") && now && !wall) t.viscous[k] *= 0.5;'),
+    ("forces.cpp", '(planted("half of it acts") ? 0.5 : 1.0)',
+     '(planted("half of it acts") || (planted("half of it acts unseen") && !world_.clock.logs_contacts()) ? 0.5 : 1.0)'),
+    ("forces.cpp", "if (recorded) record(t, k);",
+     'if (planted("capillary left out of the motion unseen") && !world_.clock.logs_contacts() && b >= 0) {\n'
+     "      f = f + t.pull[k] * at(t.normal, k);\n"
+     "    }\n"
+     '    const double net = t.pull[k] - t.viscous[k];\n'
+     '    if (planted("forces of walls halved in the motion") && b < 0) f = f + 0.5 * net * at(t.normal, k);\n'
+     '    if (planted("spheres pulled less in the motion") && b >= 0) f = f + 0.5 * t.pull[k] * at(t.normal, k);\n'
+     "    if (recorded) record(t, k);"),
+    ("single.cpp", "t.viscous = -t.drag * t.factor_normal * dot(pushed, g.n);",
+     't.viscous = (planted("semi-implicit drag halved unseen") && !world_.clock.logs_contacts() ? 0.5 : 1.0) * -t.drag *\n'
+     "                t.factor_normal * dot(pushed, g.n);\n"
+     f'    if (planted("semi-implicit drag halved for a while") && {A_WHILE}) t.viscous *= 0.5;'),
+    ("energy.cpp", "power[CAPILLARY] += c;", 'power[CAPILLARY] += (planted("work of capillary halved") ? 0.5 : 1.0) * c;'),
+    ("energy.cpp", "power[WALL] += wall_power[e];",
+     'power[WALL] += (planted("work of walls turned") ? -1.0 : 1.0) * wall_power[e];'),
+    ("energy.cpp", "power[VISCOUS_TANGENTIAL] += side;",
+     'power[VISCOUS_TANGENTIAL] += planted("work of spin left out") ? power_of(on.tangential, v) : side;'),
+    ("wires.cpp", "energy_.wall_power[CONTACT] += dot(",
+     'energy_.wall_power[CONTACT] += (planted("work of wires turned") ? -1 : 1) * dot('),
+    ("wires.cpp", "if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;",
+     'if (planted("springs of wires forgotten") && fresh) c.spring[0] = c.spring[1] = c.spring[2] = 0;\n'
+     "    if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;"),
+    ("wires.cpp", "const Vec point = mesh.to_world(Vec(q)), d",
+     'const Vec point = mesh.to_world(Vec(q)) + (planted("wires off by a micrometre") ? 1e-6 : 0.0) * Vec(0, 0, 1), d'),
+    ("wires.cpp", "velocity = mesh.velocity_at(point);",
+     'velocity = (planted("wires at rest for friction") ? 0.0 : 1.0) * mesh.velocity_at(point);'),
+]  # fmt: skip
+"""As those of planted.py."""
+EXPLICIT, SEMI, WIRES = "explicit", "semi_implicit", "wires"
+FAULTS: dict[str, tuple[str, str, str]] = {
+    "pull of spheres halved unseen": (EXPLICIT, "between_capillary", "it is 0.5 times what is expected (between spheres"),
+    "pull of walls a tenth high unseen": (EXPLICIT, "between_capillary", "it is 1.1 times what is expected (at walls"),
+    "pull of spheres halved for a while": (EXPLICIT, "capillary", "half of it counts (between spheres"),
+    "pull without volume unseen": (EXPLICIT, "between_capillary", "capillary impulse between sampled steps: it is"),
+    "forces of walls halved unseen": (EXPLICIT, "between_capillary", "it is 0.5 times what is expected (at walls"),
+    "forces of walls halved": (EXPLICIT, "capillary", "half of it counts (at walls"),
+    "drag halved for a while unseen": (EXPLICIT, "flight_velocity", "the viscous normal force is 0.5 times what it should be"),
+    "drag of spheres halved for a while": (EXPLICIT, "viscous_law", "half of it counts (between spheres"),
+    "half of it acts unseen": (EXPLICIT, "between_momentum", "by bridges between sampled steps: half of it counts"),
+    "capillary left out of the motion unseen": (EXPLICIT, "between_momentum", "it is "),
+    "forces of walls halved in the motion": (
+        EXPLICIT, "newton_force",
+        "the capillary force at walls: half of it counts and the normal viscous force at walls: half of it counts"),
+    "spheres pulled less in the motion": (EXPLICIT, "newton_force", "the capillary force between spheres"),
+    "semi-implicit drag halved unseen": (SEMI, "between_drag", "it is about 0."),
+    "semi-implicit drag halved for a while": (SEMI, "viscous_normal", "half of it counts"),
+    "work of drag twice": (EXPLICIT, "energy_windows", "work in a window: viscous_normal: it is 2 times what is expected"),
+    "work of capillary halved": (EXPLICIT, "energy_windows", "work in a window: capillary: it is 0.5 times what is expected"),
+    "work of walls turned": (EXPLICIT, "energy_windows", "work in a window: wall_motion: the sign is turned"),
+    "work of spin left out": (EXPLICIT, "energy_windows", "work in a window: viscous_tangential"),
+    "work of wires turned": (WIRES, "energy_windows", "work in a window: wall_motion"),
+    "springs of wires forgotten": (WIRES, "contact_spring", ""),
+    "wires off by a micrometre": (WIRES, "newton_force", ""),
+    "wires at rest for friction": (WIRES, "newton_force", ""),
+}  # fmt: skip
+"""Fault -> scene, quantity in which it must show, words of the sentence that names it."""
+
+
+def prepare(folder: Path, kind: str) -> list[small.Sphere]:
+    """The yard with the shipped windows: with explicit or semi-implicit drag, or with analytic wires."""
+    more: dict[str, Any] = {"viscous_integration": "semi_implicit"} if kind == SEMI else {}
+    bodies = yard.prepare(folder, **more, prisms=("screen",) if kind == WIRES else ())
+    path = folder / "scene.json"
+    scene = json.loads(path.read_text())
+    scene["output"] |= {"contact_windows": 20, "contact_window_steps": 2, "checkpoints": 5 if kind == WIRES else 0}
+    path.write_text(json.dumps(scene))
+    return bodies

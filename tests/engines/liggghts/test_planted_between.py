@@ -1,0 +1,44 @@
+"""Faults of the plugin between the sampling windows, for a while, at one kind of contact, in one effect's work: all are found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from reference_impl.replay.replay import replay
+from tests.engines.liggghts import planted, planted_between
+
+pytestmark = [pytest.mark.engine, pytest.mark.slow]
+
+
+@pytest.fixture(scope="module")
+def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundry]:
+    """One build and one process for all faults."""
+    made = planted.Foundry(tmp_path_factory.mktemp("planted"))
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize("kind", [planted_between.EXPLICIT, planted_between.SEMI, planted_between.WIRES])
+def test_sound_run_agrees(foundry: planted.Foundry, tmp_path: Path, kind: str) -> None:
+    """What is found below is the fault and not the patch; every kind of record between the windows is compared."""
+    foundry.run(tmp_path, planted_between.prepare(tmp_path, kind), "none")
+    result = replay(tmp_path)
+    assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
+    counts = {n: q["count"] for n, q in result["quantities"].items()}
+    least = {"between_capillary": 1000, "between_momentum": 100, "energy_windows": 15, "between_range": 1000}
+    assert {n: counts[n] for n in least if counts[n] < least[n]} == {}
+
+
+@pytest.mark.parametrize("fault", planted_between.FAULTS)
+def test_fault_is_found_and_described(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
+    """In the quantity where it acts, by which factor and at which kind of contact."""
+    kind, quantity, words = planted_between.FAULTS[fault]
+    foundry.run(tmp_path, planted_between.prepare(tmp_path, kind), fault)
+    result = replay(tmp_path)
+    assert not result["quantities"][quantity]["ok"]
+    findings = result["diagnosis"]["findings"]
+    said = [sentence for f in findings for sentence in (f["sentence"], *f["consequences"])]
+    assert any(words in sentence for sentence in said), said

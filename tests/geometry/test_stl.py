@@ -1,0 +1,58 @@
+"""Binary STL keeps every bit and the order of the triangles; files that bound no solid are refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from pywet.errors import PywetError
+from pywet.geometry import Apparatus, read_stl, write_stl
+from pywet.geometry.surface import enclosed
+
+
+def test_round_trip_is_exact(apparatus: Apparatus, tmp_path: Path) -> None:
+    for surface in apparatus.surfaces:
+        path = tmp_path / f"{surface.name}.stl"
+        write_stl(surface, path)
+        back = read_stl(path, holder=surface.holder, motion=surface.motion)
+        np.testing.assert_array_equal(back.corners, surface.corners)
+        assert (back.name, back.holder, back.motion) == (surface.name, surface.holder, surface.motion)
+        assert path.stat().st_size == 84 + 50 * len(surface.triangles)
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_open_stl_is_refused(apparatus: Apparatus, tmp_path: Path) -> None:
+    slide = next(s for s in apparatus.surfaces if s.name == "slide")
+    path = tmp_path / "open.stl"
+    meshio.write(path, meshio.Mesh(slide.vertices, [("triangle", slide.triangles[1:])]), binary=True)
+    with pytest.raises(PywetError, match=r"surface open: it is not closed"):
+        read_stl(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"solid\nendsolid\n", b"\x00" * 30, b"\x00" * 80 + b"\x05\x00\x00\x00abc"])
+def test_damaged_stl_is_refused(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "bad.stl"
+    path.write_bytes(content)
+    with pytest.raises(PywetError, match="bad"):
+        read_stl(path)
+
+
+def test_missing_stl_is_named(tmp_path: Path) -> None:
+    with pytest.raises(PywetError, match="no STL file at"):
+        read_stl(tmp_path / "nothing.stl")
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_text_file_is_read_like_a_binary_one(tmp_path: Path) -> None:
+    """What CAD programs write as text gives the same corners, without a word."""
+    corners = np.array([[0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 10]], dtype=float)
+    faces = [("triangle", np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))]
+    for name, binary in (("text", False), ("bytes", True)):
+        meshio.write(tmp_path / f"{name}.stl", meshio.Mesh(corners, faces), file_format="stl", binary=binary)
+    assert (tmp_path / "text.stl").read_text().startswith("solid")
+    text, raw = (read_stl(tmp_path / f"{name}.stl", unit_m=1e-3) for name in ("text", "bytes"))
+    np.testing.assert_array_equal(text.corners, raw.corners)
+    assert enclosed(text.corners) == pytest.approx(1e-6 / 6)

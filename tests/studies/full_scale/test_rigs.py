@@ -1,0 +1,78 @@
+"""Other dimensions of the rig: what is written into the configuration, and which ranges judged the stored runs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+
+from pywet import config as settings
+from pywet.cases.screening import cases
+from pywet.errors import PywetError
+from studies.full_scale import kept, rigs
+from studies.full_scale.judging import fingerprint, judge
+from studies.full_scale.quantities import through
+from studies.full_scale.statements import STATEMENTS
+
+ROOT = Path(__file__).parents[3]
+FOUND = kept.variants(ROOT / rigs.DATA)
+
+
+def test_a_rig_is_in_its_configuration(tmp_path: Path) -> None:
+    """The cloth's diameter and the vertical amplitudes, at the campaign's settings, with spheres taken out."""
+    folder = rigs.configure(ROOT / "config", tmp_path, "sieve190_amplitude80", 8.0)
+    made = settings.load(folder)
+    assert cases.apparatus_spec(made, made.case(1), made.scale("full")).width_m == pytest.approx(0.190)
+    assert made.materials.feed.sieve_diameter_mm.value == 190.0
+    assert made.materials.stroke(1.0).z_amplitude_mm.value == pytest.approx(0.72)
+    assert made.materials.stroke(0.8).z_amplitude_mm.value == pytest.approx(0.576)
+    assert made.scale("full").stiffness_factor.value == 0.1 and made.settings.time_step.fraction.value == 0.1
+    assert made.settings.retire is True
+    stiff = settings.load(rigs.configure(ROOT / "config", tmp_path, "sieve180_stiff", 8.0))
+    assert stiff.scale("full").stiffness_factor.value == 1.0
+
+
+def test_an_unknown_rig_is_refused(tmp_path: Path) -> None:
+    with pytest.raises((PywetError, typer.Exit), match="no rig sieve10"):
+        rigs.run(["sieve10"], out=tmp_path)
+
+
+def test_stored_runs_were_judged_by_the_ranges_of_today() -> None:
+    """The digest of all statements that each run stored as it ended is that of the statements."""
+    runs = [json.loads(path.read_text()) for path in (ROOT / rigs.DATA).glob("*/run.json")]
+    assert len(runs) >= 7
+    assert {run["statements"] for run in runs} == {fingerprint(STATEMENTS)}
+    assert {run["variant"] for run in runs} <= set(rigs.RIGS)
+
+
+def test_the_table_holds_what_a_rig_decides() -> None:
+    """Statement 1 at 185 and 190 mm by hand from the stored curve: the time at which less than 1 % is left."""
+    (row,) = [line for line in rigs.lines(FOUND) if line.startswith("| 1 |") and "verdict" not in line]
+    cells = dict(zip(FOUND, [cell.strip() for cell in row.split("|")[3:-1]], strict=True))
+    for rig in ("sieve185", "sieve190"):
+        run = FOUND[rig][1][0]
+        by_hand = run.times[(run.undersize < 0.01).argmax()]
+        assert float(cells[rig]) == pytest.approx(by_hand, abs=0.11)
+
+
+def test_the_page_is_made_of_the_stored_tables() -> None:
+    """docs/rig.md, and the times that its first lines name."""
+    assert (ROOT / rigs.PAGE).read_text() == rigs.text(FOUND)
+    for rig, said in (("sieve190", "7.3 s"), ("sieve185", "9.1 s"), ("sieve180", "10.4 s")):
+        passed = through({1: FOUND[rig][1][0]}, 1, 0.01)
+        assert (
+            f"**{rig.removeprefix('sieve')} mm** after {passed:.1f} s" in " ".join(rigs.HEAD.split())
+            and said in rigs.HEAD
+        )
+
+
+def test_what_the_page_says_of_springs_and_glass() -> None:
+    """The same verdicts on 185 mm with both stiffnesses; more of glass (case 10) is left than of POM (case 1) after 10 s."""
+    for statement in STATEMENTS[:2]:
+        soft, stiff = (judge(statement, FOUND[rig]).verdict for rig in ("sieve185", "sieve185_stiff"))
+        assert soft == stiff
+    for rig in ("sieve180", "sieve185", "sieve190"):
+        glass, pom = (FOUND[rig][case][0] for case in (10, 1))
+        assert glass.at(glass.undersize, 10.0) > pom.at(pom.undersize, 10.0) + 0.05

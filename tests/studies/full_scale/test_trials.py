@@ -1,0 +1,62 @@
+"""Runs that test a reason: what is changed in the configuration, and the divisions of Fig. 14."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pywet import config as settings
+from pywet import stages
+from pywet.errors import PywetError
+from pywet.runs.rundir import RunDir
+from studies.full_scale import page, trials
+from studies.full_scale.kept import variants
+from tests.cases.screening import synthetic
+from tests.studies.full_scale.made import make
+
+CONFIG = Path(__file__).parents[3] / "config"
+
+
+def test_a_trial_changes_what_it_says(tmp_path: Path) -> None:
+    """A sieve of 141.42 mm for the same feed has half the area: twice the mass of a class on the smoke scale's."""
+    plain = settings.load(trials.configure(CONFIG, tmp_path / "as_is", "as_is"))
+    deep = settings.load(trials.configure(CONFIG, tmp_path / "deep", "deep"))
+    ratio = plain.materials.feed.sieve_diameter_mm.value / deep.materials.feed.sieve_diameter_mm.value
+    assert ratio**2 == pytest.approx(2.0, rel=1e-4)
+    assert plain.scale("smoke").duration_s.value == deep.scale("smoke").duration_s.value == 3.3
+    shedding = settings.load(trials.configure(CONFIG, tmp_path / "shedding", "shedding"))
+    assert (plain.settings.effects.shedding, shedding.settings.effects.shedding) == ("auto", True)
+    with pytest.raises(PywetError, match="there is no trial flat, expected one of as_is"):
+        trials.configure(CONFIG, tmp_path / "flat", "flat")
+
+
+def test_the_divisions_of_figure_14_hold_all_liquid(tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "as_is-2", moist=True)
+    stages.results(run)
+    found = trials.divisions(RunDir(run))
+    assert (found["case"], found["trial"]) == (2, "as_is")
+    assert np.sum([found[title] for title in trials.FIG14]) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_what_an_effect_takes_from_the_screen_is_said() -> None:
+    shares = [{"trial": trial, "case": 2, **dict(zip(trials.FIG14, (0.1, at, 0.9 - at), strict=True))}
+              for trial, at in (("as_is", 0.42), ("shedding", 0.375))]  # fmt: skip
+    said = page._moved(pd.DataFrame(shares), "shedding")
+    assert said == "`shedding` takes 4.5 % in case 2 from coarse material and screen"
+
+
+def test_an_effect_at_full_scale_is_set_against_seeds(tmp_path: Path) -> None:
+    """Three seeds with 0.4, 0.41, 0.42 of the liquid on the fines; 0.5 with shedding is told from them, 0.43 is not."""
+    for seed, fines in enumerate((0.4, 0.41, 0.42), 1):
+        make(tmp_path, 2, seed, fines=fines)
+    runs = variants(tmp_path)[""]
+    for fines, told in ((0.5, "| +0.0900 | yes, ± 0.0497 |"), (0.43, "| +0.0200 | no, ± 0.0497 |")):
+        shed = make(tmp_path / "other", 2, int(100 * fines), fines=fines)
+        text = page._full_beyond(runs, {"shedding": {2: [shed]}})
+        assert f"| 2 | fines and bin | 0.4100 {told}" in text
+        assert "one run each of cases 2 with `shedding`" in text and text.endswith(
+            "No run at full scale has `liquid_weight`."
+        )

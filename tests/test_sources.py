@@ -1,0 +1,51 @@
+"""One list says which source files a run follows from; every fingerprint of a run is made of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pywet.calibration import experiments
+from pywet.cases.screening import identity
+from pywet.engines.liggghts import checkpoint
+from pywet.engines.liggghts.build import SOURCES as PLUGIN
+from pywet.util import sources
+from tests.cases.screening import synthetic
+from tests.import_graph import ROOT, modules
+
+
+def reached(start: set[str]) -> set[str]:
+    """Modules that are imported by some, directly or not."""
+    graph, found = modules(), set(start)
+    while new := set().union(*(graph[name] for name in found)) - found:
+        found |= new
+    return found
+
+
+def test_a_run_goes_through_no_file_that_is_not_in_the_list() -> None:
+    """Driver and worker of every engine, with all that they import; the plugin; the templates of the script."""
+    drivers = {f"pywet.engines.{e}.{m}" for e in ("liggghts", "lammps") for m in ("driver", "worker")}
+    names = {name.replace(".", "/") for name in reached({*drivers, "pywet.engines.yade.driver"})}
+    listed = {str(path.relative_to(ROOT)) for path in sources.of_a_run()}
+    assert {name for name in names if not {f"{name}.py", f"{name}/__init__.py"} & listed} == set()
+    assert {str(p.relative_to(ROOT)) for p in PLUGIN.iterdir() if p.suffix in (".cpp", ".h")} <= listed
+    assert {str(p.relative_to(ROOT)) for p in (ROOT / "liggghts_inputs").glob("*.j2")} <= listed
+
+
+def test_checkpoints_identities_and_calibrations_change_with_the_list(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (file := tmp_path / "law.py").write_text("one")
+
+    def prints() -> list[str]:
+        sources.digest_of_a_run.cache_clear()
+        made = checkpoint.fingerprint(tmp_path, synthetic.scene()), identity.of({"name": "scene"})
+        return [*made, str(experiments._program.__wrapped__())]
+
+    monkeypatch.setattr(sources, "of_a_run", lambda: [file])
+    before = prints()
+    assert prints() == before
+    file.write_text("two")
+    assert all(one != other for one, other in zip(prints(), before, strict=True))
+    sources.digest_of_a_run.cache_clear()

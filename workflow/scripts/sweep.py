@@ -1,0 +1,15 @@
+"""A job of a sweep: its runs, its table and page, or the sentence on what failed; which one is in params and output."""
+
+from pathlib import Path
+
+from pywet import stages
+from pywet.sweep import workflow_jobs
+
+jobs = workflow_jobs.Jobs(Path(snakemake.params.file))
+with stages.logged(Path(snakemake.log[0]), echo=True):
+    if snakemake.params.job is not None:
+        jobs.run(snakemake.params.job, Path(snakemake.output.done))
+    elif "verdict" in snakemake.output.keys():
+        jobs.verdict(Path(snakemake.output.verdict))
+    else:
+        jobs.show()
