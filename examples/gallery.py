@@ -15,7 +15,7 @@ import pywet
 from pywet.report import render
 
 ROOT = Path(__file__).resolve().parent.parent
-MOMENTS = {"hopper": 0.24, "drum": 0.8, "repose": 0.6, "migration": 0.4, "deck": 0.4}
+MOMENTS = {"hopper": 0.24, "drum": 0.8, "repose": 0.6, "migration": 0.4, "deck": 2.4}
 """Scene -> time of its picture [s]."""
 WIDTH, COLOURS = 800, 255
 

@@ -19,11 +19,12 @@ A scene is described, run and read back::
     run.ledger, run.events, run.liquid     # DataFrames; their units are in attrs["units"]
     pywet.view("results/two_layers")       # time series for ParaView and a picture
 
-Scenes: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` in a `Box` or `Cylinder`, inserted continuously with `Fed`;
-`Wall` as an STL file, `Block`, `Tube`, `Disc`, `Vessel` or `Bars`, which `Vibrates`, `Turns`, `Moves` or is `Removed`;
-`TimeStep`, `Results`. Functions: `read_scene`, `plan`, `run`, `load`, `replay`, `view`. Laws: `laws`, such as
-`pywet.laws.capillary.rabinovich`, and `force_law` for custom laws. Errors: `PywetError`. Everything else may change;
-docs/own-scene.md explains scenes.
+Scenes: `Scene`, `Material`, `Contact`, `Liquid`; `Spheres`, or a `Feed` of a `SizeDistribution` (sieve analysis,
+`RosinRammler`, `LogNormal`, `GaudinSchuhmann`), in a `Box` or `Cylinder`, inserted continuously with `Fed`; `Outlet`; a `Deck`
+with its `Stroke`; `Wall` as an STL file, `Block`, `Tube`, `Disc`, `Vessel` or `Bars`, which `Vibrates`, `Turns`, `Moves` or is
+`Removed`; `TimeStep`, `Results`. Functions: `read_scene`, `plan`, `run`, `load`, `replay`, `view`; of screens `screen` and
+`kinetics`. Laws: `laws`, such as `pywet.laws.capillary.rabinovich`, and `force_law` for custom laws. Errors: `PywetError`.
+Everything else may change; docs/own-scene.md explains scenes.
 """
 
 from __future__ import annotations
@@ -35,8 +36,13 @@ _OF = {
     "errors": "PywetError",
     "laws.force_law": "force_law",
     "scene_stages": "load plan read_scene replay run view",
-    "cases.custom.description": "Box Contact Cylinder Fed Liquid Material Results Scene Spheres TimeStep",
+    "cases.custom.description": "Box Contact Cylinder Fed Feed Liquid Material Results Scene Spheres TimeStep",
     "cases.custom.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",
+    "products.deck": "Deck Stroke",
+    "products.kinetics": "kinetics",
+    "products.outlets": "Outlet",
+    "products.size_classes": "GaudinSchuhmann LogNormal RosinRammler SizeDistribution",
+    "report.screen_page": "screen",
 }
 _PLACES = {name: module for module, names in _OF.items() for name in names.split()}
 __all__ = sorted(_PLACES)

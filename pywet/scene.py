@@ -46,6 +46,7 @@ Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
+Bound = tuple[float | None, float | None, float | None]
 Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
 
 
@@ -54,6 +55,23 @@ class Fed(Strict):
 
     from_s: NonNegative
     for_s: Positive
+
+
+class Outlet(Strict):
+    """Region in which spheres leave the run, with their films: low <= centre < high along x, y, z, None: open."""
+
+    name: Identifier
+    low_m: Bound
+    high_m: Bound
+    product: Literal["overs", "unders"] | None = None
+    """The product of the screen that what leaves here belongs to."""
+
+    @property
+    def ends(self) -> tuple[Vector, Vector]:
+        """Both corners, infinite where the region is open [m]."""
+        x, y, z = (-math.inf if v is None else v for v in self.low_m)
+        a, b, c = (math.inf if v is None else v for v in self.high_m)
+        return (x, y, z), (a, b, c)
 
 
 class SphereClass(Strict):
@@ -270,6 +288,8 @@ class Scene(Strict):
     """A sphere whose centre is below this height has left through the outlet into the collecting bin."""
     retire: bool = False
     """Whether spheres that lie in the collecting bin are taken out of the run at checkpoints (`retire_below_m`)."""
+    outlets: tuple[Outlet, ...] = ()
+    """Where spheres are taken out of the run at checkpoints, booked to the first outlet that holds their centre."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
@@ -320,9 +340,21 @@ class Scene(Strict):
         obstacle = not_retirable(self.effects, self.output, self.gravity_m_per_s2, self.is_fed) if self.retire else None
         if obstacle:
             raise ValueError(f"scene {self.name}: retire is on but {obstacle}; expected retire off")
+        self._check_outlets()
         if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
+
+    def _check_outlets(self) -> None:
+        """Refuse outlets of one name, together with `retire`, or where no sphere can be taken out."""
+        names = [o.name for o in self.outlets]
+        if len(set(names)) < len(names):
+            raise ValueError(f"scene {self.name}: outlets {', '.join(names)}; expected a name for each")
+        if self.outlets and self.retire:
+            raise ValueError(f"scene {self.name}: outlets and retire; expected one of them")
+        down = (0.0, 0.0, -1.0)  # an outlet is a region, whichever way gravity acts
+        if self.outlets and (obstacle := not_retirable(self.effects, self.output, down)):
+            raise ValueError(f"scene {self.name}: there are outlets but {obstacle}; expected no outlets")
 
     def _not_hertzian(self, hertz: Hertz) -> str | None:
         """Why contacts of the scene cannot be Hertz's; None where they can."""
@@ -336,6 +368,11 @@ class Scene(Strict):
             f"restitution is {least:g} with hertz; expected above {LEAST_RESTITUTION:g}": least <= LEAST_RESTITUTION,
         }
         return next((why for why, met in obstacles.items() if met), None)
+
+    @property
+    def removes(self) -> bool:
+        """Whether spheres are taken out of the run, from the collecting bin or at outlets."""
+        return self.retire or bool(self.outlets)
 
     @property
     def retire_below_m(self) -> float:
@@ -359,7 +396,13 @@ class Scene(Strict):
     @property
     def is_fed(self) -> bool:
         """Whether spheres enter during the run."""
-        return any(c.fed for c in self.classes)
+        return self.insertion_s is not None
+
+    @property
+    def insertion_s(self) -> tuple[float, float] | None:
+        """Times at which the first insertion begins and the first one ends [s]; None where nothing enters during the run."""
+        times = [(f.from_s, f.from_s + f.for_s) for f in (c.fed for c in self.classes) if f]
+        return (min(a for a, _ in times), min(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:
         """Step from which on each sphere has weight and its liquid counts; `types` in the order of the spheres' numbers."""
@@ -367,7 +410,7 @@ class Scene(Strict):
         for kind in types:
             k, c = seen[kind - 1], self.classes[kind - 1]
             seen[kind - 1] += 1
-            at = c.fed.from_s + c.fed.for_s * (k + 0.5) / c.count if c.fed else 0.0
+            at = f.from_s + f.for_s * (k + 0.5) / c.count if (f := c.fed) else 0.0
             steps.append(round(at / self.time_step_s))
         return steps
 

@@ -122,6 +122,7 @@ def fingerprint(scene: Scene) -> str:
     laws = [law for law in named if isinstance(law, str)]
     files = [Path(law.rpartition(":")[0]) for law in laws if ".py:" in law]
     files += [scene.folder / wall.stl for wall in scene.walls if wall.stl]
+    files += [scene.folder / feed.psd.file for feed in scene.feed if feed.psd.file]
     texts = [hashlib.sha256(read_bytes(file, "mend its path in the scene")).hexdigest() for file in files]
     return identity.of(scene.model_dump(mode="json", exclude={"folder", "file"}), texts)
 

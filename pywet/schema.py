@@ -156,6 +156,8 @@ spring f8x3 m tangential spring, which the engine does not hold""",
     "retired": f"""{_TIME}
 id i4 - sphere
 type i4 - its class
+outlet i4 - number of the outlet in the scene, from 1 on; 0: the collecting bin
+{_PAD}
 film f8 m3 liquid with which it left: its film, and its shares of the bridges that ended with it
 x f8x3 m centre
 v f8x3 m/s velocity""",

@@ -26,6 +26,8 @@ GROUPS = {
     },
     "Results": {
         "report": "report results/smoke/case02",
+        "screen": "screen results/smoke/case02",
+        "kinetics": "kinetics docs/full_scale/data/case02-10007",
         "view": "view results/smoke/case02 --movie",
         "app": "app results/smoke/case01 results/smoke/case02",
         "plot": "plot results/smoke/case02* --out fig.pdf",

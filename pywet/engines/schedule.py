@@ -17,6 +17,8 @@ DROP_INTERVAL = 1e-3
 RETIRE_EVERY_S = 0.25
 """Longest time [s] between steps at which spheres are retired: most fines of a sieve pass within some seconds, and a checkpoint
 costs as much as some hundred steps."""
+OUTLET_EVERY_S = 0.02
+"""The same of outlets: a sphere that falls at 1 m/s is 2 cm beyond the plane of an outlet at most."""
 Window = tuple[int, int]
 """First step, and the step after the last."""
 
@@ -62,7 +64,7 @@ def _drawn_start(scene: Scene, part: int) -> int:
     if part % 4 == 3 and (output := -(-start // scene.output_every) * scene.output_every) < high - length:
         start = output
     if saved := checkpoint_every(scene):
-        after = 0 if scene.effects.bridges and not scene.retire else every
+        after = 0 if scene.effects.bridges and not scene.removes else every
         ahead = -(-start // saved) * saved
         if (ahead < start + length or part % 4 == 1) and 0 < ahead < min(high, scene.steps) - after:
             return ahead + after
@@ -99,10 +101,11 @@ def _drawn(scene: Scene, way: Slide) -> Window:
 
 def checkpoint_every(scene: Scene) -> int:
     """Steps between checkpoints, at which bridges act; 0: none. Where spheres are retired these are outputs, and not rare."""
-    wanted, every = scene.output.checkpoints, scene.output_every if scene.retire else scene.bridges_every
+    wanted, every = scene.output.checkpoints, scene.output_every if scene.removes else scene.bridges_every
     times = max(1, math.ceil(scene.steps / ((wanted + 1) * every)))
-    if scene.retire:
-        times = min(times, max(1, int(RETIRE_EVERY_S / (every * scene.time_step_s))))
+    if scene.removes:
+        longest = OUTLET_EVERY_S if scene.outlets else RETIRE_EVERY_S
+        times = min(times, max(1, int(longest / (every * scene.time_step_s))))
     return every * times if wanted else 0
 
 

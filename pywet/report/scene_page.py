@@ -14,7 +14,7 @@ from pywet.cases.custom import seeds
 from pywet.cases.custom.walls import word_of
 from pywet.cases.screening import verdict
 from pywet.errors import PywetError
-from pywet.report import page, render, report
+from pywet.report import page, render, report, screen_page
 from pywet.report.bands import mean_and_band
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.runs.loaded import Run
@@ -55,6 +55,7 @@ def write(folder: Path, picture: Path) -> Path:
         ),
         *_sizes(run),
         *_retained(runs),
+        *screen_page.of_run(folder),
         page.Section("Where the liquid is", _liquid(runs), "Liquid"),
         *_contacts(runs),
         *([page.Section("Which effects were simulated", _effects(run), "Effects")] if run.has("plan.json") else []),

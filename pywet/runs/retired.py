@@ -6,11 +6,13 @@ So every table goes on holding all spheres, and whoever reads it need not know o
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from pywet.runs.rundir import RunDir
 from pywet.runs.tables import in_order, read_raw
 
 MOTION = ("vx", "vy", "vz", "wx", "wy", "wz")
@@ -21,15 +23,22 @@ def records(folder: Path) -> np.ndarray:
     return in_order(read_raw(folder, "retired"), ["step", "id"])
 
 
-def with_films(parts: Iterator[np.ndarray], retired: np.ndarray) -> Iterator[np.ndarray]:
-    """Records of films or impulses at whole outputs, with those of the spheres that were retired at or before each."""
-    for part in parts:
-        step, gone = _later(np.unique(part["step"]), retired, with_own=True)
-        more = np.zeros(len(gone), part.dtype)
+def with_films(parts: Iterator[np.ndarray], retired: np.ndarray, empty: np.ndarray) -> Iterator[np.ndarray]:
+    """Records of films or impulses at whole outputs, with those of the spheres that were retired at or before each.
+
+    `empty`: steps of the outputs from that on at which the last sphere left.
+    """
+    kind: np.dtype | None = None
+    for steps, part in chain(((np.unique(part["step"]), part) for part in parts), [(empty, None)]):
+        if part is None and kind is None:
+            return
+        kind = part.dtype if part is not None else kind
+        step, gone = _later(steps, retired, with_own=True)
+        more = np.zeros(len(gone), kind)
         more["step"], more["id"] = step, gone["id"]
-        if "film" in (part.dtype.names or ()):
+        if kind is not None and "film" in (kind.names or ()):
             more["film"] = gone["film"]
-        yield np.concatenate([part, more])
+        yield more if part is None else np.concatenate([part, more])
 
 
 def with_places(parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: float) -> Iterator[pd.DataFrame]:
@@ -40,6 +49,29 @@ def with_places(parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: f
         rows |= {"type": gone["type"].astype(np.int64), **{axis: gone["x"][:, k] for k, axis in enumerate("xyz")}}
         more = pd.DataFrame({**rows, **dict.fromkeys(MOTION, 0.0)}, columns=part.columns)
         yield pd.concat([part, more], ignore_index=True).sort_values(["step", "id"], kind="stable", ignore_index=True)
+
+
+def taken_out(run: RunDir) -> tuple[np.ndarray, np.ndarray]:
+    """Of every sphere and output: whether it left at an outlet before, and the liquid it left with [m3] from its step on.
+
+    Returns
+    -------
+    gone : ndarray of bool, shape (outputs, spheres)
+    booked : ndarray of float, shape (outputs, outlets)
+        Liquid that had left through each outlet.
+    """
+    line, outlets = run.timeline, run.scene.outlets
+    gone = np.zeros((len(line.steps), len(line.ids)), dtype=bool)
+    booked = np.zeros((len(line.steps), len(outlets)))
+    if not outlets:
+        return gone, booked
+    table = run.table("history/retired")
+    step, outlet = (table[name].to_numpy(dtype=np.int64) for name in ("step", "outlet"))
+    gone[:, np.searchsorted(line.ids, table["id"].to_numpy())] = line.steps[:, None] > step
+    films = np.where(line.steps[:, None] >= step, table["film"].to_numpy(dtype=float), 0.0)
+    for k in range(len(outlets)):
+        booked[:, k] = films[:, outlet == k + 1].sum(axis=1)
+    return gone, booked
 
 
 def _later(steps: np.ndarray, retired: np.ndarray, with_own: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -230,6 +230,8 @@ class Timeline:
         trajectory = pd.concat(list(run.parts("trajectory", ["step", "id", "z"])), ignore_index=True)
         ids = spheres["id"].to_numpy(dtype=np.int64)
         steps = np.unique(trajectory["step"].to_numpy(dtype=np.int64))
+        if scene.outlets:  # of an output after which nobody is left the trajectory has no row
+            steps = np.array(scene.output_steps, dtype=np.int64)
         row = np.searchsorted(steps, trajectory["step"].to_numpy())
         column = _index(ids, trajectory["id"].to_numpy(), "trajectory.parquet")
         z = np.full((len(steps), len(ids)), np.nan)

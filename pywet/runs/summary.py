@@ -92,6 +92,9 @@ def _energy(run: RunDir) -> dict[str, float | None]:
         return energies
     classes, steps = {c.type: c for c in scene.classes}, run.timeline.steps
     table = pd.concat([run.at_step("trajectory", int(step)) for step in sorted({steps[0], steps[-1]})])
+    if scene.outlets:  # of spheres that left, as they left
+        ends = run.trajectory.drop_duplicates("id", keep="last").assign(step=steps[-1])
+        table = pd.concat([table[table["step"] == steps[0]], ends])
     table = table.sort_values(["step", "id"])
     mass = table["type"].map({t: c.mass_kg for t, c in classes.items()})
     inertia = mass * 0.4 * table["type"].map({t: c.radius_m for t, c in classes.items()}) ** 2

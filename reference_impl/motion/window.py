@@ -19,6 +19,7 @@ from reference_impl.replay import retired
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import ReplayError, every, masses
 from reference_impl.replay.io import scene as read_scene
+from reference_impl.replay.plans import enters
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
 
@@ -166,17 +167,6 @@ def _read(folder: Path) -> Setup:
         dry_contacts(scene, mass_of), walls, corners, part, enters(scene, kind),
         retired.leaves(folder, ids), _broken(scene),
     )  # fmt: skip
-
-
-def enters(scene: dict[str, Any], kind: Floats) -> Floats:
-    """Step at which each sphere enters: of a class that is fed one after the other; `kind` in the order of numbers."""
-    found = np.zeros(len(kind), dtype=np.int64)
-    for c in scene["classes"]:
-        if fed := c.get("fed"):
-            own = np.flatnonzero(kind == c["type"])
-            at = fed["from_s"] + fed["for_s"] * (np.arange(len(own)) + 0.5) / c["count"]
-            found[own] = np.rint(at / scene["time_step_s"]).astype(np.int64)
-    return found
 
 
 def dashpot(stiffness: float, restitution: float, mass: float, step: float) -> float:

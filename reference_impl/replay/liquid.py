@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import impulses
-from reference_impl.motion.window import enters
 from reference_impl.replay import coverage, io, laws
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs
@@ -14,6 +13,7 @@ from reference_impl.replay.booking import Columns
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys
+from reference_impl.replay.plans import enters
 
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
 MEAN = "mean film of a sphere"

@@ -84,7 +84,7 @@ def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
     if between == 0:
         return at
     next_one = (at + between - 1) // between * between
-    repeated = slow if not scene["effects"]["bridges"] or scene.get("retire", False) else 0
+    repeated = slow if not scene["effects"]["bridges"] or taken_out(scene) else 0
     inside = next_one < at + length
     fits = 0 < next_one < min(end, steps) - repeated
     return next_one + repeated if fits and (inside or k % 4 == 1) else at
@@ -95,14 +95,22 @@ def checkpoints_every(scene: dict[str, Any], steps: int) -> int:
     wanted, slow = int(scene["output"].get("checkpoints", 0)), impulse(scene)
     if wanted == 0:
         return 0
-    if not scene.get("retire", False):
+    if not taken_out(scene):
         return slow * max(1, math.ceil(steps / ((wanted + 1) * slow)))
     unit, step = outputs_every(scene), float(scene["time_step_s"])
-    return unit * min(max(1, math.ceil(steps / ((wanted + 1) * unit))), max(1, int(RETIRED_WITHIN_S / (unit * step))))
+    longest = OUTLETS_WITHIN_S if scene.get("outlets") else RETIRED_WITHIN_S
+    return unit * min(max(1, math.ceil(steps / ((wanted + 1) * unit))), max(1, int(longest / (unit * step))))
 
 
 RETIRED_WITHIN_S = 0.25
 """Longest time between two steps at which spheres may be retired."""
+OUTLETS_WITHIN_S = 0.02
+"""The same of outlets."""
+
+
+def taken_out(scene: dict[str, Any]) -> bool:
+    """Whether spheres are taken out of a run, from the bin or at outlets."""
+    return bool(scene.get("retire", False) or scene.get("outlets"))
 
 
 def outputs_every(scene: dict[str, Any]) -> int:
@@ -123,3 +131,14 @@ def _engine(folder: Path) -> str:
         return str(json.loads(path.read_text()).get("engine", "LIGGGHTS")) if path.exists() else "LIGGGHTS"
     except (OSError, ValueError, AttributeError) as error:
         raise ReplayError(f"{path} cannot be read ({error!r}); expected what the driver wrote: {AGAIN}") from error
+
+
+def enters(scene: dict[str, Any], kind: Floats) -> Floats:
+    """Step at which each sphere enters: of a class that is fed one after the other; `kind` in the order of numbers."""
+    found = np.zeros(len(kind), dtype=np.int64)
+    for c in scene["classes"]:
+        if given := c.get("fed"):
+            members = np.flatnonzero(kind == c["type"])
+            at = given["from_s"] + given["for_s"] * (np.arange(len(members)) + 0.5) / c["count"]
+            found[members] = np.rint(at / scene["time_step_s"]).astype(np.int64)
+    return found

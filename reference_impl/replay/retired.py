@@ -1,9 +1,9 @@
-"""Spheres that were retired: who, when, and with which liquid.
+"""Spheres that were retired: who, when, and with which liquid; where the scene has outlets, at these (outlets.py).
 
 What is planned follows from scene.json alone: a sphere is retired at the first of the checkpoints outside the windows, at which
 its centre lies two largest diameters below the plane of the bin and its speed lifts it by a hundredth of that depth. Checkpoints
 are outputs then, so that trajectory.parquet holds who qualifies. All later outputs hold a retired sphere at rest, with the film
-it left with.
+it left with; of one that left at an outlet the film alone.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io, laws, plans
+from reference_impl.replay import io, laws, outlets, plans
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.arrays import size as length
 from reference_impl.replay.compare import Quantity, compare
@@ -29,7 +29,7 @@ NEAR = 1e-9
 """Part of the limits within which rounding decides who qualifies."""
 FAR = 100.0
 """Distance [m] from the apparatus, and from each other, at which places are put that nothing may touch."""
-NAMES = ["step", "id", "type", "film", "x_x", "x_y", "x_z", "v_x", "v_y", "v_z"]
+NAMES = ["step", "id", "type", "outlet", "film", "x_x", "x_y", "x_z", "v_x", "v_y", "v_z"]
 
 
 @dataclass(frozen=True)
@@ -39,25 +39,37 @@ class Rule:
     below: float
     slower: float
     steps: Floats
+    stay: bool = True
+    """Later outputs hold who was retired."""
 
-    def holds(self, z: Floats, v: Floats, room: float = 0.0) -> Floats:
-        """For whom it holds; with `room` for whom it may, by rounding (negative: for whom it holds beyond doubt)."""
-        return (z < self.below + room * abs(self.below)) & (length(v) < self.slower * (1.0 + room))
+    def holds(self, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
+        """For whom it holds; with `margin` for whom it may, by rounding (negative: for whom it holds beyond doubt)."""
+        return (x[:, 2] < self.below + margin * abs(self.below)) & (length(v) < self.slower * (1.0 + margin))
+
+    def entered(self, ids: pd.Series) -> Floats:
+        """Step from which on each may be retired."""
+        return np.zeros(len(ids))
+
+    def booked(self, x: Floats, v: Floats, outlet: Floats, margin: float) -> Floats:
+        """Whose row names the place where they are: the bin, 0."""
+        return self.holds(x, v, margin) & (outlet == 0)
 
 
-def rule(folder: Path) -> Rule | None:
+def rule(folder: Path) -> Rule | outlets.Regions | None:
     """Of a scene; None where nobody is retired."""
     scene = io.scene(folder)
-    if not scene.get("retire", False):
+    if not plans.taken_out(io.scene(folder)):
         return None
     planned = plans.plan(folder)
-    depth = DIAMETERS * 2.0 * max(c["radius_m"] for c in scene["classes"])
-    g = abs(scene["gravity_m_per_s2"][2])
     every = plans.checkpoints_every(scene, planned.steps)
     at = np.arange(every, planned.steps, every)
     inside = np.zeros(len(at), dtype=bool)
     for first, last in planned.windows:
         inside |= (at >= first) & (at < last)
+    if scene.get("outlets"):
+        return outlets.of(folder, at[~inside])
+    depth = DIAMETERS * 2.0 * max(c["radius_m"] for c in scene["classes"])
+    g = abs(scene["gravity_m_per_s2"][2])
     return Rule(float(scene["bin_z_m"]) - depth, math.sqrt(2.0 * g * RISE * depth), at[~inside])
 
 
@@ -82,8 +94,8 @@ def whole(folder: Path) -> int:
 
 def table(folder: Path) -> pd.DataFrame:
     """history/retired.parquet in order of steps; without rows where nobody is retired."""
-    if not io.scene(folder).get("retire", False):
-        return pd.DataFrame({name: np.zeros(0) for name in NAMES}).astype({n: np.int64 for n in NAMES[:3]})
+    if not plans.taken_out(io.scene(folder)):
+        return pd.DataFrame({name: np.zeros(0) for name in NAMES}).astype({n: np.int64 for n in NAMES[:4]})
     return io.columns(folder / "history" / "retired.parquet", NAMES).sort_values(["step", "id"], ignore_index=True)
 
 
@@ -104,7 +116,7 @@ SCALES = {
     "retired_missed": ("spheres that qualify and stay", 0.0),
     "retired_place": ("height of the limit", 1e-12),
     "retired_speed": ("limit of the speed", 1e-9),
-    "retired_rest": ("1 m and 1 m/s", 0.0),
+    "retired_rest": ("1 m and 1 m/s, or spheres that are still there", 0.0),
     "retired_events": ("events that do not fit in", 0.0),
     "retired_bridges": ("bridges of retired spheres", 0.0),
 }
@@ -148,9 +160,9 @@ class Count:
 
 def of_dry(folder: Path) -> list[Quantity]:
     """The same of a dry run."""
-    own = rule(folder)
-    trajectory = io.columns(folder / "trajectory.parquet", OF_PLACES) if own else pd.DataFrame()
-    return [*map(_quantity, of_places(own, table(folder), trajectory))] if own else []
+    law = rule(folder)
+    trajectory = io.columns(folder / "trajectory.parquet", OF_PLACES) if law else pd.DataFrame()
+    return [*map(_quantity, of_places(law, table(folder), trajectory))] if law else []
 
 
 def _quantity(deviation: Deviation) -> Quantity:
@@ -158,14 +170,14 @@ def _quantity(deviation: Deviation) -> Quantity:
     return compare(name, SCALES[name][0], off, np.zeros(len(off)), np.ones(len(off)), rows, limit)
 
 
-def of_places(own: Rule, gone: pd.DataFrame, trajectory: pd.DataFrame) -> list[Deviation]:
+def of_places(law: Rule | outlets.Regions, gone: pd.DataFrame, trajectory: pd.DataFrame) -> list[Deviation]:
     """Who was retired at some outputs, against who qualified; where retired spheres are afterwards."""
     now = trajectory[OF_PLACES].merge(
         gone.drop(columns=["type", "film"]).rename(columns={"step": "last"}), on="id", how="left"
     )
     last, step = now["last"].fillna(NEVER).to_numpy(), now["step"].to_numpy()
-    stays = (step < last) & np.isin(step, own.steps)
-    missed = stays & own.holds(now["z"].to_numpy(), now[["vx", "vy", "vz"]].to_numpy(float), -NEAR)
+    stays = (step < last) & np.isin(step, law.steps) & (step >= law.entered(now["id"]))
+    missed = stays & law.holds(now[[*"xyz"]].to_numpy(float), now[["vx", "vy", "vz"]].to_numpy(float), -NEAR)
     moment, rest = (now[rows].reset_index(drop=True) for rows in (step == last, step > last))
 
     def at(rows: pd.DataFrame, *names: str) -> Floats:
@@ -176,12 +188,13 @@ def of_places(own: Rule, gone: pd.DataFrame, trajectory: pd.DataFrame) -> list[D
         length(at(rest, *"xyz") - at(rest, "x_x", "x_y", "x_z"))
         + length(at(rest, "vx", "vy", "vz"))
         + length(at(rest, "wx", "wy", "wz"))
+        + (0.0 if law.stay else 1.0)
     )
     found = {
-        "retired_who": (moment, (~own.holds(x[:, 2], v, NEAR)).astype(float)),
+        "retired_who": (moment, (~law.booked(x, v, moment["outlet"].to_numpy(), NEAR)).astype(float)),
         "retired_missed": (now, missed.astype(float)),
-        "retired_place": (moment, length(at(moment, *"xyz") - x) / abs(own.below)),
-        "retired_speed": (moment, length(at(moment, "vx", "vy", "vz") - v) / own.slower),
+        "retired_place": (moment, length(at(moment, *"xyz") - x) / abs(law.below)),
+        "retired_speed": (moment, length(at(moment, "vx", "vy", "vz") - v) / law.slower),
         "retired_rest": (rest, off),
     }
     return [(name, rows, values, SCALES[name][1]) for name, (rows, values) in found.items()]

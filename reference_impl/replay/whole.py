@@ -70,21 +70,23 @@ def _steps(path: Path, steps: Floats, planned: Floats, what: str) -> None:
                               f"expected the {len(planned)} {what} of scene.json: {AGAIN}")  # fmt: skip
 
 
-def _each(path: Path, planned: Plan, count: int) -> int:
-    """A table with `count` rows at every output step; its number of rows."""
+def _each(path: Path, planned: Plan, count: int | Floats) -> int:
+    """A table with `count` rows at every output step, or as many as it has for each; its number of rows."""
     steps = io.columns(path, ["step"])["step"].to_numpy()
-    _steps(path, steps, planned.outputs, "output steps")
-    _, rows = np.unique(steps, return_counts=True)
-    if (rows != count).any():
-        at = int(np.argmax(rows != count))
-        raise ReplayError(f"{path} holds {rows[at]} rows at step {planned.outputs[at]}; expected {count}: {AGAIN}")
+    want = np.broadcast_to(count, planned.outputs.shape)
+    _steps(path, np.concatenate([steps, planned.outputs[want == 0]]), planned.outputs, "output steps")
+    rows = np.bincount(np.searchsorted(planned.outputs, steps), minlength=len(want))
+    if (rows != want).any():
+        at = int(np.argmax(rows != want))
+        raise ReplayError(f"{path} holds {rows[at]} rows at step {planned.outputs[at]}; expected {want[at]}: {AGAIN}")
     return len(steps)
 
 
 def _trajectory(run: Path, planned: Plan) -> int:
-    """Every sphere at every output step, from the places that the scene starts from."""
+    """Every sphere that has not left at an outlet, at every output step, from the places that the scene starts from."""
     path, spheres = run / "trajectory.parquet", io.columns(run / "history" / "spheres.parquet", ["id", "type"])
-    rows = _each(path, planned, len(spheres))
+    left = np.sort(retired.table(run)["step"].to_numpy()) if io.scene(run).get("outlets") else np.zeros(0)
+    rows = _each(path, planned, len(spheres) - np.searchsorted(left, planned.outputs))
     table = io.columns(path, ["step", "id", "type", "x", "y", "z"])
     _known(path, table["id"], spheres["id"], "sphere")
     kinds = table["id"].map(spheres.set_index("id")["type"])
@@ -213,9 +215,12 @@ def _contacts(history: Path, planned: Plan) -> int:
 
 
 def _recorded(path: Path, planned: Plan) -> int:
-    """Motion at every step of the windows; springs, of which a step may have none, at no other."""
-    steps = io.columns(path, ["step"])["step"].to_numpy()
-    more = np.zeros(0, int) if path.stem == "window_states" else planned.window_steps
+    """Motion at every step of the windows until all have left; springs, of which a step may have none, at no other."""
+    steps, run = io.columns(path, ["step"])["step"].to_numpy(), path.parent.parent
+    gone, count = retired.table(run)["step"], len(io.columns(run / "history" / "spheres.parquet", ["id"]))
+    last = gone.max() if io.scene(run).get("outlets") and len(gone) == count else np.inf
+    more = planned.window_steps
+    more = more[more > last] if path.stem == "window_states" else more
     _steps(path, np.concatenate([steps, more]), planned.window_steps, "steps of the windows")
     return len(steps)
 

@@ -165,6 +165,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
         "rotation": (None, "nothing turns"),
         "hertz": (None, "contacts of a case are linear springs"),
         "retire": (_retires(config), "config.yaml: retire"),
+        "outlets": ([], "a case has a collecting bin"),
         "contacts": (config["settings"].get("contacts", "batched"), "config.yaml: contacts"),
         "wall_film": (reading(config, "wall_film", "triangle"), "config.yaml: readings"),
     }
@@ -209,7 +210,7 @@ def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
             for w in scene["walls"]
         },
     }
-    put("", {"hertz": None, "wall_film": "triangle", **scene, **named})
+    put("", {"hertz": None, "wall_film": "triangle", "outlets": [], **scene, **named})
     for key in ("classes", "walls"):
         found[key] = [row["name"] for row in scene[key]]
     return found

@@ -11,12 +11,16 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from reference_impl.replay import io
+from reference_impl.replay import io, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.tables import at_walls
 from reference_impl.tables.own import ALL_THERE, Bodies, Output, Own, accounted, outputs, slug
 
 NAMES = ("liquid_by_wall", "contact_statistics")
+STATISTICS = (
+    "contacts_per_sphere", "mean_overlap", "largest_overlap", "walls_per_sphere", "mean_wall_overlap", "largest_wall_overlap",
+    "largest_wall_penetration", "bridges_per_sphere", "mean_speed_m_per_s", "largest_speed_m_per_s", "centre_of_mass_height_m",
+)  # fmt: skip
 MOTION = ["type", "x", "y", "z", "vx", "vy", "vz"]
 
 
@@ -36,12 +40,13 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
     r, liquid, touching, lost = np.array([radius[k] for k in of.kind]), [], [], 0
-    walls, origin = at_walls.Walls(folder), io.origin(folder)
+    walls, origin, left = at_walls.Walls(folder), io.origin(folder), retired.table(folder)
+    last = retired.leaves(folder, of.ids)
     for o in outputs(folder, scene, of, MOTION):
         stamp = {"step": float(o.step), "time_s": o.step * scene["time_step_s"]}
-        liquid.append({**stamp, **_held(of, o)})
+        liquid.append({**stamp, **_held(of, o, _booked(scene, left[left["step"] <= o.step]), last <= o.step)})
         touching.append({**stamp, **_contacts(of, o, r[o.at], scene, walls, origin)})
-        lost = max(lost, int((~o.here).sum()))
+        lost = max(lost, int((~o.here & (last >= o.step)).sum()))
     by_wall, contacts = pd.DataFrame(liquid), pd.DataFrame(touching)
     initial = float(of.film.sum())
     return Own(
@@ -58,11 +63,22 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
     )
 
 
-def _held(of: Bodies, o: Output) -> dict[str, float]:
-    """One row of where the liquid is [m3]."""
+def _booked(scene: Mapping[str, Any], left: pd.DataFrame) -> dict[str, float]:
+    """What had left through each outlet [m3]; none where spheres are retired in a bin, which go on being counted."""
+    return {
+        f"outlet_{o['name']}_m3": float(left["film"][left["outlet"] == k].sum())
+        for k, o in enumerate(scene.get("outlets") or [], start=1)
+    }
+
+
+def _held(of: Bodies, o: Output, booked: Mapping[str, float], gone: Floats) -> dict[str, float]:
+    """One row of where the liquid is [m3]; `gone`: who has left, or leaves at this output."""
     on = o.on - np.where(o.waits, of.film, 0.0)
+    if booked:
+        on[gone] = 0.0
     row = {f"spheres_{slug(c)}_m3": on[of.kind == kind].sum() for kind, c in of.names.items()}
     row |= {f"wall_{name}_m3": amount for name, amount in zip(of.walls, o.walls, strict=True)}
+    row |= booked
     total = sum(row.values()) + o.left
     return {
         **row,
@@ -76,7 +92,9 @@ def _held(of: Bodies, o: Output) -> dict[str, float]:
 def _contacts(
     of: Bodies, o: Output, r: Floats, scene: Mapping[str, Any], walls: at_walls.Walls, origin: Floats
 ) -> dict[str, float]:
-    """One row of touching spheres and walls, bridges, speeds and height of the centre of mass."""
+    """One row of touching spheres and walls, bridges, speeds and height of the centre of mass; zeros when all have left."""
+    if not len(o.at):
+        return dict.fromkeys(STATISTICS, 0.0)
     at, v = (o.places[names].to_numpy(float) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
     pairs = cKDTree(at).query_pairs(2.0 * float(r.max()), output_type="ndarray")
     a, b = pairs[:, 0], pairs[:, 1]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from reference_impl.diagnosis.held import MISSING, Held, Section
 from reference_impl.replay import io
-from reference_impl.tables import any_scene, columns, screening, summary
+from reference_impl.tables import any_scene, columns, plant, screening, summary
 from reference_impl.tables.own import Own
 
 NAME = "results"
@@ -29,6 +29,9 @@ def check(folder: Path) -> Section:
         mine = (any_scene if any_scene.written(run) else screening).tables(run, scene)
         if (run / "results").is_dir():
             _tables(section, run, mine)
+        if (run / plant.RESULT).exists():
+            numbers = summary.load(run / plant.RESULT)
+            section.add("results_screen", "itself", [*plant.held(run, scene, numbers)], "numbers of screen.json")
         if (run / "summary.json").exists():
             given = summary.load(run / "summary.json")
             section.add(

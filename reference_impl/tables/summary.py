@@ -13,10 +13,10 @@ import numpy as np
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held
 from reference_impl.motion.budget import WORKS
-from reference_impl.motion.window import enters
 from reference_impl.replay import io, plans
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError, where
+from reference_impl.replay.plans import enters
 from reference_impl.replay.stream import BATCH, Rows
 from reference_impl.tables.own import Own
 
@@ -160,6 +160,8 @@ def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats)
 def _at(folder: Path, scene: Mapping[str, Any], step: int) -> tuple[float, float, float]:
     """Kinetic energy of places and of spins, and work of gravity from the origin [J], of all spheres at an output."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", step)])
+    if step and scene.get("outlets"):  # of spheres that left, as they left
+        t = io.table(where(folder, "trajectory"), "trajectory").sort_values("step").drop_duplicates("id", keep="last")
     radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
     m, r = (np.array([of[k] for k in t["type"]]) for of in (io.masses(scene), radius))
     v2, w2 = ((t[[f"{letter}{axis}" for axis in "xyz"]].to_numpy(float) ** 2).sum(axis=1) for letter in "vw")

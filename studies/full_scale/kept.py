@@ -19,9 +19,9 @@ from pywet.cases.screening.results import LIQUID_TOLERANCE, coarse_share, column
 from pywet.cases.screening.verdict import agreement, objections
 from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
-from pywet.geometry.motion import peak_speed, velocity
 from pywet.laws.contact import film_thickness
-from pywet.runs.rundir import Bools, Floats, RunDir
+from pywet.products.apertures import wedged
+from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.shapes import EngineRun, Replay, Summary
 from pywet.util.files import read_json, write_csv, write_json
 
@@ -31,9 +31,6 @@ CURE = "run the case again, or fetch the tables of the repository"
 UNDERSIZE, COARSE = CLASS_NAMES[:2], CLASS_NAMES[2]
 WALLS = ("wires", "side_wall", "feed_bin", "outlet", "impact_plate")
 """Rows of liquid_by_holder that are the screening apparatus (all walls but the bin)."""
-WEDGED_SPEED = 0.5
-"""A sphere is wedged in an aperture when its centre is within its radius of the screen's plane and it moves along with the
-screen: slower against it than this share of the screen's peak speed."""
 
 
 @dataclass(frozen=True)
@@ -162,27 +159,11 @@ def _whole(run: Kept, table: str, name: str) -> float:
     return 1.0
 
 
-def wedged(run: RunDir) -> Bools:
-    """Spheres that sit in an aperture and move with the screen, shape (outputs, spheres); see `WEDGED_SPEED`."""
-    scene, line, table = run.scene, run.timeline, run.trajectory
-    place = np.searchsorted(line.steps, table["step"]), np.searchsorted(line.ids, table["id"])
-    z, speed = np.full(line.present.shape, np.nan), np.full((*line.present.shape, 3), np.nan)
-    z[place], speed[place] = table["z"], table[["vx", "vy", "vz"]].to_numpy()
-    motion = run.mesh_motion
-    shift = motion[motion["mesh"] == WALLS[0]].set_index("step")["dz"].reindex(line.steps).to_numpy()
-    screen, slow = np.zeros((len(line.steps), 3)), 0.0
-    if scene.vibration is not None:
-        screen, slow = velocity(scene.vibration, line.times), WEDGED_SPEED * peak_speed(scene.vibration)
-    radius = np.array([c.radius_m for c in scene.classes])[line.types - 1]
-    near = np.abs(z - scene.screen_z_m - shift[:, None]) < radius
-    return np.asarray(near & (np.linalg.norm(speed - screen[:, None, :], axis=2) <= slow))
-
-
 def sphere_table(run: RunDir) -> pd.DataFrame:
     """Per size class over time: spheres above the bin, wedged ones, median film thickness above [m]; of the walls the share of
     wet triangles (wires apart) whose film is thinner than that of the coarse spheres."""
     line, scene = run.timeline, run.scene
-    above, stuck = line.present & ~line.passed, wedged(run)
+    above, stuck = line.present & ~line.passed, wedged(run, next(w for w in scene.walls if w.name == WALLS[0]))
     radius = np.array([c.radius_m for c in scene.classes])[line.types - 1]
     thickness = film_thickness(line.film, radius)
     frame = pd.DataFrame({"time_s": line.times})

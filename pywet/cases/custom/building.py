@@ -19,13 +19,14 @@ from pywet import scene as typed
 from pywet.cases.custom import extent
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
 from pywet.cases.custom.description import WALLS, Scene, Spheres
-from pywet.cases.custom.feeding import waiting, ways
+from pywet.cases.custom.feeding import times, waiting, ways
 from pywet.cases.custom.placing import COUNT_FROM, ask_unit, from_origin, mention_bars, mention_crossing, refuse_far
 from pywet.cases.custom.walls import OwnMotion
 from pywet.cases.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 from pywet.cases.small import bodies
 from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
+from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
 from pywet.geometry import Surface, fill
 from pywet.geometry.initial import wall_mesh, write_initial
@@ -39,6 +40,8 @@ from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.surroundings import Surroundings
 from pywet.planning.time_steps import hertz_lines
+from pywet.products.feed import sentence as feed_sentence
+from pywet.products.outlets import refuse_thin, with_reach
 from pywet.runs.rundir import placed
 from pywet.util.files import write_json
 from pywet.util.notices import notice
@@ -62,7 +65,7 @@ class Building:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin_mm", self.said.origin_mm)
-        object.__setattr__(self, "said", from_origin(self.said))
+        object.__setattr__(self, "said", from_origin(self.said.in_full()))
 
     @cached_property
     def classes(self) -> tuple[typed.SphereClass, ...]:
@@ -185,18 +188,36 @@ class Building:
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
-        """Corners of what is simulated: the extent, with room for spheres that moving walls throw."""
-        extent.refuse_vast(self.said.name, *self.extent, 2.0 * max(c.radius_m for c in self.classes))
-        room = extent.thrown(self.wall_speed, self.said.gravity_m_per_s2, self.said.duration_s)
-        return extent.with_room(*self.extent, *room, 2.0 * max(c.radius_m for c in self.classes))
+        """Corners of what is simulated: the extent, with room for spheres that moving walls throw or that an outlet takes out."""
+        scene, cell = self.said, 2.0 * max(c.radius_m for c in self.classes)
+        low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
+        extent.refuse_vast(scene.name, low, high, cell)
+        room = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
+        return extent.with_room(low, high, *room, cell)
+
+    @cached_property
+    def outlets(self) -> tuple[typed.Outlet, ...]:
+        """Where spheres leave; an outlet too thin for the fastest is refused."""
+        refuse_thin(self.said.name, self.said.outlets, self.speed, self.said.gravity_m_per_s2)
+        return tuple(outlet.region() for outlet in self.said.outlets)
 
     @property
     def speed(self) -> float:
         """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
-        low, high = self.extent
-        fall = math.sqrt(2.0 * abs(float(np.dot(self.said.gravity_m_per_s2, high - low))))
+        heights = np.concatenate([self._released, *(s.vertices for s in self.surfaces)]) @ np.array(
+            self.said.gravity_m_per_s2
+        )
+        fall = math.sqrt(2.0 * float(np.ptp(heights)))
         thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
         return max(self.wall_speed, fall, thrown)
+
+    @property
+    def _released(self) -> Floats:
+        """Where spheres are when gravity begins to act on them: at the start, or on insertion [m]."""
+        at = np.zeros(len(self.spheres))
+        for c in self.classes:
+            at[self.spheres["type"] == c.type] = times(c) or 0.0
+        return np.asarray(self.spheres[[*"xyz"]].to_numpy() + at[:, None] * self.spheres[["vx", "vy", "vz"]].to_numpy())
 
     @cached_property
     def plan(self) -> EffectPlan:
@@ -210,6 +231,12 @@ class Building:
         effects = chosen.effects.model_copy(update={"tangential_history": True})  # whose friction is a spring
         lines = hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
         return replace(chosen, amounts=self.amounts, effects=effects, contact=lines)
+
+    @property
+    def interval(self) -> float:
+        """Time between outputs where none is given [s]: a fiftieth of the duration, at outlets short enough to see who leaves."""
+        scene = self.said
+        return min(scene.duration_s / 50.0, OUTLET_EVERY_S if scene.outlets else math.inf)
 
     @property
     def warnings(self) -> list[str]:
@@ -265,12 +292,14 @@ class Building:
             "time_step_s": self.time_step,
             "duration_s": said.duration_s,
             "output": typed.Output(
-                interval_s=said.results.interval_s or said.duration_s / 50.0,
+                interval_s=said.results.interval_s or self.interval,
                 contact_windows=said.results.windows,
                 contact_window_steps=said.results.window_steps,
                 checkpoints=said.results.checkpoints,
                 window_trajectories=said.results.windows > 0,
+                energy=not said.outlets,
             ),
+            "outlets": self.outlets,
             "bin_z_m": float(low[2]),
         }
         try:
@@ -285,6 +314,9 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     scene = made.scene()
     for sentence in made.warnings:
         notice.warning("%s: %s", said.name, sentence)
+    for feed in said.feed:
+        inside = [c.count for c in scene.classes if c.name.startswith(f"{feed.name} ")]
+        notice.warning("%s", feed_sentence(feed.name, feed.psd.sizes(said.folder), sum(inside), scene.steps))
     if any(said.origin_mm):
         notice.warning("%s: %s", said.name, COUNT_FROM.format(*said.origin_mm))
     write_initial(scene, made.surfaces, made.spheres, run_dir)

@@ -18,6 +18,10 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import ConfigError
 from pywet.geometry.packing import FeedRegion
 from pywet.laws.hertz import LEAST_RESTITUTION, Modulus, Poisson
+from pywet.products.deck import Deck
+from pywet.products.feed import FeedAmount, entries
+from pywet.products.outlets import Outlet
+from pywet.products.size_classes import Sizes
 from pywet.scene import NonNegative, Positive, Title, Vector
 
 WALLS = "walls"
@@ -171,6 +175,37 @@ class Spheres(Excusable):
         return 0.5 * MM * self.diameter_mm
 
 
+class Feed(FeedAmount):
+    """Material with a size distribution: it becomes an entry of `spheres` for each size, in whole spheres."""
+
+    name: Title
+    """Its sizes follow it in the names of the entries."""
+    material: str
+    """A key of `materials`."""
+    box: Box | None = None
+    """Region in which spheres are placed at random."""
+    cylinder: Cylinder | None = None
+    """The same, in place of `box`."""
+    velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
+    """At the start, or on insertion."""
+    insertion: Fed | None = None
+    """When it enters, at a constant rate; a `rate_t_per_h` needs it. None: it is there from the start."""
+
+    @model_validator(mode="after")
+    def _placed(self) -> Self:
+        chosen(self, "box", "cylinder")
+        if self.rate_t_per_h is not None and self.insertion is None:
+            raise ValueError(f"feed {self.name}: an insertion for rate_t_per_h")
+        return self
+
+    def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:
+        """The entries that it becomes, and its sizes."""
+        keys = {k: k for k in ("material", "box", "cylinder", "velocity_m_per_s")} | {"insertion": "fed"}
+        common = {to: getattr(self, k) for k, to in keys.items() if getattr(self, k) is not None}
+        found, sizes = entries(self.name, self, folder, self.insertion.for_s if self.insertion else None, common)
+        return tuple(Spheres(**entry) for entry in found), sizes
+
+
 class TimeStep(Excusable):
     """`time_step_s`, or a share of the largest stable step of a dense packing."""
 
@@ -213,12 +248,18 @@ class Scene(Excusable):
     """Dry contacts of two materials, or of one with `walls`."""
     wall_material: str | None = None
     """Material of all walls, a key of `materials`; required with the contact law `hertz` and spheres of several materials."""
-    spheres: Annotated[tuple[Spheres, ...], Field(min_length=1)]
+    spheres: tuple[Spheres, ...] = ()
     """Size classes."""
+    feed: tuple[Feed, ...] = ()
+    """Materials with a size distribution, in place of or next to `spheres`."""
     liquid: Liquid | None = None
     """None: the scene is dry."""
     walls: tuple[Wall, ...] = ()
     """Each with its own motion."""
+    deck: Deck | None = None
+    """A vibrating deck: its walls, outlets and the direction of gravity follow from a few numbers."""
+    outlets: tuple[Outlet, ...] = ()
+    """Regions in which spheres leave the run, with their films; none: a sphere that leaves the box stops the run."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     """Acceleration; 0, 0, 0: none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
@@ -263,18 +304,25 @@ class Scene(Excusable):
 
     @model_validator(mode="after")
     def _names(self) -> Self:
+        if not self.spheres and not self.feed:
+            raise ValueError("spheres, or a feed")
         wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
+        wrong += _doubled("outlets", [o.name for o in self.outlets])
+        if (self.outlets or self.deck) and self.results.checkpoints == 0:
+            wrong.append("results.checkpoints of at least 1 beside outlets: spheres leave at checkpoints")
         known = ", ".join(self.materials) or "none"
         named = [(f"spheres {s.name}", s.material) for s in self.spheres]
+        named += [(f"feed {f.name}", f.material) for f in self.feed]
         named += [("contacts", m) for c in self.contacts for m in c.between if m != WALLS]
         named += [("wall_material", self.wall_material)] if self.wall_material is not None else []
         wrong += [f"{where} to name a material ({known}), not {m}" for where, m in named if m not in self.materials]
-        used = sorted({s.material for s in self.spheres} & self.materials.keys())
+        used = sorted({*self._of_spheres} & self.materials.keys())
         pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
         wrong += [f"an entry in contacts with between: [{a}, {b}]" for a, b in pairs]
         late = [s.name for s in self.spheres if s.fed and s.fed.from_s + s.fed.for_s > self.duration_s]
         wrong += [f"spheres {name} to be fed before the end, duration_s ({self.duration_s:g})" for name in late]
-        if self.liquid is None and any((s.percent or s.film_um) for s in self.spheres):
+        wet = [s.percent or s.film_um for s in self.spheres] + [f.moisture_percent for f in self.feed]
+        if self.liquid is None and any(wet):
             wrong.append("the key liquid, as spheres have some")
         wrong += self._wrong_stiffness()
         if wrong:
@@ -299,10 +347,10 @@ class Scene(Excusable):
         ]  # fmt: skip
         if self.effects.tangential_history is False:
             found.append("effects.tangential_history on or auto with contact: hertz, whose friction is a spring")
-        used = {s.material for s in self.spheres}
-        if self.walls and self.wall_material is None and len(used) > 1:
+        used = {*self._of_spheres}
+        if (self.walls or self.deck) and self.wall_material is None and len(used) > 1:
             found.append(f"a wall_material (one of {', '.join(self.materials)}) with contact: hertz")
-        needed = (used | {self.wall_material or self.spheres[0].material}) & self.materials.keys()
+        needed = (used | {self.material_of_walls}) & self.materials.keys()
         return found + [
             f"{key} of materials.{name} with contact: hertz"
             for name in sorted(needed) for key in elastic if getattr(self.materials[name], key) is None
@@ -311,7 +359,25 @@ class Scene(Excusable):
     @property
     def material_of_walls(self) -> str:
         """Key of the material that all walls have: as given, or that of the spheres."""
-        return self.wall_material or self.spheres[0].material
+        return self.wall_material or self._of_spheres[0]
+
+    @property
+    def _of_spheres(self) -> list[str]:
+        """Keys of the materials of spheres and feeds, in their order."""
+        return [s.material for s in self.spheres] + [f.material for f in self.feed]
+
+    def in_full(self) -> Self:
+        """The same scene with entries of `spheres` in place of its feeds, and walls, outlets and gravity in place of its deck."""
+        if not self.feed and self.deck is None:
+            return self
+        made = tuple(entry for feed in self.feed for entry in feed.spheres(self.folder)[0])
+        changes: dict[str, Any] = {"spheres": (*self.spheres, *made), "feed": (), "deck": None}
+        if deck := self.deck:
+            changes["walls"] = (*(Wall(**wall) for wall in deck.walls()), *self.walls)
+            changes["outlets"] = (*(Outlet(**outlet) for outlet in deck.outlets()), *self.outlets)
+            if "gravity_m_per_s2" not in self.model_fields_set:
+                changes["gravity_m_per_s2"] = deck.gravity
+        return self.with_(**changes)
 
     def dry(self, a: str, b: str) -> Dry | None:
         """The dry contact of two materials, or of one with `walls`; None where none is given."""

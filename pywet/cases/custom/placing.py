@@ -28,14 +28,16 @@ FAR = 20.0
 """Distance of a scene from its origin, over its size, beyond which positions lose digits that the walls need."""
 
 
-def from_origin(said: Scene) -> Scene:
+def from_origin(scene: Scene) -> Scene:
     """The same scene with all positions counted from its `origin_mm`."""
-    origin = said.origin_mm
+    origin = scene.origin_mm
     if not any(origin):
-        return said
-    spheres = tuple(_moved(s, origin) for s in said.spheres)
-    walls = tuple(_moved(w, origin) for w in said.walls)
-    return said.model_copy(update={"spheres": spheres, "walls": walls, "origin_mm": (0.0, 0.0, 0.0)})
+        return scene
+    spheres = tuple(_moved(s, origin) for s in scene.spheres)
+    walls = tuple(_moved(w, origin) for w in scene.walls)
+    outlets = tuple(outlet.moved(origin) for outlet in scene.outlets)
+    changes = {"spheres": spheres, "walls": walls, "outlets": outlets, "origin_mm": (0.0, 0.0, 0.0)}
+    return scene.model_copy(update=changes)
 
 
 def _moved(entry: Any, origin: Vector) -> Any:
@@ -61,7 +63,7 @@ def _less(point: Vector, origin: Sequence[float]) -> Vector:
 
 
 def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
-    """Refuse an STL file whose size is absurd beside the spheres' diameters [m]."""
+    """Refuse an STL file whose size is absurd for the spheres' diameters [m]."""
     if wall.stl is None:
         return
     longest = _longest(surface)

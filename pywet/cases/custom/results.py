@@ -12,29 +12,52 @@ from scipy.spatial import cKDTree
 
 from pywet.cases.custom.at_walls import PRESSED, AtWalls
 from pywet.cases.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most, column
-from pywet.runs.rundir import Floats, RunDir
+from pywet.products import screening_report
+from pywet.products.outlets import PRODUCTS
+from pywet.runs.retired import taken_out
+from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.runs.summary import general
 from pywet.util.files import write_json, write_table
 from pywet.util.notices import notice
+
+STATISTICS = (
+    "contacts_per_sphere", "mean_overlap", "largest_overlap", "walls_per_sphere", "mean_wall_overlap", "largest_wall_overlap",
+    "largest_wall_penetration", "bridges_per_sphere", "mean_speed_m_per_s", "largest_speed_m_per_s", "centre_of_mass_height_m",
+)  # fmt: skip
+"""Columns of contact_statistics other than step and time."""
 
 
 def liquid_by_wall(run: RunDir) -> pd.DataFrame:
     """Liquid [m3] at the outputs on each class of spheres and each wall, standing bridges shared between their ends.
 
-    Of spheres that have entered; `initial_m3` is what had entered until then.
+    Of spheres that have entered and not left; `initial_m3` is what had entered until then, `outlet_…_m3` what had left there.
     """
     scene, line = run.scene, run.timeline
+    gone, booked = taken_out(run)
     on = line.liquid - np.where(line.entered, 0.0, line.initial_film)
+    on[_left(run, gone)] = 0.0
     frame = pd.DataFrame({"step": line.steps, "time_s": line.times})
     for kind in scene.classes:
         frame[column("spheres", kind.name, "_m3")] = on[:, line.types == kind.type].sum(axis=1)
     for name, held in run.on_walls({wall.name: wall.name for wall in scene.walls}, "mesh").items():
         frame[f"wall_{name}_m3"] = held.to_numpy()
+    for k, outlet in enumerate(scene.outlets):
+        frame[f"outlet_{outlet.name}_m3"] = booked[:, k]
     frame["left_m3"] = run.ledger_at("left")
     frame["total_m3"] = frame.drop(columns=["step", "time_s"]).sum(axis=1)
     frame["standing_bridges_m3"] = run.ledger_at("bridges")
     frame["initial_m3"] = line.put_in
     return frame
+
+
+def _left(run: RunDir, gone: Bools) -> Bools:
+    """Whose liquid is booked to an outlet: from the output on at which it was taken out, the last that holds its place."""
+    if not run.scene.outlets:
+        return gone
+    table, line = run.table("history/retired"), run.timeline
+    found = gone.copy()
+    found[np.searchsorted(line.steps, table["step"]), np.searchsorted(line.ids, table["id"])] = True
+    return found
 
 
 def contact_statistics(run: RunDir) -> pd.DataFrame:
@@ -50,6 +73,9 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
     mass = np.array([c.mass_kg for c in scene.classes])
     for step in run.timeline.steps.tolist():
         here = run.trajectory[run.trajectory["step"] == step]
+        if here.empty:  # all have left
+            rows.append({"step": step, "time_s": step * scene.time_step_s, **dict.fromkeys(STATISTICS, 0.0)})
+            continue
         at, kind = here[[*"xyz"]].to_numpy(), here["type"].to_numpy() - 1
         speed = np.linalg.norm(here[["vx", "vy", "vz"]].to_numpy(), axis=1)
         overlap = _overlaps(at, radius_of[kind])
@@ -85,7 +111,7 @@ def _overlaps(at: Floats, radius: Floats) -> Floats:
 def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
     """No sphere lost, all liquid is where the table says."""
     line, initial = run.timeline, float(run.timeline.initial_film.sum())
-    missing = int((~line.present).sum(axis=1).max())
+    missing = int((~line.present & ~taken_out(run)[0]).sum(axis=1).max())
     error = float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0 else 0.0
     return [
         at_most("no_particle_lost", missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
@@ -127,4 +153,6 @@ def write(run_dir: Path) -> dict[str, Any]:
     for sentence in summary["warnings"]:
         notice.warning("%s: %s", run.scene.name, sentence)
     write_json(run.path / "summary.json", summary)
+    if {o.product for o in run.scene.outlets} >= {*PRODUCTS}:
+        screening_report.write(run.path)
     return summary

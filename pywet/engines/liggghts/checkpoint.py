@@ -217,7 +217,7 @@ class Recorder:
 
     def __init__(self, folder: Path, scene: Scene, plugin: bool, spheres: int, point: Checkpoint | None) -> None:
         self.folder, self.plugin, self.spheres = folder, plugin, spheres
-        self.planned, self.end, self.retires = scene.output_steps, scene.steps, scene.retire
+        self.planned, self.end, self.retires = scene.output_steps, scene.steps, scene.removes
         self.step = point.step if point else 0
         self.logs: logs.Sums = dict(point.logs) if point else {}
         self.framed = self._frames_before(self.step) if point else 0

@@ -37,11 +37,13 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     """
     made = folder / TABLES
     shutil.rmtree(made, ignore_errors=True)
-    gone = retired.records(folder) if scene.retire else None
-    convert_trajectory(folder / logs.TRAJECTORY, made / "trajectory.parquet", scene.time_step_s, gone)
+    gone = retired.records(folder) if scene.removes else None
+    at_rest = gone if scene.retire else None  # what left at an outlet is no longer there
+    convert_trajectory(folder / logs.TRAJECTORY, made / "trajectory.parquet", scene.time_step_s, at_rest)
     trajectory = steps_of(made / "trajectory.parquet")
-    planned(trajectory, scene, str(folder / logs.TRAJECTORY))
-    windows.collect(scene, folder, made / "history", deck.touched(scene))
+    empty = _empty(scene, trajectory, gone)
+    planned(pd.concat([trajectory, pd.Series(empty[empty > trajectory.max()])]), scene, str(folder / logs.TRAJECTORY))
+    windows.collect(scene, folder, made / "history", deck.touched(scene), empty.min(initial=scene.steps + 1))
     shifts = {wall.name: mesh_translations(scene, wall) for wall in scene.walls}
     rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts.items()]
     write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), made / "mesh_motion.parquet")
@@ -50,11 +52,21 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
         write_table(tables.to_frame(gone), made / "history" / "retired.parquet")
     if not scene.effects.bridges:
         return spheres, None
-    added = dict.fromkeys(("films", "impulses"), partial(retired.with_films, retired=gone)) if gone is not None else {}
+    added = {}
+    if gone is not None:
+        added = dict.fromkeys(("films", "impulses"), partial(retired.with_films, retired=gone, empty=empty))
     tables.convert(folder, made / "history", more=added)
     for name in ("ledger", "films", *(["energy"] if scene.output.energy else [])):
         planned(steps_of(made / "history" / f"{name}.parquet"), scene, f"the log {name}")
     return spheres, tables.ledger_error(read_table(made / "history" / "ledger.parquet"))
+
+
+def _empty(scene: Scene, trajectory: pd.Series, gone: np.ndarray | None) -> np.ndarray:
+    """Output steps from that on at which the last sphere left: the engine writes no row of them."""
+    outputs = np.array(scene.output_steps, dtype=np.int64)
+    if not scene.outlets or gone is None or len(gone) < int((trajectory == 0).sum()):
+        return outputs[:0]
+    return outputs[outputs >= gone["step"].max()]
 
 
 def planned(steps: pd.Series, scene: Scene, what: str) -> None:

@@ -39,7 +39,7 @@ IDS_A_LINE = 100
 
 def attached(scene: Scene) -> bool:
     """Whether the plugin takes part: for bridges, dry contacts with prisms, spheres that enter or are retired."""
-    return scene.effects.bridges or scene.is_fed or scene.retire or any(w.prisms for w in scene.walls)
+    return scene.effects.bridges or scene.is_fed or scene.removes or any(w.prisms for w in scene.walls)
 
 
 def touched(scene: Scene) -> list[str]:
@@ -276,7 +276,7 @@ def write_deck(
     begin = {
         "restart_file": resume.engine.relative_to(folder) if resume else None,
         "at": done,
-        "first_frame": done % every == 0 and not (done and scene.retire),  # else the frame is of the spheres that stay
+        "first_frame": done % every == 0 and not (done and scene.removes),  # else the frame is of the spheres that stay
     }
     # the plugin's worker has given the file its name by then, the stock program cannot
     again = {"restart_file": saved("engine", "${at}", whole=attached(scene)), "at": "${at}", "first_frame": False}

@@ -106,6 +106,9 @@ class Plugin:
             self._library.pywet_set_retirement(
                 C.c_double(scene.retire_below_m), C.c_double(scene.retire_slower_m_per_s)
             )
+        for outlet in scene.outlets:
+            low, high = map(_doubles, outlet.ends)
+            self._library.pywet_add_outlet(_pointer(low), _pointer(high))
         if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):
             masses = _doubles([c.mass_kg for c in scene.classes])
             density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(drop_every(scene))

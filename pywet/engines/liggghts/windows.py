@@ -6,6 +6,7 @@ The engine's own dumps, made only in the windows; without `output.window_traject
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
@@ -114,8 +115,11 @@ def wall_springs(scene: Scene, folder: Path, touched: Sequence[str]) -> pd.DataF
     return pd.concat(springs, ignore_index=True)
 
 
-def collect(scene: Scene, folder: Path, history: Path, touched: Sequence[str]) -> None:
-    """Turn the dumps in `folder` into `history`/window_<name>.parquet; `touched` as in `deck_lines`."""
+def collect(scene: Scene, folder: Path, history: Path, touched: Sequence[str], end: float = math.inf) -> None:
+    """Turn the dumps in `folder` into `history`/window_<name>.parquet; `touched` as in `deck_lines`.
+
+    From step `end` on no sphere is left.
+    """
     plugin = scene.effects.tangential_history and len(touched) < len(scene.walls)
     for name in (STATES, *SPRINGS) if schedule.recorded(scene) else ():
         path = folder / f"{name}.txt"
@@ -126,6 +130,6 @@ def collect(scene: Scene, folder: Path, history: Path, touched: Sequence[str]) -
         whole = [c for c in ("step", "id", "i", "j", "image", "mesh", "triangle") if c in table]
         write_table(table.astype(dict.fromkeys(whole, np.int64)), history / f"window_{name}.parquet")
         if name == STATES:
-            wanted = [step for window in schedule.recorded(scene) for step in range(*window)]
+            wanted = [step for window in schedule.recorded(scene) for step in range(*window) if step < end]
             if table["step"].drop_duplicates().sort_values().tolist() != wanted:
                 raise NotWhole(f"{path} does not hold the {len(wanted)} steps of the windows: run the case again")

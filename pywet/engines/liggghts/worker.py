@@ -88,7 +88,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
         tell(*piece.lines)
         ran = time.process_time()
         if piece.checkpoint:
-            if scene.retire:
+            if scene.removes:
                 plugin.wait()  # the first rank writes the state
                 tell(*deck.retirement(state_file.retired(Path(saved("state", piece.checkpoint, whole=False)))))
             tell(f"write_restart {saved('engine', piece.checkpoint, whole=False)}")

@@ -76,7 +76,7 @@ def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
 @pytest.mark.engine
 def test_a_fed_deck_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     """What was put in grows by a film for each sphere that enters; told otherwise, the replay objects."""
-    scene = example("deck", {"fed": {"from_s": 0.0, "for_s": 0.05}}, duration_s=0.07)
+    scene = example("slotted_deck", {"fed": {"from_s": 0.0, "for_s": 0.05}}, Path(__file__).parent, duration_s=0.07)
     smaller = [s.model_copy(update={"count": s.count // 3}) for s in scene.spheres if s.count]
     run = pywet.run(pywet.Scene(**{**dict(scene), "spheres": smaller, "results": {"windows": 3}}), tmp_path / "deck")
     start = run._run.spheres.sort_values("id")

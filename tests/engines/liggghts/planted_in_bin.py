@@ -7,10 +7,10 @@ from collections.abc import Callable
 import pandas as pd
 
 PATCHES: list[tuple[str, str, str]] = [
-    ("retirement.cpp", "if (!(at.x[a][2] < rules.retire_below)",
-     'if (!(at.x[a][2] < rules.retire_below + (planted("retired above the limit") ? 0.006 : 0.0))'),
-    ("retirement.cpp", "if (!(dot(v, v) < rules.retire_slower * rules.retire_slower)) continue;",
-     'if (!(dot(v, v) < (planted("fast ones retired") ? 100 : 1) * rules.retire_slower * rules.retire_slower)) continue;'),
+    ("retirement.cpp", "const bool lies = at.x[a][2] < rules.retire_below",
+     'const bool lies = at.x[a][2] < rules.retire_below + (planted("retired above the limit") ? 0.006 : 0.0)'),
+    ("retirement.cpp", "dot(v, v) < rules.retire_slower * rules.retire_slower;",
+     'dot(v, v) < (planted("fast ones retired") ? 100 : 1) * rules.retire_slower * rules.retire_slower;'),
     ("retirement.cpp", "s.film = films_.volume(a);",
      's.film = (planted("half of a film retired") ? 0.5 : 1.0) * films_.volume(a);'),
     ("retirement.cpp", "e.share_j = b.volume - e.share_i;",

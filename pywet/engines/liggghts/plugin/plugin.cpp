@@ -188,6 +188,13 @@ EXPORT void pywet_set_retirement(double below, double slower) {
   rules.retire_slower = slower;
 }
 
+// Spheres whose centre is in this region are taken out at checkpoints.
+EXPORT void pywet_add_outlet(const double *low, const double *high) {
+  pywet::Rules &rules = state->world.rules;
+  rules.retires = true;
+  rules.outlets.push_back({pywet::Vec(low), pywet::Vec(high)});
+}
+
 // Density of the liquid, for its weight (where it has one: the dry mass of a sphere of each type) and for drops.
 EXPORT void pywet_set_liquid_mass(double density, int weighs, const double *type_mass, int64_t drop_every) {
   pywet::World &world = state->world;

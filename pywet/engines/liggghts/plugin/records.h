@@ -75,7 +75,7 @@ struct WireContact {
 struct RetiredSphere {
   int64_t step;
   double time;
-  int32_t id, type;
+  int32_t id, type, outlet, pad;  // outlet: its number, 0: the collecting bin
   double film, x[3], v[3];
 };
 #pragma pack(pop)
@@ -88,7 +88,7 @@ static_assert(sizeof(Film) == 24, "records must match pywet/schema.py");
 static_assert(sizeof(Impulse) == 40, "records must match pywet/schema.py");
 static_assert(sizeof(Drop) == 112, "records must match pywet/schema.py");
 static_assert(sizeof(Felt) == 72, "records must match pywet/schema.py");
-static_assert(sizeof(RetiredSphere) == 80, "records must match pywet/schema.py");
+static_assert(sizeof(RetiredSphere) == 88, "records must match pywet/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/schema.py");
 
 // A number in a sentence: six digits whatever its size, where std::to_string would write a film's 3e-7 as 0.000000.

@@ -1,5 +1,5 @@
 // Who is taken out: its centre is far below the plane of the bin and it is too slow to come back (the numbers are those of the
-// scene). Its bridges end in the same step as by rupture, each side with its share of the transfer law; what it then holds as film
+// scene), or its centre is in an outlet. Its bridges end in the same step as by rupture, each side with its share of the transfer law; what it then holds as film
 // is what it leaves with. The worker takes the sphere out of the engine before it writes
 // the checkpoint. In a window of
 // detailed logs nobody is taken out.
@@ -15,11 +15,14 @@ std::vector<RetiredSphere> Retirement::chosen() const {
   const Rules &rules = world_.rules;
   std::vector<RetiredSphere> found;
   for (int a = 0; a < at.nlocal; a++) {
-    if (!(at.x[a][2] < rules.retire_below) || !at.free(a)) continue;
+    if (!at.free(a) || world_.feed.waits(at, a, world_.clock.now)) continue;
     const double half = 0.5 * at.dt / at.mass[a];
     const Vec v = Vec(at.v[a]) + half * Vec(at.f[a]);
-    if (!(dot(v, v) < rules.retire_slower * rules.retire_slower)) continue;
+    const int outlet = rules.outlet(Vec(at.x[a]));
+    const bool lies = at.x[a][2] < rules.retire_below && dot(v, v) < rules.retire_slower * rules.retire_slower;
+    if (!(rules.outlets.empty() ? lies : outlet > 0)) continue;
     RetiredSphere s = {};
+    s.outlet = outlet;
     s.step = world_.clock.now; s.time = world_.clock.time; s.id = at.tag[a]; s.type = world_.spheres.type_of[at.tag[a]];
     store(Vec(at.x[a]), s.x);
     store(v, s.v);

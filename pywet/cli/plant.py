@@ -1,0 +1,65 @@
+"""Commands of process engineers: what a screen did, and how fast a batch passes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from pywet.cli.showing import out, tell
+
+app = typer.Typer()
+
+
+@app.command("screen")
+def screen_numbers(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN_DIR...", help="Finished runs of cases, or of scenes with outlets.")
+    ],
+    aperture: Annotated[
+        float | None, typer.Option("--aperture", metavar="MM", help="Size that parts undersize from oversize, in mm.")
+    ] = None,
+    from_s: Annotated[float | None, typer.Option("--from", metavar="S", help="Take means from this time on.")] = None,
+) -> None:
+    """Cut size, efficiency, throughput, moisture of the products and pegging of screens, as tables and pages.
+
+    Example: pywet screen results/smoke/case02"""
+    from pywet.products.partition import mean_and_half_width
+    from pywet.report import screen_page
+
+    found = [screen_page.screen(run, aperture, from_s) for run in runs]
+    table = Table("", *(numbers["run"] for numbers in found))
+    columns = [screen_page.five(numbers) for numbers in found]
+    for name in columns[0]:
+        table.add_row(name, *(column.get(name, "–") for column in columns))
+    out.print(table)
+    for key, name, factor in (("d50_mm", "cut size [mm]", 1.0), ("efficiency", "efficiency [%]", 100.0)):
+        values = [factor * numbers[key] for numbers in found if numbers[key] is not None]
+        if len(values) > 1:
+            tell("{}: {:.4g} ± {:.2g} (mean of {} runs, 95 %)".format(name, *mean_and_half_width(values), len(values)))
+    for run in runs:
+        tell(f"page: {run / screen_page.PAGE}; tables: {run / 'results'}")
+
+
+@app.command()
+def kinetics(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR...", help="Seeds of a case: runs or stored tables.")],
+    file: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Write the table.")] = None,
+) -> None:
+    """Laws of the fraction retained over time for each class, fitted, and ranked on the seeds that were not fitted.
+
+    Example: pywet kinetics docs/full_scale/data/case02-10007 docs/full_scale/data/case02-10009"""
+    from pywet.products import kinetics as laws
+    from pywet.util.files import write_csv
+
+    found = laws.kinetics(runs)
+    table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")
+    for row in found.itertuples():
+        table.add_row(str(row[1]), str(row[2]), str(row[3]), f"{row[4]:.4f}", f"{row[5]:.4f}" if len(runs) > 1 else "–")
+    out.print(table)
+    if len(runs) == 1:
+        tell("one run: ranked by the fit itself; give several seeds for a ranking on what was not fitted")
+    if file is not None:
+        write_csv(found, file)

@@ -1,0 +1,80 @@
+"""The screen of a run: which wall it is, its area and apertures, and which spheres peg them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pywet.geometry.motion import peak_speed, velocity
+from pywet.runs.rundir import Bools, Floats, RunDir
+from pywet.scene import Vibration, WallMesh
+
+SCREENS = ("wires", "screen", "deck")
+"""Names that the screen may have: wires in a case, screen or deck in a custom scene."""
+CROSS = "cross_wires"
+"""Name of the wall of a deck that has its wires across."""
+WEDGED_SPEED = 0.5
+"""A sphere is wedged in an aperture when its centre is within its radius of the screen's plane and it moves along with the
+screen: slower against it than this share of the screen's peak speed."""
+
+
+def screen_of(run: RunDir) -> WallMesh | None:
+    """The wall that is the screen: the first of a name in `SCREENS`."""
+    named = [w for w in run.scene.walls if w.name in SCREENS]
+    return named[0] if named else None
+
+
+def extents(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:
+    """Lower and upper corner of each part of a wall in its file [m], each of shape (parts, 3)."""
+    rows = run.triangles[run.triangles["mesh"] == wall.name]
+    corners = rows[[f"v{k}_{axis}" for k in range(3) for axis in "xyz"]].to_numpy(dtype=float).reshape(-1, 3, 3)
+    part = np.array(wall.triangle_part)
+    low, high = (np.full((part.max() + 1, 3), fill) for fill in (np.inf, -np.inf))
+    np.minimum.at(low, part, corners.min(axis=1))
+    np.maximum.at(high, part, corners.max(axis=1))
+    return low, high
+
+
+def deck_of(run: RunDir) -> dict[str, Any] | None:
+    """The `deck` of a custom scene's description; None where its walls were given one by one."""
+    description: dict[str, Any] = run.json("description.json", dict[str, Any]) or {}
+    return description.get("deck")
+
+
+def area(run: RunDir, wall: WallMesh) -> float:
+    """Plan area of the screen [m2]: length times width of a deck, else of the rectangle around the screen."""
+    if deck := deck_of(run):
+        return 1e-6 * float(deck["length_mm"]) * float(deck["width_mm"])
+    low, high = extents(run, wall)
+    x, y, _ = high.max(axis=0) - low.min(axis=0)
+    return float(x * y)
+
+
+def count(run: RunDir, wall: WallMesh) -> int:
+    """Number of apertures between the wires or bars of a screen: gaps along x times gaps along y, of bars alone the slots."""
+    nets = [w for w in run.scene.walls if w.name in (wall.name, CROSS)]
+    low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
+    along_x = (high - low)[:, 0] > (high - low)[:, 1]
+    gaps = [max(1, int(side.sum()) - 1) for side in (along_x, ~along_x)]
+    return gaps[0] * gaps[1]
+
+
+def wedged(run: RunDir, wall: WallMesh) -> Bools:
+    """Spheres that sit in an aperture and move with the screen, shape (outputs, spheres); see `WEDGED_SPEED`."""
+    scene, line, table = run.scene, run.timeline, run.trajectory
+    place = np.searchsorted(line.steps, table["step"]), np.searchsorted(line.ids, table["id"])
+    z, speed = np.full(line.present.shape, np.nan), np.full((*line.present.shape, 3), np.nan)
+    z[place], speed[place] = table["z"], table[["vx", "vy", "vz"]].to_numpy()
+    motion = run.mesh_motion
+    shift = motion[motion["mesh"] == wall.name].set_index("step")["dz"].reindex(line.steps).to_numpy()
+    screen, slow, moves = np.zeros((len(line.steps), 3)), 0.0, scene.motion_of(wall)
+    if isinstance(moves, Vibration):
+        screen, slow = velocity(moves, line.times), WEDGED_SPEED * peak_speed(moves)
+    plane = scene.screen_z_m
+    if wall.name != "wires":
+        low, high = extents(run, wall)
+        plane = 0.5 * float(low[:, 2].min() + high[:, 2].max())
+    radius = np.array([c.radius_m for c in scene.classes])[line.types - 1]
+    near = np.abs(z - plane - shift[:, None]) < radius
+    return np.asarray(near & (np.linalg.norm(speed - screen[:, None, :], axis=2) <= slow))

@@ -1,0 +1,135 @@
+"""A vibrating deck from a few numbers: the walls of a screen, its stroke, its inclination and the outlets of its products.
+
+The deck lies along x and material travels to +x. Its frame is that of the scene: an inclination turns gravity, not the walls.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from pywet.config.entries import Excusable
+from pywet.products.apertures import CROSS
+from pywet.scene import Positive, Vector
+
+G = 9.81
+"""Acceleration of gravity [m/s2]."""
+BELOW = 6.0
+"""Depth of the outlet of the unders below the deck, over the aperture."""
+SIDE_MM = 5.0
+"""Thickness of the side walls and of the back wall."""
+
+
+class Stroke(Excusable):
+    """Motion of a deck: a line, a circle or an ellipse in the vertical plane along it."""
+
+    kind: Literal["linear", "circular", "elliptic"] = "linear"
+    """Shape of the path."""
+    amplitude_mm: Positive
+    """Half of the stroke; of an ellipse half of its long axis."""
+    frequency_Hz: Positive
+    """Turns or strokes per second."""
+    angle_deg: Annotated[float, Field(ge=0, le=90)] = 45.0
+    """Of the line or of the long axis against the deck: 90, across the deck."""
+    ratio: Annotated[float, Field(gt=0, le=1)] = 0.5
+    """Of an ellipse: short over long axis."""
+    forward: bool = True
+    """Of a circle or ellipse: whether its upper part moves with the material."""
+
+    def vibrates(self) -> dict[str, Any]:
+        """Amplitude and phase along x and z of a sum of both axes' oscillations, the short axis a quarter of a period behind."""
+        short = {"linear": 0.0, "circular": 1.0, "elliptic": self.ratio}[self.kind] * (-1.0 if self.forward else 1.0)
+        c, s = math.cos(math.radians(self.angle_deg)), math.sin(math.radians(self.angle_deg))
+        # along the long axis (c, s) goes sin, along (s, -c) cos; turned round where the path goes to +x at its top
+        x, z = (c, short * s), (s, -short * c)
+        amplitudes = [self.amplitude_mm * math.hypot(*part) for part in (x, z)]
+        phases = [math.degrees(math.atan2(part[1], part[0])) for part in (x, z)]
+        return {
+            "amplitude_mm": (amplitudes[0], 0.0, amplitudes[1]),
+            "phase_deg": (phases[0], 0.0, phases[1]),
+            "frequency_Hz": self.frequency_Hz,
+        }
+
+
+class Deck(Excusable):
+    """An inclined vibrating deck with side walls, its upper face at z = 0, from x = 0 on; overs leave at its end."""
+
+    length_mm: Positive
+    """Along x, in the direction of transport."""
+    width_mm: Positive
+    """Along y, between the side walls."""
+    aperture_mm: Positive
+    """Clear opening."""
+    wire_mm: Positive
+    """Diameter of a wire or bar."""
+    mesh: Literal["square", "slotted"] = "square"
+    """Wires along and across, or bars along the deck alone."""
+    inclination_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
+    """Downwards in the direction of transport."""
+    side_mm: Positive = 40.0
+    """Height of the side walls above the deck."""
+    stroke: Stroke
+    """How it moves."""
+    sections: Annotated[int, Field(ge=1, le=20)] = 1
+    """Parts of its length whose unders are collected apart, unders_1 first."""
+
+    @model_validator(mode="after")
+    def _holds_apertures(self) -> Self:
+        if min(self.length_mm, self.width_mm) < self.pitch_mm:
+            raise ValueError(f"deck: length_mm and width_mm of at least one aperture and wire, {self.pitch_mm:g} mm")
+        return self
+
+    @property
+    def pitch_mm(self) -> float:
+        """Between the axes of wires."""
+        return self.aperture_mm + self.wire_mm
+
+    @property
+    def gravity(self) -> Vector:
+        """In the frame of the deck [m/s2]."""
+        angle = math.radians(self.inclination_deg)
+        return G * math.sin(angle), 0.0, -G * math.cos(angle)
+
+    def _bars(self, axis: str) -> dict[str, Any]:
+        """Wires along an axis, so many that no gap at a side is wider than an aperture."""
+        along, across = (self.length_mm, self.width_mm) if axis == "x" else (self.width_mm, self.length_mm)
+        count = math.ceil((across - self.aperture_mm) / self.pitch_mm - 1e-9) + (axis == "y")
+        return {
+            "diameter_mm": self.wire_mm, "pitch_mm": self.pitch_mm, "length_mm": along, "count": max(1, count), "axis": axis,
+            "origin_mm": (0.5 * self.length_mm, 0.0, -0.5 * self.wire_mm),
+        }  # fmt: skip
+
+    def walls(self) -> list[dict[str, Any]]:
+        """Walls of the description: screen, cross wires, sides, back; all move with the deck."""
+        half, w = 0.5 * self.width_mm, self.wire_mm
+        end, low, high = self.length_mm, -w - 1.0, self.side_mm
+        found: list[dict[str, Any]] = [{"name": "screen", "bars": self._bars("x")}]
+        if self.mesh == "square":
+            found.append({"name": CROSS, "bars": self._bars("y")})
+        blocks = {
+            "left": ((-SIDE_MM, half, low), (end, half + SIDE_MM, high)),
+            "right": ((-SIDE_MM, -half - SIDE_MM, low), (end, -half, high)),
+            "back": ((-2 * SIDE_MM - 0.1, -half, low), (-SIDE_MM - 0.1, half, high)),
+        }
+        found += [{"name": name, "block": {"low_mm": a, "high_mm": b}} for name, (a, b) in blocks.items()]
+        moves = self.stroke.vibrates()
+        return [{**wall, "vibrates": moves} for wall in found]
+
+    def outlets(self) -> list[dict[str, Any]]:
+        """Overs beyond the end, unders below, by section; what jumps over a side or the back belongs to no product."""
+        away = 2.0 * self.aperture_mm
+        end, side, below = self.length_mm + away, 0.5 * self.width_mm + SIDE_MM + away, -BELOW * self.aperture_mm
+        found: list[dict[str, Any]] = [
+            {"name": "spilled_left", "low_mm": (None, side, None)},
+            {"name": "spilled_right", "high_mm": (None, -side, None)},
+            {"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)},
+            {"name": "overs", "low_mm": (end, None, None)},
+        ]
+        for k in range(1, self.sections + 1):
+            last = k == self.sections
+            name = "unders" if self.sections == 1 else f"unders_{k}"
+            limit = None if last else self.length_mm * k / self.sections
+            found.append({"name": name, "high_mm": (limit, None, below)})
+        return found

@@ -1,0 +1,85 @@
+"""A feed as a plant knows it, size distribution, mass or rate, moisture, as entries of `spheres` of a custom scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from pywet.config.entries import Excusable
+from pywet.products.size_classes import SizeDistribution, Sizes
+from pywet.scene import Positive
+
+G_PER_S = 1e6 / 3600.0
+"""Grams per second of a t/h."""
+
+
+class FeedAmount(Excusable):
+    """Size distribution, amount and moisture of a feed."""
+
+    psd: SizeDistribution
+    """Sieve analysis or distribution."""
+    mass_g: Positive | None = None
+    """Dry mass; in place of a rate."""
+    rate_t_per_h: Positive | None = None
+    """Mass that enters per hour while it is inserted, in place of a mass."""
+    rate_of: Literal["dry", "moist"] = "dry"
+    """Whether the rate is of the dry or of the moist material."""
+    moisture_percent: Annotated[float, Field(ge=0, lt=100)] | None = None
+    """Liquid over the mass of `moisture_of`."""
+    moisture_of: Literal["dry", "moist"] = "dry"
+    """Whether moisture is % of the dry or of the moist mass."""
+
+    @model_validator(mode="after")
+    def _one_amount(self) -> Self:
+        if (self.mass_g is None) == (self.rate_t_per_h is None):
+            raise ValueError("feed: a mass_g or a rate_t_per_h, one of them")
+        return self
+
+    @property
+    def dry_percent(self) -> float | None:
+        """Moisture as % of the dry mass."""
+        w = self.moisture_percent
+        return w if w is None or self.moisture_of == "dry" else 100.0 * w / (100.0 - w)
+
+    def dry_g(self, for_s: float | None) -> float:
+        """Dry mass [g] in all; of a rate what enters in `for_s`."""
+        if self.mass_g is not None:
+            return self.mass_g
+        assert self.rate_t_per_h is not None and for_s is not None
+        moist = self.rate_of == "moist"
+        return self.rate_t_per_h * G_PER_S * for_s / (1.0 + 0.01 * (self.dry_percent or 0.0) * moist)
+
+
+def entries(
+    name: str, amount: FeedAmount, folder: Path, for_s: float | None, common: dict[str, Any]
+) -> tuple[list[dict[str, Any]], Sizes]:
+    """Entries of `spheres`, one for each size, with what is `common` to all, and the sizes."""
+    sizes, total = amount.psd.sizes(folder), amount.dry_g(for_s)
+    percent = {} if amount.dry_percent is None else {"percent": amount.dry_percent}
+    found = [
+        {**common, **percent, "name": f"{name} {d:.4g} mm", "diameter_mm": float(d), "mass_g": float(total * share)}
+        for d, share in zip(sizes.diameter_mm, sizes.share, strict=True)
+    ]
+    return found, sizes
+
+
+def sentence(name: str, sizes: Sizes, spheres: int, steps: int) -> str:
+    """How many spheres a feed is, what was left out of it, and about what its run costs."""
+    cut = [
+        f"{100 * part:.2g} % of its mass {where}"
+        for part, where in ((sizes.below, "finer"), (sizes.above, "coarser"))
+        if part > 0
+    ]
+    left_out = f"; left out: {' and '.join(cut)}" if cut else ""
+    hours = spheres * steps / SPHERE_STEPS_PER_S / 3600.0
+    smallest, largest = sizes.diameter_mm.min(), sizes.diameter_mm.max()
+    return (
+        f"feed {name}: {spheres} spheres of {len(sizes.share)} sizes, {smallest:.3g} to {largest:.3g} mm{left_out}; "
+        f"{steps} steps, about {hours:.2g} h of one processor if all are there all the time"
+    )
+
+
+SPHERE_STEPS_PER_S = 1.0e6
+"""Spheres times steps that a processor does in a second, moist, in the order of magnitude."""

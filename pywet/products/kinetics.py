@@ -1,0 +1,174 @@
+"""Kinetics of a batch: laws of the fraction retained over time, fitted and ranked on seeds that were not fitted.
+
+Every law begins at a delay t0, until which nothing passes. Retained is Y; tau = t - t0.
+
+| law | Y |
+|---|---|
+| first order | exp(-k tau) |
+| first order, residue | r + (1 - r) exp(-k tau) |
+| second order | 1/(1 + k tau) |
+| power of time | exp(-k tau^n) |
+| two rates | s exp(-k1 tau) + (1 - s) exp(-k2 tau) |
+| crowded, then first order | 1 - k tau until tau = c, then (1 - k c) exp(-k (tau - c)/(1 - k c)): the rate is continuous |
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pywet.errors import PywetError, shown
+from pywet.geometry.surface import Floats
+from pywet.products.partition import mean_and_half_width
+from pywet.util.files import read_table
+
+PREFIX = "fraction_retained_"
+NOT_CLASSES = ("fraction_retained_spheres",)
+PASSES = 0.02
+"""A class that loses less than this share in all does not pass, and has no kinetics."""
+LONG_S = 1e3
+"""Bound of times [s] and of rates [1/s]."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law of tau >= 0: names, first values and upper bounds of its parameters, and its function."""
+
+    name: str
+    parameters: tuple[str, ...]
+    start: tuple[float, ...]
+    bounds: tuple[float, ...]
+    function: Callable[..., Floats]
+
+    def __call__(self, t: Floats, *values: float) -> Floats:
+        """Fraction retained at times [s]; the first value is the delay."""
+        return np.asarray(self.function(np.maximum(np.asarray(t, dtype=float) - values[0], 0.0), *values[1:]))
+
+
+def _crowded(tau: Floats, k: float, c: float) -> Floats:
+    left = max(1.0 - k * c, 1e-9)
+    return np.where(tau < c, 1.0 - k * tau, left * np.exp(-k * np.maximum(tau - c, 0.0) / left))
+
+
+LAWS = (
+    Law("first order", ("k",), (0.3,), (LONG_S,), lambda x, k: np.exp(-k * x)),
+    Law("first order, residue", ("k", "r"), (0.3, 0.1), (LONG_S, 1.0), lambda x, k, r: r + (1.0 - r) * np.exp(-k * x)),
+    Law("second order", ("k",), (0.3,), (LONG_S,), lambda x, k: 1.0 / (1.0 + k * x)),
+    Law("power of time", ("k", "n"), (0.3, 1.0), (LONG_S, 5.0), lambda x, k, n: np.exp(-k * x**n)),
+    Law(
+        "two rates", ("s", "k1", "k2"), (0.7, 0.8, 0.1), (1.0, LONG_S, LONG_S),
+        lambda x, s, k1, k2: s * np.exp(-k1 * x) + (1.0 - s) * np.exp(-k2 * x),
+    ),
+    Law("crowded, then first order", ("k", "c"), (0.2, 0.5), (LONG_S, LONG_S), _crowded),
+)  # fmt: skip
+
+
+def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Least-squares values of t0 and the parameters, and half of their 95 % intervals.
+
+    The intervals take residuals as independent; outputs close in time are not, so that seeds show a wider scatter.
+    """
+    from scipy.optimize import curve_fit
+    from scipy.stats import t as student
+
+    start = (0.1, *law.start)
+    high = (float(t.max()) or 1.0, *law.bounds)
+    try:
+        values, covariance = curve_fit(law, t, y, p0=start, bounds=(np.zeros(len(start)), high), max_nfev=20_000)
+    except RuntimeError as error:
+        raise PywetError(f"kinetics: {law.name} could not be fitted ({error}); expected a curve that falls") from error
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return values, np.asarray(student.ppf(0.975, max(len(t) - len(start), 1)) * spread)
+
+
+def rms(law: Law, values: Floats, t: Floats, y: Floats) -> float:
+    """Root mean square of the residuals."""
+    return float(np.sqrt(np.mean((law(t, *values) - y) ** 2)))
+
+
+def curves(run: Path) -> pd.DataFrame:
+    """time_s since the opening and the fraction retained of every class, of a run or of stored tables."""
+    for path in (run / "results" / "fraction_retained.parquet", run / "fraction_retained.csv"):
+        if path.exists():
+            table = read_table(path) if path.suffix == ".parquet" else pd.read_csv(path)
+            break
+    else:
+        raise PywetError(
+            f"{shown(run)} has no fraction_retained; expected the finished run of a screening case, or a folder of stored tables"
+        )
+    classes = [str(c) for c in table if str(c).startswith(PREFIX) and c not in NOT_CLASSES]
+    found = table.loc[table["time_since_opening_s"] >= 0, ["time_since_opening_s", *classes]]
+    return found.rename(columns={"time_since_opening_s": "time_s", **{c: c.removeprefix(PREFIX) for c in classes}})
+
+
+def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
+    """All laws of a class, the best on seeds that were not fitted first.
+
+    Returns
+    -------
+    DataFrame
+        law, parameters (a sentence with 95 % intervals: of seeds where there are several, else of the fit), rms of the fit to
+        all, rms_held_out: each seed against the law fitted to the others (nan of one seed, ranked by the fit then).
+    """
+    rows = []
+    for law in LAWS:
+        t, y = (np.concatenate([run[c].to_numpy(dtype=float) for run in runs]) for c in ("time_s", kind))
+        values, half = fit(law, t, y)
+        held_out = math.nan
+        if len(runs) > 1:
+            each = [fit(law, run["time_s"].to_numpy(dtype=float), run[kind].to_numpy(dtype=float))[0] for run in runs]
+            half = np.array([mean_and_half_width(column)[1] for column in np.array(each).T])
+            held_out = math.sqrt(np.mean([_unseen(law, runs, k, kind) ** 2 for k in range(len(runs))]))
+        names = ("t0", *law.parameters)
+        values_text = ", ".join(f"{n} {v:.4g} ± {h:.2g}" for n, v, h in zip(names, values, half, strict=True))
+        rows.append(
+            {
+                "class": kind,
+                "law": law.name,
+                "parameters": values_text,
+                "rms": rms(law, values, t, y),
+                "rms_held_out": held_out,
+            }
+        )
+    table = pd.DataFrame(rows)
+    return table.sort_values("rms_held_out" if len(runs) > 1 else "rms", ignore_index=True)
+
+
+def _unseen(law: Law, runs: Sequence[pd.DataFrame], k: int, kind: str) -> float:
+    """Residual of one seed against the law fitted to the others."""
+    others = pd.concat([run for n, run in enumerate(runs) if n != k])
+    values, _ = fit(law, others["time_s"].to_numpy(dtype=float), others[kind].to_numpy(dtype=float))
+    return rms(law, values, runs[k]["time_s"].to_numpy(dtype=float), runs[k][kind].to_numpy(dtype=float))
+
+
+def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
+    """Fit laws of the fraction retained over time to seeds of one case, and rank them on the seeds that were not fitted.
+
+    Parameters
+    ----------
+    folders : sequence of Path or str
+        Runs, or folders of stored tables.
+
+    Returns
+    -------
+    DataFrame
+        For every class that passes the laws, the best first: class, law, parameters, rms, rms_held_out.
+
+    Raises
+    ------
+    PywetError
+        If a folder has no fraction retained, or no class passes.
+    """
+    runs = [curves(Path(folder)) for folder in folders]
+    classes = [c for c in runs[0] if c != "time_s" and all(c in run for run in runs)]
+    passing = [c for c in classes if min(float(run[c].iloc[-1]) for run in runs) < 1.0 - PASSES]
+    if not passing:
+        raise PywetError(
+            f"{shown(Path(folders[0]))}: no class passes the screen; expected one that loses {100 * PASSES:g} % at least"
+        )
+    return pd.concat([ranking(runs, str(kind)) for kind in passing], ignore_index=True)

@@ -1,0 +1,104 @@
+"""Outlets of a custom scene: named regions in which spheres leave the run, with their films.
+
+Who is in an outlet is looked at every 0.02 s at most; until then a sphere falls on, and the simulated box holds its path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, Self, get_args
+
+import numpy as np
+from pydantic import model_validator
+
+from pywet import scene as typed
+from pywet.config.entries import Excusable
+from pywet.engines.schedule import OUTLET_EVERY_S
+from pywet.errors import ConfigError
+from pywet.geometry.surface import Floats
+from pywet.scene import Bound, Identifier, Vector
+
+MM = 1e-3
+Product = Literal["overs", "unders"]
+PRODUCTS: tuple[Product, ...] = get_args(Product)
+LONGEST_S = 2.0 * OUTLET_EVERY_S
+"""Longest time [s] that a sphere is in an outlet: a step that lies in a sampling window is passed over."""
+MOST_REACH = 2.0
+"""How far [m] a box is enlarged beyond its outlets at most: faster spheres leave the box, and the run stops."""
+
+
+class Outlet(Excusable):
+    """Where spheres leave: all that is between two corners, each number of which may be open (`null`).
+
+    A sphere is booked to the first outlet of the scene that holds its centre.
+    """
+
+    name: Identifier
+    """A word: letters, digits and _, in tables and on the page."""
+    low_mm: Bound = (None, None, None)
+    """Least x, y, z; null: open."""
+    high_mm: Bound = (None, None, None)
+    """Largest x, y, z; null: open."""
+    product: Product | None = None
+    """Product of a screen that it collects; if not given, that which its name begins with: overs… or unders…."""
+
+    @model_validator(mode="after")
+    def _holds_something(self) -> Self:
+        pairs = [(a, b) for a, b in zip(self.low_mm, self.high_mm, strict=True) if a is not None and b is not None]
+        if not all(a < b for a, b in pairs):
+            raise ValueError(f"outlet {self.name}: each number of low_mm to be less than that of high_mm")
+        if all(v is None for v in (*self.low_mm, *self.high_mm)):
+            raise ValueError(f"outlet {self.name}: a low_mm or high_mm, else every sphere leaves at once")
+        return self
+
+    def moved(self, origin: Vector) -> Self:
+        """The same, counted from another origin [mm]."""
+        low, high = (
+            tuple(None if v is None else v - o for v, o in zip(corner, origin, strict=True))
+            for corner in (self.low_mm, self.high_mm)
+        )
+        return self.model_copy(update={"low_mm": low, "high_mm": high})
+
+    def region(self) -> typed.Outlet:
+        """As an engine takes it, in m."""
+        named = next((p for p in PRODUCTS if self.name.startswith(p)), None)
+        product = self.product or named
+        return typed.Outlet(name=self.name, low_m=_in_m(self.low_mm), high_m=_in_m(self.high_mm), product=product)
+
+
+def _in_m(corner: Bound) -> Bound:
+    x, y, z = (None if v is None else MM * v for v in corner)
+    return x, y, z
+
+
+def reach(speed: float, gravity: Vector) -> Floats:
+    """How far along x, y, z a sphere of this speed [m/s] gets beyond the border of an outlet until it is taken out [m]."""
+    return np.minimum(speed * LONGEST_S + 0.5 * np.abs(np.array(gravity)) * LONGEST_S**2, MOST_REACH)
+
+
+def with_reach(
+    outlets: Sequence[typed.Outlet], low: Floats, high: Floats, speed: float, gravity: Vector
+) -> tuple[Floats, Floats]:
+    """Corners of a box enlarged to hold what passes the borders of its outlets until it is taken out."""
+    if not outlets:
+        return low, high
+    far = reach(speed, gravity)
+    lows, highs = [low], [high]
+    for outlet in outlets:  # a bound is where spheres come in, an open end where they go on
+        lows.append([low[k] if b is None else b for k, b in enumerate(outlet.high_m)] - far)
+        highs.append([high[k] if b is None else b for k, b in enumerate(outlet.low_m)] + far)
+    return np.minimum.reduce(lows), np.maximum.reduce(highs)
+
+
+def refuse_thin(scene: str, outlets: Sequence[Outlet], speed: float, gravity: Vector) -> None:
+    """Refuse an outlet through which spheres fall between two looks at it."""
+    axis = int(np.argmax(np.abs(gravity)))
+    way = 1e3 * reach(speed, gravity)[axis]
+    for outlet in outlets:
+        low, high = outlet.low_mm[axis], outlet.high_mm[axis]
+        if any(gravity) and low is not None and high is not None and high - low < way:
+            end, open_ = ("low_mm", low) if gravity[axis] < 0 else ("high_mm", high)
+            raise ConfigError(
+                f"scene {scene}: outlet {outlet.name} is {high - low:.4g} mm deep along {'xyz'[axis]}, and spheres may fall "
+                f"{way:.3g} mm between two looks at it; expected it open below: null in place of {open_:g} in its {end}"
+            )

@@ -1,0 +1,143 @@
+"""What a screen makes of a feed, from masses by size class alone: partition curve, cut size, sharpness, efficiencies.
+
+All follow from two columns, the mass of each class in the overs and in the unders; how they are got is in `streams.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pywet.geometry.surface import Floats
+
+NORMAL_95 = 1.959963984540054
+"""Two-sided 95 % point of the normal distribution."""
+
+
+def wilson(successes: float, trials: float) -> tuple[float, float]:
+    """95 % interval of a proportion by its score (Wilson 1927).
+
+    >>> "{:.4f} {:.4f}".format(*wilson(5, 10))
+    '0.2366 0.7634'
+    """
+    if trials <= 0:
+        return 0.0, 1.0
+    p, z2 = successes / trials, NORMAL_95**2
+    middle = (p + z2 / (2.0 * trials)) / (1.0 + z2 / trials)
+    half = NORMAL_95 * math.sqrt(p * (1.0 - p) / trials + z2 / (4.0 * trials**2)) / (1.0 + z2 / trials)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def partition_curve(diameter_m: Floats, overs: Floats, unders: Floats, sphere_kg: Floats) -> pd.DataFrame:
+    """Partition (Tromp) curve: share T of the mass of each size that goes to the overs, with its 95 % interval.
+
+    Parameters
+    ----------
+    diameter_m : ndarray, shape (classes,)
+    overs, unders : ndarray of int, shape (classes,)
+        Number of spheres of each class in the two products.
+    sphere_kg : ndarray, shape (classes,)
+        Mass of one sphere.
+
+    Returns
+    -------
+    DataFrame
+        A row for each size of which a sphere left, from the finest on: diameter_mm, feed_kg, overs_kg, unders_kg, T, T_low,
+        T_high.
+        The interval counts spheres as independent trials; seeds show what it leaves out.
+    """
+    rows = []
+    for d, o, u, m in sorted(zip(diameter_m, overs, unders, sphere_kg, strict=True)):
+        if o + u > 0:
+            low, high = wilson(o, o + u)
+            rows.append((1e3 * d, (o + u) * m, o * m, u * m, o / (o + u), low, high))
+    return pd.DataFrame(rows, columns=["diameter_mm", "feed_kg", "overs_kg", "unders_kg", "T", "T_low", "T_high"])
+
+
+def size_at(curve: pd.DataFrame, share: float) -> float:
+    """Size [mm] at which T is first this share, between classes linear in the size; nan where the classes do not enclose it.
+
+    >>> size_at(pd.DataFrame({"diameter_mm": [1.0, 3.0], "T": [0.0, 1.0]}), 0.25)
+    1.5
+    """
+    d, t = curve["diameter_mm"].to_numpy(dtype=float), curve["T"].to_numpy(dtype=float)
+    for k in range(1, len(d)):
+        if t[k - 1] <= share <= t[k] and t[k] > t[k - 1]:
+            return float(d[k - 1] + (share - t[k - 1]) / (t[k] - t[k - 1]) * (d[k] - d[k - 1]))
+    return math.nan
+
+
+@dataclass(frozen=True)
+class Separation:
+    """Numbers of a separation; nan where they are not defined. Sizes in mm, all else shares of 1."""
+
+    d25_mm: float
+    d50_mm: float
+    """Cut size: half of the mass of this size goes to the overs."""
+    d75_mm: float
+    ecart_probable_mm: float
+    """(d75 - d25)/2."""
+    imperfection: float
+    """Ecart probable over d50."""
+    reference_mm: float
+    """Size that parts undersize from oversize: the aperture, else the cut size."""
+    undersize_in_feed: float
+    undersize_recovery: float
+    """Mass of undersize in the unders over that in the feed."""
+    oversize_recovery: float
+    """Mass of oversize in the overs over that in the feed."""
+    unders_purity: float
+    """Share of undersize in the unders."""
+    overs_purity: float
+    """Share of oversize in the overs."""
+    efficiency: float
+    """Undersize recovery + oversize recovery - 1 (Newton, Hancock)."""
+    efficiency_product: float
+    """Undersize recovery times oversize recovery."""
+    misplaced: float
+    """Undersize in the overs and oversize in the unders, over the feed."""
+
+
+def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separation:
+    """Cut size, sharpness, recoveries, purities and efficiencies of a partition curve.
+
+    A class is undersize where its diameter is below `aperture_mm`, without one below the cut size. A recovery of nothing is 1.
+    """
+    d25, d50, d75 = (size_at(curve, share) for share in (0.25, 0.5, 0.75))
+    reference = d50 if aperture_mm is None else aperture_mm
+    under = curve["diameter_mm"].to_numpy(dtype=float) < reference
+    feed, overs, unders = (curve[f"{c}_kg"].to_numpy(dtype=float) for c in ("feed", "overs", "unders"))
+    known = not math.isnan(reference)
+    recovery_u = _share(unders[under].sum(), feed[under].sum()) if known else math.nan
+    recovery_o = _share(overs[~under].sum(), feed[~under].sum()) if known else math.nan
+    misplaced = overs[under].sum() + unders[~under].sum()
+    return Separation(
+        d25, d50, d75, 0.5 * (d75 - d25), 0.5 * (d75 - d25) / d50, reference,
+        _share(feed[under].sum(), feed.sum()) if known else math.nan, recovery_u, recovery_o,
+        _share(unders[under].sum(), unders.sum()) if known else math.nan,
+        _share(overs[~under].sum(), overs.sum()) if known else math.nan,
+        recovery_u + recovery_o - 1.0, recovery_u * recovery_o, misplaced / feed.sum() if known else math.nan,
+    )  # fmt: skip
+
+
+def _share(part: float, whole: float) -> float:
+    return float(part / whole) if whole > 0.0 else 1.0
+
+
+def mean_and_half_width(values: Sequence[float]) -> tuple[float, float]:
+    """Mean of independent values and half of its 95 % interval by Student's t; nan for one alone.
+
+    >>> "{:.2f} {:.4f}".format(*mean_and_half_width([1.0, 2.0, 3.0]))
+    '2.00 2.4841'
+    """
+    from scipy.stats import t
+
+    given = np.asarray(values, dtype=float)
+    n = len(given)
+    if n < 2:
+        return float(given.mean()), math.nan
+    return float(given.mean()), float(t.ppf(0.975, n - 1) * given.std(ddof=1) / math.sqrt(n))

@@ -1,0 +1,188 @@
+"""The numbers of a screen from a run: cut size, efficiency, throughput, moisture, pegging; `results/screen.json` and tables."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.products import apertures, streams
+from pywet.products.partition import Separation, partition_curve, separation
+from pywet.products.steady import block_mean
+from pywet.products.streams import PRODUCTS, Streams
+from pywet.runs.rundir import RunDir
+from pywet.util.files import write_json, write_table
+
+PER_HOUR = 3.6
+"""t/h of a kg/s."""
+MOST_PASSED = 0.9
+"""Part of what passes in a batch, until which its throughput is taken."""
+RESULT = "screen.json"
+
+
+def curve_of(run: RunDir, flow: Streams) -> pd.DataFrame:
+    """Partition curve of the spheres that are counted."""
+    counted, classes = flow.counted, run.scene.classes
+    number = {
+        p: np.array([int(((counted["product"] == p) & (counted["type"] == c.type)).sum()) for c in classes])
+        for p in PRODUCTS
+    }
+    sizes, masses = (np.array(values) for values in zip(*((2.0 * c.radius_m, c.mass_kg) for c in classes), strict=True))
+    curve = partition_curve(sizes, number["overs"], number["unders"], masses)
+    if not _doubled(curve):
+        return curve
+    return pd.DataFrame([_joined(rows).rename(d) for d, rows in curve.groupby("diameter_mm")]).rename_axis("diameter_mm").reset_index()
+
+
+def _doubled(curve: pd.DataFrame) -> bool:
+    return bool(curve["diameter_mm"].duplicated().any())
+
+
+def _joined(rows: pd.DataFrame) -> pd.Series:
+    """Classes of one size as one: their masses added."""
+    sums = rows[["feed_kg", "overs_kg", "unders_kg"]].sum()
+    t = sums["overs_kg"] / sums["feed_kg"]
+    return pd.Series({**sums, "T": t, "T_low": rows["T_low"].min(), "T_high": rows["T_high"].max()})
+
+
+def moisture_percent(spheres: pd.DataFrame, density: float) -> float:
+    """Liquid over the dry mass of spheres [%]; nan of none."""
+    mass = spheres["mass_kg"].sum()
+    return float(100.0 * density * spheres["liquid_m3"].sum() / mass) if mass > 0 else math.nan
+
+
+def analyse(
+    run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None
+) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
+    """Numbers, partition curve and time series of a finished run.
+
+    Parameters
+    ----------
+    run_dir : Path
+        Of a screening case or of a custom scene with outlets.
+    aperture_mm : float, optional
+        Size that parts undersize from oversize; if not given that of the case or of the deck, else the cut size.
+    from_s : float, optional
+        Time from which means are taken; if not given, from where the run is steady.
+    """
+    run = RunDir(Path(run_dir))
+    flow = streams.read(run, from_s)
+    aperture = aperture_mm if aperture_mm is not None else _aperture(run)
+    curve = curve_of(run, flow)
+    numbers = separation(curve, aperture)
+    series = time_series(run, flow)
+    return _numbers(run, flow, numbers, series), curve, series
+
+
+def _aperture(run: RunDir) -> float | None:
+    """Aperture of the screen of a case or of a deck [mm]."""
+    if deck := apertures.deck_of(run):
+        return float(deck["aperture_mm"])
+    config: dict[str, Any] = run.json("config.json", dict[str, Any]) or {}
+    value = (config.get("case") or {}).get("aperture_mm")
+    return float(value) if value is not None else None
+
+
+def _numbers(run: RunDir, flow: Streams, numbers: Separation, series: pd.DataFrame) -> dict[str, Any]:
+    counted, scene = flow.counted, run.scene
+    density = scene.liquid.density_kg_per_m3 if scene.liquid else 0.0
+    of = {p: counted[counted["product"] == p] for p in PRODUCTS}
+    screen = apertures.screen_of(run)
+    area = apertures.area(run, screen) if screen else None
+    return {
+        "run": scene.name,
+        "kind": "continuous" if flow.continuous else "batch",
+        "from_s": flow.start_s, "to_s": flow.end_s, "steady": flow.steady,
+        **asdict(numbers),
+        "spheres": {p: len(rows) for p, rows in of.items()},
+        **_throughput(run, flow, of, area),
+        "moisture_percent_of_dry_mass": {p: moisture_percent(rows, density) for p, rows in of.items()},
+        "feed_moisture_percent": 100.0 * density * float(run.timeline.initial_film.sum()) / float(run.timeline.mass.sum()),
+        "residence_s": {p: _residence(rows) for p, rows in of.items()},
+        **_of_screen(run, flow, series),
+    }  # fmt: skip
+
+
+def _residence(rows: pd.DataFrame) -> dict[str, float]:
+    """Mean, median and 90 % point of the time from entering to leaving [s]; of a batch from its opening to the bin."""
+    times = (rows["left_s"] - rows["entered_s"]).dropna()
+    if times.empty:
+        return dict.fromkeys(("mean", "median", "p90"), math.nan)
+    return {"mean": float(times.mean()), "median": float(times.median()), "p90": float(times.quantile(0.9))}
+
+
+def _throughput(run: RunDir, flow: Streams, of: dict[str, pd.DataFrame], area: float | None) -> dict[str, Any]:
+    """Dry t/h of both products and in all, with block-averaged intervals; of a batch what passed until 90 % of it had."""
+    if flow.continuous:
+        times = streams.edges(run, flow.end_s)
+        times = times[times >= flow.start_s - 1e-9]
+        rates = {p: [PER_HOUR * v for v in block_mean(streams.flux(rows, times))] for p, rows in of.items()}
+        rates["all"] = [PER_HOUR * v for v in block_mean(streams.flux(pd.concat(of.values()), times))]
+    else:
+        unders = of["unders"].sort_values(["left_s", "id"])
+        passed = unders["mass_kg"].cumsum().to_numpy()
+        rates = {"unders": [0.0, math.nan]}
+        if len(passed):
+            k = int(np.searchsorted(passed, (MOST_PASSED - 1e-9) * passed[-1]))
+            took = float(unders["left_s"].iloc[k]) - flow.start_s
+            rates = {"unders": [PER_HOUR * passed[k] / took if took > 0 else math.nan, math.nan]}
+    per_area = {p: (value[0] / area if area else None) for p, value in rates.items()}
+    return {"throughput_t_per_h": {p: v[0] for p, v in rates.items()},
+            "throughput_half_width_t_per_h": {p: v[1] for p, v in rates.items()},
+            "screen_area_m2": area, "throughput_t_per_h_m2": per_area}  # fmt: skip
+
+
+def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
+    """At the outputs: mass in the machine, mass and liquid of both products until then, liquid on the screen, pegged spheres."""
+    line, spheres = run.timeline, flow.spheres
+    frame = pd.DataFrame({"step": line.steps, "time_s": line.times})
+    frame["hold_up_kg"] = streams.hold_up(spheres, line.times)
+    for product in PRODUCTS:
+        rows = spheres[spheres["product"] == product]
+        left = rows["left_s"].to_numpy()[None, :] <= line.times[:, None] + 1e-9
+        frame[f"{product}_kg"] = (left * rows["mass_kg"].to_numpy()).sum(axis=1)
+        frame[f"{product}_liquid_m3"] = (left * rows["liquid_m3"].to_numpy()).sum(axis=1)
+    screen = apertures.screen_of(run)
+    if screen:
+        frame["screen_liquid_m3"] = run.on_walls({screen.name: "screen"}, "mesh")["screen"].to_numpy()
+        stuck = apertures.wedged(run, screen) & line.entered
+        for kind in run.scene.classes:
+            frame[f"pegged_{kind.type}"] = stuck[:, line.types == kind.type].sum(axis=1)
+    return frame
+
+
+def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, Any]:
+    """Liquid on the screen and pegged apertures, means over the time that counts; none where no wall is the screen."""
+    screen = apertures.screen_of(run)
+    if screen is None:
+        return {"screen": None}
+    rows = series[(series["time_s"] >= flow.start_s) & (series["time_s"] <= flow.end_s)]
+    pegged = rows[[c for c in rows if str(c).startswith("pegged_")]].sum(axis=1)
+    number, mean = apertures.count(run, screen), block_mean(pegged.to_numpy(dtype=float))
+    return {
+        "screen": screen.name, "apertures": number,
+        "pegged": mean[0], "pegged_half_width": mean[1], "pegged_share": mean[0] / number,
+        "screen_liquid_m3": block_mean(rows["screen_liquid_m3"].to_numpy(dtype=float))[0],
+    }  # fmt: skip
+
+
+def write(run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None) -> dict[str, Any]:
+    """Write results/screen.json, results/partition and results/screen_series (Parquet and CSV); returns the numbers."""
+    numbers, curve, series = analyse(run_dir, aperture_mm, from_s)
+    folder = Path(run_dir) / "results"
+    write_table(curve, folder / "partition.parquet", csv=True)
+    write_table(series, folder / "screen_series.parquet", csv=True)
+    finite = _finite(numbers)
+    write_json(folder / RESULT, finite)
+    return finite
+
+
+def _finite(value: Any) -> Any:
+    """The same with null for numbers that are not defined."""
+    if isinstance(value, dict):
+        return {key: _finite(inner) for key, inner in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value

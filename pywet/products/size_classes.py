@@ -1,0 +1,242 @@
+"""Size distributions as a plant knows them: a sieve analysis, or Rosin-Rammler, log-normal, Gates-Gaudin-Schuhmann.
+
+What comes out is a number of sizes with their shares of mass: each class of the distribution is one size or, divided into parts
+of equal mass, several.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pywet.config.entries import Excusable
+from pywet.errors import ConfigError, shown
+from pywet.geometry.surface import Floats
+from pywet.scene import Positive
+from pywet.util.files import read_bytes
+
+SUM_PERCENT = 0.5
+"""By how much the percentages of a sieve analysis may miss 100."""
+MOST_SIZES = 60
+"""Sizes of one feed: the engine has a contact for each pair of them."""
+UPPER_TAIL = 0.01
+"""Share of mass of a distribution without end that is cut off above, where no largest size is given."""
+
+
+class RosinRammler(Excusable):
+    """Passing 1 - exp(-(d/size)^spread) of the mass (Rosin, Rammler, Sperling and Bennett)."""
+
+    size_mm: Positive
+    """Size that 63.2 % pass."""
+    spread: Positive
+    """Exponent; large: narrow."""
+
+
+class LogNormal(Excusable):
+    """The logarithm of the size, weighted by mass, is normally distributed."""
+
+    median_mm: Positive
+    """Size that half of the mass passes."""
+    sigma: Positive
+    """Standard deviation of the natural logarithm."""
+
+
+class GaudinSchuhmann(Excusable):
+    """Passing (d/largest)^exponent of the mass (Gates, Gaudin and Schuhmann)."""
+
+    largest_mm: Positive
+    """Size that all pass."""
+    exponent: Positive
+    """Slope in a doubly logarithmic plot."""
+
+
+class Sizes(NamedTuple):
+    """Sizes of a feed, their shares of its mass, and what was cut off below and above, over the whole distribution."""
+
+    diameter_mm: Floats
+    share: Floats
+    below: float
+    above: float
+
+
+class SizeDistribution(Excusable):
+    """A sieve analysis as CSV, or one of three distributions; cut off below `smallest_mm` and above `largest_mm`."""
+
+    file: Path | None = None
+    """CSV: lower and upper size in mm and mass %, or size in mm and cumulative % passing; columns apart by comma, semicolon or
+    tab, a decimal comma with the latter two."""
+    rosin_rammler: RosinRammler | None = None
+    """In place of a file."""
+    log_normal: LogNormal | None = None
+    """The same."""
+    gaudin_schuhmann: GaudinSchuhmann | None = None
+    """The same."""
+    classes: Annotated[int, Field(ge=1, le=MOST_SIZES)] = 8
+    """Number of classes of a distribution, of equal ratio of their limits; a file has its own."""
+    sizes_per_class: Annotated[int, Field(ge=1, le=20)] = 1
+    """Sizes that stand for a class, each for an equal part of its mass."""
+    within: Literal["logarithm", "size"] = "logarithm"
+    """In what the mass is spread evenly within a class: the logarithm of the size, or the size."""
+    smallest_mm: Positive | None = None
+    """Finer material is left out, which is reported; a distribution needs one."""
+    largest_mm: Positive | None = None
+    """Coarser material is left out; if not given, the coarsest 1 % of a distribution without end."""
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        kinds = ("file", "rosin_rammler", "log_normal", "gaudin_schuhmann")
+        given = [k for k in kinds if getattr(self, k) is not None]
+        if len(given) != 1:
+            raise ValueError(f"psd: one of {', '.join(kinds)}, not {' and '.join(given) or 'none'}")
+        if self.file is None and self.smallest_mm is None:
+            raise ValueError("psd: a smallest_mm, below which material is left out")
+        return self
+
+    def passing(self) -> Callable[[Any], Any]:
+        """Share of the mass that passes a size [mm], of a distribution."""
+        from scipy import stats
+
+        if r := self.rosin_rammler:
+            return stats.weibull_min(r.spread, scale=r.size_mm).cdf
+        if n := self.log_normal:
+            return stats.lognorm(n.sigma, scale=n.median_mm).cdf
+        assert self.gaudin_schuhmann is not None
+        return stats.powerlaw(self.gaudin_schuhmann.exponent, scale=self.gaudin_schuhmann.largest_mm).cdf
+
+    def sizes(self, folder: Path = Path()) -> Sizes:
+        """The sizes that stand for the distribution; a file is looked for in `folder`."""
+        edges, mass, outside = self._from_file(folder) if self.file else self._from_law()
+        low, high = (np.log(edges), np.exp) if self.within == "logarithm" else (edges, lambda x: x)
+        part = (np.arange(self.sizes_per_class) + 0.5) / self.sizes_per_class
+        at = high(low[:-1, None] + np.diff(low)[:, None] * part)
+        share = np.repeat(mass / mass.sum() / self.sizes_per_class, self.sizes_per_class)
+        there = share > 0.0
+        if there.sum() > MOST_SIZES:
+            raise ConfigError(
+                f"psd: {there.sum()} sizes; expected at most {MOST_SIZES}: fewer classes or sizes_per_class"
+            )
+        return Sizes(at.ravel()[there], share[there], *outside)
+
+    def _from_law(self) -> tuple[Floats, Floats, tuple[float, float]]:
+        """Limits of the classes [mm], mass shares between them, and those below and above."""
+        from scipy.optimize import brentq
+
+        passing, low = self.passing(), self.smallest_mm
+        assert low is not None
+        high = self.largest_mm
+        if high is None and self.gaudin_schuhmann:
+            high = self.gaudin_schuhmann.largest_mm
+        if high is None:
+            end = low
+            while passing(end) < 1.0 - UPPER_TAIL:
+                end *= 2.0
+            high = float(brentq(lambda d: passing(d) - 1.0 + UPPER_TAIL, 1e-9 * end, end))
+        if not low < high or passing(high) - passing(low) < 1e-9:
+            raise ConfigError(
+                f"psd: smallest_mm ({low:g}) leaves nothing of a feed up to {high:.4g} mm; expected a smaller one"
+            )
+        edges = np.geomspace(low, high, self.classes + 1)
+        return edges, np.diff(passing(edges)), (float(passing(low)), float(1.0 - passing(high)))
+
+    def _from_file(self, folder: Path) -> tuple[Floats, Floats, tuple[float, float]]:
+        """The same of a sieve analysis, whose classes are cut where a limit lies within."""
+        assert self.file is not None
+        lower, upper, mass = sieve_analysis(folder / self.file)
+        low, high = self.smallest_mm or 0.0, self.largest_mm or np.inf
+        scale = np.log if self.within == "logarithm" else np.asarray
+        if self.within == "logarithm" and (lower <= 0).any() and low <= 0.0:
+            raise ConfigError(
+                f"psd: the finest class of {shown(self.file)} begins at 0 mm, which has no logarithm; expected a smallest_mm "
+                "below which it is left out, or within: size"
+            )
+        edges, shares, outside = [], [], [0.0, 0.0]
+        for a, b, m in zip(lower, upper, mass, strict=True):
+            c, d = min(max(a, low), b), max(min(b, high), a)
+            with np.errstate(divide="ignore"):
+                x = scale(np.array([max(a, min(low, b) * 1e-3) if a <= 0 else a, c, d, b]))
+            parts = np.diff(x) / (x[3] - x[0])
+            outside[0] += m * parts[0]
+            outside[1] += m * parts[2] if d < b else 0.0
+            if d > c:
+                edges.append((c, d))
+                shares.append(m * parts[1])
+        if not shares:
+            raise ConfigError(
+                f"psd: nothing of {shown(self.file)} is between smallest_mm and largest_mm; expected a wider range"
+            )
+        limits = np.array([edges[0][0], *(d for _, d in edges)])
+        return limits, np.array(shares), (outside[0], outside[1])
+
+
+def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
+    """Lower and upper size [mm] and share of mass of the classes of a CSV file, from the finest on.
+
+    Raises
+    ------
+    ConfigError
+        In a sentence, where columns, sizes or percentages cannot be a sieve analysis.
+    """
+    rows = _numbers(path)
+    if len(rows[0]) == 3:
+        table = np.array(sorted(rows))
+        lower, upper, percent = table.T
+        if not (lower < upper).all() or not np.allclose(upper[:-1], lower[1:]):
+            raise ConfigError(
+                f"{shown(path)}: its classes leave gaps or overlap; expected lower sizes below the upper ones, each class "
+                "to begin where the one before ends"
+            )
+    else:
+        table = np.array(sorted(rows))
+        size, passing = table.T
+        if (np.diff(passing) < 0).any() or (np.diff(size) <= 0).any():
+            raise ConfigError(
+                f"{shown(path)}: the cumulative % passing falls from one size to a larger one; expected it to rise"
+            )
+        lower, upper = np.concatenate([[0.0], size[:-1]]), size
+        percent = np.diff(passing, prepend=0.0)
+        if percent[0] == 0.0:
+            lower, upper, percent = lower[1:], upper[1:], percent[1:]
+    total = percent.sum()
+    if (percent < 0).any() or abs(total - 100.0) > SUM_PERCENT:
+        what = "the largest size is passed by" if len(rows[0]) == 2 else "the mass % add up to"
+        raise ConfigError(f"{shown(path)}: {what} {total:.5g} %; expected 100 within {SUM_PERCENT:g}, and none below 0")
+    return lower, upper, percent / total
+
+
+def _numbers(path: Path) -> list[tuple[float, ...]]:
+    """Rows of two or three numbers; a head line is passed over."""
+    raw = read_bytes(path, "name a sieve analysis in psd.file")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    separator = next((s for s in ";\t" if s in text), ",")
+    found: list[tuple[float, ...]] = []
+    for number, fields in enumerate(csv.reader(io.StringIO(text), delimiter=separator), start=1):
+        cells = [f.strip().rstrip("%").strip() for f in fields if f.strip()]
+        if not cells:
+            continue
+        try:
+            row = tuple(float(c.replace(",", ".") if separator != "," else c) for c in cells)
+        except ValueError:
+            if found or number > 3:
+                raise ConfigError(
+                    f"{shown(path)}, line {number}: {' '.join(cells)[:60]} is not a row of numbers; expected sizes in mm "
+                    "and mass %"
+                ) from None
+            continue
+        if len(row) not in (2, 3) or (found and len(row) != len(found[0])) or not all(np.isfinite(row)):
+            raise ConfigError(
+                f"{shown(path)}, line {number}: {len(row)} columns; expected lower and upper size and mass %, or size and "
+                "cumulative % passing, with a semicolon between columns where commas are decimal"
+            )
+        found.append(row)
+    if not found:
+        raise ConfigError(f"{shown(path)} holds no rows of numbers; expected sizes in mm and mass %")
+    return found

@@ -1,0 +1,135 @@
+"""What left a run where and when: every sphere with its product, its times and its liquid.
+
+Of a run with outlets the products are theirs. Of a screening case all that is in the collecting bin at the end is the unders, the
+rest the overs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.engines import schedule
+from pywet.errors import PywetError
+from pywet.products.steady import start_of_steady
+from pywet.runs.rundir import Floats, RunDir
+
+PRODUCTS = ("overs", "unders")
+
+
+@dataclass(frozen=True)
+class Streams:
+    """Spheres of a run by product, and the time over which means are taken."""
+
+    spheres: pd.DataFrame
+    """id, type, diameter_m, mass_kg, entered_s, left_s, product (overs, unders or empty), liquid_m3 at the end."""
+    continuous: bool
+    start_s: float
+    end_s: float
+    steady: bool
+    """Whether a steady state was found; else the second half of the feed counts."""
+
+    @property
+    def counted(self) -> pd.DataFrame:
+        """The spheres of both products that left while the means are taken; of a batch all."""
+        with_product = self.spheres[self.spheres["product"] != ""]
+        if not self.continuous:
+            return with_product
+        return with_product[(with_product["left_s"] > self.start_s) & (with_product["left_s"] <= self.end_s)]
+
+
+def read(run: RunDir, from_s: float | None = None) -> Streams:
+    """The streams of a finished run; means are taken from `from_s` on, else from where it is steady.
+
+    Raises
+    ------
+    PywetError
+        Of a run with neither a collecting bin nor outlets that are named as products.
+    """
+    if run.scene.outlets:
+        return _continuous(run, from_s)
+    if run.scene.slide is None:
+        raise PywetError(
+            f"{run.path}: its scene has no outlets, so that no product leaves; expected a screening case, or outlets whose names "
+            "begin with overs and unders, or that have the key product"
+        )
+    return _batch(run)
+
+
+def _table(run: RunDir, entered: Floats, left: Floats, product: Any, liquid: Floats) -> pd.DataFrame:
+    line, radius = run.timeline, np.array([c.radius_m for c in run.scene.classes])
+    return pd.DataFrame(
+        {
+            "id": line.ids, "type": line.types, "diameter_m": 2.0 * radius[line.types - 1], "mass_kg": line.mass,
+            "entered_s": entered, "left_s": left, "product": product, "liquid_m3": liquid,
+        }
+    )  # fmt: skip
+
+
+def _batch(run: RunDir) -> Streams:
+    line, scene = run.timeline, run.scene
+    passed = line.passed[-1] & line.present[-1]
+    left = np.where(passed, line.times[line.passed.argmax(axis=0)], np.nan)
+    opened = scene.slide.opens_at_s if scene.slide else 0.0
+    table = _table(run, np.full(len(line.ids), opened), left, np.where(passed, "unders", "overs"), line.liquid[-1])
+    return Streams(table, False, opened, float(line.times[-1]), True)
+
+
+def _continuous(run: RunDir, from_s: float | None) -> Streams:
+    line, scene = run.timeline, run.scene
+    missing = [p for p in PRODUCTS if p not in [o.product for o in scene.outlets]]
+    if missing:
+        names = ", ".join(o.name for o in scene.outlets)
+        raise PywetError(
+            f"{run.path}: none of its outlets ({names}) collects the {missing[0]}; expected one whose name begins "
+            f"with {missing[0]}, or with the key product: {missing[0]}"
+        )
+    gone = run.table("history/retired").set_index("id").reindex(line.ids)
+    by_outlet = np.array(["", *((o.product or "") for o in scene.outlets)], dtype=object)
+    product = by_outlet[gone["outlet"].fillna(0).to_numpy(dtype=int)]
+    entered = np.array(scene.enters(line.types.tolist())) * scene.time_step_s
+    table = _table(
+        run, entered, gone["time"].to_numpy(dtype=float), product, gone["film"].fillna(0.0).to_numpy(dtype=float)
+    )
+    first, last = scene.insertion_s or (0.0, math.inf)
+    end = min(float(line.times[-1]), last)
+    if from_s is not None:
+        if not 0.0 <= from_s < end:
+            raise PywetError(f"--from {from_s:g} s; expected a time before the end of the feed, {end:g} s")
+        return Streams(table, True, from_s, end, True)
+    start = _steady_from(run, table, end)
+    return Streams(table, True, first + 0.5 * (end - first) if start is None else start, end, start is not None)
+
+
+def edges(run: RunDir, end_s: float) -> Floats:
+    """Times between which fluxes are counted: the steps at which spheres may leave, up to `end_s` [s]."""
+    every = schedule.checkpoint_every(run.scene) * run.scene.time_step_s
+    return np.asarray(every * np.arange(int(end_s / every + 1e-9) + 1), dtype=np.float64)
+
+
+def flux(spheres: pd.DataFrame, times: Floats) -> Floats:
+    """Mass that left in each interval over its length [kg/s]."""
+    mass, _ = np.histogram(
+        spheres["left_s"].dropna(), times + 1e-9, weights=spheres["mass_kg"][spheres["left_s"].notna()]
+    )
+    return np.asarray(mass / np.diff(times))
+
+
+def hold_up(spheres: pd.DataFrame, times: Floats) -> Floats:
+    """Mass that has entered and not left at each time [kg]."""
+    mass = spheres["mass_kg"].to_numpy()
+    entered, left = spheres["entered_s"].to_numpy(), spheres["left_s"].fillna(np.inf).to_numpy()
+    return np.array([mass[(entered <= t) & (left > t)].sum() for t in times])
+
+
+def _steady_from(run: RunDir, table: pd.DataFrame, end: float) -> float | None:
+    """When both the hold-up and the mass that leaves are steady; None where one is not."""
+    times = edges(run, end)
+    if len(times) < 3:
+        return None
+    found = [start_of_steady(hold_up(table, times[1:])), start_of_steady(flux(table, times))]
+    return None if None in found else float(times[1 + max(k for k in found if k is not None)])

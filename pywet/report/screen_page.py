@@ -1,0 +1,197 @@
+"""The page of a screen, `screen.html` in the run's folder: five numbers, partition curve, products over time, pegging map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.products import apertures, screening_report
+from pywet.products.screening_report import RESULT
+from pywet.products.streams import PRODUCTS
+from pywet.report import page
+from pywet.report.pictures import COLOURS, STYLE, panels, plt
+from pywet.runs.rundir import RunDir
+
+PAGE = "screen.html"
+
+
+def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
+    """A number with its unit, – where it is not defined."""
+    return "–" if value is None else f"{value:.{digits}g}{unit}"
+
+
+def five(numbers: dict[str, Any]) -> dict[str, str]:
+    """Cut size, efficiency, throughput, product moisture and blinding in words."""
+    rates, moist = numbers["throughput_t_per_h"], numbers["moisture_percent_of_dry_mass"]
+    of = "all" if "all" in rates else "unders"
+    per_area, share = numbers["throughput_t_per_h_m2"].get(of), numbers.get("pegged_share")
+    return {
+        "cut size d50": shown(numbers["d50_mm"], " mm"),
+        "efficiency": shown(numbers["efficiency"] and 100 * numbers["efficiency"], " %"),
+        f"throughput, {of}": f"{shown(rates[of] and 1e3 * rates[of], ' kg/h')}, {shown(per_area, ' t/(h m²)')}",
+        "moisture, overs / unders": " / ".join(shown(moist[p], " %") for p in PRODUCTS),
+        "apertures pegged": shown(share and 100 * share, " %") if numbers["screen"] else "–",
+    }
+
+
+def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: pd.DataFrame) -> list[page.Section]:
+    """Sections of a page on a screen."""
+    with plt.rc_context(STYLE):
+        drawn = [_partition(numbers, curve), _products(series), _moisture(run, series)]
+        drawn += [_passage(run, numbers)]
+        drawn += [_pegging(run, numbers)] if numbers["screen"] else []
+    rows: list[list[page.Cell | str]] = [[page.left(name), str(value)] for name, value in {**five(numbers), **_more(numbers)}.items()]
+    return [
+        page.Section("What the screen did", page.table(["number", "value"], rows), "Numbers"),
+        page.Section("Pictures", f'<div class="panels">{"".join(drawn)}</div>', "Pictures"),
+    ]
+
+
+def _more(numbers: dict[str, Any]) -> dict[str, str]:
+    keys = {
+        "ecart probable (d75 - d25)/2": ("ecart_probable_mm", 1.0, " mm"), "imperfection": ("imperfection", 1.0, ""),
+        "size that parts undersize from oversize": ("reference_mm", 1.0, " mm"),
+        "undersize recovery": ("undersize_recovery", 100.0, " %"), "oversize recovery": ("oversize_recovery", 100.0, " %"),
+        "purity of the unders": ("unders_purity", 100.0, " %"), "purity of the overs": ("overs_purity", 100.0, " %"),
+        "misplaced, of the feed": ("misplaced", 100.0, " %"), "feed moisture": ("feed_moisture_percent", 1.0, " %"),
+    }  # fmt: skip
+    found = {
+        name: shown(numbers[key] if numbers[key] is None else factor * numbers[key], unit)
+        for name, (key, factor, unit) in keys.items()
+    }
+    found["spheres, overs / unders"] = " / ".join(str(numbers["spheres"][p]) for p in PRODUCTS)
+    for p in PRODUCTS:
+        found[f"residence of the {p}, mean"] = shown(numbers["residence_s"][p]["mean"], " s")
+    steady = "steady" if numbers["steady"] else "no steady state: second half of the feed"
+    found["means from – to"] = f"{numbers['from_s']:.3g} – {numbers['to_s']:.3g} s ({steady})"
+    return found
+
+
+def _partition(numbers: dict[str, Any], curve: pd.DataFrame) -> str:
+    figure, (axes,) = panels(1, 1, (4.2, 3.3))
+    d, t = curve["diameter_mm"], curve["T"]
+    axes.plot(d, 100 * t, marker="o", label="partition curve")
+    axes.vlines(d, 100 * curve["T_low"], 100 * curve["T_high"], color=COLOURS[0], alpha=0.5)
+    if numbers["d50_mm"]:
+        axes.axvline(numbers["d50_mm"], color=COLOURS[1], linestyle="--")
+    axes.set(xlabel="size [mm]", ylabel="to the overs [%]", ylim=(-3, 103))
+    return page.curves(figure, "partition", "Partition curve with 95 % intervals of the counts; dashed: cut size")
+
+
+def _products(series: pd.DataFrame) -> str:
+    figure, (axes,) = panels(1, 1, (4.2, 3.3))
+    for column in ("hold_up_kg", "overs_kg", "unders_kg"):
+        axes.plot(series["time_s"], 1e3 * series[column], label=column.removesuffix("_kg").replace("_", "-"))
+    axes.set(xlabel="time [s]", ylabel="dry mass [g]")
+    axes.legend()
+    return page.curves(figure, "products", "Mass in the machine, and of both products until then")
+
+
+def _moisture(run: RunDir, series: pd.DataFrame) -> str:
+    figure, (axes,) = panels(1, 1, (4.2, 3.3))
+    density = run.scene.liquid.density_kg_per_m3 if run.scene.liquid else 0.0
+    for p in PRODUCTS:
+        mass = series[f"{p}_kg"].where(series[f"{p}_kg"] > 0)
+        axes.plot(series["time_s"], 100 * density * series[f"{p}_liquid_m3"] / mass, label=p)
+    axes.set(xlabel="time [s]", ylabel="moisture [% of dry mass]")
+    axes.legend()
+    return page.curves(figure, "moisture", "Moisture of the products collected until then")
+
+
+def crossings(run: RunDir) -> pd.DataFrame:
+    """Where along x each sphere was at the first output below the screen's plane: id, type, x [m]."""
+    table, screen = run.trajectory, apertures.screen_of(run)
+    plane = run.scene.screen_z_m
+    if screen and screen.name != "wires":
+        plane = float(apertures.extents(run, screen)[0][:, 2].min())
+    below = table[table["z"] < plane].drop_duplicates("id")
+    return below[["id", "type", "x"]]
+
+
+def _passage(run: RunDir, numbers: dict[str, Any]) -> str:
+    figure, (axes,) = panels(1, 1, (4.2, 3.3))
+    crossed, screen = crossings(run), apertures.screen_of(run)
+    x = crossed["x"].to_numpy(dtype=float)
+    low, high = (x.min(), x.max()) if len(x) else (0.0, 1.0)
+    if screen:
+        ends = apertures.extents(run, screen)
+        low, high = float(ends[0][:, 0].min()), float(ends[1][:, 0].max())
+    edges = np.linspace(low, high, 11)
+    for c in run.scene.classes:
+        here = crossed[crossed["type"] == c.type]["x"].to_numpy(dtype=float)
+        counts, _ = np.histogram(here, edges)
+        axes.plot(1e3 * 0.5 * (edges[1:] + edges[:-1]), counts / max(c.count, 1), marker=".", label=c.name)
+    axes.set(xlabel="x along the screen [mm]", ylabel="part of the feed of its size that passed here [-]")
+    if len(run.scene.classes) <= 6:
+        axes.legend()
+    return page.curves(figure, "passage", "Passage along the deck")
+
+
+def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
+    screen = apertures.screen_of(run)
+    assert screen is not None
+    stuck, line = apertures.wedged(run, screen), run.timeline
+    wanted = pd.DataFrame(np.argwhere(stuck & line.entered), columns=["output", "sphere"])
+    wanted = wanted.assign(step=line.steps[wanted["output"]], id=line.ids[wanted["sphere"]])
+    at = wanted.merge(run.trajectory[["step", "id", "type", "x", "y"]], on=["step", "id"])
+    figure, (axes,) = panels(1, 1, (4.2, 3.3))
+    low, high = apertures.extents(run, screen)
+    for k in range(len(low)):
+        axes.plot(1e3 * np.array([low[k, 0], high[k, 0], high[k, 0], low[k, 0], low[k, 0]]),
+                  1e3 * np.array([low[k, 1], low[k, 1], high[k, 1], high[k, 1], low[k, 1]]), color="#b9c2ca", lw=0.5)  # fmt: skip
+    for n, c in enumerate(run.scene.classes):
+        rows = at[at["type"] == c.type]
+        if len(rows):
+            axes.scatter(
+                1e3 * rows["x"], 1e3 * rows["y"], s=9, alpha=0.35, color=COLOURS[n % len(COLOURS)], label=c.name
+            )
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+    if len(at):
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=2)
+    return page.picture(figure, "Pegging map from above: spheres that peg an aperture, at all outputs; darker: longer")
+
+
+def of_run(folder: Path) -> list[page.Section]:
+    """Sections of a run whose numbers as a screen are there; none of another."""
+    run = RunDir(folder)
+    numbers: dict[str, Any] | None = run.json(f"results/{RESULT}", dict[str, Any])
+    if numbers is None:
+        return []
+    return sections(run, numbers, *(run.table(f"results/{name}") for name in ("partition", "screen_series")))
+
+
+def write(folder: Path, numbers: dict[str, Any]) -> Path:
+    """Write the page of a run whose results are there; returns its path."""
+    cards = [page.Card(value, name) for name, value in five(numbers).items()]
+    lead = "Partition, efficiency, throughput and moisture of the products."
+    return page.write(folder / PAGE, f"Screen: {numbers['run']}", lead, of_run(folder), cards)
+
+
+def screen(folder: Path | str, aperture_mm: float | None = None, from_s: float | None = None) -> dict[str, Any]:
+    """Compute cut size, efficiency, throughput, moisture and pegging of a run, and write its tables and `screen.html`.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Finished run of a screening case, or of a custom scene whose outlets are overs and unders.
+    aperture_mm : float, optional
+        Size that parts undersize from oversize; if not given that of the case or of the deck, else the cut size.
+    from_s : float, optional
+        Time from which means are taken; if not given, from where the run is steady.
+
+    Returns
+    -------
+    dict
+        Content of `results/screen.json`; None for what is not defined.
+
+    Raises
+    ------
+    PywetError
+        If the run has neither a collecting bin nor outlets that are overs and unders.
+    """
+    numbers = screening_report.write(Path(folder), aperture_mm, from_s)
+    write(Path(folder), numbers)
+    return numbers

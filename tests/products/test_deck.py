@@ -1,0 +1,146 @@
+"""Decks from a few numbers: their motion and openings; screens whose answer is known: Gaudin's chance, a feed that cannot peg."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import pywet
+from pywet.cases.custom import building
+from pywet.cases.custom.description import Scene
+from pywet.config.loading import read_yaml
+from pywet.errors import ConfigError
+from pywet.geometry.motion import velocity
+from pywet.products.deck import Deck, Stroke
+from pywet.scene import Vibration
+from tests.cases.custom.conftest import EXAMPLES, beads
+
+STROKE = {"amplitude_mm": 2, "frequency_Hz": 20}
+DECK = {"length_mm": 60, "width_mm": 30, "aperture_mm": 4, "wire_mm": 1, "stroke": STROKE}
+
+
+def path_of(stroke: Stroke) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and velocity along x and z over one period [mm, mm/s]."""
+    given = stroke.vibrates()
+    t = np.linspace(0.0, 1.0 / stroke.frequency_Hz, 401)
+    made = Vibration(
+        amplitude_m=given["amplitude_mm"],
+        phase_rad=tuple(np.radians(given["phase_deg"])),
+        frequency_Hz=given["frequency_Hz"],
+    )
+    phase = 2 * np.pi * stroke.frequency_Hz * t[:, None] + np.array(made.phase_rad)
+    return (np.array(made.amplitude_m) * np.sin(phase))[:, [0, 2]], velocity(made, t)[:, [0, 2]]
+
+
+def test_strokes_are_lines_circles_and_ellipses() -> None:
+    """By hand: along 30 deg; a radius of 2; half axes of 2 and 0.5, the long one at 60 deg; forward at the top of the path."""
+    x, _ = path_of(Stroke(**STROKE, angle_deg=30))
+    assert np.abs(x @ [-math.sin(math.pi / 6), math.cos(math.pi / 6)]).max() < 1e-12
+    assert np.linalg.norm(x, axis=1).max() == pytest.approx(2.0)
+    x, _ = path_of(Stroke(**STROKE, kind="circular"))
+    assert np.linalg.norm(x, axis=1) == pytest.approx(np.full(401, 2.0))
+    x, _ = path_of(Stroke(**STROKE, kind="elliptic", ratio=0.25, angle_deg=60))
+    long, short = np.array([0.5, math.sqrt(0.75)]), np.array([math.sqrt(0.75), -0.5])
+    assert (x @ long / 2.0) ** 2 + (x @ short / 0.5) ** 2 == pytest.approx(np.ones(401))
+    for forward in (True, False):
+        x, v = path_of(Stroke(**STROKE, kind="circular", forward=forward))
+        assert (v[np.argmax(x[:, 1]), 0] > 0) == forward
+
+
+@pytest.mark.parametrize("mesh", ["square", "slotted"])
+@pytest.mark.parametrize("width", [30.0, 33.0])
+def test_no_gap_is_wider_than_an_aperture(mesh: str, width: float) -> None:
+    """Between wires it is the aperture, at the side walls that or less; wires across reach both ends."""
+    deck = Deck(**{**DECK, "width_mm": width, "mesh": mesh})
+    bars = deck.walls()[0]["bars"]
+    outer = 0.5 * (bars["count"] - 1) * bars["pitch_mm"] + 0.5 * bars["diameter_mm"]
+    assert bars["pitch_mm"] - bars["diameter_mm"] == 4.0 and -0.51 <= 0.5 * width - outer <= 4.0
+    if mesh == "square":
+        across = deck.walls()[1]["bars"]
+        assert across["axis"] == "y" and 0.5 * (across["count"] - 1) * 5.0 + 0.5 >= 0.5 * 60 - 4.0
+
+
+def test_the_example_is_short_and_whole() -> None:
+    """At most 26 lines of YAML; gravity is inclined by 15 deg; outlets are overs, sections of the unders and what jumps off."""
+    text = (EXAMPLES / "deck.yaml").read_text()
+    assert sum(bool(line.strip()) and not line.startswith("#") for line in text.splitlines()) <= 26
+    made = building.Building(Scene(**{**read_yaml(EXAMPLES / "deck.yaml", Scene), "folder": EXAMPLES}))
+    scene = made.scene()
+    g = np.array(scene.gravity_m_per_s2)
+    assert math.degrees(math.atan2(g[0], -g[2])) == pytest.approx(15.0) and np.linalg.norm(g) == pytest.approx(9.81)
+    assert [(o.name, o.product) for o in scene.outlets] == [
+        ("spilled_left", None), ("spilled_right", None), ("spilled_back", None), ("overs", "overs"),
+        ("unders_1", "unders"), ("unders_2", "unders"),
+    ]  # fmt: skip
+    assert made.warnings == []
+
+
+def test_a_deck_smaller_than_an_aperture_is_refused() -> None:
+    with pytest.raises(ConfigError, match="length_mm and width_mm of at least one aperture and wire, 5 mm"):
+        pywet.Scene(**beads(deck={**DECK, "width_mm": 4}))
+
+
+def scene(**changes: Any) -> pywet.Scene:
+    """Dry and soft, so that steps are long."""
+    glass = {"glass": {"density_kg_per_m3": 2500, "stiffness_N_per_m": 200, "restitution": 0.5}}
+    return pywet.Scene(**beads(**{"materials": glass, "results": {"interval_s": 0.01, "windows": 0}, **changes}))
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_probability_of_passage_by_gaudin(tmp_path: Path) -> None:
+    """Dry single spheres of 1 mm fall on a square mesh: those that touch no wire are ((a - d)/(a + w))^2, 9/25, of 360 spheres,
+    and they are just those whose path is free, where the eight faces of a wire leave no doubt."""
+    random = np.random.default_rng(5)
+    cells = np.array([(5.0 * i, 5.0 * j) for i in range(1, 21) for j in range(-9, 9)])
+    at = cells + random.uniform(-2.5, 2.5, cells.shape)
+    keep = [k for k in range(len(at)) if (np.hypot(*(at[:k] - at[k]).T) > 1.6).all()]
+    at = at[keep]
+    still = {"amplitude_mm": 1e-6, "frequency_Hz": 1}
+    deck = {**DECK, "length_mm": 110, "width_mm": 99, "stroke": still, "side_mm": 20}
+    places = [(x, y, 6.0) for x, y in at]
+    spheres = [{"name": "single", "material": "glass", "diameter_mm": 1, "at_mm": places}]
+    run = pywet.run(scene(spheres=spheres, deck=deck, duration_s=0.2), tmp_path)
+    walls = {w["name"]: w["bars"] for w in Deck(**deck).walls() if "bars" in w}
+    low = {}
+    for name, k in (("screen", 1), ("cross_wires", 0)):
+        bars = walls[name]
+        axes = bars["origin_mm"][k] + (np.arange(bars["count"]) - 0.5 * (bars["count"] - 1)) * 5.0
+        low[name] = np.abs(at[:, k][:, None] - axes).min(axis=1)
+    clear = np.minimum(low["screen"], low["cross_wires"]) - 1.0  # touch at r + w/2 = 1 mm from an axis
+    gone = run._run.table("history/retired").set_index("id")
+    straight = np.array([
+        k + 1 in gone.index and math.hypot(gone.loc[k + 1, "v_x"], gone.loc[k + 1, "v_y"]) < 1e-9 for k in range(len(at))
+    ])  # fmt: skip
+    sure = np.abs(clear) > 0.08
+    assert (straight == (clear > 0))[sure].all() and sure.sum() > 300
+    probability = ((4.0 - 1.0) / (4.0 + 1.0)) ** 2
+    assert straight.mean() == pytest.approx(probability, abs=3.0 * math.sqrt(probability * (1 - probability) / len(at)))
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_a_feed_that_cannot_peg(tmp_path: Path) -> None:
+    """Spheres of half an aperture pass, those of two apertures do not: a step, without misplaced material, to the sphere."""
+    box = {"low_mm": (2, -12, 6), "high_mm": (25, 12, 30)}
+    spheres = [
+        {"name": "fine", "material": "glass", "diameter_mm": 2, "count": 60, "box": box},
+        {"name": "coarse", "material": "glass", "diameter_mm": 8, "count": 6, "box": box},
+    ]
+    deck = {**DECK, "inclination_deg": 25, "side_mm": 40, "stroke": {"amplitude_mm": 1.5, "frequency_Hz": 25}}
+    run = pywet.run(scene(spheres=spheres, deck=deck, duration_s=1.5, results={"windows": 2}), tmp_path)
+    gone, types = run._run.table("history/retired"), run._run.spheres.set_index("id")["type"]
+    names = np.array(["", *(o.product or "spilled" for o in run.scene.outlets)])[gone["outlet"]]
+    counts = pd.crosstab(gone["type"], names)
+    assert counts.loc[1].to_dict() == {"overs": 0, "unders": 60} and counts.loc[2].to_dict() == {
+        "overs": 6,
+        "unders": 0,
+    }
+    assert set(gone["id"]) == set(types.index)
+    numbers = pywet.screen(tmp_path, aperture_mm=4, from_s=0.0)
+    assert (numbers["efficiency"], numbers["misplaced"], numbers["d50_mm"]) == pytest.approx((1.0, 0.0, 5.0))

@@ -1,0 +1,176 @@
+"""Outlets of custom scenes: who leaves where and when, with which liquid; resumed and parallel runs; what the replay finds."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import pywet
+from pywet.cases.custom import building
+from pywet.engines import schedule
+from pywet.engines.liggghts import driver
+from pywet.engines.liggghts.checkpoint import saved as saved_name
+from pywet.errors import ConfigError
+from pywet.runs.rundir import RunDir
+from pywet.runs.tables import ledger_error
+from tests.cases.custom.conftest import beads
+from tests.engines.liggghts.test_restart import killed, same_bits
+
+OUTLETS = [
+    {"name": "edge", "low_mm": (-4, None, None), "high_mm": (-1, None, 3)}, {"name": "under", "high_mm": (None, None, -20)},
+]  # fmt: skip
+"""Some beads are taken off the plate's end, wet with it and with others; what falls there is in both and booked to the first."""
+
+
+def scene(**changes: Any) -> pywet.Scene:
+    """Moist beads that enter one after the other and slide off a plate."""
+    entry = {
+        "name": "beads", "material": "glass", "diameter_mm": 3, "count": 40, "velocity_m_per_s": (0, 0, -0.3),
+        "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "fed": {"from_s": 0.0, "for_s": 0.15},
+    }  # fmt: skip
+    given = {
+        "duration_s": 0.3,
+        "spheres": [entry],
+        "liquid": {"percent": 3.0},
+        "walls": [{"name": "slope", "block": {"low_mm": (-10, -20, -4), "high_mm": (-1, 20, 0)}}],
+        "outlets": OUTLETS,
+        "gravity_m_per_s2": (2.0, 0.0, -9.6),
+        "results": {"interval_s": 0.01, "windows": 2},
+        "time_step": {"time_step_s": 2e-5},
+    }
+    return pywet.Scene(**beads(**{**given, **changes}))
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> pywet.Run:
+    """The scene, run and replayed: `pywet.run` raises where a check, the ledger or the replay objects."""
+    return pywet.run(scene(), tmp_path_factory.mktemp("outlets") / "run")
+
+
+def gone(folder: Path) -> pd.DataFrame:
+    return pd.read_parquet(folder / "history" / "retired.parquet")
+
+
+@pytest.mark.engine
+def test_every_sphere_leaves_where_it_first_is_in_an_outlet(run: pywet.Run) -> None:
+    """At the first step looked at, an output every 0.02 s outside the windows, booked to the first outlet that holds it."""
+    left, places = gone(run.path).set_index("id"), run.trajectory
+    every = 2 * run.scene.output_every
+    windows = schedule.windows(run.scene)
+    steps = [s for s in range(every, run.scene.steps, every) if not any(a <= s < b for a, b in windows)]
+    edge = places["x"].between(-0.004, -0.001) & (places["z"] < 0.003)
+    held = places.assign(outlet=np.where(edge, 1, 2))[places["step"].isin(steps) & (edge | (places["z"] < -0.020))]
+    due = held.drop_duplicates("id").set_index("id")
+    assert len(due) > 30 and set(left["outlet"]) == {1, 2}
+    assert left["step"].to_dict() == due["step"].to_dict()
+    assert left["outlet"].to_dict() == due["outlet"].to_dict()
+    counts = places.groupby("step").size()
+    assert counts.to_dict() == {step: 40 - int((left["step"] < step).sum()) for step in counts.index}
+
+
+@pytest.mark.engine
+def test_the_liquid_is_booked_to_the_outlets(run: pywet.Run) -> None:
+    """Spheres, walls and outlets hold what was put in, at every output to 1e-12 of it."""
+    liquid, left = run.liquid, gone(run.path)
+    for k, name in enumerate(("edge", "under"), start=1):
+        want = [left["film"][(left["outlet"] == k) & (left["step"] <= step)].sum() for step in liquid["step"]]
+        assert liquid[f"outlet_{name}_m3"].to_numpy() == pytest.approx(want, rel=1e-14) and want[-1] > 0
+    held = liquid[[c for c in liquid if c.startswith(("spheres_", "wall_", "outlet_"))]].sum(axis=1)
+    assert np.abs(held - liquid["initial_m3"]).max() < 1e-12 * liquid["initial_m3"].iloc[-1]
+    assert liquid["wall_slope_m3"].iloc[-1] > 0 and ledger_error(run.ledger) < 1e-12
+    assert (run.events["kind"] == 2).any()  # a bridge ended since a sphere left
+    rows = run.replay["quantities"]
+    assert all(rows[f"retired_{name}"]["count"] == len(left) for name in ("who", "place", "speed", "film"))
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_killed_and_on_two_ranks(run: pywet.Run, tmp_path: Path) -> None:
+    """A killed run goes on to the same bits; two ranks take out the same spheres at the same steps with the same liquid."""
+    one, two = tmp_path / "killed", tmp_path / "ranks"
+    for folder in (one, two):
+        building.write(scene(), folder)
+    last = killed(one, after=5000)
+    assert saved_name("state", last) and driver.run(one, progress=False).resumed_at_step >= 5000
+    shutil.copytree(run.path, tmp_path / "whole", ignore=lambda folder, names: [n for n in names if n == "results"])
+    same_bits(tmp_path / "whole", one)
+    driver.run(two, 2, progress=False)
+    order = ["step", "id"]
+    here, there = (gone(f).sort_values(order, ignore_index=True) for f in (run.path, two))
+    pd.testing.assert_frame_equal(here, there, rtol=1e-6, atol=1e-9)
+    assert ledger_error(RunDir(two).ledger) < 1e-12
+
+
+@pytest.mark.engine
+def test_dry_spheres_fall_into_an_outlet_until_nobody_is_left(tmp_path: Path) -> None:
+    """Without walls or liquid all leave; whoever is left out of outputs afterwards is not missing."""
+    falls = [{"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": [(0, 0, 0), (0, 0, 10), (5, 0, 20)]}]
+    outlets = [{"name": "below", "high_mm": (None, None, -10)}]
+    found = pywet.run(scene(spheres=falls, liquid=None, walls=[], outlets=outlets, duration_s=0.15,
+                            gravity_m_per_s2=(0, 0, -9.81)), tmp_path)  # fmt: skip
+    left = gone(tmp_path).sort_values("id")
+    looked = 0.02 * np.arange(1, 8)
+    want = [looked[0.5 * 9.81 * looked**2 > 0.010 + z][0] for z in (0.0, 0.010, 0.020)]
+    assert left["time"].to_numpy() == pytest.approx(want, abs=1e-9) and (left["film"] == 0).all()
+    assert found.trajectory["step"].max() < found.scene.output_steps[-1]  # nobody is there at the end
+    assert found.contact_statistics["largest_speed_m_per_s"].iloc[-1] == 0.0
+
+
+def other_outlet(table: pd.DataFrame) -> pd.DataFrame:
+    return table.assign(outlet=3 - table["outlet"])
+
+
+def too_high(table: pd.DataFrame) -> pd.DataFrame:
+    table.loc[table.index[table["outlet"] == 2][0], "x_z"] = -0.019
+    return table
+
+
+FAULTS = {
+    "another outlet": (other_outlet, "retired_who"),
+    "not in the outlet": (too_high, "retired_who"),
+    "film off": (lambda t: t.assign(film=1.001 * t["film"]), "retired_film"),
+}
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("name", FAULTS)
+def test_injected_faults_are_found(run: pywet.Run, tmp_path: Path, name: str) -> None:
+    change, quantity = FAULTS[name]
+    copy = Path(shutil.copytree(run.path, tmp_path / "copy"))
+    change(gone(copy)).to_parquet(copy / "history" / "retired.parquet", index=False)
+    found = pywet.replay(copy) or {}
+    assert not found["ok"] and not found["quantities"][quantity]["ok"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"outlets": [{"name": "all"}]}, "every sphere leaves at once"),
+        ({"outlets": [{"name": "a", "low_mm": (1, None, None), "high_mm": (0, None, None)}]}, "less than that of high_mm"),
+        ({"outlets": [OUTLETS[0], OUTLETS[0]]}, "outlets of different names"),
+        ({"results": {"checkpoints": 0}}, "results.checkpoints of at least 1"),
+        (
+            {"outlets": [{"name": "thin", "low_mm": (None, None, -25), "high_mm": (None, None, -20)}]},
+            "outlet thin is 5 mm deep along z, .* null in place of -25 in its low_mm",
+        ),
+    ],
+)  # fmt: skip
+def test_outlets_that_cannot_be_are_refused(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        building.Building(scene(**changes)).scene()
+
+
+def test_the_box_holds_who_passes_an_outlet() -> None:
+    """2 windows of 0.02 s at the planned speed and half of g t^2 below the border; open sides as far."""
+    made = building.Building(scene())
+    low, high = made.box
+    way = made.speed * 0.04 + 0.5 * np.array([2.0, 0.0, 9.6]) * 0.04**2
+    assert low[2] == pytest.approx(-0.020 - way[2])
+    assert low[1] == pytest.approx(made.extent[0][1] - way[1]) and high[1] == pytest.approx(made.extent[1][1] + way[1])
+    tilted = building.Building(scene(origin_mm=(0, 0, 5)))
+    assert tilted.outlets[0].high_m == pytest.approx((-0.001, None, -0.002))

@@ -1,0 +1,168 @@
+"""Numbers of a screen against made-up logs whose answers are known in closed form, and against the reference's own reading."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from pywet.cli.app import app
+from pywet.errors import PywetError
+from pywet.products import screening_report, steady, streams
+from pywet.products.partition import partition_curve, separation, size_at
+from pywet.runs.rundir import RunDir
+from reference_impl.replay import io
+from reference_impl.tables import plant
+from tests.cases.screening import synthetic
+from tests.products import made_up
+
+MASS = [2500.0 * math.pi / 6.0 * (1e-3 * d) ** 3 for d in made_up.SIZES_MM]
+
+
+FROM_S = 0.2
+"""From then to the end of the feed, 2 s, the third to the 38th sphere of each size leave: 36, nine of each four in a row."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = made_up.make(tmp_path_factory.mktemp("made_up"))
+    screening_report.write(folder, aperture_mm=2.5, from_s=FROM_S)
+    return folder
+
+
+def numbers(folder: Path) -> dict:
+    return json.loads((folder / "results" / "screen.json").read_text())
+
+
+def reference_objects(folder: Path) -> list[str]:
+    """Names of the numbers with which the reference disagrees."""
+    return [h.name for h in plant.held(folder, io.scene(folder), numbers(folder)) if h.wrong]
+
+
+def test_partition_of_a_made_up_run(made: Path) -> None:
+    """T = 0, 1/4, 3/4, 1 at 1 to 4 mm: d25, d50, d75 are 2, 2.5, 3 mm, ecart probable 0.5 mm, imperfection 0.2."""
+    found = numbers(made)
+    assert [found[k] for k in ("d25_mm", "d50_mm", "d75_mm", "ecart_probable_mm")] == pytest.approx([2, 2.5, 3, 0.5])
+    assert found["imperfection"] == pytest.approx(0.2)
+    m = np.array(MASS)
+    share = 1 - np.array(made_up.OVERS) / made_up.EACH
+    undersize = (m * share)[:2].sum() / m[:2].sum()
+    oversize = (m * (1 - share))[2:].sum() / m[2:].sum()
+    assert found["undersize_recovery"] == pytest.approx(
+        undersize, rel=0.02
+    )  # a few have not left at the end of the feed
+    curve = pd.read_parquet(made / "results" / "partition.parquet")
+    assert found["efficiency"] == pytest.approx(
+        found["undersize_recovery"] + found["oversize_recovery"] - 1.0, rel=1e-14
+    )
+    assert found["oversize_recovery"] == pytest.approx(oversize, rel=1e-12)
+    assert curve["T"].to_numpy() == pytest.approx([0, 0.25, 0.75, 1], rel=1e-12)
+    assert (curve["T_low"] <= curve["T"]).all() and (curve["T"] <= curve["T_high"]).all()
+
+
+def test_mass_is_conserved_by_class_and_outlet_to_the_sphere(made: Path) -> None:
+    run = RunDir(made)
+    flow, gone = streams.read(run, 0.0), run.table("history/retired")
+    for (kind, product), rows in flow.spheres[flow.spheres["product"] != ""].groupby(["type", "product"]):
+        assert len(rows) == ((gone["type"] == kind) & (gone["outlet"] == 1 + (product == "unders"))).sum()
+    inside = (flow.spheres["product"] == "").sum()
+    assert inside + len(gone) == 4 * made_up.EACH and inside > 0
+
+
+def test_throughput_moisture_residence(made: Path) -> None:
+    """A sphere of each size every 0.05 s; each leaves 0.1 s after it entered, at the next multiple of 0.02 s, with its film.
+
+    Blocks are of eleven intervals of 0.02 s: two at the start, and the third sphere with them, are cut off.
+    """
+    found = numbers(made)
+    assert found["throughput_t_per_h"]["all"] == pytest.approx(3.6 * sum(MASS) * 35 / 1.76, rel=1e-9)
+    assert 0 < found["throughput_half_width_t_per_h"]["all"] < 0.2 * found["throughput_t_per_h"]["all"]
+    m, o = np.array(MASS), np.array(made_up.OVERS)
+    films = made_up.FILM * np.arange(1, 5)
+    for product, n in (("overs", o), ("unders", made_up.EACH - o)):
+        want = 100 * 1000 * (n * films).sum() / (n * m).sum()
+        assert found["moisture_percent_of_dry_mass"][product] == pytest.approx(want, rel=1e-12)
+    entered = 25 + 50 * np.arange(2, 38)
+    stays = 1e-3 * (np.ceil((entered + 100) / 20) * 20 - entered)
+    of_unders = np.concatenate([np.tile(stays, 1)] + [stays[(np.arange(2, 38) % 4) >= n] for n in (1, 3)])
+    assert found["residence_s"]["unders"]["mean"] == pytest.approx(of_unders.mean(), rel=1e-9)
+    assert found["screen"] is None and found["screen_area_m2"] is None
+
+
+def test_the_reference_gets_the_same_numbers(made: Path, tmp_path: Path) -> None:
+    """From the logs alone; one that is changed is named."""
+    assert reference_objects(made) == []
+    path = made / "results" / "screen.json"
+    text = path.read_text()
+    try:
+        given = json.loads(text)
+        path.write_text(json.dumps({**given, "d50_mm": 1.01 * given["d50_mm"], "misplaced": 0.0}))
+        assert reference_objects(made) == ["results/screen.json: d50_mm", "results/screen.json: misplaced"]
+    finally:
+        path.write_text(text)
+
+
+def test_a_batch_case_by_hand(tmp_path: Path) -> None:
+    """One coarse sphere stays, two fine ones are in the bin at the end: a perfect cut between 4 and 8 mm."""
+    folder = synthetic.make(tmp_path)
+    found = screening_report.write(folder, aperture_mm=6.0)
+    assert (found["efficiency"], found["misplaced"], found["d50_mm"]) == pytest.approx((1.0, 0.0, 6.0))
+    mass = 1400.0 * 4.0 / 3.0 * math.pi * np.array([4e-3, 2e-3]) ** 3
+    assert found["spheres"] == {"overs": 1, "unders": 2}
+    assert found["residence_s"]["unders"]["mean"] == pytest.approx(0.5 * (0.01 + 0.02) - 0.005)
+    assert found["throughput_t_per_h"]["unders"] == pytest.approx(3.6 * 2 * mass[1] / 0.015)
+    assert found["throughput_t_per_h_m2"]["unders"] == pytest.approx(3.6 * 2 * mass[1] / 0.015 / 0.04**2)
+    assert reference_objects(folder) == []
+
+
+def test_the_command_prints_five_numbers(made: Path) -> None:
+    result = CliRunner().invoke(
+        app, ["screen", str(made), "--aperture", "2.5", "--from", "0.2"], env={"COLUMNS": "200"}
+    )
+    assert result.exit_code == 0 and "2.5 mm" in result.output and (made / "screen.html").exists()
+
+
+def test_a_run_without_products_is_refused(tmp_path: Path) -> None:
+    folder = made_up.make(tmp_path / "run")
+    text = (folder / "scene.json").read_text()
+    (folder / "scene.json").write_text(text.replace('"product": "overs"', '"product": null'))
+    with pytest.raises(PywetError, match=r"none of its outlets \(overs, unders\) collects the overs"):
+        screening_report.write(folder)
+    (folder / "scene.json").write_text(json.dumps({**json.loads(text), "outlets": []}))
+    with pytest.raises(PywetError, match="has no outlets, so that no product leaves"):
+        screening_report.write(folder)
+
+
+def test_sizes_and_recoveries_that_are_not_defined() -> None:
+    """A feed all of which passes has no cut size; without oversize its recovery is 1, and nothing is misplaced."""
+    curve = partition_curve(np.array([1e-3, 2e-3]), np.array([0, 0]), np.array([5, 7]), np.array([1.0, 8.0]))
+    found = separation(curve, 3.0)
+    assert math.isnan(found.d50_mm) and found.efficiency == 1.0 and found.misplaced == 0.0
+    assert math.isnan(separation(curve).efficiency)
+    assert size_at(pd.DataFrame({"diameter_mm": [1.0, 2.0, 3.0], "T": [0.5, 0.5, 1.0]}), 0.5) == 2.0
+
+
+def test_steady_state_of_a_relaxation() -> None:
+    """An exponential start-up of 20 steps within noise is cut off after 2 to 6 times that; a ramp is never steady."""
+    random = np.random.default_rng(1)
+    values = 1.0 - np.exp(-np.arange(1000) / 20.0) + random.normal(0.0, 0.05, 1000)
+    start = steady.start_of_steady(values)
+    assert start is not None and 40 <= start <= 120
+    assert steady.start_of_steady(np.arange(100.0)) is None
+
+
+def test_block_interval_covers_the_mean() -> None:
+    """Of 400 correlated series with mean 0 the 95 % interval holds it in 90 to 98 % of them."""
+    random, inside = np.random.default_rng(2), 0
+    for _ in range(400):
+        noise, x = random.normal(size=800), np.zeros(800)
+        for k in range(1, 800):
+            x[k] = 0.8 * x[k - 1] + noise[k]
+        mean, half = steady.block_mean(x)
+        inside += abs(mean) <= half
+    assert 0.90 <= inside / 400 <= 0.98

@@ -1,0 +1,150 @@
+"""Feeds from sieve analyses and distributions: sizes, shares and masses by hand, and one sentence for what cannot be."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pywet
+from pywet.cases.custom import building
+from pywet.errors import ConfigError
+from pywet.products.size_classes import SizeDistribution
+from tests.cases.custom.conftest import beads
+
+GOOD = {
+    "comma": "lower,upper,mass %\n1,2,25\n2,4,50\n4,8,25\n",
+    "semicolon, decimal commas, byte-order mark": "\ufeffvon;bis;Masse %\n1,0;2,0;25,0\n2,0;4,0;50,0\n4,0;8,0;25,0\n",
+    "tab, coarsest first": "4\t8\t25%\n2\t4\t50%\n1\t2\t25%\n",
+    "cumulative passing": "size mm,passing %\n1,0\n2,25\n4,75\n8,100\n",
+}
+
+
+@pytest.mark.parametrize("kind", GOOD)
+def test_sieve_analyses_of_all_kinds_are_the_same(tmp_path: Path, kind: str) -> None:
+    """Geometric means of the classes, and a quarter, half and a quarter of the mass."""
+    (tmp_path / "sieve.csv").write_text(GOOD[kind], encoding="utf-8")
+    sizes = SizeDistribution(file=Path("sieve.csv")).sizes(tmp_path)
+    assert sizes.diameter_mm == pytest.approx([math.sqrt(2), math.sqrt(8), math.sqrt(32)])
+    assert sizes.share == pytest.approx([0.25, 0.5, 0.25]) and (sizes.below, sizes.above) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("1,2,25\n2,4,50\n4,8,20\n", "the mass % add up to 95 %; expected 100"),
+        ("1,0\n2,25\n4,90\n", "the largest size is passed by 90 %"),
+        ("1,2,50\n3,4,50\n", "leave gaps or overlap"),
+        ("1,0\n2,60\n4,40\n8,100\n", "falls from one size to a larger one"),
+        ("1,0,2,0,25,0\n", "6 columns; expected lower and upper size and mass %, .* semicolon"),
+        ("nothing here\n", "holds no rows of numbers"),
+        ("1,2,50\n2,four,50\n", "line 2: 2 four 50 is not a row of numbers"),
+        ("0,2,50\n2,4,50\n", "begins at 0 mm, which has no logarithm"),
+    ],
+)
+def test_files_that_are_no_sieve_analysis(tmp_path: Path, text: str, words: str) -> None:
+    (tmp_path / "sieve.csv").write_text(text)
+    with pytest.raises(ConfigError, match=words):
+        SizeDistribution(file=Path("sieve.csv")).sizes(tmp_path)
+
+
+def test_cut_off_mass_is_reported(tmp_path: Path) -> None:
+    """Of the class 1 to 2 mm half lies below its geometric mean, in the logarithm; above 4 mm another quarter."""
+    (tmp_path / "sieve.csv").write_text(GOOD["comma"])
+    sizes = SizeDistribution(file=Path("sieve.csv"), smallest_mm=math.sqrt(2), largest_mm=4).sizes(tmp_path)
+    assert (sizes.below, sizes.above) == pytest.approx((0.125, 0.25))
+    assert sizes.share == pytest.approx([0.2, 0.8]) and sizes.diameter_mm[0] == pytest.approx(2**0.75)
+
+
+@pytest.mark.parametrize(
+    ("given", "passing"),
+    [
+        ({"rosin_rammler": {"size_mm": 3, "spread": 2}}, lambda d: 1 - math.exp(-((d / 3) ** 2))),
+        (
+            {"log_normal": {"median_mm": 3, "sigma": 0.5}},
+            lambda d: 0.5 * (1 + math.erf(math.log(d / 3) / 0.5 / math.sqrt(2))),
+        ),
+        ({"gaudin_schuhmann": {"largest_mm": 6, "exponent": 0.7}}, lambda d: min(1.0, (d / 6) ** 0.7)),
+    ],
+)
+def test_distributions_by_their_formulas(given: dict[str, Any], passing: Any) -> None:
+    sizes = SizeDistribution(**given, smallest_mm=1, largest_mm=5, classes=4).sizes()
+    edges = 5 ** (np.arange(5) / 4)
+    want = np.diff([passing(d) for d in edges])
+    assert sizes.share == pytest.approx(want / want.sum()) and sizes.diameter_mm == pytest.approx(
+        5 ** ((np.arange(4) + 0.5) / 4)
+    )
+    assert (sizes.below, sizes.above) == pytest.approx((passing(1), 1 - passing(5)))
+
+
+def test_a_continuous_distribution_of_ratio_ten() -> None:
+    """Three sizes stand for each of twelve classes, with equal masses within a class; the coarsest 1 % is left out."""
+    sizes = SizeDistribution(
+        log_normal={"median_mm": 3, "sigma": 0.5}, smallest_mm=1, classes=12, sizes_per_class=3
+    ).sizes()
+    assert len(sizes.share) == 36 and sizes.share.sum() == pytest.approx(1.0) and sizes.above == pytest.approx(0.01)
+    assert (
+        sizes.share.reshape(12, 3).std(axis=1).max() < 1e-15 and sizes.diameter_mm.max() / sizes.diameter_mm.min() > 9
+    )
+
+
+def feed(**changes: Any) -> dict[str, Any]:
+    given = {
+        "name": "ore", "material": "glass", "psd": {"gaudin_schuhmann": {"largest_mm": 4, "exponent": 1}, "smallest_mm": 2},
+        "rate_t_per_h": 0.036, "box": {"low_mm": (-20, -20, 20), "high_mm": (20, 20, 40)}, "velocity_m_per_s": (0, 0, -0.5),
+        "insertion": {"for_s": 0.5}, **changes,
+    }  # fmt: skip
+    given["psd"] = {"classes": 3, **given["psd"]}
+    return beads(duration_s=1.0, spheres=[], feed=[given], liquid={})
+
+
+@pytest.mark.parametrize(
+    ("changes", "dry_g", "percent"),
+    [
+        ({}, 5.0, None),
+        ({"moisture_percent": 25, "rate_of": "moist"}, 4.0, 25.0),
+        ({"moisture_percent": 20, "moisture_of": "moist", "rate_of": "moist"}, 4.0, 25.0),
+        ({"moisture_percent": 20, "moisture_of": "moist"}, 5.0, 25.0),
+        ({"rate_t_per_h": None, "mass_g": 6}, 6.0, None),
+    ],
+)
+def test_mass_and_moisture_of_a_feed(changes: dict[str, Any], dry_g: float, percent: float | None) -> None:
+    """0.036 t/h are 10 g/s, in 0.5 s 5 g; 20 % of the moist mass are 25 % of the dry one, and dry is moist over 1.25."""
+    scene = pywet.Scene(**feed(**changes)).in_full()
+    assert sum(s.mass_g for s in scene.spheres) == pytest.approx(dry_g)
+    assert all(s.percent == (percent if percent is None else pytest.approx(percent)) for s in scene.spheres)
+    edges = np.geomspace(2, 4, 4)
+    assert [s.mass_g / dry_g for s in scene.spheres] == pytest.approx(np.diff(edges) / 2)
+
+
+def test_numbers_of_spheres_are_said_before_a_run(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Whole spheres of every class within 5 % of its mass; half of the mass is below 2 mm and left out."""
+    made = building.Building(pywet.Scene(**feed()))
+    asked = {a.name: a.asked_kg for a in made.amounts}
+    for c in made.classes:
+        assert c.count * c.mass_kg == pytest.approx(asked[c.name], abs=0.5 * c.mass_kg)
+    with caplog.at_level("WARNING"):
+        scene = building.write(pywet.Scene(**feed()), tmp_path / "run")
+    assert f"feed ore: {sum(c.count for c in scene.classes)} spheres of 3 sizes" in caplog.text
+    assert "50 % of its mass finer" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"mass_g": 3}, "a mass_g or a rate_t_per_h, one of them"),
+        ({"insertion": None}, "an insertion for rate_t_per_h"),
+        ({"psd": {"rosin_rammler": {"size_mm": 3, "spread": 2}}}, "a smallest_mm"),
+        ({"psd": {"smallest_mm": 1}}, "one of file, rosin_rammler, log_normal, gaudin_schuhmann, not none"),
+        ({"material": "gold"}, "feed ore to name a material"),
+    ],
+)
+def test_feeds_that_cannot_be_are_refused(changes: dict[str, Any], words: str) -> None:
+    given = feed(**changes)
+    if "psd" in changes:
+        given["feed"][0]["psd"] = changes["psd"]
+    with pytest.raises(ConfigError, match=words):
+        pywet.Scene(**given)
