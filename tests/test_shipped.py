@@ -96,7 +96,7 @@ def test_an_unpacked_wheel_answers_outside_the_checkout(unpacked: Path, tmp_path
     assert said.splitlines()[0] == str(unpacked / "pywet" / "__init__.py")
     assert "willett_unequal" in said and "tangential_history" in said
     assert {path.name for path in (tmp_path / "mill").iterdir()} == {"hopper.yaml", "hopper.stl", "README.md"}
-    assert "# A scene of your own" in said and "| `half_width_mm` | number or null: " in said
+    assert (ROOT / "docs" / "own-scene.md").read_text() in said and "| `half_width_mm` | number or null: " in said
     planned = call(
         *(sys.executable, "-P", "-m", "snakemake", "-n", "--cores", "1", "--config", "cases=[1]"),
         folder=tmp_path / "study", PYTHONPATH=str(unpacked), XDG_CACHE_HOME=str(tmp_path / "cache"),
