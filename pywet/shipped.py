@@ -37,8 +37,7 @@ What is to be run stands in `config/`: cases in `cases.csv`, scale and effects i
     pywet run 1                        one case: build, simulate, replay, results
     snakemake --cores 2 --keep-going   all cases and results/smoke/report.html
     pywet run 1                        after a change of config/: results/smoke/case01; before: case01.1, moved aside
-    pywet docs compare                 another moisture: is 7 % significantly different from 5 %?
-    pywet docs configuration           cases, materials and scales of your own
+    pywet docs compare                 is 7 % significantly different from 5 %? Cases of your own: pywet docs configuration
 
 `pywet doctor` lists what is missing: `apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++` and `pywet[workflow]`.
 """
