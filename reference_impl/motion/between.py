@@ -26,7 +26,7 @@ from reference_impl.replay.compare import TOLERANCE, Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION, Lives, keys
 
-SAMPLES = np.linspace(0.0, 1.0, 9)
+SAMPLES = (0.0, 0.5, 1.0)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 APART = 0.01
 """Least separation, over the radius of i, from which on the steps of a drag's sum are small against the separation."""
@@ -41,6 +41,10 @@ OF_DRAG = 0.25
 MOST = 200_000
 """Records up to which parts that disagree are kept."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
+
+
+Tables = dict[str, dict[int, pd.DataFrame]]
+"""Rows of each table at each output."""
 
 
 @dataclass
@@ -103,10 +107,17 @@ class Between:
 
     def _before(self, both: pd.DataFrame, shots: pd.DataFrame) -> Floats:
         """Separation of each bridge at the output before; NaN where there was none."""
-        earlier = pd.Series(both["separation"].to_numpy(float), pd.MultiIndex.from_arrays([keys(both), both["step"]]))
-        earlier = earlier[~earlier.index.duplicated()]
-        asked = pd.MultiIndex.from_arrays([keys(shots), self._previous(shots["step"].to_numpy(np.int64))])
-        return earlier.reindex(asked).to_numpy(float)
+        ends, step = keys(both), np.searchsorted(self.outputs, both["step"].to_numpy(np.int64))
+        known, code = np.unique(ends, return_inverse=True)
+        code = code * (len(self.outputs) + 1) + step
+        order = np.argsort(code, kind="stable")
+        asked = np.searchsorted(known, keys(shots)) * (len(self.outputs) + 1)
+        asked += np.searchsorted(self.outputs, self._previous(shots["step"].to_numpy(np.int64)))
+        at = np.minimum(np.searchsorted(code[order], asked), max(len(order) - 1, 0))
+        if not len(order):
+            return np.zeros(0)
+        found = both["separation"].to_numpy(float)[order[at]]
+        return np.asarray(np.where(code[order[at]] == asked, found, np.nan))
 
     def _bridges(self, part: Run, shots: pd.DataFrame, before: Floats, formed: Floats) -> list[Quantity]:
         step = shots["step"].to_numpy(np.int64)
@@ -198,7 +209,11 @@ class Between:
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
         """Change of momentum of spheres that touched nothing from one output to the next."""
-        found = [free_spheres(self.run, self.setup, both, int(a), int(b))
+        names = ("trajectory", "bridges", "films", "impulses")
+        at_outputs: Tables = {n: {int(s): t for s, t in both[n].groupby("step")} for n in names}
+        for s in at_outputs["trajectory"]:
+            at_outputs["bridges"].setdefault(s, both["bridges"].iloc[:0])
+        found = [free_spheres(self.run, self.setup, at_outputs, both["events"], int(a), int(b))
                  for a, b in pairwise(np.unique(both["trajectory"]["step"].to_numpy()))]  # fmt: skip
         rows = pd.concat([f for f in found if len(f)], ignore_index=True) if any(map(len, found)) else pd.DataFrame()
         names = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
@@ -226,15 +241,14 @@ def ratios(run: Run, rows: pd.DataFrame, before: Floats, gap: Floats) -> Floats:
         return np.asarray(-rows["viscous_impulse"].to_numpy(float) / own)
 
 
-def free_spheres(run: Run, setup: Setup, both: dict[str, pd.DataFrame], one: int, two: int) -> pd.DataFrame:
+def free_spheres(run: Run, setup: Setup, at_outputs: Tables, events: pd.DataFrame, one: int, two: int) -> pd.DataFrame:
     """Spheres that touched nothing from one output to the next: gain of momentum less weight, and the logged impulse."""
     if not judged(run) or any(one <= s <= two for s in setup.broken):
         return pd.DataFrame()
     fixed, place = bodies(run), np.full(int(setup.ids.max()) + 1, -1)
     place[setup.ids] = np.arange(len(setup.ids))
-    at = {n: [t[t["step"] == s] for s in (one, two)] for n, t in both.items() if n != "events"}
+    at = {n: [t[s] for s in (one, two)] for n, t in at_outputs.items()}
     bad = ~setup.free | ((setup.enters > one) & (setup.enters <= two)) | (setup.leaves <= two)
-    events = both["events"]
     events = events[(events["step"] > one) & (events["step"] <= two) & (events["kind"] != FORMATION)]
     shots = at["bridges"][1]
     for table in (events, shots[shots["least_separation"] <= 0.0]):

@@ -94,7 +94,8 @@ def _velocity(run: Run, table: pd.DataFrame) -> Quantity:
     both = table.merge(io.columns(where(run.folder, "trajectory"), columns), on=["step", "id"])
     own = both[["vx", "vy", "vz"]].to_numpy(float)
     if not len(both):
-        return compare("felt_velocity", "median velocity", *3 * [np.zeros(0)], both, HALF_STEP)
+        none = np.zeros(0)
+        return compare("felt_velocity", "median velocity", none, none, none, both, HALF_STEP)
     off, typical = float(np.median(size(vectors(both, "v") - own))), float(np.median(size(own)))
     one = both.iloc[[int(np.argmax(size(vectors(both, "v") - own)))]]
     scale = np.array([max(typical, 0.01)])
