@@ -8,6 +8,7 @@ bounds leave open is counted, as a share of the capillary impulse.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -257,15 +258,21 @@ def free_spheres(run: Run, setup: Setup, at_outputs: Tables, events: pd.DataFram
     for film in at["films"]:
         id_, volume = film["id"].to_numpy(), film["film"].to_numpy(float)
         bad[place[id_]] |= volume < flights.DRY * fixed.radius[id_] ** 3
-    start, end = (t.set_index("id").loc[setup.ids][list(VELOCITY[:3])].to_numpy(float) for t in at["trajectory"])
+    start, end = (_by_id(t, VELOCITY[:3]) for t in at["trajectory"])
     time, m = (two - one) * setup.step, setup.mass[:, None]
-    push = at["impulses"][1].set_index("id").reindex(setup.ids)[[f"impulse_{a}" for a in "xyz"]].to_numpy(float)
+    push = _by_id(at["impulses"][1], [f"impulse_{a}" for a in "xyz"])
     weight = time * m * setup.pull(np.array([two]))[0]
     gain, momentum = m * (end - start) - weight, setup.mass * (size(start) + size(end))
     columns = {"step": np.full(len(setup.ids), two), "i": setup.ids}
     columns |= {f"gain_{a}": gain[:, k] for k, a in enumerate("xyz")}
     columns |= {f"impulse_{a}": push[:, k] for k, a in enumerate("xyz")}
     return pd.DataFrame({**columns, "scale": momentum + size(weight) + size(push)})[~bad].reset_index(drop=True)
+
+
+def _by_id(table: pd.DataFrame, names: Sequence[str]) -> Floats:
+    """Columns of one output in the order of the spheres' numbers; every sphere has a row."""
+    order = np.argsort(table["id"].to_numpy(), kind="stable")
+    return np.stack([table[name].to_numpy(float)[order] for name in names], axis=1)
 
 
 def judged(run: Run) -> bool:
