@@ -43,7 +43,9 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
         drawn = [_partition(numbers, curve), _products(series), _moisture(run, series)]
         drawn += [_passage(run, numbers)]
         drawn += [_pegging(run, numbers)] if numbers["screen"] else []
-    rows: list[list[page.Cell | str]] = [[page.left(name), str(value)] for name, value in {**five(numbers), **_more(numbers)}.items()]
+    rows: list[list[page.Cell | str]] = [
+        [page.left(name), str(value)] for name, value in {**five(numbers), **_more(numbers)}.items()
+    ]
     return [
         page.Section("What the screen did", page.table(["number", "value"], rows), "Numbers"),
         page.Section("Pictures", f'<div class="panels">{"".join(drawn)}</div>', "Pictures"),

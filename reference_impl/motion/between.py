@@ -8,6 +8,7 @@ bounds leave open is counted, as a share of the capillary impulse.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -26,7 +27,7 @@ from reference_impl.replay.compare import TOLERANCE, Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION, RETIREMENT, Lives, keys
 
-SAMPLES = np.linspace(0.0, 1.0, 9)
+SAMPLES = (0.0, 0.5, 1.0)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 APART = 0.01
 """Least separation, over the radius of i, from which on the steps of a drag's sum are small against the separation."""
@@ -41,6 +42,10 @@ OF_DRAG = 0.25
 MOST = 200_000
 """Records up to which parts that disagree are kept."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
+
+
+Tables = dict[str, dict[int, pd.DataFrame]]
+"""Rows of each table at each output."""
 
 
 @dataclass
@@ -103,10 +108,17 @@ class Between:
 
     def _before(self, both: pd.DataFrame, shots: pd.DataFrame) -> Floats:
         """Separation of each bridge at the output before; NaN where there was none."""
-        earlier = pd.Series(both["separation"].to_numpy(float), pd.MultiIndex.from_arrays([keys(both), both["step"]]))
-        earlier = earlier[~earlier.index.duplicated()]
-        asked = pd.MultiIndex.from_arrays([keys(shots), self._previous(shots["step"].to_numpy(np.int64))])
-        return earlier.reindex(asked).to_numpy(float)
+        ends, step = keys(both), np.searchsorted(self.outputs, both["step"].to_numpy(np.int64))
+        known, code = np.unique(ends, return_inverse=True)
+        code = code * (len(self.outputs) + 1) + step
+        order = np.argsort(code, kind="stable")
+        asked = np.searchsorted(known, keys(shots)) * (len(self.outputs) + 1)
+        asked += np.searchsorted(self.outputs, self._previous(shots["step"].to_numpy(np.int64)))
+        at = np.minimum(np.searchsorted(code[order], asked), max(len(order) - 1, 0))
+        if not len(order):
+            return np.zeros(0)
+        found = both["separation"].to_numpy(float)[order[at]]
+        return np.asarray(np.where(code[order[at]] == asked, found, np.nan))
 
     def _bridges(self, part: Run, shots: pd.DataFrame, before: Floats, formed: Floats) -> list[Quantity]:
         step = shots["step"].to_numpy(np.int64)
@@ -198,11 +210,14 @@ class Between:
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
         """Change of momentum of spheres that touched nothing from one output to the next."""
-        found = [free_spheres(self.run, self.setup, both, int(a), int(b))
-                 for a, b in pairwise(np.unique(both["trajectory"]["step"].to_numpy()))]  # fmt: skip
+        steps = [int(s) for s in np.unique(both["trajectory"]["step"].to_numpy())]
+        groups = {n: both[n].groupby("step").indices for n in ("trajectory", "bridges", "films", "impulses")}
+        at_outputs: Tables = {n: {s: both[n].iloc[rows.get(s, [])] for s in steps} for n, rows in groups.items()}
+        found = [free_spheres(self.run, self.setup, at_outputs, both["events"], a, b)
+                 for a, b in pairwise(steps)]  # fmt: skip
         rows = pd.concat([f for f in found if len(f)], ignore_index=True) if any(map(len, found)) else pd.DataFrame()
-        names = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
-        logged, own = (rows[n].to_numpy(float) if len(rows) else np.zeros((0, 3)) for n in names)
+        columns = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
+        logged, own = (rows[n].to_numpy(float) if len(rows) else np.zeros((0, 3)) for n in columns)
         scale = rows["scale"].to_numpy(float) if len(rows) else np.zeros(0)
         quantity = compare("between_momentum", "momentum, weight and impulse", logged, own, scale, rows, TOLERANCE)
         self._keep(quantity, rows)
@@ -226,15 +241,14 @@ def ratios(run: Run, rows: pd.DataFrame, before: Floats, gap: Floats) -> Floats:
         return np.asarray(-rows["viscous_impulse"].to_numpy(float) / own)
 
 
-def free_spheres(run: Run, setup: Setup, both: dict[str, pd.DataFrame], one: int, two: int) -> pd.DataFrame:
+def free_spheres(run: Run, setup: Setup, at_outputs: Tables, events: pd.DataFrame, one: int, two: int) -> pd.DataFrame:
     """Spheres that touched nothing from one output to the next: gain of momentum less weight, and the logged impulse."""
     if not judged(run) or any(one <= s <= two for s in setup.broken):
         return pd.DataFrame()
     fixed, place = bodies(run), np.full(int(setup.ids.max()) + 1, -1)
     place[setup.ids] = np.arange(len(setup.ids))
-    at = {n: [t[t["step"] == s] for s in (one, two)] for n, t in both.items() if n != "events"}
+    at = {n: [t[s] for s in (one, two)] for n, t in at_outputs.items()}
     bad = ~setup.free | ((setup.enters > one) & (setup.enters <= two)) | (setup.leaves <= two)
-    events = both["events"]
     # a bridge that ends by retirement at the first output acts on half a step more, which no impulse holds
     late = (events["step"] > one) | ((events["step"] == one) & (events["kind"] == RETIREMENT))
     events = events[late & (events["step"] <= two) & (events["kind"] != FORMATION)]
@@ -245,15 +259,21 @@ def free_spheres(run: Run, setup: Setup, both: dict[str, pd.DataFrame], one: int
     for film in at["films"]:
         id_, volume = film["id"].to_numpy(), film["film"].to_numpy(float)
         bad[place[id_]] |= volume < flights.DRY * fixed.radius[id_] ** 3
-    start, end = (t.set_index("id").reindex(setup.ids)[list(VELOCITY[:3])].to_numpy(float) for t in at["trajectory"])
+    start, end = (_by_id(t, VELOCITY[:3]) for t in at["trajectory"])
     time, m = (two - one) * setup.step, setup.mass[:, None]
-    push = at["impulses"][1].set_index("id").reindex(setup.ids)[[f"impulse_{a}" for a in "xyz"]].to_numpy(float)
+    push = _by_id(at["impulses"][1], [f"impulse_{a}" for a in "xyz"])
     weight = time * m * setup.pull(np.array([two]))[0]
     gain, momentum = m * (end - start) - weight, setup.mass * (size(start) + size(end))
     columns = {"step": np.full(len(setup.ids), two), "i": setup.ids}
     columns |= {f"gain_{a}": gain[:, k] for k, a in enumerate("xyz")}
     columns |= {f"impulse_{a}": push[:, k] for k, a in enumerate("xyz")}
     return pd.DataFrame({**columns, "scale": momentum + size(weight) + size(push)})[~bad].reset_index(drop=True)
+
+
+def _by_id(table: pd.DataFrame, names: Sequence[str]) -> Floats:
+    """Columns of one output in the order of the spheres' numbers; every sphere has a row."""
+    order = np.argsort(table["id"].to_numpy(), kind="stable")
+    return np.stack([table[name].to_numpy(float)[order] for name in names], axis=1)
 
 
 def judged(run: Run) -> bool:

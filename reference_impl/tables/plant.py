@@ -60,9 +60,7 @@ def curve(rows: pd.DataFrame) -> list[tuple[float, float, float]]:
     def of(d: float, product: str) -> float:
         return float(rows["kg"][(rows["d"] == d) & (rows["product"] == product)].sum())
 
-    return [
-        (float(d), of(d, "overs"), of(d, "unders")) for d in sorted(rows["d"].unique())
-    ]
+    return [(float(d), of(d, "overs"), of(d, "unders")) for d in sorted(rows["d"].unique())]
 
 
 def size_of(sizes: list[tuple[float, float, float]], share: float) -> float | None:

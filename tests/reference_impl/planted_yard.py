@@ -212,7 +212,7 @@ FAULTS: dict[str, Planted] = {
         "bridges", first_triangle(None), "snapshot_triangle", "it is not the closest of the part"
     ),
     "works: capillary and normal drag exchanged": Planted(
-        "energy",
+        "window_energy",
         exchanged("capillary", "viscous_normal"),
         "energy_windows",
         "capillary and viscous_normal are exchanged",
@@ -221,10 +221,10 @@ FAULTS: dict[str, Planted] = {
         "energy", scaled(["contact"], 0.5), "energy_budget", "the work contact is 0.5 times"
     ),
     "works: tangential drag left out": Planted(
-        "energy", scaled(["viscous_tangential"], 0.0), "energy_windows", "it is left out"
+        "window_energy", scaled(["viscous_tangential"], 0.0), "energy_windows", "it is left out"
     ),
     "works: walls counted in contact as well": Planted(
-        "energy",
+        "window_energy",
         lambda t: t.assign(contact=t["contact"] + t["wall_motion"]),
         "energy_windows",
         "wall_motion is counted in as well",

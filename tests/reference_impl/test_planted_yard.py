@@ -15,7 +15,7 @@ from tests.reference_impl.test_stream import at_size
 pytestmark = pytest.mark.engine
 ROUNDS = planted_yard.rounds()
 PLANNED = {
-    "mesh_motion": 243, "ledger_counts": 81, "ledger_held": 81, "trajectory_velocity": 495, "energy_windows": 8,
+    "mesh_motion": 243, "ledger_counts": 81, "ledger_held": 81, "trajectory_velocity": 495, "energy_windows": 503,
     "energy_budget": 81, "energy_capillary": 81,
 }  # fmt: skip
 """Quantities of the sound run whose records follow from its outputs, windows and bodies alone, and how many there are."""

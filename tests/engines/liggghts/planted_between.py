@@ -93,7 +93,7 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "wires at rest for friction": (WIRES, "newton_force", "force that acts: its direction is not the expected one"),
     "drops at half the force felt": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is"),
     "films feel at once": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
-    "gravity is not felt": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
+    "gravity is not felt": (DRIPPING, "felt_force", "force felt by a sampled film: its direction is not the expected one"),
     "films feel more": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
     "one sphere never drips": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is left out"),
 }  # fmt: skip
