@@ -24,7 +24,7 @@ from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import Pairs, bodies, pairs
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
 from reference_impl.replay.io import Run
-from reference_impl.replay.lives import FORMATION, Lives, RETIREMENT, keys
+from reference_impl.replay.lives import FORMATION, RETIREMENT, Lives, keys
 
 SAMPLES = np.linspace(0.0, 1.0, 9)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
