@@ -41,7 +41,7 @@ Word = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")]
 IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_]{0,39}$"
 Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
 """A name that an engine's script uses as a word of its own."""
-Contacts = Literal["batched", "stock"]
+Contacts = Literal["batched", "stock", "planes"]
 Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -268,7 +268,8 @@ class Scene(Strict):
     """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     contacts: Contacts = "batched"
     """Who makes dry contacts where the plugin takes part: its batches or the engine's stock loops, to the same bits.
-    Batches of spheres hold the linear spring with history; other contacts of spheres are the stock loop's."""
+    Batches of spheres hold the linear spring with history; other contacts of spheres are the stock loop's. With
+    `planes` the plugin also makes contacts with walls, on one rank."""
     wall_film: WallFilm = "triangle"
     """What has a film of one thickness: a triangle, a part (a wire, a flat face) or a whole wall."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5

@@ -43,8 +43,8 @@ def attached(scene: Scene) -> bool:
 
 
 def touched(scene: Scene) -> list[str]:
-    """Walls whose contacts the engine makes itself; the plugin makes those with prisms and, with its batches, all others."""
-    plugin = attached(scene) and scene.contacts == "batched"
+    """Walls whose contacts the engine makes itself; the plugin makes those with prisms and, with `planes`, all others."""
+    plugin = attached(scene) and scene.contacts == "planes"
     return [w.name for w in scene.walls if not (plugin or w.prisms)]
 
 

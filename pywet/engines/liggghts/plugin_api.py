@@ -97,7 +97,7 @@ class Plugin:
             self._library.pywet_set_feed(len(numbers), _pointer(numbers), _pointer(steps))
         gravity, implicit = _doubles(scene.gravity_m_per_s2), scene.viscous_integration == "semi_implicit"
         overlap, every = C.c_double(scene.largest_overlap), C.c_int64(checkpoint_every(scene))
-        batched = scene.contacts == "batched" and scene.hertz is None  # batches hold the linear spring alone
+        batched = scene.contacts != "stock" and scene.hertz is None  # batches hold the linear spring alone
         self._library.pywet_set_rules(
             _pointer(gravity), overlap, implicit, every, moist, scene.output.energy, batched, faces
         )

@@ -15,16 +15,17 @@ import pytest
 from pywet.cases.small import bodies, small
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import Surface, make_surface
-from pywet.scene import Output, Rotation, Scene, Slide, Vibration
+from pywet.scene import Contacts, Output, Rotation, Scene, Slide, Vibration
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
-from tests.engines.liggghts.test_contacts import PAIRS, WAYS
+from tests.engines.liggghts.test_contacts import PAIRS
 from tests.engines.liggghts.test_restart import same_bits
 from tests.engines.liggghts.test_wires import one_wire
 
 pytestmark = pytest.mark.engine
 R, STEP = 2.5e-3, 1e-5
+WAYS: tuple[Contacts, Contacts] = ("stock", "planes")
 SHAKEN = Vibration(amplitude_m=(2e-4, 1e-4, 3e-4), phase_rad=(0.5, 0.1, 0.3), frequency_Hz=50.0)
 
 
@@ -86,11 +87,11 @@ def test_paths_over_edges_and_corners(tmp_path: Path, sides: int, motion: str, e
     }
     effects = small.DRY.model_copy(update={effect: False} if effect else {})
     both(tmp_path, thrown(120, 11), [cup(sides, motion)], 600, effects=effects, **ways)
-    same(tmp_path / "stock", tmp_path / "batched")
-    states = beds.table(tmp_path / "batched", "history/window_states")
+    same(tmp_path / "stock", tmp_path / "planes")
+    states = beds.table(tmp_path / "planes", "history/window_states")
     assert (states[["fx", "fy", "fz"]].abs().max(axis=1) > 1.0).sum() > 1000  # N
     if effect != "tangential_history":
-        springs = beds.table(tmp_path / "batched", "history/window_wall_springs")
+        springs = beds.table(tmp_path / "planes", "history/window_wall_springs")
         met = springs.groupby("i")["triangle"].nunique()
         assert len(met) >= 40 and (met >= 2).sum() >= 4  # spheres; those on several triangles
 
@@ -111,8 +112,8 @@ def test_bed_in_a_cup(tmp_path: Path) -> None:
     both(
         tmp_path, inside, [cup(4, "vibrates")], 2000, gravity=(0.0, 0.0, -9.81), vibration=SHAKEN, output=output
     )  # fmt: skip
-    same(tmp_path / "stock", tmp_path / "batched")
-    result = replay(tmp_path / "batched")
+    same(tmp_path / "stock", tmp_path / "planes")
+    result = replay(tmp_path / "planes")
     assert result["ok"], result["notes"]
     assert result["newton"]["at_walls"] > 300
     assert result["quantities"]["newton_force"]["largest"] < 1e-9
@@ -146,5 +147,5 @@ def test_drum(tmp_path: Path) -> None:
             rotation=Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=1.0),
         )  # fmt: skip
         small.run(tmp_path / way, spheres)
-    same(tmp_path / "stock", tmp_path / "batched")
-    assert replay(tmp_path / "batched")["ok"]
+    same(tmp_path / "stock", tmp_path / "planes")
+    assert replay(tmp_path / "planes")["ok"]
