@@ -20,7 +20,7 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from pywet import stages
+from pywet import Deck, Feed, Outlet, stages
 from pywet.calibration.answer import calibrate
 from pywet.cases.custom.description import Spheres
 from pywet.cases.small import bridge_query
@@ -43,7 +43,8 @@ EXECUTED = {
     "configuration.md": ["yaml"] * 4 + ["csv"],
     "howto-own-law.md": ["python", "json", "yaml", "python", "yaml", "toml"],
     "laws.md": ["python", "python"],
-    "own-scene.md": ["python", "yaml", "yaml"],
+    "own-scene.md": ["python", "yaml", "yaml", "yaml"],
+    "screens.md": ["yaml", "yaml"],
     "second_engine.md": ["python"],
     "sweep.md": ["yaml"],
     "wall_collision.md": ["json"],
@@ -134,6 +135,24 @@ def test_spheres_are_fed_as_the_page_says() -> None:
     text = [block for language, block in blocks("own-scene.md") if language == "yaml"][1]
     (beads,) = (Spheres.model_validate(entry) for entry in yaml.safe_load(text)["spheres"])
     assert beads.count == 200 and beads.fed is not None and (beads.fed.from_s, beads.fed.for_s) == (0.02, 0.5)
+
+
+def test_spheres_leave_where_the_page_says() -> None:
+    """Beyond x = 60 mm, and below z = -30 mm in two sections."""
+    text = [block for language, block in blocks("own-scene.md") if language == "yaml"][2]
+    overs, first, rest = (Outlet.model_validate(entry) for entry in yaml.safe_load(text)["outlets"])
+    assert (overs.name, overs.low_mm, overs.high_mm) == ("overs", (60, None, None), (None, None, None))
+    assert first.high_mm == (20, None, -30) and rest.high_mm == (None, None, -30)
+
+
+def test_the_feed_and_the_deck_of_the_page_on_screens() -> None:
+    """0.1 t/h with 2 % of water; a linear stroke of 2 mm on apertures of 5 mm, at 15 degrees."""
+    first, second = (yaml.safe_load(block) for _, block in blocks("screens.md"))
+    (ore,) = (Feed.model_validate(entry) for entry in first["feed"])
+    deck = Deck.model_validate(second["deck"])
+    assert (ore.rate_t_per_h, ore.moisture_percent) == (0.1, 2) and deck.sections == 2
+    assert (deck.aperture_mm, deck.inclination_deg) == (5, 15)
+    assert (deck.stroke.kind, deck.stroke.amplitude_mm, deck.stroke.frequency_Hz) == ("linear", 2, 20)
 
 
 def test_the_query_of_the_page_on_bridges(tmp_path: Path) -> None:

@@ -35,11 +35,7 @@ def curve_of(run: RunDir, flow: Streams) -> pd.DataFrame:
     curve = partition_curve(sizes, number["overs"], number["unders"], masses)
     if not _doubled(curve):
         return curve
-    return (
-        pd.DataFrame([_joined(rows).rename(d) for d, rows in curve.groupby("diameter_mm")])
-        .rename_axis("diameter_mm")
-        .reset_index()
-    )
+    return pd.DataFrame([{"diameter_mm": d, **_joined(rows)} for d, rows in curve.groupby("diameter_mm")])
 
 
 def _doubled(curve: pd.DataFrame) -> bool:

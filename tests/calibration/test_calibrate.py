@@ -21,7 +21,9 @@ from pywet.calibration import experiments
 from pywet.calibration import question as asking
 from pywet.calibration.search import find
 from pywet.cli.app import app
+from pywet.engines.liggghts import build
 from pywet.errors import PywetError
+from pywet.util import sources
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PULL = {
@@ -168,8 +170,9 @@ def test_a_kept_run_is_of_the_same_law_plugin_and_engine(
     file, law, plugin = tmp_path / "scene.yaml", tmp_path / "mine.py", tmp_path / "plugin"
     file.write_text(yaml.safe_dump({**scene, "laws": {"capillary": "mine.py:pull"}}, sort_keys=False))
     law.write_text("def pull(): return 1")
-    shutil.copytree(experiments.build.SOURCES, plugin)
-    monkeypatch.setattr(experiments.build, "SOURCES", plugin)
+    shutil.copytree(build.SOURCES, plugin)
+    others = [path for path in sources.of_a_run() if build.SOURCES not in path.parents]
+    monkeypatch.setattr(sources, "of_a_run", lambda: [*others, *sorted(plugin.rglob("*.*"))])
     monkeypatch.setattr(experiments, "package_version", lambda package: "3.8")
     drum_of = experiments.Experiment.read("scene", file, {})
 

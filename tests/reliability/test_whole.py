@@ -164,7 +164,7 @@ def test_a_dry_case_over_a_moist_folder_is_no_run(tmp_path: Path) -> None:
     """The tables of the moist run are still there."""
     run = synthetic.make(tmp_path / "run")
     (run / "scene.json").write_text(synthetic.scene(moist=False).model_dump_json())
-    words = "events.parquet, contacts.parquet, ledger.parquet, films.parquet, bridges.parquet"
+    words = "history holds events.parquet, contacts.parquet, ledger.parquet, films.parquet"
     found = command.outcome(run)
     assert found["status"] == "unreadable" and words in found["reason"]
     with pytest.raises(PywetError, match="of a moist run, but scene"):

@@ -16,6 +16,7 @@ from pywet import stages
 from pywet.cost.cost import Coefficients
 from pywet.errors import PywetError
 from pywet.geometry.motion import velocity
+from pywet.products.apertures import screen_of
 from pywet.runs.rundir import RunDir
 from pywet.scene import Vibration
 from pywet.util.files import read_json, write_json, write_table
@@ -80,7 +81,7 @@ def test_a_sphere_is_wedged_when_it_moves_with_the_screen(
     table.loc[coarse, ["vx", "vy"]] = 0.0
     table.loc[coarse, "vz"] = share * velocity(shaken, table.loc[coarse, "time"].to_numpy())[:, 2]
     write_table(table, run / "trajectory.parquet")
-    found = wedged(RunDir(run))[:, 0]
+    found = wedged(RunDir(run), screen_of(RunDir(run)))[:, 0]
     assert len(found) == 3 and (found == stuck).all()
 
 
