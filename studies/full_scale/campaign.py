@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, BinaryIO
 
 import typer
 
@@ -60,6 +60,8 @@ class Job:
     settings: dict[str, float]
     """What of the configuration decides on cost and error."""
     process: subprocess.Popen[bytes] | None = None
+    log: BinaryIO | None = None
+    """What the process prints, open: the run may move its folder aside, and this file with it."""
     begun: tuple[float, int] = (0.0, 0)
     """Time and step at which this process began."""
     failed: str | None = None
@@ -110,13 +112,15 @@ class Campaign:
         command = [*self.command, str(job.number), "--seed", str(job.seed), "--out", str(job.folder)]
         command += ["--config", str(job.config)]
         run_folder.claim(job.folder)
-        with open(job.folder / "campaign.log", "ab") as log:
-            job.process = subprocess.Popen(command, stdout=log, stderr=log, preexec_fn=die_with_parent)
+        job.log = open(job.folder / "campaign.log", "a+b")  # noqa: SIM115  closed as the process ends
+        job.process = subprocess.Popen(command, stdout=job.log, stderr=job.log, preexec_fn=die_with_parent)
         return job
 
     def _end(self, job: Job) -> None:
-        assert job.process is not None
-        log = (job.folder / "campaign.log").read_text(errors="replace").strip().splitlines()
+        assert job.process is not None and job.log is not None
+        with job.log:
+            job.log.seek(0)
+            log = job.log.read().decode(errors="replace").strip().splitlines()
         if job.process.returncode != 0:
             job.failed = one_line(log[-1] if log else f"exit code {job.process.returncode}")
         else:
