@@ -58,7 +58,7 @@ def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict
     section.add("scene_description", "itself", held, f"numbers of the scene against {described.FILE}")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
         section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
-    section.not_checked.append(f"scene: {described.NOT_HELD}")
+    section.not_checked.append(f"scene: {described.not_held(said, scene)}")
 
 
 def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[str, Any]) -> None:

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError, every
-from reference_impl.scene import inserted
+from reference_impl.scene import expanded, inserted
 from reference_impl.scene.numbers import flat
 
 FILE = "description.json"
@@ -25,6 +25,8 @@ MM = 1e-3
 RATIO = 2.0 / 7.0
 """Tangential over normal stiffness of linear contacts."""
 WALLS = "walls"
+OUTLET_EVERY_S = 0.02
+"""Longest time between outputs of a scene with outlets [s]."""
 NOT_HELD = "shapes of walls, random positions of spheres that do not enter later, effects and laws decided by numbers"
 Expected = dict[str, tuple[Any, str]]
 
@@ -36,7 +38,7 @@ def of_run(folder: Path) -> dict[str, Any] | None:
         return None
     try:
         found = json.loads(path.read_text())
-        _ = found["materials"].items(), found["spheres"][0]["name"], found["walls"]
+        _ = found["materials"].items(), (found["spheres"] or found["feed"])[0]["name"], found["walls"]
         return dict(found)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         raise ReplayError(
@@ -46,21 +48,29 @@ def of_run(folder: Path) -> dict[str, Any] | None:
 
 def held(folder: Path, said: Mapping[str, Any], scene: Mapping[str, Any]) -> list[Held]:
     """Every number of the scene that the description gives, and the spheres at the start."""
-    given = flat(scene)
+    said = expanded.in_full(said, scene)
+    given = {**flat(scene), **_given_outlets(scene)}
     wanted = {**_general(said, scene), **_classes(said, scene), **_pairs(said), **_liquid(said, scene), **_walls(said)}
+    wanted |= _outlets(said)
     found = [Held(path, given.get(path, MISSING), value, f"{FILE}: {key}") for path, (value, key) in wanted.items()]
     return [*found, *_start(folder, said, scene)]
+
+
+def not_held(said: Mapping[str, Any], scene: Mapping[str, Any]) -> str:
+    """What is not compared, in words."""
+    return ", ".join([NOT_HELD, *expanded.not_held(said, scene)])
 
 
 def _general(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
     results, step = said["results"], said["time_step"]
     down = said["gravity_m_per_s2"] if scene["effects"].get("gravity", True) else (0.0, 0.0, 0.0)
+    shortest = min(said["duration_s"] / 50.0, OUTLET_EVERY_S if said["outlets"] else math.inf)
     found: Expected = {
         "name": (said["name"], "name"),
         "seed": (said["seed"], "seed"),
         "duration_s": (said["duration_s"], "duration_s"),
         "viscous_integration": (step["viscous_integration"], "time_step"),
-        "output.interval_s": (results["interval_s"] or said["duration_s"] / 50.0, "results.interval_s"),
+        "output.interval_s": (results["interval_s"] or shortest, "results.interval_s"),
         "output.contact_windows": (results["windows"], "results.windows"),
         "output.contact_window_steps": (results["window_steps"], "results.window_steps"),
         "output.checkpoints": (results["checkpoints"], "results.checkpoints"),
@@ -167,6 +177,31 @@ def _walls(said: Mapping[str, Any]) -> Expected:
         found |= {f"{at}.own_motion.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, said["origin_mm"])}
         if not any(w[m] for m in MOTIONS):
             found[f"{at}.motion"], found[f"{at}.own_motion"] = ("fixed", key), (None, key)
+    return found
+
+
+def _outlets(said: Mapping[str, Any]) -> Expected:
+    """Names, bounds from the origin, products: as given, or that with which the name begins."""
+    found: Expected = {"outlets": ([o["name"] for o in said["outlets"]], "outlets")}
+    for o in said["outlets"]:
+        at, key = f"outlets.{o['name']}", f"outlets {o['name']}"
+        begins = [p for p in ("overs", "unders") if o["name"].startswith(p)]
+        found[f"{at}.product"] = (o["product"] or (begins[0] if begins else None), f"{key} product")
+        for bound in ("low", "high"):
+            for axis, value, x in zip("xyz", o[f"{bound}_mm"], said["origin_mm"], strict=True):
+                wanted = None if value is None else MM * (value - x)
+                found[f"{at}.{bound}_m.{axis}"] = (wanted, f"{key} {bound}_mm")
+    return found
+
+
+def _given_outlets(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """The scene's outlets, path by path."""
+    outlets = scene.get("outlets") or []
+    found: dict[str, Any] = {"outlets": [o["name"] for o in outlets]}
+    for o in outlets:
+        found[f"outlets.{o['name']}.product"] = o["product"]
+        for bound in ("low_m", "high_m"):
+            found |= {f"outlets.{o['name']}.{bound}.{axis}": v for axis, v in zip("xyz", o[bound], strict=True)}
     return found
 
 

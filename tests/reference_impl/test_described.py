@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,10 @@ import yaml
 from pywet.cases.custom import building, feeding
 from pywet.cases.custom.description import Scene
 from pywet.cases.small import bodies
+from pywet.products import deck
+from pywet.products.deck import Deck, Stroke
+from pywet.products.feed import FeedAmount
+from pywet.products.size_classes import SizeDistribution
 from pywet.scene import Fed
 from reference_impl.scene import check
 
@@ -25,7 +30,9 @@ def scene(path: Path, **changes: object) -> Scene:
 
 
 def example(name: str, **changes: object) -> Scene:
-    return scene(ROOT / "examples" / "scenes" / f"{name}.yaml", **changes)
+    """A shipped one, or the slotted deck with entries of spheres that are fed."""
+    folder = ROOT / ("tests/cases/custom" if name == "slotted_deck" else "examples/scenes")
+    return scene(folder / f"{name}.yaml", **changes)
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
@@ -34,6 +41,35 @@ def test_no_false_alarm_on_the_shipped_scenes(tmp_path: Path, path: Path) -> Non
     found = check.check(tmp_path)
     (quantity,) = [q for q in found.quantities if q.name == "scene_description"]
     assert quantity.ok and quantity.count > 40, [f["sentence"] for f in found.findings]
+
+
+PSDS: dict[str, dict[str, Any]] = {
+    "Rosin-Rammler, tail cut": {"rosin_rammler": {"size_mm": 5, "spread": 2.5}, "smallest_mm": 3, "sizes_per_class": 2},
+    "log-normal by size": {"log_normal": {"median_mm": 5, "sigma": 0.4}, "smallest_mm": 3, "within": "size"},
+    "Gaudin-Schuhmann": {"gaudin_schuhmann": {"largest_mm": 8, "exponent": 2}, "smallest_mm": 3},
+    "a file": {"file": "sieves.csv"},
+}
+
+
+@pytest.mark.parametrize("psd", PSDS)
+def test_no_false_alarm_on_feeds_and_decks(tmp_path: Path, psd: str) -> None:
+    """Each distribution, moist moisture, an ellipse that goes back, slots, an origin; of a file it is said."""
+    (tmp_path / "sieves.csv").write_text("3,4,40\n4,5,60\n")
+    given = yaml.safe_load((ROOT / "examples" / "scenes" / "deck.yaml").read_text())
+    given["feed"][0] |= {"psd": PSDS[psd], "moisture_of": "moist"}
+    given["deck"] |= {"mesh": "slotted", "sections": 1}
+    given["deck"]["stroke"] |= {"kind": "elliptic", "forward": False, "angle_deg": 70}
+    building.write(Scene(**given, origin_mm=[10, 20, 30], folder=tmp_path), tmp_path / "run")
+    found = check.check(tmp_path / "run")
+    assert found.findings == []
+    assert any("numbers of spheres that follow from a mass" in s for s in found.not_checked)
+    assert any("which are in sieves.csv" in s for s in found.not_checked) == (psd == "a file")
+
+
+def test_plain_gravity_beside_an_inclined_deck_is_said_not_to_be_judged(tmp_path: Path) -> None:
+    building.write(example("deck", gravity_m_per_s2=[0, 0, -9.81]), tmp_path)
+    found = check.check(tmp_path)
+    assert found.findings == [] and any("gravity, which is not that of the deck" in s for s in found.not_checked)
 
 
 def test_no_false_alarm_with_an_origin_and_materials_of_walls(tmp_path: Path) -> None:
@@ -103,13 +139,54 @@ def density(patch: pytest.MonkeyPatch) -> None:
     )
 
 
+def inclination(patch: pytest.MonkeyPatch) -> None:
+    """A deck inclined upwards."""
+    sound = Deck.gravity.fget  # type: ignore[attr-defined]
+    patch.setattr(Deck, "gravity", property(lambda d: (-sound(d)[0], *sound(d)[1:])))
+
+
+def stroke(patch: pytest.MonkeyPatch) -> None:
+    """The stroke in place of half of it."""
+    sound = Stroke.vibrates
+
+    def wrong(self: Stroke) -> dict[str, Any]:
+        return sound(self.model_copy(update={"amplitude_mm": 2.0 * self.amplitude_mm}))
+
+    patch.setattr(Stroke, "vibrates", wrong)
+
+
+def outlet(patch: pytest.MonkeyPatch) -> None:
+    """Outlets of the unders at half their depth."""
+    patch.setattr(deck, "BELOW", 3.0)
+
+
+def sizes(patch: pytest.MonkeyPatch) -> None:
+    """Classes stand for their arithmetic middle."""
+    sound = SizeDistribution.sizes
+    patch.setattr(
+        SizeDistribution, "sizes", lambda self, *where: sound(self.model_copy(update={"within": "size"}), *where)
+    )
+
+
+def moisture(patch: pytest.MonkeyPatch) -> None:
+    """Moisture of the dry mass taken as of the moist one."""
+    patch.setattr(
+        FeedAmount, "dry_percent", property(lambda f: 100.0 * f.moisture_percent / (100.0 - f.moisture_percent))
+    )
+
+
 FAULTS: dict[str, tuple[Plant, str, str]] = {
     "angle of a wall replaced by the spheres'": (wall_angle, "drum", "walls.mantle.contact_angle_rad is 0.261799388"),
     "friction at walls times 0.8": (contact, "drum", "pairs.1-0.friction is 0.4, expected 0.5"),
-    "inserted spheres wait a hundredth too far": (waiting(0.01), "deck", "waiting to enter"),
-    "inserted spheres wait a millionth too far": (waiting(1e-6), "deck", "waiting to enter"),
+    "inserted spheres wait a hundredth too far": (waiting(0.01), "slotted_deck", "waiting to enter"),
+    "inserted spheres wait a millionth too far": (waiting(1e-6), "slotted_deck", "waiting to enter"),
     "films a tenth thick": (film, "drum", "first film of beads"),
-    "insertion twice as long": (fed, "deck", "classes.fine.fed.for_s is 0.9, expected 0.45"),
+    "insertion twice as long": (fed, "slotted_deck", "classes.fine.fed.for_s is 0.9, expected 0.45"),
+    "an inclined deck turned round": (inclination, "deck", "gravity_m_per_s2.x is -2.53"),
+    "the whole stroke for its half": (stroke, "deck", "walls.screen.own_motion.amplitude_m.x"),
+    "unders leave too early": (outlet, "deck", "outlets.unders_1.high_m.z is -0.015, expected -0.03"),
+    "sizes in the middle of their classes": (sizes, "deck", "classes is "),
+    "moisture of the moist mass": (moisture, "deck", "first film of ore"),
     "viscosity a tenth high": (density, "drum", "liquid.viscosity_Pa_s is 0.0011"),
 }
 

@@ -1,0 +1,151 @@
+"""A description in full: spheres in place of feeds; walls, outlets and gravity in place of a deck.
+
+Of a deck only names and motions of its walls are made, not their shapes; of a feed the sizes, not how many spheres are of each.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
+
+Said = Mapping[str, Any]
+G = 9.81
+PLAIN = (0.0, 0.0, -G)
+"""Gravity of a description that says nothing of it."""
+SIDE_MM = 5.0
+"""Thickness of a deck's side walls and back wall."""
+TAIL = 0.01
+"""Share of the coarsest mass that is cut off a distribution without end."""
+ANGLE_DEG = 40.0
+"""Contact angle of a deck's walls."""
+NO_MOTION: dict[str, Any] = {"vibrates": None, "turns": None, "moves": None, "removed": None}
+OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": None}
+
+
+def in_full(said: Said, scene: Said) -> dict[str, Any]:
+    """The same description without feeds and deck; `scene` gives what a file holds that is not in the run directory."""
+    found = {"outlets": [], **said}
+    found["spheres"] = [*said["spheres"], *(s for feed in said.get("feed") or () for s in _spheres(feed, scene))]
+    if deck := said.get("deck"):
+        found["walls"] = [*_walls(deck), *said["walls"]]
+        found["outlets"] = [*_outlets(deck), *found["outlets"]]
+        if not _told_gravity(said, scene):
+            found["gravity_m_per_s2"] = _gravity(deck)
+    return found
+
+
+def not_held(said: Said, scene: Said) -> Iterator[str]:
+    """What could not be compared of this description, in words."""
+    if any(s.get("mass_g") for s in said["spheres"]) or said.get("feed"):
+        yield "numbers of spheres that follow from a mass or a rate"
+    for feed in said.get("feed") or ():
+        if feed["psd"]["file"]:
+            yield f"sizes of {feed['name']}, which are in {feed['psd']['file']}"
+    if said.get("deck") and _told_gravity(said, scene) and tuple(said["gravity_m_per_s2"]) == PLAIN:
+        yield "gravity, which is not that of the deck's inclination: whether it was asked for is not in the description"
+
+
+def _told_gravity(said: Said, scene: Said) -> bool:
+    """Whether the description's own gravity counts beside a deck: another than the plain one, or as the scene has it."""
+    own = tuple(said["gravity_m_per_s2"])
+    return own != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
+
+
+def _gravity(deck: Said) -> list[float]:
+    """Turned about y by the inclination: along +x goes what is downhill."""
+    turn = cmath.rect(G, math.radians(deck["inclination_deg"]))
+    return [turn.imag, 0.0, -turn.real]
+
+
+def _walls(deck: Said) -> Iterator[dict[str, Any]]:
+    """Names and motion; the wires across are a wall of their own."""
+    names = ["screen", *(["cross_wires"] if deck["mesh"] == "square" else []), "left", "right", "back"]
+    for name in names:
+        yield {"name": name, "contact_angle_deg": ANGLE_DEG, **NO_MOTION, "vibrates": _stroke(deck["stroke"])}
+
+
+def _stroke(stroke: Said) -> dict[str, Any]:
+    """Amplitudes and phases of sines; e^(i phase) times amplitude is the sum of a sine along the long axis, at the angle, and
+    a cosine along the short one, which is across. Its top goes to +x where the phase of z is ahead of that of x."""
+    across = {"linear": 0.0, "circular": 1.0, "elliptic": stroke["ratio"]}[stroke["kind"]]
+    along = cmath.rect(1.0, math.radians(stroke["angle_deg"]))
+    ahead = 1j * across * (1.0 if stroke["forward"] else -1.0)
+    x, z = along.real - ahead * along.imag, along.imag + ahead * along.real
+    size, phase = ([f(x), 0.0, f(z)] for f in (abs, cmath.phase))
+    return {
+        "frequency_Hz": stroke["frequency_Hz"],
+        "amplitude_mm": [stroke["amplitude_mm"] * s for s in size],
+        "phase_deg": [math.degrees(p) for p in phase],
+    }
+
+
+def _outlets(deck: Said) -> Iterator[dict[str, Any]]:
+    """Two apertures away from the deck: both sides, the back, its end; six below: the sections, of which a later one holds what
+    no earlier one does."""
+    away, sections = 2.0 * deck["aperture_mm"], deck["sections"]
+    beside = 0.5 * deck["width_mm"] + SIDE_MM + away
+    yield {**OPEN, "name": "spilled_left", "low_mm": [None, beside, None]}
+    yield {**OPEN, "name": "spilled_right", "high_mm": [None, -beside, None]}
+    yield {**OPEN, "name": "spilled_back", "high_mm": [-2.0 * SIDE_MM - away, None, None]}
+    yield {**OPEN, "name": "overs", "low_mm": [deck["length_mm"] + away, None, None]}
+    ends = [deck["length_mm"] * k / sections for k in range(1, sections)]
+    for k, end in enumerate([*ends, None], start=1):
+        name = f"unders_{k}" if sections > 1 else "unders"
+        yield {**OPEN, "name": name, "high_mm": [end, None, -6.0 * deck["aperture_mm"]]}
+
+
+def _spheres(feed: Said, scene: Said) -> Iterator[dict[str, Any]]:
+    """An entry of each size."""
+    moist = feed["moisture_percent"]
+    if moist is not None and feed["moisture_of"] == "moist":
+        moist = 100.0 / (100.0 / moist - 1.0) if moist else 0.0
+    common = {key: feed[key] for key in ("material", "box", "cylinder", "velocity_m_per_s")}
+    common |= {"fed": feed["insertion"], "percent": moist, "film_um": None, "at_mm": None, "count": None}
+    for size in _read(feed, scene) if feed["psd"]["file"] else _sizes(feed["psd"]):
+        yield {**common, "name": f"{feed['name']} {size:.4g} mm", "diameter_mm": size}
+
+
+def _read(feed: Said, scene: Said) -> list[float]:
+    """Sizes as the scene has them."""
+    name = re.compile(rf"{re.escape(feed['name'])} [0-9.e+-]+ mm")
+    return [2e3 * c["radius_m"] for c in scene["classes"] if name.fullmatch(c["name"])]
+
+
+def _sizes(psd: Said) -> list[float]:
+    """Sizes of the classes that hold something, from the finest on: middles of equal parts of each."""
+    low, high, per = float(psd["smallest_mm"]), _largest(psd), psd["sizes_per_class"]
+    edges = [low * (high / low) ** (k / psd["classes"]) for k in range(psd["classes"] + 1)]
+    found = []
+    for a, b in pairwise(edges):
+        if _finer(psd, b) > _finer(psd, a):
+            parts = [(k + 0.5) / per for k in range(per)]
+            found += [a * (b / a) ** p if psd["within"] == "logarithm" else a + p * (b - a) for p in parts]
+    return found
+
+
+def _finer(psd: Said, size: float) -> float:
+    """Share of the mass that is finer."""
+    if r := psd["rosin_rammler"]:
+        return -math.expm1(-((size / r["size_mm"]) ** r["spread"]))
+    if n := psd["log_normal"]:
+        return 0.5 * math.erfc(-math.log(size / n["median_mm"]) / n["sigma"] / math.sqrt(2.0))
+    g = psd["gaudin_schuhmann"]
+    return float(min(1.0, (size / g["largest_mm"]) ** g["exponent"]))
+
+
+def _largest(psd: Said) -> float:
+    """As given, where a distribution ends, or but for its tail."""
+    if psd["largest_mm"] is not None:
+        return float(psd["largest_mm"])
+    if r := psd["rosin_rammler"]:
+        return float(r["size_mm"] * (-np.log(TAIL)) ** (1.0 / r["spread"]))
+    if n := psd["log_normal"]:
+        return float(n["median_mm"] * np.exp(n["sigma"] * ndtri(1.0 - TAIL)))
+    return float(psd["gaudin_schuhmann"]["largest_mm"])
