@@ -270,7 +270,9 @@ SHOW_AGAIN = {
     "between_capillary": OF_BOTH, "between_drag": OF_BOTH,
     **{name: OF_COUNTS for name in (
         "energy_formed", "energy_ruptured", "energy_capillary_stored", "ledger_counts", "contact_rows", "event_triangle",
-        "event_separation", "snapshot_triangle", "snapshot_ends", "snapshot_separation")},
+        "event_separation", "snapshot_triangle", "snapshot_separation")},
+    "snapshot_ends": OF_COUNTS - {"formation_shared"},  # which tells what is one place by where these are
+    "formation_shared": {"wall_closest_point", "snapshot_ends"},
     "ledger_held": OF_EVENTS | {"snapshot_films", "snapshot_wall_films", "retired_film"},
     **{name: OF_EVENTS | {"snapshot_films"} for name in ("retired_film", "retired_events", "retired_bridges")},
     "energy_budget": OF_BOTH | {"energy_windows", "energy_kinetic", "energy_gravity", "energy_spin"},

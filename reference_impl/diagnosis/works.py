@@ -42,7 +42,9 @@ def works(run: Run) -> Iterator[Link]:
         parts = run.known["works_in_windows"]
         logged, own, size = (np.concatenate([p[k] for p in parts]) for k in range(3))
         table = pd.concat([p[3] for p in parts], ignore_index=True)
-        yield from columns(table, logged, own, names, "energy_windows", "work in a window:", size, 1e-8)
+        yield from columns(
+            table, logged, own, names, "energy_windows", "work in a window:", size, budget.LIMITS["windows"]
+        )
     closed: budget.Budget = run.known["budget"]
     both, turnover = closed.both()
     total = both[[*names]].sum(axis=1).to_numpy(float)

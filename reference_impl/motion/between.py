@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.motion import flights, impulses
+from reference_impl.motion import flights, impulses, nearest
 from reference_impl.motion.budget import VELOCITY
 from reference_impl.motion.summed import drag_at_touch, pull_of, walls_motion
 from reference_impl.motion.window import Setup
-from reference_impl.replay import capillary, coverage, io, laws
+from reference_impl.replay import capillary, coverage, io, laws, one_place
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import Pairs, bodies, pairs
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
@@ -64,6 +64,9 @@ class Between:
     rows: dict[str, list[pd.DataFrame]] = field(default_factory=lambda: {"capillary": [], "drag": [], "momentum": []})
     """Records of the parts that disagree, for the diagnosis."""
 
+    pending: pd.DataFrame = field(default_factory=lambda: pd.DataFrame({"step": [], "wall": [], "ratio": []}))
+    """Ratios of drags that do not fill a group yet; of both kinds how many groups there were."""
+    groups: Floats = field(default_factory=lambda: np.zeros(2, np.int64))
     recomputed: float = 0.0
     """Capillary impulse recomputed step by step in the windows [N s]."""
     formed: int = 0
@@ -188,12 +191,28 @@ class Between:
         calm &= (np.abs(gap - before) > turned / SMALL) & (impulses.every(self.run) == 1)
         ratio = ratios(self.run, rows[calm], before[calm], gap[calm])
         table = rows.loc[calm, ["step"]].assign(wall=p.wall[calm], ratio=ratio)
-        table = table[np.isfinite(table["ratio"])].sort_values("step", kind="stable")
-        table["group"] = table.groupby("wall").cumcount() // GROUP
-        of_groups = table.groupby(["wall", "group"]).agg(
-            step=("step", "first"), median=("ratio", "median"), size=("ratio", "size")
+        return self._medians(table[np.isfinite(table["ratio"])].sort_values("step", kind="stable"), GROUP)
+
+    def check(self) -> list[Quantity]:
+        """What is left once all parts are there: the last ratios of drags."""
+        known = self._closed("viscous_normal", laws.VISCOUS_NORMAL)
+        return [self._medians(self.pending.iloc[:0], FEWEST)] if known else []
+
+    def _medians(self, more: pd.DataFrame, fewest: int) -> Quantity:
+        """Medians of the groups of so many at least; the others wait for more."""
+        table = pd.concat([self.pending, more], ignore_index=True).astype(
+            {"step": np.int64, "wall": bool, "ratio": float}
         )
-        table = of_groups[of_groups["size"] >= FEWEST].reset_index().sort_values("step", ignore_index=True)
+        table["group"] = self.groups[table["wall"].to_numpy(int)] + table.groupby("wall").cumcount() // GROUP
+        full = (table.groupby(["wall", "group"])["ratio"].transform("size") >= fewest).to_numpy()
+        self.pending = table.loc[~full, ["step", "wall", "ratio"]]
+        of_groups = (
+            table[full]
+            .groupby(["wall", "group"])
+            .agg(step=("step", "first"), median=("ratio", "median"), size=("ratio", "size"))
+        )
+        table = of_groups.reset_index().sort_values("step", kind="stable", ignore_index=True)
+        self.groups = self.groups + np.bincount(table["wall"].to_numpy(int), minlength=2)
         logged, one = table["median"].to_numpy(float), np.ones(len(table))
         found = compare("between_drag", "itself, median of a group", logged, one, one, table, OF_DRAG)
         self._keep(found, table)
@@ -261,6 +280,7 @@ def free_spheres(run: Run, setup: Setup, at_outputs: Tables, events: pd.DataFram
         bad[place[id_]] |= volume < flights.DRY * fixed.radius[id_] ** 3
     start, end = (_by_id(t, VELOCITY[:3]) for t in at["trajectory"])
     time, m = (two - one) * setup.step, setup.mass[:, None]
+    bad[place[_beside(run, setup, at, shots)]] = True
     push = _by_id(at["impulses"][1], [f"impulse_{a}" for a in "xyz"])
     weight = time * m * setup.pull(np.array([two]))[0]
     gain, momentum = m * (end - start) - weight, setup.mass * (size(start) + size(end))
@@ -268,6 +288,35 @@ def free_spheres(run: Run, setup: Setup, at_outputs: Tables, events: pd.DataFram
     columns |= {f"gain_{a}": gain[:, k] for k, a in enumerate("xyz")}
     columns |= {f"impulse_{a}": push[:, k] for k, a in enumerate("xyz")}
     return pd.DataFrame({**columns, "scale": momentum + size(weight) + size(push)})[~bad].reset_index(drop=True)
+
+
+def _beside(run: Run, setup: Setup, at: dict[str, list[pd.DataFrame]], shots: pd.DataFrame) -> Floats:
+    """Spheres that may touch a part of a wall without a bridge: at a convex edge a sphere has one bridge of all that meet there.
+
+    Until it touches anything a sphere is no faster than the fastest body at either output, which drag could make it follow,
+    and what weight, the pull and the normal drag of its bridges add in between; farther from a part that is beside that of its
+    bridge than it comes with this speed, and the walls with theirs, it touches nothing.
+    """
+    x = _by_id(at["trajectory"][0], ("x", "y", "z"))
+    v = np.concatenate([_by_id(t, VELOCITY[:3]) for t in at["trajectory"]])
+    rows = shots.loc[shots["partner_kind"] != laws.SPHERE, ["step", "partner_kind", "i", "j"]].reset_index(drop=True)
+    if not len(rows):
+        return np.zeros(0, dtype=int)
+    row, part = one_place.beside(run, rows)
+    i = rows["i"].to_numpy(np.int64)[row]
+    bridged = pd.MultiIndex.from_frame(rows[["i", "j"]])
+    alone = ~pd.MultiIndex.from_arrays([i, part]).isin(bridged)
+    i, part = i[alone], part[alone]
+    p, pull = pairs(shots, bodies(run)), np.zeros(len(x))
+    pushes = shots[["capillary_impulse", "viscous_impulse"]].abs().sum(axis=1).to_numpy(float)
+    who = np.searchsorted(setup.ids, np.concatenate([p.i, p.sphere_j[~p.wall]]).astype(int))
+    np.add.at(pull, who, np.concatenate([pushes, pushes[~p.wall]]))
+    step = int(at["trajectory"][0]["step"].iloc[0])
+    time, k = (int(shots["step"].iloc[0]) - step) * setup.step, np.searchsorted(setup.ids, i)
+    walls = walls_motion(setup)[0]
+    fastest = max(float(size(v).max()), walls) + time * float(np.linalg.norm(setup.gravity)) + pull / setup.mass
+    apart = nearest.parts(run).closest(np.full(len(i), step), x[k], part).distance - setup.radius[k]
+    return np.unique(i[apart <= time * (fastest[k] + walls)])
 
 
 def _by_id(table: pd.DataFrame, names: Sequence[str]) -> Floats:

@@ -32,7 +32,8 @@ def check(run: Run, lives: Lives) -> Quantity:
 
 def judged(run: Run, lives: Lives) -> pd.DataFrame:
     """Bridges at walls as they form and at outputs, with the position of their sphere, and whether they are `wrong`."""
-    return pd.concat([_formations(run, lives), _at_outputs(run, lives)], ignore_index=True)
+    rows = pd.concat([_formations(run, lives), _at_outputs(run, lives)])
+    return rows.sort_values("step", kind="stable", ignore_index=True)  # as read in parts, however it is cut
 
 
 def neighbours(parts: nearest.Parts) -> tuple[Floats, Floats]:
@@ -47,7 +48,7 @@ def neighbours(parts: nearest.Parts) -> tuple[Floats, Floats]:
     return found[:, 0], found[:, 1]
 
 
-def _with_neighbours(run: Run, rows: pd.DataFrame) -> tuple[Floats, Floats]:
+def beside(run: Run, rows: pd.DataFrame) -> tuple[Floats, Floats]:
     """Numbers of rows, each with every neighbour of its part in turn."""
     if "neighbours" not in run.known:
         run.known["neighbours"] = neighbours(nearest.parts(run))
@@ -61,7 +62,7 @@ def _formations(run: Run, lives: Lives) -> pd.DataFrame:
     events = run.table("events")
     rows = events[(events["kind"] == FORMATION) & (events["partner_kind"] != laws.SPHERE)]
     rows = _placed(run, rows[["step", "partner_kind", "i", "j"]])
-    at, other = _with_neighbours(run, rows)
+    at, other = beside(run, rows)
     wrong = np.zeros(len(rows), dtype=bool)
     if len(at):
         near, far = _feet(run, rows, at, other)
@@ -74,7 +75,7 @@ def _at_outputs(run: Run, lives: Lives) -> pd.DataFrame:
     """Bridges at walls that are active at outputs, and whether one that formed in the same step has its place."""
     bridges = run.table("bridges")
     rows = _placed(run, bridges.loc[bridges["partner_kind"] != laws.SPHERE, ["step", "partner_kind", "i", "j"]])
-    at, other = _with_neighbours(run, rows)
+    at, other = beside(run, rows)
     wrong = np.zeros(len(rows), dtype=bool)
     step = rows["step"].to_numpy(np.int64)
     mine = lives.at(keys(rows), step, strictly=False)

@@ -131,8 +131,13 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
     beside = diagnosis.diagnose(kept.links(run, events, failed), failed)
-    if not found["findings"]:
-        found = dynamics.named(run_dir, run, failed) or found
+    # which bridges share a place at an edge follows from the closest points
+    of_edges = "wall_closest_point" in failed and all(
+        f["quantities"] == ["formation_shared"] for f in found["findings"]
+    )
+    if not found["findings"] or of_edges:
+        motion = dynamics.named(run_dir, run, failed)
+        found = {**motion, "findings": [*motion["findings"], *found["findings"]]} if motion else found
     return diagnosis.together(failed, found, beside)
 
 

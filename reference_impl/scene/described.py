@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError, every
-from reference_impl.scene import expanded, inserted
+from reference_impl.scene import amounts, expanded, inserted
 from reference_impl.scene.numbers import flat
 
 FILE = "description.json"
@@ -131,6 +131,11 @@ def _pairs(said: Mapping[str, Any]) -> Expected:
     return found
 
 
+def layer(part: float) -> float:
+    """(1 + part)^3 - 1 without the difference, which leaves no digits of a thin layer."""
+    return part * (3.0 + part * (3.0 + part))
+
+
 def films(said: Mapping[str, Any], scene: Mapping[str, Any]) -> list[float]:
     """Thickness of the first film of each class [m]; without an amount of their own classes share one."""
     liquid, classes = said["liquid"], scene["classes"]
@@ -147,7 +152,7 @@ def films(said: Mapping[str, Any], scene: Mapping[str, Any]) -> list[float]:
         volume *= 0.01 * percent / liquid["density_kg_per_m3"]
 
         def more(h: float) -> float:
-            held = (b * ((1.0 + h / c["radius_m"]) ** 3 - 1.0) for b, c in zip(ball, some, strict=True))
+            held = (b * layer(h / c["radius_m"]) for b, c in zip(ball, some, strict=True))
             return sum(held) / volume - 1.0
 
         return float(brentq(more, 0.0, 10.0 * max(c["radius_m"] for c in some), xtol=1e-18, rtol=1e-15))
@@ -244,7 +249,7 @@ def _start(folder: Path, said: Mapping[str, Any], scene: Mapping[str, Any]) -> I
         at, r = kind == k, 0.5 * MM * s["diameter_mm"]
         source = f"{FILE}: spheres {s['name']}"
         yield from _vectors(f"velocity of {s['name']}", v[at], np.array(s["velocity_m_per_s"]), source, 1.0)
-        film = 4.0 / 3.0 * math.pi * ((r + thick[k - 1]) ** 3 - r**3)
+        film = amounts.film_volume(thick[k - 1], r)
         given = first["film"].to_numpy(float)[first["type"].to_numpy() == k]
         worst = given[int(np.argmax(np.abs(given - film)))] if len(given) else film
         yield Held(f"first film of {s['name']} [m3]", float(worst), film, f"{source} liquid")
