@@ -24,6 +24,7 @@ from reference_impl.replay import capillary, coverage, io, laws, one_place
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import Pairs, bodies, pairs
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
+from reference_impl.replay.exact_sum import Exact
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION, RETIREMENT, Lives, keys
 
@@ -57,17 +58,16 @@ class Between:
     outputs: Floats
     last: dict[str, pd.DataFrame] = field(default_factory=dict)
     """Rows of the last output of the part before."""
-    total: float = 0.0
+    total: Exact = field(default_factory=Exact)
     """Capillary impulse of all bridges at outputs [N s]."""
-    bounded: float = 0.0
+    bounded: Exact = field(default_factory=Exact)
     """The least of it by the bounds."""
     rows: dict[str, list[pd.DataFrame]] = field(default_factory=lambda: {"capillary": [], "drag": [], "momentum": []})
     """Records of the parts that disagree, for the diagnosis."""
 
-    pending: pd.DataFrame = field(default_factory=lambda: pd.DataFrame({"step": [], "wall": [], "ratio": []}))
-    """Ratios of drags that do not fill a group yet; of both kinds how many groups there were."""
-    groups: Floats = field(default_factory=lambda: np.zeros(2, np.int64))
-    recomputed: float = 0.0
+    ratios: pd.DataFrame = field(default_factory=lambda: pd.DataFrame({"step": [], "wall": [], "ratio": []}))
+    """Of the normal drag's impulses, those that no group holds yet."""
+    recomputed: Exact = field(default_factory=Exact)
     """Capillary impulse recomputed step by step in the windows [N s]."""
     formed: int = 0
     met: set[int] = field(default_factory=set)
@@ -78,15 +78,15 @@ class Between:
         at = lives.at(keys(table), np.asarray(table["step"], dtype=np.int64), strictly=False)
         self.met.update(np.unique(lives.all.row[at[at >= 0]]).tolist())
         force = np.abs(np.asarray(table["capillary"], dtype=float))
-        self.recomputed += float((force * impulses.weights(self.run, table)).sum()) * self.setup.step
+        self.recomputed.add(force * impulses.weights(self.run, table) * self.setup.step)
 
     def seen(self) -> dict[str, float]:
         """Shares of the bridges and of the capillary impulse that the replay has seen."""
-        bridges, total = max(self.formed, 1), max(self.total, 1e-300)
+        bridges, total = max(self.formed, 1), max(self.total.value, 1e-300)
         return {
             "bridges": len(self.met) / bridges,
-            "impulse_in_windows": min(self.recomputed / total, 1.0),
-            "impulse_by_bounds": self.bounded / total,
+            "impulse_in_windows": min(self.recomputed.value / total, 1.0),
+            "impulse_by_bounds": self.bounded.value / total,
         }
 
     def add(self, part: Run, lives: Lives) -> list[Quantity]:
@@ -158,8 +158,8 @@ class Between:
         falls = (np.diff(total, axis=0) <= 0.0).all(axis=0)
         slack = np.where(falls, 0.0, np.abs(np.diff(total, axis=0)).max(axis=0, initial=0.0))
         low, high = low - slack, high + slack
-        self.total += float(np.abs(logged).sum())
-        self.bounded += float(np.minimum(np.abs(low), np.abs(logged)).sum())
+        self.total.add(np.abs(logged))
+        self.bounded.add(np.minimum(np.abs(low), np.abs(logged)))
         own = np.clip(logged, low, high)
         found = compare(
             "between_capillary", "largest by the bounds", logged, own, np.maximum(high, 1e-300), rows, TOLERANCE
@@ -191,17 +191,21 @@ class Between:
         calm &= (np.abs(gap - before) > turned / SMALL) & (impulses.every(self.run) == 1)
         ratio = ratios(self.run, rows[calm], before[calm], gap[calm])
         table = rows.loc[calm, ["step"]].assign(wall=p.wall[calm], ratio=ratio)
-        return self._medians(table[np.isfinite(table["ratio"])].sort_values("step", kind="stable"), GROUP)
+        table = table[np.isfinite(table["ratio"])].sort_values("step", kind="stable")
+        return self._groups(pd.concat([self.ratios, table], ignore_index=True) if len(self.ratios) else table)
 
-    def check(self) -> list[Quantity]:
-        """What is left once all parts are there: the last ratios of drags."""
-        known = self._closed("viscous_normal", laws.VISCOUS_NORMAL)
-        return [self._medians(self.pending.iloc[:0], FEWEST)] if known else []
+    def last_groups(self) -> list[Quantity]:
+        """Of the normal drag: what no full group holds, once all parts are in."""
+        return [self._groups(self.ratios, last=True)] if self._closed("viscous_normal", laws.VISCOUS_NORMAL) else []
 
-    def _medians(self, more: pd.DataFrame, fewest: int) -> Quantity:
-        """Medians of the groups of so many at least; the others wait for more."""
-        table = pd.concat([self.pending, more], ignore_index=True).astype(
-            {"step": np.int64, "wall": bool, "ratio": float}
+    def _groups(self, table: pd.DataFrame, last: bool = False) -> Quantity:
+        """Medians of the full groups; the rest waits for the next part, wherever the parts are cut."""
+        nth, many = table.groupby("wall").cumcount(), table.groupby("wall")["step"].transform("size")
+        table = table.assign(group=nth // GROUP)
+        waits = (nth >= many // GROUP * GROUP) & (not last)
+        self.ratios, table = table.loc[waits, ["step", "wall", "ratio"]], table[~waits]
+        of_groups = table.groupby(["wall", "group"]).agg(
+            step=("step", "first"), median=("ratio", "median"), size=("ratio", "size")
         )
         table["group"] = self.groups[table["wall"].to_numpy(int)] + table.groupby("wall").cumcount() // GROUP
         full = (table.groupby(["wall", "group"])["ratio"].transform("size") >= fewest).to_numpy()
@@ -278,10 +282,10 @@ def free_spheres(run: Run, setup: Setup, at_outputs: Tables, events: pd.DataFram
     for film in at["films"]:
         id_, volume = film["id"].to_numpy(), film["film"].to_numpy(float)
         bad[place[id_]] |= volume < flights.DRY * fixed.radius[id_] ** 3
-    start, end = (_by_id(t, VELOCITY[:3]) for t in at["trajectory"])
+    start, end = (_by_id(t, VELOCITY[:3], setup.ids) for t in at["trajectory"])
     time, m = (two - one) * setup.step, setup.mass[:, None]
     bad[place[_beside(run, setup, at, shots)]] = True
-    push = _by_id(at["impulses"][1], [f"impulse_{a}" for a in "xyz"])
+    push = _by_id(at["impulses"][1], [f"impulse_{a}" for a in "xyz"], setup.ids)
     weight = time * m * setup.pull(np.array([two]))[0]
     gain, momentum = m * (end - start) - weight, setup.mass * (size(start) + size(end))
     columns = {"step": np.full(len(setup.ids), two), "i": setup.ids}
@@ -297,8 +301,8 @@ def _beside(run: Run, setup: Setup, at: dict[str, list[pd.DataFrame]], shots: pd
     and what weight, the pull and the normal drag of its bridges add in between; farther from a part that is beside that of its
     bridge than it comes with this speed, and the walls with theirs, it touches nothing.
     """
-    x = _by_id(at["trajectory"][0], ("x", "y", "z"))
-    v = np.concatenate([_by_id(t, VELOCITY[:3]) for t in at["trajectory"]])
+    x = _by_id(at["trajectory"][0], ("x", "y", "z"), setup.ids)
+    v = np.concatenate([_by_id(t, VELOCITY[:3], setup.ids) for t in at["trajectory"]])
     rows = shots.loc[shots["partner_kind"] != laws.SPHERE, ["step", "partner_kind", "i", "j"]].reset_index(drop=True)
     if not len(rows):
         return np.zeros(0, dtype=int)
@@ -314,15 +318,16 @@ def _beside(run: Run, setup: Setup, at: dict[str, list[pd.DataFrame]], shots: pd
     step = int(at["trajectory"][0]["step"].iloc[0])
     time, k = (int(shots["step"].iloc[0]) - step) * setup.step, np.searchsorted(setup.ids, i)
     walls = walls_motion(setup)[0]
-    fastest = max(float(size(v).max()), walls) + time * float(np.linalg.norm(setup.gravity)) + pull / setup.mass
+    fastest = max(float(np.nanmax(size(v))), walls) + time * float(np.linalg.norm(setup.gravity)) + pull / setup.mass
     apart = nearest.parts(run).closest(np.full(len(i), step), x[k], part).distance - setup.radius[k]
     return np.unique(i[apart <= time * (fastest[k] + walls)])
 
 
-def _by_id(table: pd.DataFrame, names: Sequence[str]) -> Floats:
-    """Columns of one output in the order of the spheres' numbers; every sphere has a row."""
-    order = np.argsort(table["id"].to_numpy(), kind="stable")
-    return np.stack([table[name].to_numpy(float)[order] for name in names], axis=1)
+def _by_id(table: pd.DataFrame, names: Sequence[str], ids: Floats) -> Floats:
+    """Columns of one output, a row for each of these numbers; NaN for a sphere that is not there any more."""
+    found = np.full((len(ids), len(names)), np.nan)
+    found[np.searchsorted(ids, table["id"].to_numpy())] = table[[*names]].to_numpy(float)
+    return found
 
 
 def judged(run: Run) -> bool:

@@ -32,8 +32,8 @@ def check(run: Run, lives: Lives) -> Quantity:
 
 def judged(run: Run, lives: Lives) -> pd.DataFrame:
     """Bridges at walls as they form and at outputs, with the position of their sphere, and whether they are `wrong`."""
-    rows = pd.concat([_formations(run, lives), _at_outputs(run, lives)])
-    return rows.sort_values("step", kind="stable", ignore_index=True)  # as read in parts, however it is cut
+    found = pd.concat([_formations(run, lives), _at_outputs(run, lives)], ignore_index=True)
+    return found.sort_values("step", kind="stable", ignore_index=True)  # as it is of a log read in parts
 
 
 def neighbours(parts: nearest.Parts) -> tuple[Floats, Floats]:

@@ -154,11 +154,24 @@ def test_too_many_steps_are_refused(tmp_path: Path) -> None:
     time_steps.refuse_unstable(thin.model_copy(update={"bridges_every": 1}))
     for change, words in (({"bridges_every": 17}, "less than or equal to 16"),
                           ({"bridges_every": 4, "effects": small.DRY}, "without bridges; expected 1"),
-                          ({"bridges_every": 4, "output": {"interval_s": 1.0, "contact_window_steps": 3}},
+                          ({"bridges_every": 8, "output": {"interval_s": 1.0, "contact_window_steps": 6}},
                            "expected windows in which bridges act")):  # fmt: skip
         with pytest.raises(ValidationError, match=words):
             Scene(**{**thin.model_dump(), **change})
     given = config.load(Path(__file__).parents[3] / "config").settings.model_dump()
-    given["time_step"]["bridges_every"], given["output"]["contact_window_steps"] = 4, 3
-    with pytest.raises(ValidationError, match="3 is less than 4"):
+    given["time_step"]["bridges_every"], given["output"]["contact_window_steps"] = 8, 6
+    with pytest.raises(ValidationError, match="6 is less than 8"):
         Settings(**given)
+
+
+@pytest.mark.parametrize("steps", [1, 3])
+def test_bridges_act_in_windows_shorter_than_their_interval(tmp_path: Path, steps: int) -> None:
+    """Windows at random places begin where bridges act, also next to outputs and checkpoints; so they are not refused."""
+    pair, _ = stability.pressed_pair(tmp_path, 1.0, 5e-6, "explicit", bridges_every=EVERY)
+    output = {"interval_s": 1e-3, "contact_windows": 20, "contact_window_steps": steps, "checkpoints": 7}
+    scene = Scene(**{**pair.model_dump(), "duration_s": 0.02, "output": output})
+    windows = schedule.windows(scene)
+    assert len(windows) == 20 and all(any(s % EVERY == 0 for s in range(*window)) for window in windows)
+    given = config.load(Path(__file__).parents[3] / "config").settings.model_dump()
+    given["time_step"]["bridges_every"], given["output"]["contact_window_steps"] = EVERY, steps
+    Settings(**given)
