@@ -207,16 +207,8 @@ class Between:
         of_groups = table.groupby(["wall", "group"]).agg(
             step=("step", "first"), median=("ratio", "median"), size=("ratio", "size")
         )
-        table["group"] = self.groups[table["wall"].to_numpy(int)] + table.groupby("wall").cumcount() // GROUP
-        full = (table.groupby(["wall", "group"])["ratio"].transform("size") >= fewest).to_numpy()
-        self.pending = table.loc[~full, ["step", "wall", "ratio"]]
-        of_groups = (
-            table[full]
-            .groupby(["wall", "group"])
-            .agg(step=("step", "first"), median=("ratio", "median"), size=("ratio", "size"))
-        )
-        table = of_groups.reset_index().sort_values("step", kind="stable", ignore_index=True)
-        self.groups = self.groups + np.bincount(table["wall"].to_numpy(int), minlength=2)
+        table = of_groups[of_groups["size"] >= FEWEST].reset_index().drop(columns="group")
+        table = table.sort_values(["step", "wall"], ignore_index=True)
         logged, one = table["median"].to_numpy(float), np.ones(len(table))
         found = compare("between_drag", "itself, median of a group", logged, one, one, table, OF_DRAG)
         self._keep(found, table)
