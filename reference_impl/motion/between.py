@@ -207,7 +207,8 @@ class Between:
         of_groups = table.groupby(["wall", "group"]).agg(
             step=("step", "first"), median=("ratio", "median"), size=("ratio", "size")
         )
-        table = of_groups[of_groups["size"] >= FEWEST].reset_index().sort_values("step", ignore_index=True)
+        table = of_groups[of_groups["size"] >= FEWEST].reset_index().drop(columns="group")
+        table = table.sort_values(["step", "wall"], ignore_index=True)
         logged, one = table["median"].to_numpy(float), np.ones(len(table))
         found = compare("between_drag", "itself, median of a group", logged, one, one, table, OF_DRAG)
         self._keep(found, table)
