@@ -83,11 +83,12 @@ class Between:
     def seen(self) -> dict[str, float]:
         """Shares of the bridges and of the capillary impulse that the replay has seen."""
         bridges, total = max(self.formed, 1), max(self.total, 1e-300)
-        return {
+        shares = {
             "bridges": len(self.met) / bridges,
             "impulse_in_windows": min(self.recomputed / total, 1.0),
             "impulse_by_bounds": self.bounded / total,
         }
+        return {name: float(f"{share:.9g}") for name, share in shares.items()}  # sums over parts round differently
 
     def add(self, part: Run, lives: Lives) -> list[Quantity]:
         """A part of the logs."""
