@@ -290,7 +290,7 @@ def _beside(run: Run, setup: Setup, at: dict[str, list[pd.DataFrame]], shots: pd
     """Spheres that may touch a part of a wall without a bridge: at a convex edge a sphere has one bridge of all that meet there.
 
     Until it touches anything a sphere is no faster than the fastest body at either output, which drag could make it follow,
-    and what weight, the pull and the normal drag of its bridges add in between; farther from a part that is beside that of its
+    and what weight, the pull and the normal drag of its bridges add in between; farther from a part that is next to that of its
     bridge than it comes with this speed, and the walls with theirs, it touches nothing.
     """
     x = _by_id(at["trajectory"][0], ("x", "y", "z"), setup.ids)

@@ -1,6 +1,6 @@
 """A user-defined scene against its description: what scene.json, the first spheres and the walls must be by description.json.
 
-Lengths there are in millimetres and degrees, counted from `origin_mm`; keys that are not compared here are said in `NOT_HELD`.
+Lengths there are in millimetres and degrees, counted from `origin_mm`; keys that are not compared here are written in `NOT_HELD`.
 """
 
 from __future__ import annotations
@@ -46,29 +46,35 @@ def of_run(folder: Path) -> dict[str, Any] | None:
         ) from error
 
 
-def held(folder: Path, said: Mapping[str, Any], scene: Mapping[str, Any]) -> list[Held]:
+def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> list[Held]:
     """Every number of the scene that the description gives, and the spheres at the start."""
-    said = expanded.in_full(said, scene)
+    written = expanded.in_full(written, scene)
     given = {**flat(scene), **_given_outlets(scene)}
-    wanted = {**_general(said, scene), **_classes(said, scene), **_pairs(said), **_liquid(said, scene), **_walls(said)}
-    wanted |= _outlets(said)
+    wanted = {
+        **_general(written, scene),
+        **_classes(written, scene),
+        **_pairs(written),
+        **_liquid(written, scene),
+        **_walls(written),
+    }
+    wanted |= _outlets(written)
     found = [Held(path, given.get(path, MISSING), value, f"{FILE}: {key}") for path, (value, key) in wanted.items()]
-    return [*found, *_start(folder, said, scene)]
+    return [*found, *_start(folder, written, scene)]
 
 
-def not_held(said: Mapping[str, Any], scene: Mapping[str, Any]) -> str:
+def not_held(written: Mapping[str, Any], scene: Mapping[str, Any]) -> str:
     """What is not compared, in words."""
-    return ", ".join([NOT_HELD, *expanded.not_held(said, scene)])
+    return ", ".join([NOT_HELD, *expanded.not_held(written, scene)])
 
 
-def _general(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
-    results, step = said["results"], said["time_step"]
-    down = said["gravity_m_per_s2"] if scene["effects"].get("gravity", True) else (0.0, 0.0, 0.0)
-    shortest = min(said["duration_s"] / 50.0, OUTLET_EVERY_S if said["outlets"] else math.inf)
+def _general(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
+    results, step = written["results"], written["time_step"]
+    down = written["gravity_m_per_s2"] if scene["effects"].get("gravity", True) else (0.0, 0.0, 0.0)
+    shortest = min(written["duration_s"] / 50.0, OUTLET_EVERY_S if written["outlets"] else math.inf)
     found: Expected = {
-        "name": (said["name"], "name"),
-        "seed": (said["seed"], "seed"),
-        "duration_s": (said["duration_s"], "duration_s"),
+        "name": (written["name"], "name"),
+        "seed": (written["seed"], "seed"),
+        "duration_s": (written["duration_s"], "duration_s"),
         "viscous_integration": (step["viscous_integration"], "time_step"),
         "output.interval_s": (results["interval_s"] or shortest, "results.interval_s"),
         "output.contact_windows": (results["windows"], "results.windows"),
@@ -81,10 +87,10 @@ def _general(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
     return found
 
 
-def _classes(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
-    found: Expected = {"classes": ([s["name"] for s in said["spheres"]], "spheres")}
-    for kind, s in enumerate(said["spheres"], start=1):
-        material, at = said["materials"][s["material"]], f"classes.{s['name']}"
+def _classes(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
+    found: Expected = {"classes": ([s["name"] for s in written["spheres"]], "spheres")}
+    for kind, s in enumerate(written["spheres"], start=1):
+        material, at = written["materials"][s["material"]], f"classes.{s['name']}"
         found |= {
             f"{at}.type": (kind, "order of spheres"),
             f"{at}.radius_m": (0.5 * MM * s["diameter_mm"], f"spheres {s['name']} diameter_mm"),
@@ -98,22 +104,22 @@ def _classes(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
     return found
 
 
-def _dry(said: Mapping[str, Any], a: str, b: str) -> tuple[Mapping[str, Any], str]:
+def _dry(written: Mapping[str, Any], a: str, b: str) -> tuple[Mapping[str, Any], str]:
     """The dry contact of two materials, or of one with the walls, and its key."""
-    others = [b, said["wall_material"]] if b == WALLS and said["wall_material"] else [b]
+    others = [b, written["wall_material"]] if b == WALLS and written["wall_material"] else [b]
     for other in others:
-        for contact in said["contacts"]:
+        for contact in written["contacts"]:
             if set(contact["between"]) == {a, other} and len(set(contact["between"])) == len({a, other}):
                 return contact, f"contacts between {a} and {other}"
-    return said["materials"][a], f"materials.{a}"
+    return written["materials"][a], f"materials.{a}"
 
 
-def _pairs(said: Mapping[str, Any]) -> Expected:
-    spheres = said["spheres"]
+def _pairs(written: Mapping[str, Any]) -> Expected:
+    spheres = written["spheres"]
     found: Expected = {}
     for a, one in enumerate(spheres, start=1):
         for b in (0, *range(a, len(spheres) + 1)):
-            dry, key = _dry(said, one["material"], spheres[b - 1]["material"] if b else WALLS)
+            dry, key = _dry(written, one["material"], spheres[b - 1]["material"] if b else WALLS)
             r = 0.5 * MM * one["diameter_mm"]
             s = 0.5 * MM * spheres[b - 1]["diameter_mm"] if b else math.inf
             rolling = dry["rolling_friction_m"]
@@ -124,7 +130,7 @@ def _pairs(said: Mapping[str, Any]) -> Expected:
                 f"pairs.{a}-{b}.restitution": (dry["restitution"], f"{key} restitution"),
                 f"pairs.{a}-{b}.rolling_friction_m": (rolling, f"{key} rolling friction"),
             }
-            if said["contact"] == "linear":
+            if written["contact"] == "linear":
                 k = dry["stiffness_N_per_m"]
                 found[f"pairs.{a}-{b}.normal_stiffness_N_per_m"] = (k, f"{key} stiffness_N_per_m")
                 found[f"pairs.{a}-{b}.tangential_stiffness_N_per_m"] = (RATIO * k, f"{key} stiffness_N_per_m")
@@ -136,9 +142,9 @@ def layer(part: float) -> float:
     return part * (3.0 + part * (3.0 + part))
 
 
-def films(said: Mapping[str, Any], scene: Mapping[str, Any]) -> list[float]:
+def films(written: Mapping[str, Any], scene: Mapping[str, Any]) -> list[float]:
     """Thickness of the first film of each class [m]; without an amount of their own classes share one."""
-    liquid, classes = said["liquid"], scene["classes"]
+    liquid, classes = written["liquid"], scene["classes"]
     if liquid is None:
         return [0.0] * len(classes)
 
@@ -157,43 +163,43 @@ def films(said: Mapping[str, Any], scene: Mapping[str, Any]) -> list[float]:
 
         return float(brentq(more, 0.0, 10.0 * max(c["radius_m"] for c in some), xtol=1e-18, rtol=1e-15))
 
-    own = [s["percent"] is not None or s["film_um"] is not None for s in said["spheres"]]
+    own = [s["percent"] is not None or s["film_um"] is not None for s in written["spheres"]]
     common = of([c for c, o in zip(classes, own, strict=True) if not o], liquid["percent"], liquid["film_um"])
     return [
         of([c], s["percent"], s["film_um"]) if o else common
-        for c, s, o in zip(classes, said["spheres"], own, strict=True)
+        for c, s, o in zip(classes, written["spheres"], own, strict=True)
     ]
 
 
-def _liquid(said: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
-    thick = films(said, scene)
+def _liquid(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
+    thick = films(written, scene)
     if not any(thick):
         return {"liquid": (None, "liquid")}
     keys = ("surface_tension_N_per_m", "viscosity_Pa_s", "density_kg_per_m3")
-    found: Expected = {f"liquid.{k}": (said["liquid"][k], f"liquid.{k}") for k in keys}
+    found: Expected = {f"liquid.{k}": (written["liquid"][k], f"liquid.{k}") for k in keys}
     return {**found, "liquid.initial_film_thickness_m": (max(thick), "liquid percent or film_um")}
 
 
-def _walls(said: Mapping[str, Any]) -> Expected:
-    found: Expected = {"walls": ([w["name"] for w in said["walls"]], "walls")}
-    for w in said["walls"]:
+def _walls(written: Mapping[str, Any]) -> Expected:
+    found: Expected = {"walls": ([w["name"] for w in written["walls"]], "walls")}
+    for w in written["walls"]:
         at, key = f"walls.{w['name']}", f"walls {w['name']}"
         found[f"{at}.contact_angle_rad"] = (math.radians(w["contact_angle_deg"]), f"{key} contact_angle_deg")
-        found |= {f"{at}.own_motion.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, said["origin_mm"])}
+        found |= {f"{at}.own_motion.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, written["origin_mm"])}
         if not any(w[m] for m in MOTIONS):
             found[f"{at}.motion"], found[f"{at}.own_motion"] = ("fixed", key), (None, key)
     return found
 
 
-def _outlets(said: Mapping[str, Any]) -> Expected:
+def _outlets(written: Mapping[str, Any]) -> Expected:
     """Names, bounds from the origin, products: as given, or that with which the name begins."""
-    found: Expected = {"outlets": ([o["name"] for o in said["outlets"]], "outlets")}
-    for o in said["outlets"]:
+    found: Expected = {"outlets": ([o["name"] for o in written["outlets"]], "outlets")}
+    for o in written["outlets"]:
         at, key = f"outlets.{o['name']}", f"outlets {o['name']}"
         begins = [p for p in ("overs", "unders") if o["name"].startswith(p)]
         found[f"{at}.product"] = (o["product"] or (begins[0] if begins else None), f"{key} product")
         for bound in ("low", "high"):
-            for axis, value, x in zip("xyz", o[f"{bound}_mm"], said["origin_mm"], strict=True):
+            for axis, value, x in zip("xyz", o[f"{bound}_mm"], written["origin_mm"], strict=True):
                 wanted = None if value is None else MM * (value - x)
                 found[f"{at}.{bound}_m.{axis}"] = (wanted, f"{key} {bound}_mm")
     return found
@@ -238,14 +244,14 @@ def _motion(wall: Mapping[str, Any], origin: list[float]) -> Iterator[tuple[str,
             yield f"velocity_m_per_s.{axis}", v, "removed towards, speed_m_per_s"
 
 
-def _start(folder: Path, said: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[Held]:
+def _start(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[Held]:
     """Positions that are given, velocities, films, and where spheres that enter later wait."""
     table = every(folder / scene["spheres_file"]).sort_values("id")
     first = every(folder / "history" / "spheres.parquet").sort_values("id")
     kind, x = table["type"].to_numpy(), table[["x", "y", "z"]].to_numpy(float)
-    v, thick = table[["vx", "vy", "vz"]].to_numpy(float), films(said, scene)
-    origin = np.array(said["origin_mm"], dtype=float)
-    for k, s in enumerate(said["spheres"], start=1):
+    v, thick = table[["vx", "vy", "vz"]].to_numpy(float), films(written, scene)
+    origin = np.array(written["origin_mm"], dtype=float)
+    for k, s in enumerate(written["spheres"], start=1):
         at, r = kind == k, 0.5 * MM * s["diameter_mm"]
         source = f"{FILE}: spheres {s['name']}"
         yield from _vectors(f"velocity of {s['name']}", v[at], np.array(s["velocity_m_per_s"]), source, 1.0)
@@ -256,9 +262,9 @@ def _start(folder: Path, said: Mapping[str, Any], scene: Mapping[str, Any]) -> I
         if s["at_mm"]:
             places = MM * (np.array(s["at_mm"], dtype=float) - origin)
             yield from _vectors(f"position of {s['name']}", x[at], places, f"{source} at_mm", r)
-    waits = inserted.places(said, scene, thick)
+    waits = inserted.places(written, scene, thick)
     for k, places in waits.items():
-        name, r = said["spheres"][k - 1]["name"], 0.5 * MM * said["spheres"][k - 1]["diameter_mm"]
+        name, r = written["spheres"][k - 1]["name"], 0.5 * MM * written["spheres"][k - 1]["diameter_mm"]
         yield from _vectors(
             f"position of {name}, waiting to enter", x[kind == k], places, f"{FILE}: seed, fed and region of {name}", r
         )

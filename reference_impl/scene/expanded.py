@@ -29,32 +29,32 @@ NO_MOTION: dict[str, Any] = {"vibrates": None, "turns": None, "moves": None, "re
 OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": None}
 
 
-def in_full(said: Said, scene: Said) -> dict[str, Any]:
+def in_full(written: Said, scene: Said) -> dict[str, Any]:
     """The same description without feeds and deck; `scene` gives what a file holds that is not in the run directory."""
-    found = {"outlets": [], **said}
-    found["spheres"] = [*said["spheres"], *(s for feed in said.get("feed") or () for s in _spheres(feed, scene))]
-    if deck := said.get("deck"):
-        found["walls"] = [*_walls(deck), *said["walls"]]
+    found = {"outlets": [], **written}
+    found["spheres"] = [*written["spheres"], *(s for feed in written.get("feed") or () for s in _spheres(feed, scene))]
+    if deck := written.get("deck"):
+        found["walls"] = [*_walls(deck), *written["walls"]]
         found["outlets"] = [*_outlets(deck), *found["outlets"]]
-        if not _told_gravity(said, scene):
+        if not _given_gravity(written, scene):
             found["gravity_m_per_s2"] = _gravity(deck)
     return found
 
 
-def not_held(said: Said, scene: Said) -> Iterator[str]:
+def not_held(written: Said, scene: Said) -> Iterator[str]:
     """What could not be compared of this description, in words."""
-    if any(s.get("mass_g") for s in said["spheres"]) or said.get("feed"):
+    if any(s.get("mass_g") for s in written["spheres"]) or written.get("feed"):
         yield "numbers of spheres that follow from a mass or a rate"
-    for feed in said.get("feed") or ():
+    for feed in written.get("feed") or ():
         if feed["psd"]["file"]:
             yield f"sizes of {feed['name']}, which are in {feed['psd']['file']}"
-    if said.get("deck") and _told_gravity(said, scene) and tuple(said["gravity_m_per_s2"]) == PLAIN:
+    if written.get("deck") and _given_gravity(written, scene) and tuple(written["gravity_m_per_s2"]) == PLAIN:
         yield "gravity, which is not that of the deck's inclination: whether it was asked for is not in the description"
 
 
-def _told_gravity(said: Said, scene: Said) -> bool:
-    """Whether the description's own gravity counts beside a deck: another than the plain one, or as the scene has it."""
-    own = tuple(said["gravity_m_per_s2"])
+def _given_gravity(written: Said, scene: Said) -> bool:
+    """Whether the description's own gravity counts with a deck: another than the plain one, or as the scene has it."""
+    own = tuple(written["gravity_m_per_s2"])
     return own != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
 
 
@@ -90,9 +90,9 @@ def _outlets(deck: Said) -> Iterator[dict[str, Any]]:
     """Two apertures away from the deck: both sides, the back, its end; six below: the sections, of which a later one holds what
     no earlier one does."""
     away, sections = 2.0 * deck["aperture_mm"], deck["sections"]
-    beside = 0.5 * deck["width_mm"] + SIDE_MM + away
-    yield {**OPEN, "name": "spilled_left", "low_mm": [None, beside, None]}
-    yield {**OPEN, "name": "spilled_right", "high_mm": [None, -beside, None]}
+    edge = 0.5 * deck["width_mm"] + SIDE_MM + away
+    yield {**OPEN, "name": "spilled_left", "low_mm": [None, edge, None]}
+    yield {**OPEN, "name": "spilled_right", "high_mm": [None, -edge, None]}
     yield {**OPEN, "name": "spilled_back", "high_mm": [-2.0 * SIDE_MM - away, None, None]}
     yield {**OPEN, "name": "overs", "low_mm": [deck["length_mm"] + away, None, None]}
     ends = [deck["length_mm"] * k / sections for k in range(1, sections)]
