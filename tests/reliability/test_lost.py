@@ -303,7 +303,7 @@ def deletes(path: Path) -> bool:
         if name == "truncate" or (name == "replace" and len(node.args) == 1 and not node.keywords):
             return True
         modes = [a.value for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
-        if name == "open" and any(re.fullmatch(r"[wa]b?|r\+b?|wb", m) for m in modes):
+        if name == "open" and any(re.fullmatch(r"[wa]\+?b?|r\+b?", m) for m in modes):
             return True
     return False
 
