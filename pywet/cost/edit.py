@@ -118,7 +118,9 @@ def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[
 
 
 def write_again(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:
-    """As `write`, over the copies of an earlier call; any other file in the folder is refused."""
+    """As `write`, over the copies of an earlier call; with any other file in the folder it is refused, and nothing is deleted."""
+    if not target.is_dir() or {path.name for path in target.iterdir()} - set(settings.FILES):
+        new_folder(target)
     for name in settings.FILES:
         (target / name).unlink(missing_ok=True)
     write(source, target, scale, levels, more)

@@ -133,6 +133,8 @@ def setting_rows(scale: str = "reduced") -> list[str]:
         title = KNOBS[setting].title
         for level in levels[:-1] if levels[-1]["level"] != table["default"][setting] else levels:
             default = " (default)" if level["level"] == table["default"][setting] else ""
+            if setting == "contact_log" and default:  # measured in two blocks; the configuration spreads as many steps
+                default = " (as many steps as the default, 20x2, which was not measured)"
             relative = level["price"].get("moist") or level["price"]["dry"]
             cells = [_cell(table, setting, level["level"], *asked) for asked in columns.values()]
             rows.append(f"| {title} {level['level']}{default} | {relative['ratio']:.2f} | {' | '.join(cells)} |")

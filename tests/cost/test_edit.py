@@ -1,0 +1,21 @@
+"""Copies of a configuration folder with other settings."""
+
+from pathlib import Path
+
+import pytest
+
+from pywet import config as settings
+from pywet.cost import edit
+from pywet.errors import PywetError
+
+SOURCE = Path(__file__).parents[2] / "config"
+
+
+def test_a_folder_with_a_file_of_the_user_is_refused_as_it_is(tmp_path: Path) -> None:
+    """What is refused has lost nothing; a folder of copies alone is written again."""
+    edit.write_again(SOURCE, tmp_path / "made", "smoke", {})
+    edit.write_again(SOURCE, tmp_path / "made", "smoke", {})
+    (tmp_path / "made" / "notes.txt").write_text("mine")
+    with pytest.raises(PywetError, match="is not empty"):
+        edit.write_again(SOURCE, tmp_path / "made", "smoke", {})
+    assert {path.name for path in (tmp_path / "made").iterdir()} == {*settings.FILES, "notes.txt"}
