@@ -369,12 +369,14 @@ def test_a_restart_file_that_the_stock_program_would_read_for_ever(
 ) -> None:
     """On a full disk it writes an empty one, reads it back and never ends: it is ended once that has not changed for a while.
 
-    The clock has no say in it: the file's time may be in the past or, the clock set back with the engine at work, ahead.
+    The clock has no say in it: the file's time may be in the past or, the clock set back with the engine at work, ahead; nor
+    has another file beside it, that the killed call was writing.
     """
     newer, run_dir = points(cut_off[1])[1], tmp_path / "run"
     shutil.copytree(cut_off[1], run_dir)
     last = run_dir / "engine.partial" / checkpoint.FOLDER / f"engine.{10**9}.partial"
     whole, scene, now = newer.engine.read_bytes(), Scene.read(run_dir / "scene.json"), time.monotonic()
+    last.with_name(f"engine.{10**9 - 1}.partial").write_bytes(whole)
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now)
     for content, later, ends in ((b"", b"", True), (whole, whole, False), (b"", whole[:-8], False)):
         for ahead in (-60.0, 3600.0):

@@ -221,7 +221,7 @@ class Recorder:
         self.step = point.step if point else 0
         self.logs: logs.Sums = dict(point.logs) if point else {}
         self.framed = self._frames_before(self.step) if point else 0
-        self.seen: tuple[Path, int, float] = (folder, 0, 0.0)
+        self.seen: dict[Path, tuple[int, float]] = {}
 
     def _frames_before(self, step: int) -> int:
         return int(np.searchsorted(self.planned, step, "right" if self.retires else "left"))
@@ -283,9 +283,9 @@ class Recorder:
     def _unchanged_s(self, path: Path) -> float:
         """For how long a file has been seen as it is."""
         size, seen = path.stat().st_size, time.monotonic()
-        if self.seen[:2] != (path, size):
-            self.seen = path, size, seen
-        return seen - self.seen[2]
+        if path not in self.seen or self.seen[path][0] != size:
+            self.seen[path] = size, seen
+        return seen - self.seen[path][1]
 
     def _prune(self) -> None:
         files = _files(self.folder)
