@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from operator import attrgetter
 from statistics import mean
 
-from scipy import stats
 
 from pywet.cases.screening.verdict import LEDGER_TOLERANCE
 from pywet.report.bridge import short
 from pywet.report.collect import CaseResult, grouped, named
 from pywet.report.plots import title
-from pywet.runs.spread import with_interval
+from pywet.runs.spread import difference, with_interval
 
 
 @dataclass(frozen=True)
@@ -61,8 +60,7 @@ class Row:
         one, two = self.cases[0], self.cases[-1]
         if min(len(one.ends), len(two.ends)) < 2:
             return f"{two.name} against {one.name}: inconclusive, two seeds of each are needed (--seeds)"
-        interval = stats.ttest_ind(two.ends, one.ends, equal_var=False).confidence_interval(0.95)
-        low, high = float(interval.low), float(interval.high)
+        low, high = difference(two.ends, one.ends)
         verdict = "significant" if low > 0.0 or high < 0.0 else "not significant"
         return f"{two.name} against {one.name}: {verdict}, difference from {low:+.3f} to {high:+.3f} (95 %)"
 

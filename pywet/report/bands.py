@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
-from scipy import stats
 
 from pywet.errors import PywetError
 from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
+from pywet.runs.spread import quantile
 from pywet.util.files import atomic_write
 
 Floats = NDArray[np.float64]
@@ -137,8 +137,7 @@ def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floa
     values = np.array([np.interp(at, x, y) for x, y in curves])
     if len(curves) < 2:
         return at, values[0], None
-    quantile = float(stats.t.ppf(0.975, len(curves) - 1))
-    return at, values.mean(0), quantile * values.std(0, ddof=1) / np.sqrt(len(curves))
+    return at, values.mean(0), quantile(len(curves)) * values.std(0, ddof=1) / np.sqrt(len(curves))
 
 
 def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WIDTH) -> Path:

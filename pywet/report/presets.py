@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from scipy import stats
 
 from pywet.report import plots
 from pywet.report.collect import CaseResult
-from pywet.runs.spread import with_interval
+from pywet.runs.spread import difference, with_interval
 
 
 def shown(usual: CaseResult, twin: CaseResult, preset: str) -> dict[str, Any]:
@@ -43,8 +42,7 @@ def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
             f"Whether the fraction retained differs cannot be told: {a} seed{'s' if a > 1 else ''} of paper and {b} of {preset}; "
             f"{ENOUGH} of each are needed."
         )
-    interval = stats.ttest_ind(other, usual, equal_var=False).confidence_interval(0.95)
-    low, high = float(interval.low), float(interval.high)
+    low, high = difference(other, usual)
     said = f"{preset} − paper lies between {low:+.3f} and {high:+.3f} (95 %, {a} and {b} seeds)"
     if not (low > 0.0 or high < 0.0):
         return f"Whether the fraction retained differs cannot be told: {said}."
