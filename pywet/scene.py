@@ -266,10 +266,10 @@ class Scene(Strict):
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
     bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
     """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
-    contacts: Contacts = "batched"
-    """Who makes dry contacts where the plugin takes part: its batches or the engine's stock loops, to the same bits.
-    Batches of spheres hold the linear spring with history; other contacts of spheres are the stock loop's. With
-    `planes` the plugin also makes contacts with walls, on one rank."""
+    contacts: Contacts = "planes"
+    """Who makes dry contacts where the plugin takes part, to the same bits: `planes`, the plugin those of spheres in batches
+    and those with the triangles of walls; `batched`, the plugin those of spheres alone; `stock`, the engine. Batches hold the
+    linear spring with history; other contacts of spheres are the stock loop's."""
     wall_film: WallFilm = "triangle"
     """What has a film of one thickness: a triangle, a part (a wire, a flat face) or a whole wall."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5

@@ -105,8 +105,9 @@ class Settings(Limited):
     readings: Readings = Readings()
     effects: EffectSettings
     time_step: TimeStepSettings
-    contacts: Contacts = "batched"
-    """Contacts of spheres in batches, or one by one in the engine's stock loop, to the same bits: wherever the plugin runs."""
+    contacts: Contacts = "planes"
+    """Who makes dry contacts wherever the plugin runs, to the same bits: the plugin (planes), the plugin those of spheres
+    alone (batched), the engine (stock)."""
     output: OutputSettings = OutputSettings()
     retire: Switch = "auto"
     """Take spheres that lie in the collecting bin out of the run. auto: where what happens in the bin is not asked and much is

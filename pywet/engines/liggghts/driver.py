@@ -95,10 +95,6 @@ def run(
     run_dir = Path(run_dir).resolve()
     with alone(run_dir):
         scene = Scene.read(run_dir / "scene.json")
-        if ranks > 1 and scene.contacts == "planes":
-            raise PywetError(
-                f"contacts is planes and {ranks} ranks were asked for; expected one rank, or contacts: batched in config.yaml"
-            )
         version = _check_engine(ranks, shlex.split(mpi) or MPIRUN)
         if not allow_unstable:
             time_steps.refuse_unstable(scene)

@@ -156,7 +156,7 @@ def test_newton_closes_on_walls(tmp_path: Path, prisms: list[str]) -> None:
 
 @pytest.fixture(scope="module")
 def moist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Thirty wet spheres of two types on a shaken floor, in four windows; the plugin takes part and `contacts` is batched."""
+    """Thirty wet spheres of two types on a shaken floor, in four windows; the plugin takes part and `contacts` is planes."""
     folder, spheres = tmp_path_factory.mktemp("moist"), scenes.thrown(32, 0.003)
     small.prepare(
         folder, CLASSES, spheres, contacts(0.7, rolling_m=5e-5), liquid=WATER, effects=small.PAPER,
@@ -174,7 +174,7 @@ def test_a_moist_bed_is_replayed(moist: Path) -> None:
     assert result["ok"], {n: q["largest"] for n, q in result["quantities"].items() if not q["ok"]}
     assert result["quantities"]["newton_force"]["largest"] < 1e-9
     assert result["newton"]["dry_contacts"] > 300
-    assert Scene.read(moist / "scene.json").contacts == "batched"
+    assert Scene.read(moist / "scene.json").contacts == "planes"
     assert json.loads((moist / "engine" / "held.json").read_text())["contacts_in_batches"] == 0
 
 
