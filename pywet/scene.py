@@ -42,6 +42,9 @@ IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_]{0,39}$"
 Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
 """A name that an engine's script uses as a word of its own."""
 Contacts = Literal["batched", "stock", "planes"]
+Profile = Literal["constant", "ramp", "pulsed"]
+Product = Literal["overs", "middlings", "lower_middlings", "unders"]
+"""Of a screen, from the coarsest to the finest: of one deck overs and unders; middlings are the overs of a deck beneath."""
 Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -51,10 +54,28 @@ Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "out
 
 
 class Fed(Strict):
-    """When the spheres of a class enter: one after the other at equal times, in the order of their numbers."""
+    """When the spheres of a class enter: one after the other in the order of their numbers, at a rate over time."""
 
     from_s: NonNegative
     for_s: Positive
+    profile: Profile = "constant"
+    """Rate over time; a ramp rises from nothing to twice the mean, pulses are of equal length and mass."""
+    pulses: Annotated[int, Field(ge=1)] = 1
+    pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
+    """Part of its period in which a pulse enters."""
+
+    def times(self, count: int) -> list[float]:
+        """When each of so many spheres enters [s].
+
+        >>> Fed(from_s=0.0, for_s=2.0).times(2), Fed(from_s=0.0, for_s=2.0, profile="pulsed", pulses=2).times(4)
+        ([0.5, 1.5], [0.125, 0.375, 1.125, 1.375])
+        """
+        if self.profile == "ramp":
+            return [self.from_s + self.for_s * math.sqrt((k + 0.5) / count) for k in range(count)]
+        if self.profile == "pulsed":
+            parts = (divmod((k + 0.5) / count * self.pulses, 1.0) for k in range(count))
+            return [self.from_s + self.for_s * (whole + self.pulse_share * part) / self.pulses for whole, part in parts]
+        return [self.from_s + self.for_s * (k + 0.5) / count for k in range(count)]
 
 
 class Outlet(Strict):
@@ -63,7 +84,7 @@ class Outlet(Strict):
     name: Identifier
     low_m: Bound
     high_m: Bound
-    product: Literal["overs", "unders"] | None = None
+    product: Product | None = None
     """The product of the screen that what leaves here belongs to."""
 
     @property
@@ -407,13 +428,8 @@ class Scene(Strict):
 
     def enters(self, types: Iterable[int]) -> list[int]:
         """Step from which on each sphere has weight and its liquid counts; `types` in the order of the spheres' numbers."""
-        seen, steps = [0] * len(self.classes), []
-        for kind in types:
-            k, c = seen[kind - 1], self.classes[kind - 1]
-            seen[kind - 1] += 1
-            at = f.from_s + f.for_s * (k + 0.5) / c.count if (f := c.fed) else 0.0
-            steps.append(round(at / self.time_step_s))
-        return steps
+        due = [iter(c.fed.times(c.count) if c.fed else [0.0] * c.count) for c in self.classes]
+        return [round(next(due[kind - 1]) / self.time_step_s) for kind in types]
 
     @property
     def steps(self) -> int:

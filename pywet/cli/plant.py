@@ -22,6 +22,7 @@ def screen_numbers(
         float | None, typer.Option("--aperture", metavar="MM", help="Size that parts undersize from oversize, in mm.")
     ] = None,
     from_s: Annotated[float | None, typer.Option("--from", metavar="S", help="Take means from this time on.")] = None,
+    deck: Annotated[int, typer.Option("--deck", metavar="K", help="Of several decks the K-th from above.")] = 1,
 ) -> None:
     """Cut size, efficiency, throughput, moisture of the products and pegging of screens, as tables and pages.
 
@@ -29,7 +30,7 @@ def screen_numbers(
     from pywet.products.partition import mean_and_half_width
     from pywet.report import screen_page
 
-    found = [screen_page.screen(run, aperture, from_s) for run in runs]
+    found = [screen_page.screen(run, aperture, from_s, deck) for run in runs]
     table = Table("", *(numbers["run"] for numbers in found))
     columns = [screen_page.five(numbers) for numbers in found]
     for name in columns[0]:
@@ -40,7 +41,7 @@ def screen_numbers(
         if len(values) > 1:
             tell("{}: {:.4g} ± {:.2g} (mean of {} runs, 95 %)".format(name, *mean_and_half_width(values), len(values)))
     for run in runs:
-        tell(f"page: {run / screen_page.PAGE}; tables: {run / 'results'}")
+        tell(f"page: {screen_page.page_of(run, deck)}; tables: {run / 'results'}")
 
 
 @app.command()

@@ -14,14 +14,25 @@ SCREENS = ("wires", "screen", "deck")
 """Names that the screen may have: wires in a case, screen or deck in a custom scene."""
 CROSS = "cross_wires"
 """Name of the wall of a deck that has its wires across."""
+DECKS = ("overs", "middlings", "lower_middlings")
+"""Product that leaves at the end of each deck, from above."""
 WEDGED_SPEED = 0.5
 """A sphere is wedged in an aperture when its centre is within its radius of the screen's plane and it moves along with the
 screen: slower against it than this share of the screen's peak speed."""
 
 
-def screen_of(run: RunDir) -> WallMesh | None:
-    """The wall that is the screen: the first of a name in `SCREENS`."""
-    named = [w for w in run.scene.walls if w.name in SCREENS]
+def of_deck(name: str, deck: int) -> str:
+    """Name of something of a deck, counted from above; of the uppermost the name alone.
+
+    >>> of_deck("screen", 1), of_deck("screen", 2)
+    ('screen', 'screen_2')
+    """
+    return name if deck == 1 else f"{name}_{deck}"
+
+
+def screen_of(run: RunDir, deck: int = 1) -> WallMesh | None:
+    """The wall that is the screen of a deck, counted from above: the first of a name in `SCREENS`."""
+    named = [w for w in run.scene.walls if w.name in [of_deck(s, deck) for s in SCREENS]]
     return named[0] if named else None
 
 
@@ -51,9 +62,9 @@ def area(run: RunDir, wall: WallMesh) -> float:
     return float(x * y)
 
 
-def count(run: RunDir, wall: WallMesh) -> int:
+def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
     """Number of apertures between the wires or bars of a screen: gaps along x times gaps along y, of bars alone the slots."""
-    nets = [w for w in run.scene.walls if w.name in (wall.name, CROSS)]
+    nets = [w for w in run.scene.walls if w.name in (wall.name, of_deck(CROSS, deck))]
     low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
     along_x = (high - low)[:, 0] > (high - low)[:, 1]
     gaps = [max(1, int(side.sum()) - 1) for side in (along_x, ~along_x)]

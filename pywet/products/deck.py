@@ -6,18 +6,21 @@ The deck lies along x and material travels to +x. Its frame is that of the scene
 from __future__ import annotations
 
 import math
+from itertools import accumulate, pairwise
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Excusable
-from pywet.products.apertures import CROSS
+from pywet.products.apertures import CROSS, DECKS, of_deck
 from pywet.scene import Positive, Vector
 
 G = 9.81
 """Acceleration of gravity [m/s2]."""
 BELOW = 6.0
 """Depth of the outlet of the unders below the deck, over the aperture."""
+FALLEN = 0.25
+"""Of the room under a deck with others: so far below it do its overs belong to it, at its end."""
 SIDE_MM = 5.0
 """Thickness of the side walls and of the back wall."""
 
@@ -53,6 +56,24 @@ class Stroke(Excusable):
         }
 
 
+class Beneath(Excusable):
+    """A further deck under another, as long and as wide, which moves with it; its overs are the middlings."""
+
+    aperture_mm: Positive
+    """Clear opening."""
+    wire_mm: Positive
+    """Diameter of a wire or bar."""
+    mesh: Literal["square", "slotted"] = "square"
+    """Wires along and across, or bars along the deck alone."""
+    below_mm: Positive
+    """Of its upper face below that of the deck above."""
+
+    @property
+    def pitch_mm(self) -> float:
+        """Between the axes of wires."""
+        return self.aperture_mm + self.wire_mm
+
+
 class Deck(Excusable):
     """An inclined vibrating deck with side walls, its upper face at z = 0, from x = 0 on; overs leave at its end."""
 
@@ -74,11 +95,23 @@ class Deck(Excusable):
     """How it moves."""
     sections: Annotated[int, Field(ge=1, le=20)] = 1
     """Parts of its length whose unders are collected apart, unders_1 first."""
+    beneath: Annotated[tuple[Beneath, ...], Field(max_length=2)] = ()
+    """Decks under this one, from above."""
 
     @model_validator(mode="after")
     def _holds_apertures(self) -> Self:
         if min(self.length_mm, self.width_mm) < self.pitch_mm:
             raise ValueError(f"deck: length_mm and width_mm of at least one aperture and wire, {self.pitch_mm:g} mm")
+        for k, (above, under) in enumerate(pairwise((self, *self.beneath)), start=1):
+            if under.aperture_mm >= above.aperture_mm:
+                raise ValueError(
+                    f"deck: beneath {k}: an aperture_mm below that of the deck above, {above.aperture_mm:g} mm"
+                )
+            least = 2.0 * above.aperture_mm + above.wire_mm
+            if under.below_mm < least:
+                raise ValueError(
+                    f"deck: beneath {k}: below_mm of at least two apertures and a wire of the deck above, {least:g} mm"
+                )
         return self
 
     @property
@@ -92,22 +125,30 @@ class Deck(Excusable):
         angle = math.radians(self.inclination_deg)
         return G * math.sin(angle), 0.0, -G * math.cos(angle)
 
-    def _bars(self, axis: str) -> dict[str, Any]:
+    @property
+    def levels(self) -> list[tuple[Deck | Beneath, float]]:
+        """This deck and those beneath with the height of their upper faces [mm]."""
+        heights = accumulate((-deck.below_mm for deck in self.beneath), initial=0.0)
+        return list(zip((self, *self.beneath), heights, strict=True))
+
+    def _bars(self, deck: Deck | Beneath, height: float, axis: str) -> dict[str, Any]:
         """Wires along an axis, so many that no gap at a side is wider than an aperture."""
         along, across = (self.length_mm, self.width_mm) if axis == "x" else (self.width_mm, self.length_mm)
-        count = math.ceil((across - self.aperture_mm) / self.pitch_mm - 1e-9) + (axis == "y")
+        count = math.ceil((across - deck.aperture_mm) / deck.pitch_mm - 1e-9) + (axis == "y")
         return {
-            "diameter_mm": self.wire_mm, "pitch_mm": self.pitch_mm, "length_mm": along, "count": max(1, count), "axis": axis,
-            "origin_mm": (0.5 * self.length_mm, 0.0, -0.5 * self.wire_mm),
+            "diameter_mm": deck.wire_mm, "pitch_mm": deck.pitch_mm, "length_mm": along, "count": max(1, count), "axis": axis,
+            "origin_mm": (0.5 * self.length_mm, 0.0, height - 0.5 * deck.wire_mm),
         }  # fmt: skip
 
     def walls(self) -> list[dict[str, Any]]:
-        """Walls of the description: screen, cross wires, sides, back; all move with the deck."""
-        half, w = 0.5 * self.width_mm, self.wire_mm
-        end, low, high = self.length_mm, -w - 1.0, self.side_mm
-        found: list[dict[str, Any]] = [{"name": "screen", "bars": self._bars("x")}]
-        if self.mesh == "square":
-            found.append({"name": CROSS, "bars": self._bars("y")})
+        """Walls of the description: screen and cross wires of each deck, sides, back; all move with the deck."""
+        half, lowest = 0.5 * self.width_mm, self.levels[-1]
+        end, low, high = self.length_mm, lowest[1] - lowest[0].wire_mm - 1.0, self.side_mm
+        found: list[dict[str, Any]] = []
+        for k, (deck, height) in enumerate(self.levels, start=1):
+            found.append({"name": of_deck("screen", k), "bars": self._bars(deck, height, "x")})
+            if deck.mesh == "square":
+                found.append({"name": of_deck(CROSS, k), "bars": self._bars(deck, height, "y")})
         blocks = {
             "left": ((-SIDE_MM, half, low), (end, half + SIDE_MM, high)),
             "right": ((-SIDE_MM, -half - SIDE_MM, low), (end, -half, high)),
@@ -117,16 +158,25 @@ class Deck(Excusable):
         moves = self.stroke.vibrates()
         return [{**wall, "vibrates": moves} for wall in found]
 
+    @property
+    def _rooms(self) -> list[float]:
+        """Height of the room under each deck [mm]."""
+        return [*(deck.below_mm for deck in self.beneath), BELOW * self.levels[-1][0].aperture_mm]
+
     def outlets(self) -> list[dict[str, Any]]:
         """Overs beyond the end, unders below, by section; what jumps over a side or the back belongs to no product."""
-        away = 2.0 * self.aperture_mm
-        end, side, below = self.length_mm + away, 0.5 * self.width_mm + SIDE_MM + away, -BELOW * self.aperture_mm
+        away, (lowest, height) = 2.0 * self.aperture_mm, self.levels[-1]
+        side, below = 0.5 * self.width_mm + SIDE_MM + away, height - BELOW * lowest.aperture_mm
         found: list[dict[str, Any]] = [
             {"name": "spilled_left", "low_mm": (None, side, None)},
             {"name": "spilled_right", "high_mm": (None, -side, None)},
             {"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)},
-            {"name": "overs", "low_mm": (end, None, None)},
         ]
+        if not self.beneath:
+            found.append({"name": "overs", "low_mm": (self.length_mm + away, None, None)})
+        for name, (deck, z), room in zip(DECKS, self.levels, self._rooms, strict=False):
+            if self.beneath:  # taken at the end itself, before it falls to the height of the next deck
+                found.append({"name": name, "low_mm": (self.length_mm, None, z - deck.wire_mm - FALLEN * room)})
         for k in range(1, self.sections + 1):
             last = k == self.sections
             name = "unders" if self.sections == 1 else f"unders_{k}"

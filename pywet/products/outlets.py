@@ -6,7 +6,7 @@ Who is in an outlet is looked at every 0.02 s at most; until then a sphere falls
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, Self, get_args
+from typing import Self, get_args
 
 import numpy as np
 from pydantic import model_validator
@@ -16,10 +16,9 @@ from pywet.config.entries import Excusable
 from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
 from pywet.geometry.surface import Floats
-from pywet.scene import Bound, Identifier, Vector
+from pywet.scene import Bound, Identifier, Product, Vector
 
 MM = 1e-3
-Product = Literal["overs", "unders"]
 PRODUCTS: tuple[Product, ...] = get_args(Product)
 LONGEST_S = 2.0 * OUTLET_EVERY_S
 """Longest time [s] that a sphere is in an outlet: a step that lies in a sampling window is passed over."""
@@ -40,7 +39,7 @@ class Outlet(Excusable):
     high_mm: Bound = (None, None, None)
     """Largest x, y, z; null: open."""
     product: Product | None = None
-    """Product of a screen that it collects; if not given, that which its name begins with: overs… or unders…."""
+    """Product of a screen that it collects; if not given, that which its name begins with: overs…, middlings…, unders…."""
 
     @model_validator(mode="after")
     def _holds_something(self) -> Self:

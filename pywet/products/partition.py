@@ -105,13 +105,14 @@ class Separation:
 def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separation:
     """Cut size, sharpness, recoveries, purities and efficiencies of a partition curve.
 
-    A class is undersize where its diameter is below `aperture_mm`, without one below the cut size. A recovery of nothing is 1.
+    A class is undersize where its diameter is below `aperture_mm`, without one below the cut size. A recovery of nothing is 1; of
+    an empty feed nothing is defined.
     """
     d25, d50, d75 = (size_at(curve, share) for share in (0.25, 0.5, 0.75))
     reference = d50 if aperture_mm is None else aperture_mm
     under = curve["diameter_mm"].to_numpy(dtype=float) < reference
     feed, overs, unders = (curve[f"{c}_kg"].to_numpy(dtype=float) for c in ("feed", "overs", "unders"))
-    known = not math.isnan(reference)
+    known = not math.isnan(reference) and feed.sum() > 0.0
     recovery_u = _share(unders[under].sum(), feed[under].sum()) if known else math.nan
     recovery_o = _share(overs[~under].sum(), feed[~under].sum()) if known else math.nan
     misplaced = overs[under].sum() + unders[~under].sum()

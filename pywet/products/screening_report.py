@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.products import apertures, streams
+from pywet.products.apertures import of_deck
 from pywet.products.partition import Separation, partition_curve, separation
 from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
@@ -21,7 +22,8 @@ PER_HOUR = 3.6
 """t/h of a kg/s."""
 MOST_PASSED = 0.9
 """Part of what passes in a batch, until which its throughput is taken."""
-RESULT = "screen.json"
+RESULT = "screen"
+"""Name of the file of numbers."""
 
 
 def curve_of(run: RunDir, flow: Streams) -> pd.DataFrame:
@@ -56,7 +58,7 @@ def moisture_percent(spheres: pd.DataFrame, density: float) -> float:
 
 
 def analyse(
-    run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None
+    run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None, deck: int = 1
 ) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]:
     """Numbers, partition curve and time series of a finished run.
 
@@ -68,20 +70,22 @@ def analyse(
         Size that parts undersize from oversize; if not given that of the case or of the deck, else the cut size.
     from_s : float, optional
         Time from which means are taken; if not given, from where the run is steady.
+    deck : int
+        Of several decks the one meant, counted from above.
     """
     run = RunDir(Path(run_dir))
-    flow = streams.read(run, from_s)
-    aperture = aperture_mm if aperture_mm is not None else _aperture(run)
+    flow = streams.read(run, from_s, deck)
+    aperture = aperture_mm if aperture_mm is not None else _aperture(run, deck)
     curve = curve_of(run, flow)
     numbers = separation(curve, aperture)
     series = time_series(run, flow)
     return _numbers(run, flow, numbers, series), curve, series
 
 
-def _aperture(run: RunDir) -> float | None:
+def _aperture(run: RunDir, deck: int) -> float | None:
     """Aperture of the screen of a case or of a deck [mm]."""
-    if deck := apertures.deck_of(run):
-        return float(deck["aperture_mm"])
+    if given := apertures.deck_of(run):
+        return float([given, *(given.get("beneath") or ())][deck - 1]["aperture_mm"])
     config: dict[str, Any] = run.json("config.json", dict[str, Any]) or {}
     value = (config.get("case") or {}).get("aperture_mm")
     return float(value) if value is not None else None
@@ -91,10 +95,10 @@ def _numbers(run: RunDir, flow: Streams, numbers: Separation, series: pd.DataFra
     counted, scene = flow.counted, run.scene
     density = scene.liquid.density_kg_per_m3 if scene.liquid else 0.0
     of = {p: counted[counted["product"] == p] for p in PRODUCTS}
-    screen = apertures.screen_of(run)
+    screen = apertures.screen_of(run, flow.deck)
     area = apertures.area(run, screen) if screen else None
     return {
-        "run": scene.name,
+        "run": scene.name, "deck": flow.deck,
         "kind": "continuous" if flow.continuous else "batch",
         "from_s": flow.start_s, "to_s": flow.end_s, "steady": flow.steady,
         **asdict(numbers),
@@ -146,7 +150,7 @@ def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
         left = rows["left_s"].to_numpy()[None, :] <= line.times[:, None] + 1e-9
         frame[f"{product}_kg"] = (left * rows["mass_kg"].to_numpy()).sum(axis=1)
         frame[f"{product}_liquid_m3"] = (left * rows["liquid_m3"].to_numpy()).sum(axis=1)
-    screen = apertures.screen_of(run)
+    screen = apertures.screen_of(run, flow.deck)
     if screen:
         frame["screen_liquid_m3"] = run.on_walls({screen.name: "screen"}, "mesh")["screen"].to_numpy()
         stuck = apertures.wedged(run, screen) & line.entered
@@ -157,12 +161,12 @@ def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
 
 def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, Any]:
     """Liquid on the screen and pegged apertures, means over the time that counts; none where no wall is the screen."""
-    screen = apertures.screen_of(run)
+    screen = apertures.screen_of(run, flow.deck)
     if screen is None:
         return {"screen": None}
     rows = series[(series["time_s"] >= flow.start_s) & (series["time_s"] <= flow.end_s)]
     pegged = rows[[c for c in rows if str(c).startswith("pegged_")]].sum(axis=1)
-    number, mean = apertures.count(run, screen), block_mean(pegged.to_numpy(dtype=float))
+    number, mean = apertures.count(run, screen, flow.deck), block_mean(pegged.to_numpy(dtype=float))
     return {
         "screen": screen.name, "apertures": number,
         "pegged": mean[0], "pegged_half_width": mean[1], "pegged_share": mean[0] / number,
@@ -170,14 +174,17 @@ def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, An
     }  # fmt: skip
 
 
-def write(run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None) -> dict[str, Any]:
-    """Write results/screen.json, results/partition and results/screen_series (Parquet and CSV); returns the numbers."""
-    numbers, curve, series = analyse(run_dir, aperture_mm, from_s)
+def write(
+    run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None, deck: int = 1
+) -> dict[str, Any]:
+    """Write results/screen.json, results/partition and results/screen_series (Parquet and CSV), of a deck beneath with its number
+    in their names; returns the numbers."""
+    numbers, curve, series = analyse(run_dir, aperture_mm, from_s, deck)
     folder = Path(run_dir) / "results"
-    write_table(curve, folder / "partition.parquet", csv=True)
-    write_table(series, folder / "screen_series.parquet", csv=True)
+    write_table(curve, folder / f"{of_deck('partition', deck)}.parquet", csv=True)
+    write_table(series, folder / f"{of_deck('screen_series', deck)}.parquet", csv=True)
     finite = _finite(numbers)
-    write_json(folder / RESULT, finite)
+    write_json(folder / f"{of_deck(RESULT, deck)}.json", finite)
     return finite
 
 

@@ -15,6 +15,7 @@ import pandas as pd
 
 from pywet.engines import schedule
 from pywet.errors import PywetError
+from pywet.products.apertures import DECKS
 from pywet.products.steady import start_of_steady
 from pywet.runs.rundir import Floats, RunDir
 
@@ -32,6 +33,8 @@ class Streams:
     end_s: float
     steady: bool
     """Whether a steady state was found; else the second half of the feed counts."""
+    deck: int = 1
+    """Deck whose overs and unders they are, counted from above; what left over a deck above is no product of it."""
 
     @property
     def counted(self) -> pd.DataFrame:
@@ -42,22 +45,32 @@ class Streams:
         return with_product[(with_product["left_s"] > self.start_s) & (with_product["left_s"] <= self.end_s)]
 
 
-def read(run: RunDir, from_s: float | None = None) -> Streams:
-    """The streams of a finished run; means are taken from `from_s` on, else from where it is steady.
+def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
+    """The streams of a deck of a finished run; means are taken from `from_s` on, else from where it is steady.
 
     Raises
     ------
     PywetError
-        Of a run with neither a collecting bin nor outlets that are named as products.
+        Of a run with neither a collecting bin nor outlets that are named as products, or without that deck.
     """
+    if not 1 <= deck <= decks(run):
+        raise PywetError(
+            f"{run.path}: deck {deck} was asked for; expected one from 1 to {decks(run)}, counted from above"
+        )
     if run.scene.outlets:
-        return _continuous(run, from_s)
+        return _continuous(run, from_s, deck)
     if run.scene.slide is None:
         raise PywetError(
             f"{run.path}: its scene has no outlets, so that no product leaves; expected a screening case, or outlets whose names "
             "begin with overs and unders, or that have the key product"
         )
     return _batch(run)
+
+
+def decks(run: RunDir) -> int:
+    """Number of decks whose overs leave apart."""
+    collected = {o.product for o in run.scene.outlets}
+    return max((k for k, product in enumerate(DECKS, start=1) if product in collected), default=1)
 
 
 def _table(run: RunDir, entered: Floats, left: Floats, product: Any, liquid: Floats) -> pd.DataFrame:
@@ -79,7 +92,7 @@ def _batch(run: RunDir) -> Streams:
     return Streams(table, False, opened, float(line.times[-1]), True)
 
 
-def _continuous(run: RunDir, from_s: float | None) -> Streams:
+def _continuous(run: RunDir, from_s: float | None, deck: int) -> Streams:
     line, scene = run.timeline, run.scene
     missing = [p for p in PRODUCTS if p not in [o.product for o in scene.outlets]]
     if missing:
@@ -89,7 +102,10 @@ def _continuous(run: RunDir, from_s: float | None) -> Streams:
             f"with {missing[0]}, or with the key product: {missing[0]}"
         )
     gone = run.table("history/retired").set_index("id").reindex(line.ids)
-    by_outlet = np.array(["", *((o.product or "") for o in scene.outlets)], dtype=object)
+    seen = {**dict.fromkeys(DECKS[: deck - 1], ""), DECKS[deck - 1]: "overs"}
+    by_outlet = np.array(
+        ["", *(seen.get(o.product, "unders") if o.product else "" for o in scene.outlets)], dtype=object
+    )
     product = by_outlet[gone["outlet"].fillna(0).to_numpy(dtype=int)]
     entered = np.array(scene.enters(line.types.tolist())) * scene.time_step_s
     table = _table(
@@ -100,9 +116,9 @@ def _continuous(run: RunDir, from_s: float | None) -> Streams:
     if from_s is not None:
         if not 0.0 <= from_s < end:
             raise PywetError(f"--from {from_s:g} s; expected a time before the end of the feed, {end:g} s")
-        return Streams(table, True, from_s, end, True)
+        return Streams(table, True, from_s, end, True, deck)
     start = _steady_from(run, table, end)
-    return Streams(table, True, first + 0.5 * (end - first) if start is None else start, end, start is not None)
+    return Streams(table, True, first + 0.5 * (end - first) if start is None else start, end, start is not None, deck)
 
 
 def edges(run: RunDir, end_s: float) -> Floats:

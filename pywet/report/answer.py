@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from operator import attrgetter
 from statistics import mean
 
-
 from pywet.cases.screening.verdict import LEDGER_TOLERANCE
 from pywet.report.bridge import short
 from pywet.report.collect import CaseResult, grouped, named

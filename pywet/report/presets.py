@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-
 from pywet.report import plots
 from pywet.report.collect import CaseResult
 from pywet.runs.spread import difference, with_interval

@@ -9,13 +9,15 @@ import numpy as np
 import pandas as pd
 
 from pywet.products import apertures, screening_report
+from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
-from pywet.products.streams import PRODUCTS
+from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
 from pywet.report.pictures import COLOURS, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
 
-PAGE = "screen.html"
+PAGE = "screen"
+"""Name of the page."""
 
 
 def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
@@ -47,7 +49,11 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
         [page.left(name), str(value)] for name, value in {**five(numbers), **_more(numbers)}.items()
     ]
     return [
-        page.Section("What the screen did", page.table(["number", "value"], rows), "Numbers"),
+        page.Section(
+            "What the screen did" + (f", deck {deck}" if (deck := numbers["deck"]) > 1 else ""),
+            page.table(["number", "value"], rows),
+            "Numbers",
+        ),
         page.Section("Pictures", f'<div class="panels">{"".join(drawn)}</div>', "Pictures"),
     ]
 
@@ -103,9 +109,9 @@ def _moisture(run: RunDir, series: pd.DataFrame) -> str:
     return page.curves(figure, "moisture", "Moisture of the products collected until then")
 
 
-def crossings(run: RunDir) -> pd.DataFrame:
+def crossings(run: RunDir, deck: int = 1) -> pd.DataFrame:
     """Where along x each sphere was at the first output below the screen's plane: id, type, x [m]."""
-    table, screen = run.trajectory, apertures.screen_of(run)
+    table, screen = run.trajectory, apertures.screen_of(run, deck)
     plane = run.scene.screen_z_m
     if screen and screen.name != "wires":
         plane = float(apertures.extents(run, screen)[0][:, 2].min())
@@ -115,7 +121,7 @@ def crossings(run: RunDir) -> pd.DataFrame:
 
 def _passage(run: RunDir, numbers: dict[str, Any]) -> str:
     figure, (axes,) = panels(1, 1, (4.2, 3.3))
-    crossed, screen = crossings(run), apertures.screen_of(run)
+    crossed, screen = crossings(run, numbers["deck"]), apertures.screen_of(run, numbers["deck"])
     x = crossed["x"].to_numpy(dtype=float)
     low, high = (x.min(), x.max()) if len(x) else (0.0, 1.0)
     if screen:
@@ -133,7 +139,7 @@ def _passage(run: RunDir, numbers: dict[str, Any]) -> str:
 
 
 def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
-    screen = apertures.screen_of(run)
+    screen = apertures.screen_of(run, numbers["deck"])
     assert screen is not None
     stuck, line = apertures.wedged(run, screen), run.timeline
     wanted = pd.DataFrame(np.argwhere(stuck & line.entered), columns=["output", "sphere"])
@@ -157,22 +163,34 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
 
 
 def of_run(folder: Path) -> list[page.Section]:
-    """Sections of a run whose numbers as a screen are there; none of another."""
-    run = RunDir(folder)
-    numbers: dict[str, Any] | None = run.json(f"results/{RESULT}", dict[str, Any])
+    """Sections of all decks of a run whose numbers as a screen are there; none of another."""
+    return [s for deck in range(1, decks(RunDir(folder)) + 1) for s in _of_deck(RunDir(folder), deck)]
+
+
+def _of_deck(run: RunDir, deck: int) -> list[page.Section]:
+    numbers: dict[str, Any] | None = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
     if numbers is None:
         return []
-    return sections(run, numbers, *(run.table(f"results/{name}") for name in ("partition", "screen_series")))
+    tables = (run.table(f"results/{of_deck(name, deck)}") for name in ("partition", "screen_series"))
+    return sections(run, numbers, *tables)
 
 
 def write(folder: Path, numbers: dict[str, Any]) -> Path:
-    """Write the page of a run whose results are there; returns its path."""
+    """Write the page of a deck of a run whose results are there; returns its path."""
+    deck = numbers["deck"]
     cards = [page.Card(value, name) for name, value in five(numbers).items()]
     lead = "Partition, efficiency, throughput and moisture of the products."
-    return page.write(folder / PAGE, f"Screen: {numbers['run']}", lead, of_run(folder), cards)
+    return page.write(page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards)
 
 
-def screen(folder: Path | str, aperture_mm: float | None = None, from_s: float | None = None) -> dict[str, Any]:
+def page_of(folder: Path, deck: int) -> Path:
+    """Where the page of a deck is."""
+    return folder / f"{of_deck(PAGE, deck)}.html"
+
+
+def screen(
+    folder: Path | str, aperture_mm: float | None = None, from_s: float | None = None, deck: int = 1
+) -> dict[str, Any]:
     """Compute cut size, efficiency, throughput, moisture and pegging of a run, and write its tables and `screen.html`.
 
     Parameters
@@ -183,6 +201,8 @@ def screen(folder: Path | str, aperture_mm: float | None = None, from_s: float |
         Size that parts undersize from oversize; if not given that of the case or of the deck, else the cut size.
     from_s : float, optional
         Time from which means are taken; if not given, from where the run is steady.
+    deck : int
+        Of several decks the one meant, counted from above; its files have its number in their names.
 
     Returns
     -------
@@ -194,6 +214,6 @@ def screen(folder: Path | str, aperture_mm: float | None = None, from_s: float |
     PywetError
         If the run has neither a collecting bin nor outlets that are overs and unders.
     """
-    numbers = screening_report.write(Path(folder), aperture_mm, from_s)
+    numbers = screening_report.write(Path(folder), aperture_mm, from_s, deck)
     write(Path(folder), numbers)
     return numbers

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -139,6 +140,20 @@ def enters(scene: dict[str, Any], kind: Floats) -> Floats:
     for c in scene["classes"]:
         if given := c.get("fed"):
             members = np.flatnonzero(kind == c["type"])
-            at = given["from_s"] + given["for_s"] * (np.arange(len(members)) + 0.5) / c["count"]
+            at = enter_times(given, c["count"])[: len(members)]
             found[members] = np.rint(at / scene["time_step_s"]).astype(np.int64)
     return found
+
+
+def enter_times(given: Mapping[str, Any], count: int) -> Floats:
+    """Times [s] by which equal parts of the mass have come, each in the middle of its own: the rate is constant, rises in
+    proportion to time, or is there for a share of each period alone."""
+    order, profile = np.arange(count) + 0.5, given.get("profile", "constant")
+    if profile == "constant":
+        return np.asarray(given["from_s"] + given["for_s"] * order / count)
+    come = order / count
+    if profile == "ramp":
+        return np.asarray(given["from_s"] + given["for_s"] * come**0.5)
+    period = given["for_s"] / given["pulses"]
+    nth = np.floor(come * given["pulses"])
+    return np.asarray(given["from_s"] + period * (nth + given["pulse_share"] * (come * given["pulses"] - nth)))

@@ -100,7 +100,9 @@ def _classes(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
         if s["count"] or s["at_mm"]:
             found[f"{at}.count"] = (s["count"] or len(s["at_mm"]), f"spheres {s['name']}")
         if s["fed"]:
-            found |= {f"{at}.fed.{k}": (s["fed"][k], f"spheres {s['name']} fed") for k in ("from_s", "for_s")}
+            fed = {"profile": "constant", "pulse_share": 0.5, **s["fed"]}
+            fed["pulses"] = fed.get("pulses") or 1
+            found |= {f"{at}.fed.{k}": (fed[k], f"spheres {s['name']} fed") for k in fed if k != "unusual"}
     return found
 
 
@@ -196,7 +198,7 @@ def _outlets(written: Mapping[str, Any]) -> Expected:
     found: Expected = {"outlets": ([o["name"] for o in written["outlets"]], "outlets")}
     for o in written["outlets"]:
         at, key = f"outlets.{o['name']}", f"outlets {o['name']}"
-        begins = [p for p in ("overs", "unders") if o["name"].startswith(p)]
+        begins = [p for p in ("overs", "middlings", "lower_middlings", "unders") if o["name"].startswith(p)]
         found[f"{at}.product"] = (o["product"] or (begins[0] if begins else None), f"{key} product")
         for bound in ("low", "high"):
             for axis, value, x in zip("xyz", o[f"{bound}_mm"], written["origin_mm"], strict=True):

@@ -64,9 +64,18 @@ def _gravity(deck: Said) -> list[float]:
     return [turn.imag, 0.0, -turn.real]
 
 
+def _levels(deck: Said) -> list[Said]:
+    """A deck and those beneath it, from above."""
+    return [deck, *(deck.get("beneath") or ())]
+
+
 def _walls(deck: Said) -> Iterator[dict[str, Any]]:
     """Names and motion; the wires across are a wall of their own."""
-    names = ["screen", *(["cross_wires"] if deck["mesh"] == "square" else []), "left", "right", "back"]
+    names = []
+    for k, level in enumerate(_levels(deck)):
+        number = f"_{k + 1}" if k else ""
+        names += [f"screen{number}", f"cross_wires{number}"][: 1 + (level["mesh"] == "square")]
+    names += ["left", "right", "back"]
     for name in names:
         yield {"name": name, "contact_angle_deg": ANGLE_DEG, **NO_MOTION, "vibrates": _stroke(deck["stroke"])}
 
@@ -87,18 +96,25 @@ def _stroke(stroke: Said) -> dict[str, Any]:
 
 
 def _outlets(deck: Said) -> Iterator[dict[str, Any]]:
-    """Two apertures away from the deck: both sides, the back, its end; six below: the sections, of which a later one holds what
-    no earlier one does."""
+    """Two apertures away from the deck: both sides, the back, its end; six below the lowest: the sections, of which a later one
+    holds what no earlier one does. Overs of several decks leave just at their end, above a quarter of the room below."""
     away, sections = 2.0 * deck["aperture_mm"], deck["sections"]
     edge = 0.5 * deck["width_mm"] + SIDE_MM + away
     yield {**OPEN, "name": "spilled_left", "low_mm": [None, edge, None]}
     yield {**OPEN, "name": "spilled_right", "high_mm": [None, -edge, None]}
     yield {**OPEN, "name": "spilled_back", "high_mm": [-2.0 * SIDE_MM - away, None, None]}
-    yield {**OPEN, "name": "overs", "low_mm": [deck["length_mm"] + away, None, None]}
+    levels, top, room = _levels(deck), 0.0, 6.0 * _levels(deck)[-1]["aperture_mm"]
+    if len(levels) == 1:
+        yield {**OPEN, "name": "overs", "low_mm": [deck["length_mm"] + away, None, None]}
+    for k, level in enumerate(levels if len(levels) > 1 else ()):
+        top -= level["below_mm"] if k else 0.0
+        under = levels[k + 1]["below_mm"] if k + 1 < len(levels) else room
+        least = top - level["wire_mm"] - under / 4.0
+        yield {**OPEN, "name": ("overs", "middlings", "lower_middlings")[k], "low_mm": [deck["length_mm"], None, least]}
     ends = [deck["length_mm"] * k / sections for k in range(1, sections)]
     for k, end in enumerate([*ends, None], start=1):
         name = f"unders_{k}" if sections > 1 else "unders"
-        yield {**OPEN, "name": name, "high_mm": [end, None, -6.0 * deck["aperture_mm"]]}
+        yield {**OPEN, "name": name, "high_mm": [end, None, top - room]}
 
 
 def _spheres(feed: Said, scene: Said) -> Iterator[dict[str, Any]]:

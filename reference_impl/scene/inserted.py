@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from reference_impl.replay.arrays import Floats
+from reference_impl.replay.plans import enter_times
 
 APART = 1.05
 """Least distance of centres, over that at which spheres and their films touch."""
@@ -23,8 +24,7 @@ def places(said: Mapping[str, Any], scene: Mapping[str, Any], films: list[float]
     """Positions (n, 3) of each class that enters [m], by type, in the order of entry; none where one cannot be placed."""
     entries, classes = said["spheres"], scene["classes"]
     arrivals = sorted(
-        (c["fed"]["from_s"] + c["fed"]["for_s"] * (n + 0.5) / c["count"], c["type"])
-        for c in classes if c.get("fed") for n in range(c["count"])
+        (float(at), c["type"]) for c in classes if c.get("fed") for at in enter_times(c["fed"], c["count"])
     )  # fmt: skip
     generator = np.random.default_rng(said["seed"])
     size = [c["radius_m"] + h for c, h in zip(classes, films, strict=True)]

@@ -29,9 +29,10 @@ def check(folder: Path) -> Section:
         mine = (any_scene if any_scene.written(run) else screening).tables(run, scene)
         if (run / "results").is_dir():
             _tables(section, run, mine)
-        if (run / plant.RESULT).exists():
-            numbers = summary.load(run / plant.RESULT)
-            section.add("results_screen", "itself", [*plant.held(run, scene, numbers)], "numbers of screen.json")
+        screens = [summary.load(run / name) for name in plant.RESULTS.values() if (run / name).exists()]
+        if screens:
+            compared = [row for numbers in screens for row in plant.held(run, scene, numbers)]
+            section.add("results_screen", "itself", compared, "numbers of screen.json")
         if (run / "summary.json").exists():
             given = summary.load(run / "summary.json")
             section.add(

@@ -18,7 +18,9 @@ from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.replay import plans, retired
 from reference_impl.tables.own import Bodies, outputs
 
-RESULT = "results/screen.json"
+RESULTS = {1: "results/screen.json", 2: "results/screen_2.json", 3: "results/screen_3.json"}
+"""Of each deck, from above."""
+LEVELS = ("overs", "middlings", "lower_middlings")
 MOST_PASSED, BLOCKS = 0.9, 8
 SOURCE = "the logs"
 
@@ -30,7 +32,12 @@ def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -
     table = pd.DataFrame({"id": of.ids, "d": [diameter[k] for k in of.kind], "kg": of.mass, "start_m3": of.film})
     if not scene.get("outlets"):
         return _of_batch(folder, scene, of, table)
-    names = {k: o.get("product") for k, o in enumerate(scene["outlets"], start=1)}
+    above = LEVELS[: given.get("deck", 1) - 1]
+    names = {
+        k: (o["product"] == LEVELS[given.get("deck", 1) - 1] and "overs") or "unders"
+        for k, o in enumerate(scene["outlets"], start=1)
+        if o.get("product") and o["product"] not in above
+    }
     table["in"] = plans.enters(dict(scene), of.kind) * scene["time_step_s"]
     gone = retired.table(folder)
     gone = gone.assign(out=gone["step"] * scene["time_step_s"], product=gone["outlet"].map(names), m3=gone["film"])
@@ -80,7 +87,9 @@ def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, An
     d25, d50, d75 = (size_of(sizes, share) for share in (0.25, 0.5, 0.75))
     found: dict[str, Any] = {"d25_mm": d25, "d50_mm": d50, "d75_mm": d75}
     found["ecart_probable_mm"] = None if d25 is None or d75 is None else (d75 - d25) / 2.0
-    if limit is not None:
+    if not sizes:
+        found |= dict.fromkeys(("undersize_recovery", "oversize_recovery", "efficiency", "misplaced"))
+    elif limit is not None:
         fine_over, fine_under, coarse_over, coarse_under = (
             math.fsum(row[column] for row in sizes if (row[0] < limit) == fine)
             for fine, column in ((True, 1), (True, 2), (False, 1), (False, 2))
@@ -140,4 +149,4 @@ def held(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> It
         there: Any = given
         for key in path.split("."):
             there = there.get(key, MISSING) if isinstance(there, Mapping) else MISSING
-        yield Held(f"{RESULT}: {path}", there, value, SOURCE)
+        yield Held(f"{RESULTS[given.get('deck', 1)]}: {path}", there, value, SOURCE)

@@ -80,6 +80,40 @@ def test_the_example_is_short_and_whole() -> None:
     assert made.warnings == []
 
 
+TWO = {**DECK, "aperture_mm": 8, "wire_mm": 2, "beneath": [{"aperture_mm": 4, "wire_mm": 1, "below_mm": 30}]}
+
+
+def test_decks_beneath_each_other() -> None:
+    """Names by number from above; the second 30 mm lower; overs of both leave at the end, each above a quarter of its room."""
+    grains = {"name": "grain", "material": "glass", "diameter_mm": 2, "at_mm": [(20.0, 0.0, 10.0)]}
+    made = building.Building(pywet.Scene(**beads(deck=TWO, spheres=[grains]))).scene()
+    assert [w.name for w in made.walls] == [
+        "screen", "cross_wires", "screen_2", "cross_wires_2", "left", "right", "back"
+    ]  # fmt: skip
+    by_name = {o.name: o for o in made.outlets}
+    assert [(o.name, o.product) for o in made.outlets if o.product] == [
+        ("overs", "overs"), ("middlings", "middlings"), ("unders", "unders")
+    ]  # fmt: skip
+    assert by_name["overs"].low_m == pytest.approx((0.060, None, -0.002 - 0.0075))
+    assert by_name["middlings"].low_m == pytest.approx((0.060, None, -0.030 - 0.001 - 0.006))
+    assert by_name["unders"].high_m[2] == pytest.approx(-0.030 - 0.024)
+    deck = Deck(**TWO)
+    heights = {w["name"]: w["bars"]["origin_mm"][2] for w in deck.walls() if "bars" in w}
+    assert heights == {"screen": -1.0, "cross_wires": -1.0, "screen_2": -30.5, "cross_wires_2": -30.5}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"aperture_mm": 8}, "beneath 1: an aperture_mm below that of the deck above, 8 mm"),
+        ({"below_mm": 17}, "beneath 1: below_mm of at least two apertures and a wire of the deck above, 18 mm"),
+    ],
+)
+def test_decks_that_do_not_fit_are_refused(change: dict[str, float], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        pywet.Scene(**beads(deck={**TWO, "beneath": [{**TWO["beneath"][0], **change}]}))
+
+
 def test_a_deck_smaller_than_an_aperture_is_refused() -> None:
     with pytest.raises(ConfigError, match="length_mm and width_mm of at least one aperture and wire, 5 mm"):
         pywet.Scene(**beads(deck={**DECK, "width_mm": 4}))
@@ -121,6 +155,29 @@ def test_probability_of_passage_by_gaudin(tmp_path: Path) -> None:
     assert (straight == (clear > 0))[sure].all() and sure.sum() > 300
     probability = ((4.0 - 1.0) / (4.0 + 1.0)) ** 2
     assert straight.mean() == pytest.approx(probability, abs=3.0 * math.sqrt(probability * (1 - probability) / len(at)))
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_two_decks_part_three_sizes(tmp_path: Path) -> None:
+    """Spheres of 12, 6 and 2 mm over 8 and 4 mm: each size is one product, both cuts are steps; the replay agrees."""
+    box = {"low_mm": (2, -12, 8), "high_mm": (25, 12, 60)}
+    sizes = {"coarse": (12, 5), "middle": (6, 12), "fine": (2, 60)}
+    spheres = [
+        {"name": name, "material": "glass", "diameter_mm": d, "count": n, "box": box} for name, (d, n) in sizes.items()
+    ]
+    deck = {**TWO, "inclination_deg": 25, "side_mm": 70, "stroke": {"amplitude_mm": 1.5, "frequency_Hz": 25}}
+    run = pywet.run(scene(spheres=spheres, deck=deck, duration_s=1.5, results={"windows": 2}), tmp_path)
+    gone = run._run.table("history/retired")
+    names = np.array(["", *(o.product or "spilled" for o in run.scene.outlets)])[gone["outlet"]]
+    counts = pd.crosstab(gone["type"], names)
+    assert {k: row[row > 0].to_dict() for k, row in counts.iterrows()} == {
+        1: {"overs": 5}, 2: {"middlings": 12}, 3: {"unders": 60}
+    }  # fmt: skip
+    first, second = (pywet.screen(tmp_path, from_s=0.0, deck=k) for k in (1, 2))
+    assert (first["efficiency"], first["d50_mm"]) == pytest.approx((1.0, 9.0))
+    assert (second["efficiency"], second["d50_mm"]) == pytest.approx((1.0, 4.0))
+    assert (tmp_path / "screen_2.html").exists()
 
 
 @pytest.mark.slow

@@ -107,6 +107,30 @@ def test_the_reference_gets_the_same_numbers(made: Path, tmp_path: Path) -> None
         path.write_text(text)
 
 
+def test_a_second_deck(tmp_path: Path) -> None:
+    """The unders of the first deck are those of a second one and its overs by halves: T is 1/2; files are named with a 2."""
+    folder = made_up.make(tmp_path / "run")
+    scene = json.loads((folder / "scene.json").read_text())
+    middle = {**scene["outlets"][0], "name": "middlings", "product": "middlings"}
+    scene["outlets"].insert(1, middle)
+    (folder / "scene.json").write_text(json.dumps(scene))
+    gone = pd.read_parquet(folder / "history" / "retired.parquet")
+    under = gone["outlet"] == 2
+    gone.loc[under, "outlet"] = 2 + gone[under].groupby("type").cumcount() % 2
+    gone.to_parquet(folder / "history" / "retired.parquet", index=False)
+    first, second = (screening_report.write(folder, aperture_mm=2.5, from_s=0.0, deck=deck) for deck in (1, 2))
+    assert first["d50_mm"] == pytest.approx(2.5, rel=0.02)
+    curve = pd.read_parquet(folder / "results" / "partition_2.parquet").set_index("diameter_mm")["T"]
+    assert sorted(curve.index) == pytest.approx([1.0, 2.0, 3.0])  # none of the coarsest comes down to it
+    assert curve.to_numpy() == pytest.approx([0.5, 0.5, 0.5], abs=0.06)
+    assert second["deck"] == 2 and sum(second["spheres"].values()) == first["spheres"]["unders"]
+    for name in ("screen", "screen_2"):
+        given = json.loads((folder / "results" / f"{name}.json").read_text())
+        assert [h.name for h in plant.held(folder, io.scene(folder), given) if h.wrong] == []
+    with pytest.raises(PywetError, match="deck 3 was asked for; expected one from 1 to 2"):
+        screening_report.write(folder, deck=3)
+
+
 def test_a_batch_case_by_hand(tmp_path: Path) -> None:
     """One coarse sphere stays, two fine ones are in the bin at the end: a perfect cut between 4 and 8 mm."""
     folder = synthetic.make(tmp_path)
@@ -140,6 +164,8 @@ def test_a_run_without_products_is_refused(tmp_path: Path) -> None:
 
 def test_sizes_and_recoveries_that_are_not_defined() -> None:
     """A feed all of which passes has no cut size; without oversize its recovery is 1, and nothing is misplaced."""
+    none = separation(partition_curve(np.array([1e-3]), np.array([0]), np.array([0]), np.array([1.0])), 3.0)
+    assert math.isnan(none.efficiency) and math.isnan(none.misplaced)
     curve = partition_curve(np.array([1e-3, 2e-3]), np.array([0, 0]), np.array([5, 7]), np.array([1.0, 8.0]))
     found = separation(curve, 3.0)
     assert math.isnan(found.d50_mm) and found.efficiency == 1.0 and found.misplaced == 0.0

@@ -128,7 +128,7 @@ def film(patch: pytest.MonkeyPatch) -> None:
 
 def fed(patch: pytest.MonkeyPatch) -> None:
     """Insertion takes twice as long."""
-    patch.setattr(building.typed, "Fed", lambda from_s, for_s: Fed(from_s=from_s, for_s=2.0 * for_s))
+    patch.setattr(building.typed, "Fed", lambda for_s, **more: Fed(for_s=2.0 * for_s, **more))
 
 
 def density(patch: pytest.MonkeyPatch) -> None:

@@ -338,7 +338,7 @@ def _sphere_class(kind: int, spheres: Spheres, said: Scene, of_mass: int | None)
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
         contact_angle_rad=math.radians(material.contact_angle_deg),
         count=of_mass or spheres.count or len(spheres.at_mm or ()),
-        fed=typed.Fed(from_s=spheres.fed.from_s, for_s=spheres.fed.for_s) if spheres.fed else None,
+        fed=typed.Fed(**spheres.fed.model_dump(exclude_none=True, exclude={"unusual"})) if spheres.fed else None,
     )  # fmt: skip
 
 

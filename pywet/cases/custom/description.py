@@ -22,7 +22,7 @@ from pywet.products.deck import Deck
 from pywet.products.feed import FeedAmount, entries
 from pywet.products.outlets import Outlet
 from pywet.products.size_classes import Sizes
-from pywet.scene import NonNegative, Positive, Title, Vector
+from pywet.scene import NonNegative, Positive, Profile, Title, Vector
 
 WALLS = "walls"
 """Of a contact: with every wall, which are one material in the engine."""
@@ -119,7 +119,7 @@ class Cylinder(Excusable):
 
 
 class Fed(Excusable):
-    """Spheres enter one after the other at equal times, at random places of their region, with their `velocity_m_per_s`.
+    """Spheres enter one after the other, at random places of their region, with their `velocity_m_per_s`.
 
     Until then they come along on a straight way, without weight, from where that velocity has them wait: keep it free.
     """
@@ -128,6 +128,18 @@ class Fed(Excusable):
     """Time at which insertion begins."""
     for_s: Positive
     """Duration of insertion."""
+    profile: Profile = "constant"
+    """Rate over time: constant, a ramp from nothing to twice the mean, or pulsed."""
+    pulses: Annotated[int, Field(ge=1)] | None = None
+    """Number of pulses, of equal length and mass."""
+    pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
+    """Part of its period in which a pulse enters."""
+
+    @model_validator(mode="after")
+    def _has_pulses(self) -> Self:
+        if (self.pulses is not None) != (self.profile == "pulsed"):
+            raise ValueError("fed or insertion: pulses with profile: pulsed, and only then")
+        return self
 
 
 class Spheres(Excusable):

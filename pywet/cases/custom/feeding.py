@@ -97,8 +97,7 @@ def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, F
 
 def times(sphere: SphereClass) -> list[float]:
     """When the spheres of a class enter [s], none where it is not fed."""
-    fed, n = sphere.fed, sphere.count
-    return [fed.from_s + fed.for_s * (k + 0.5) / n for k in range(n)] if fed else []
+    return sphere.fed.times(sphere.count) if sphere.fed else []
 
 
 def _inside(shape: Any, radius: float, random: np.random.Generator) -> Floats:

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from pywet.cases.custom.at_walls import PRESSED, AtWalls
 from pywet.cases.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most, column
 from pywet.products import screening_report
-from pywet.products.outlets import PRODUCTS
+from pywet.products.streams import PRODUCTS, decks
 from pywet.runs.retired import taken_out
 from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.runs.summary import general
@@ -154,5 +154,6 @@ def write(run_dir: Path) -> dict[str, Any]:
         notice.warning("%s: %s", run.scene.name, sentence)
     write_json(run.path / "summary.json", summary)
     if {o.product for o in run.scene.outlets} >= {*PRODUCTS}:
-        screening_report.write(run.path)
+        for deck in range(1, decks(run) + 1):
+            screening_report.write(run.path, deck=deck)
     return summary

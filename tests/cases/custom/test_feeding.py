@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 import pywet
+from pywet import scene as typed
 from pywet.cases.custom.building import Building
 from pywet.errors import ConfigError
+from reference_impl.replay.plans import enter_times
 from tests.cases.custom.conftest import beads, example
 
 INLET = {"low_mm": (-10, -10, 20), "high_mm": (10, 10, 26)}
@@ -42,6 +44,8 @@ def test_a_sphere_waits_as_far_back_as_it_has_to_come() -> None:
     [
         ({"velocity_m_per_s": (0, 0, 0)}, [], "velocity_m_per_s beside fed"),
         ({"fed": {"for_s": 0.2}}, [], "to be fed before the end"),
+        ({"fed": {"for_s": 0.05, "pulses": 2}}, [], "pulses with profile: pulsed, and only then"),
+        ({"fed": {"for_s": 0.05, "profile": "pulsed"}}, [], "pulses with profile: pulsed, and only then"),
         ({"count": 3000}, [], "fit on their way, the next does not"),
         (
             {},
@@ -76,7 +80,12 @@ def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
 @pytest.mark.engine
 def test_a_fed_deck_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     """What was put in grows by a film for each sphere that enters; told otherwise, the replay objects."""
-    scene = example("slotted_deck", {"fed": {"from_s": 0.0, "for_s": 0.05}}, Path(__file__).parent, duration_s=0.07)
+    scene = example(
+        "slotted_deck",
+        {"fed": {"from_s": 0.0, "for_s": 0.05, "profile": "pulsed", "pulses": 2}},
+        Path(__file__).parent,
+        duration_s=0.07,
+    )
     smaller = [s.model_copy(update={"count": s.count // 3}) for s in scene.spheres if s.count]
     run = pywet.run(pywet.Scene(**{**dict(scene), "spheres": smaller, "results": {"windows": 3}}), tmp_path / "deck")
     start = run._run.spheres.sort_values("id")
@@ -92,3 +101,18 @@ def test_a_fed_deck_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     (copy / "scene.json").write_text(json.dumps(told))
     wrong = {name for name, q in (pywet.replay(copy) or {})["quantities"].items() if not q["ok"]}
     assert {"newton_force", "ledger", "energy_gravity", "results_liquid_by_wall"} <= wrong
+
+
+@pytest.mark.parametrize("profile", ["constant", "ramp", "pulsed"])
+def test_rates_over_time(profile: str) -> None:
+    """Part that has entered by t of 4 s: t/4, (t/4)^2, and by halves in the first quarter of every two seconds."""
+    fed = typed.Fed(from_s=1.0, for_s=4.0, profile=profile, pulses=2, pulse_share=0.25)
+    at = np.array(fed.times(4000)) - 1.0
+    come = [(at <= t).mean() for t in (0.25, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0)]
+    want = {
+        "constant": [1 / 16, 1 / 8, 1 / 4, 1 / 2, 5 / 8, 3 / 4, 1],
+        "ramp": [1 / 256, 1 / 64, 1 / 16, 1 / 4, 25 / 64, 9 / 16, 1],
+        "pulsed": [1 / 4, 1 / 2, 1 / 2, 1 / 2, 1, 1, 1],
+    }
+    assert come == pytest.approx(want[profile], abs=5e-4)
+    assert enter_times(fed.model_dump(), 4000) == pytest.approx(at + 1.0, rel=1e-14)
