@@ -370,7 +370,7 @@ def test_a_restart_file_that_the_stock_program_would_read_for_ever(
     """On a full disk it writes an empty one, reads it back and never ends: it is ended once that has not changed for a while.
 
     The clock has no say in it: the file's time may be in the past or, the clock set back with the engine at work, ahead; nor
-    has another file beside it, that the killed call was writing.
+    has another file, that the killed call was writing.
     """
     newer, run_dir = points(cut_off[1])[1], tmp_path / "run"
     shutil.copytree(cut_off[1], run_dir)
