@@ -194,7 +194,7 @@ def sweep(
                 code="cli.plot_words",
                 given=len(words) - 1,
             )
-        tell(sweep_command.plot(Path(words[1]), None, words[2:], out_dir))
+        tell(sweep_command.plot(Path(words[1]), words[2:], out_dir))
         return
     if len(words) > 1:
         raise PywetError(
