@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from pywet.errors import PywetError
+from pywet.products import destinations
 from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
 from pywet.util.files import atomic_write
@@ -72,19 +73,20 @@ def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
     retained = Panel("time since the slide opened [s]", "fraction retained [-]")
     liquid = Panel("time [s]", "share of the liquid put in [-]")
     partition = Panel("diameter [mm]", "partition: share retained [-]")
+    outlets, trays = (Panel("diameter [mm]", f"partition: share of a size by {by} [-]") for by in ("outlet", "tray"))
+    drawn = (retained, partition, outlets, trays, liquid)
     for group, folders in groups.items():
         for folder in folders:
             run = RunDir(Path(folder))
-            before = sum(len(p.curves) for p in (retained, liquid, partition))
             _retained(run, group, retained, partition)
+            _destinations(run, group, {"outlet": outlets, destinations.TRAY: trays})
             _liquid(run, group, liquid)
-            seen = any(key[0] == group for p in (retained, liquid, partition) for key in p.curves)
-            if before == sum(len(p.curves) for p in (retained, liquid, partition)) and not seen:
+            if not any(key[0] == group for p in drawn for key in p.curves):
                 raise PywetError(
-                    f"{folder} has neither a fraction retained nor liquid to plot; expected a finished screening case "
-                    "or a moist scene"
+                    f"{folder} has neither a fraction retained nor a partition nor liquid to plot; expected a finished "
+                    "screening case, a scene whose sizes part by outlet or tray, or a moist scene"
                 )
-    return [p for p in (retained, partition, liquid) if p.curves]
+    return [p for p in drawn if p.curves]
 
 
 def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> None:
@@ -101,6 +103,16 @@ def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> Non
     ]
     if len(ends) > 1:
         partition.add(group, "", *zip(*ends, strict=True))
+
+
+def _destinations(run: RunDir, group: str, panels_by: Mapping[str, Panel]) -> None:
+    """Add the shares of each size of a finished custom scene by outlet or tray."""
+    finished = run.scene.slide is None and (run.path / "trajectory.parquet").exists()
+    found = destinations.shares(run) if finished else None
+    if found is not None:
+        by, table = found
+        for name in table.columns:
+            panels_by[by].add(group, str(name).replace("_", " "), table.index, table[name])
 
 
 def _liquid(run: RunDir, group: str, panel: Panel) -> None:

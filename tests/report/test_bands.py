@@ -79,6 +79,6 @@ def test_what_cannot_be_drawn_is_refused(seeds: list[Path], tmp_path: Path) -> N
     assert done.exit_code != 0 and "40 to 500" in done.output
     dry = synthetic.make(tmp_path / "dry", moist=False)
     with pytest.raises(
-        PywetError, match="neither a fraction retained nor liquid to plot; expected a finished screening"
+        PywetError, match="neither a fraction retained nor a partition nor liquid to plot; expected a finished"
     ):
         bands.write(tmp_path / "fig.pdf", bands.grouped([dry]))
