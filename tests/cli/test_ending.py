@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from pywet import config, stages
+from pywet.cases.screening import status
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.errors import PywetError
@@ -90,6 +93,20 @@ def test_the_report_of_a_run_has_its_links(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     text = (run / "report.html").read_text()
     assert 'href="results/fraction_retained.csv"' in text and "5/7/10" in text and "Scale smoke" in text
+
+
+def test_the_report_of_a_run_needs_no_vtk_files(tmp_path: Path) -> None:
+    """`pywet run` writes none: its page counts the case as done; a stage that failed is named, as by the workflow's verdict."""
+    run = finished(tmp_path / "case02")
+    shutil.rmtree(run / "status", ignore_errors=True)
+    for stage in ("scene", "simulate", "results", "replay"):
+        write_json(status.status_path(run, stage), asdict(status.Status(stage, True, 1.0)))
+    assert CliRunner().invoke(app, ["report", str(run)]).exit_code == 0
+    assert "was not run to the end" not in (run / "report.html").read_text()
+    assert status.problems(run) == ["it was not run to the end: stage vtk is missing"]
+    (run / "status" / "replay.json").unlink()
+    assert CliRunner().invoke(app, ["report", str(run)]).exit_code == 0
+    assert "stage replay is missing" in (run / "report.html").read_text()
 
 
 def test_a_damaged_configuration_is_one_sentence(tmp_path: Path) -> None:
