@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from scipy import stats
 
+from pywet.cases.screening.results import class_titles, column
 from pywet.errors import PywetError
 from pywet.products import destinations
 from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
@@ -94,8 +95,6 @@ def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> Non
     if table is None:
         return
     retained.add(group, "", table["time_since_opening_s"], table["fraction_retained"])
-    from pywet.cases.screening.results import column
-
     ends = [
         (2e3 * c.radius_m, table[name].iloc[-1])
         for c in sorted(run.scene.classes, key=lambda c: c.radius_m)
@@ -118,14 +117,16 @@ def _destinations(run: RunDir, group: str, panels_by: Mapping[str, Panel]) -> No
 def _liquid(run: RunDir, group: str, panel: Panel) -> None:
     if not run.moist:
         return
+    titles = class_titles(run.scene)
     for name in ("results/liquid_by_holder", "results/liquid_by_wall", "history/ledger"):
         table = run.table_if_there(name)
         if table is None:
             continue
         time, initial, end = ("time", "initial", "") if name == "history/ledger" else ("time_s", "initial_m3", "_m3")
-        for column in _reservoirs(table, name.endswith("wall")):
-            label = column.removesuffix(end).replace("_", " ")
-            panel.add(group, label, table[time], table[column] / (table[initial].max() or 1.0))
+        for reservoir in _reservoirs(table, name.endswith("wall")):
+            word = reservoir.removesuffix(end)
+            shares = table[reservoir] / (table[initial].max() or 1.0)
+            panel.add(group, titles.get(word, word.replace("_", " ")), table[time], shares)
         return
 
 

@@ -13,6 +13,7 @@ import pandas as pd
 from pywet.cases.custom import seeds
 from pywet.cases.custom.walls import word_of
 from pywet.cases.screening import verdict
+from pywet.cases.screening.results import class_titles
 from pywet.errors import PywetError
 from pywet.report import page, render, report, screen_page
 from pywet.report.bands import mean_and_band
@@ -119,7 +120,8 @@ def _liquid(runs: seeds.Runs) -> str:
     if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
     description = read_if_there(run.path / "description.json", AGAIN) or {"walls": []}
-    names = {word_of(wall["name"]): wall["name"] for wall in description["walls"]}
+    names = {f"wall_{word_of(wall['name'])}": f"wall {wall['name']}" for wall in description["walls"]}
+    names |= class_titles(run.scene)
     order = sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max())
     shown = {str(c): _holder(str(c), names) for c in order}
     tables = [of.liquid.assign(**{c: 1e9 * of.liquid[c] for c in [*order, "initial_m3"]}) for of in runs]
@@ -139,9 +141,9 @@ def _liquid(runs: seeds.Runs) -> str:
 
 
 def _holder(column: str, names: dict[str, str]) -> str:
-    """What a column's liquid is on; `names`: of the walls, by their words in tables."""
-    kind, _, name = column.removesuffix("_m3").partition("_")
-    return {"left": "left with drops"}.get(kind, f"{kind} {names.get(name, name) if kind == 'wall' else name}")
+    """What a column's liquid is on; `names`: of walls and classes, by their columns without unit."""
+    kind = column.removesuffix("_m3")
+    return names.get(kind, "left with drops" if kind == "left" else kind.replace("_", " ", 1))
 
 
 def _contacts(runs: seeds.Runs) -> list[page.Section]:
