@@ -17,12 +17,11 @@ from scipy import stats
 from pywet.cases.screening.results import class_titles, column
 from pywet.errors import PywetError
 from pywet.products import destinations
-from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
+from pywet.report.pictures import COLOURS, DASHES, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
 from pywet.util.files import atomic_write
 
 Floats = NDArray[np.float64]
-DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 FORMATS = (".pdf", ".svg", ".png")
 THESIS: Any = {
     **STYLE,
@@ -36,9 +35,9 @@ THESIS: Any = {
     "svg.fonttype": "none",
 }
 """Sizes of letters are those in print, since the figure has the width in which it is printed; text of PDF and SVG stays text."""
-WIDTH, LEAST, HEIGHT, FEW = 150.0, 65.0, 65.0, 4
+WIDTH, LEAST, HEIGHT, FEW, ROW = 150.0, 65.0, 65.0, 4, 3.8
 """Width of a figure, that of the text of a thesis on A4; least width of a panel, its height [mm]; the most curves whose legend is
-inside the panel."""
+inside the panel, and height of a row of one below it [mm]."""
 INCH = 25.4
 LIQUID = ("coarse_material", "fines", "films", "bridges", "walls", "wires", "left")
 """Liquid reservoirs that are drawn, of those that a run has; of custom scenes every class and wall."""
@@ -74,7 +73,7 @@ def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
     retained = Panel("time since the slide opened [s]", "fraction retained [-]")
     liquid = Panel("time [s]", "share of the liquid put in [-]")
     partition = Panel("diameter [mm]", "partition: share retained [-]")
-    outlets, trays = (Panel("diameter [mm]", f"partition: share of a size by {by} [-]") for by in ("outlet", "tray"))
+    outlets, trays = (Panel("diameter [mm]", f"partition by {by} [-]") for by in ("outlet", "tray"))
     drawn = (retained, partition, outlets, trays, liquid)
     for group, folders in groups.items():
         for folder in folders:
@@ -132,7 +131,7 @@ def _liquid(run: RunDir, group: str, panel: Panel) -> None:
 
 def _reservoirs(table: pd.DataFrame, every: bool) -> list[str]:
     if every:
-        return [c for c in table.columns if c.startswith(("spheres_", "wall_"))]
+        return [c for c in table.columns if c.startswith(("spheres_", "wall_", "outlet_")) and table[c].any()]
     return [c for c in table.columns if c.removesuffix("_m3") in LIQUID and table[c].any()]
 
 
@@ -162,7 +161,8 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
     shown = panels_of(groups)
     with plt.rc_context(THESIS):
         columns = max(1, min(len(shown), int(width_mm // LEAST)))
-        figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, HEIGHT / INCH))
+        below = max(ROW * -(-len(panel.curves) // 2) if len(panel.curves) > FEW else 0.0 for panel in shown)
+        figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, (HEIGHT + below) / INCH))
         for one, panel in zip(axes, shown, strict=False):  # the last row may have spare axes
             _draw(one, panel, _labels(groups))
         if any(len(runs) > 1 for runs in groups.values()):
@@ -195,7 +195,7 @@ def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
     names = list(dict.fromkeys(name for _, name in panel.curves))
     for (group, name), curves in panel.curves.items():
         k, j = groups.index(group), names.index(name)
-        colour, dash = (k, j) if len(groups) > 1 else (j, k)
+        colour, dash = (k, j) if len(groups) > 1 else (j, j // len(COLOURS))
         label = name if len(groups) == 1 else " ".join(part for part in (labels[group], name) if part)
         x, mean, half = mean_and_band(curves)
         style: Any = {"color": COLOURS[colour % len(COLOURS)], "linestyle": DASHES[dash % len(DASHES)]}

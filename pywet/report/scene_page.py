@@ -17,7 +17,7 @@ from pywet.cases.screening.results import class_titles
 from pywet.errors import PywetError
 from pywet.report import page, render, report, screen_page
 from pywet.report.bands import mean_and_band
-from pywet.report.pictures import STYLE, panels, plt
+from pywet.report.pictures import STYLE, legend, panels, plt
 from pywet.runs.loaded import Run
 from pywet.shipped import place
 from pywet.util.files import AGAIN, read_if_there
@@ -178,14 +178,15 @@ def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]]) -> 
     with plt.rc_context(STYLE):
         for k, (label, columns) in enumerate(panels_of.items()):
             figure, (axes,) = panels(1, 1, (4.2, 3.3))
-            for column, name in columns.items():
+            held = {c: name for c, name in columns.items() if any(t[c].any() for t in tables)} or columns
+            for column, name in held.items():
                 put_in: Any = {"color": GREY, "linestyle": ":"} if column == "initial_m3" else {}
                 time, mean, half = mean_and_band([(t["time_s"].to_numpy(), t[column].to_numpy()) for t in tables])
                 (line,) = axes.plot(time, mean, label=name, **put_in)
                 if half is not None:
                     axes.fill_between(time, mean - half, mean + half, color=line.get_color(), alpha=0.2, linewidth=0)
             axes.set(xlabel="time [s]", ylabel=label)
-            axes.legend()
+            legend(figure)
             drawn.append(page.curves(figure, f"{word_of(label)}{k}"))
     return f'<div class="panels">{"".join(drawn)}</div>'
 

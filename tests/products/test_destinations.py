@@ -29,7 +29,7 @@ def test_shares_by_outlet_are_the_partition_of_the_screen(tmp_path: Path) -> Non
     assert table.index.tolist() == pytest.approx(curve["diameter_mm"].tolist())
     assert table["overs"].tolist() == pytest.approx(curve["T"].tolist())
     (panel,) = bands.panels_of({"deck": [run]})
-    assert panel.y == "partition: share of a size by outlet [-]" and ("deck", "unders") in panel.curves
+    assert panel.y == "partition by outlet [-]" and ("deck", "unders") in panel.curves
     assert bands.write(tmp_path / "f.svg", {"deck": [run]}).stat().st_size > 1000
 
 
@@ -69,7 +69,7 @@ def test_shares_by_tray_count_the_spheres_in_it(trays: Path) -> None:
     assert len(table.columns) == 2 and table["tray_2"].tolist() == pytest.approx([0.8, 0.1])
     assert table.sum(axis=1).tolist() == pytest.approx([1.0, 1.0])
     (panel,) = bands.panels_of({"deck": [trays]})
-    assert panel.y == "partition: share of a size by tray [-]"
+    assert panel.y == "partition by tray [-]"
 
 
 def test_one_tray_with_all_in_it_is_no_partition(trays: Path, tmp_path: Path) -> None:
