@@ -84,7 +84,7 @@ def test_what_cannot_be_drawn_is_refused(seeds: list[Path], tmp_path: Path) -> N
         bands.write(tmp_path / "fig.pdf", bands.grouped([dry]))
 
 
-def test_many_curves_are_told_apart_and_their_legend_is_below() -> None:
+def test_many_curves_differ_and_their_legend_is_below() -> None:
     """No two of fourteen have colour and dash in common; the legend covers no axes and is within the figure."""
     with pictures.plt.rc_context(pictures.STYLE):
         figure, (axes,) = pictures.panels(1, 1, (4.2, 3.3))
