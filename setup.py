@@ -6,7 +6,7 @@ from pathlib import Path
 from setuptools import setup
 from setuptools.command.build_py import build_py
 
-SHIPPED = ("config", "liggghts_inputs", "workflow", "Snakefile", "benchmarks/wet", "examples/scenes", "docs")
+SHIPPED = ("config", "liggghts_inputs", "workflow", "Snakefile", "benchmarks/wet", "examples", "docs")
 PAGES = (".md", ".ipynb")
 """What of the documentation is shipped: its pictures are ten times as large."""
 

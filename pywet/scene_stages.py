@@ -11,7 +11,7 @@ from pywet import run_lock, stages
 from pywet.cases.custom import building, results
 from pywet.cases.custom.description import Scene
 from pywet.cases.screening import identity, verdict
-from pywet.config.loading import placed_laws, read_yaml
+from pywet.config.loading import begun, placed_laws, read_yaml
 from pywet.errors import PywetError
 from pywet.planning.effect_plan import EffectPlan
 from pywet.runs import second
@@ -38,7 +38,7 @@ def read_scene(file: Path | str) -> Scene:
         With one line for each key that is unknown, missing or out of range.
     """
     path = Path(file)
-    given = read_yaml(path, Scene)
+    given = read_yaml(path, Scene, begun("drum"))
     return Scene(**{**given, "folder": path.parent, "file": path})
 
 

@@ -41,6 +41,22 @@ What is to be run stands in `config/`: cases in `cases.csv`, scale and effects i
 
 `pywet doctor` lists what is missing: `apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++` and `pywet[workflow]`.
 """
+OTHERS = {
+    "sweep": (("sweeps/small_drum.yaml", "sweeps/small_drum_scene.yaml"), "sweep small_drum.yaml --cores 2", "sweep"),
+    "bridge": (("bridge.json", "bridge_wall.json"), "bridge bridge.json --table", "bridge"),
+    "collision": (
+        ("wall_wet.json", "wall_sweep.json", "wall_oblique_dry.json", "three_equal_spheres.json", "four_spheres.json"),
+        "collide wall wall_wet.json", "wall_collision",
+    ),
+    "calibration": (("calibrations/drum.yaml", "calibrations/small_drum.yaml"), "calibrate drum.yaml", "calibrate"),
+}  # fmt: skip
+"""Example that is no scene: its files in `examples`, the words of the command to begin with, the page of the documentation."""
+OTHER_README = """# An example: {name}
+
+    pywet {words}
+
+`pywet docs {page}` is the guide. `pywet doctor` reports what is missing on this machine.
+"""
 SCENE_README = """# {title}
 
     pywet run-scene {name}.yaml --out run    plan, simulation, replay, results, picture
@@ -52,7 +68,7 @@ reports what is missing on this machine: `apt install liggghts libliggghts-dev l
 
 
 def place(name: str) -> Path:
-    """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile`, `benchmarks/wet`, `examples/scenes` or `docs` is."""
+    """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile`, `benchmarks/wet`, `examples` or `docs` is."""
     inside = INSIDE / name
     return inside if inside.exists() else Path(__file__).parents[1] / name
 
@@ -78,8 +94,8 @@ def _holds(path: Path, data: bytes) -> bool:
 
 
 def examples() -> list[str]:
-    """Names of what `begin` can write: the screening study, the notebook and the scenes to begin with."""
-    return ["case", "notebook", *sorted(path.stem for path in place("examples/scenes").glob("*.yaml"))]
+    """Names of what `begin` can write: the screening study, the notebook, scenes, and files of other commands."""
+    return ["case", "notebook", *sorted(path.stem for path in place("examples/scenes").glob("*.yaml")), *OTHERS]
 
 
 def _contents(example: str) -> dict[str, bytes]:
@@ -96,6 +112,10 @@ def _contents(example: str) -> dict[str, bytes]:
         return files | {"Snakefile": SNAKEFILE.encode(), "README.md": README.encode()}
     if example == "notebook":
         return {NOTEBOOK: (place("docs") / NOTEBOOK).read_bytes()}
+    if example in OTHERS:
+        names, words, page = OTHERS[example]
+        files = {Path(name).name: (place("examples") / name).read_bytes() for name in names}
+        return files | {"README.md": OTHER_README.format(name=example, words=words, page=page).encode()}
     scenes = place("examples/scenes")
     files = {path.name: path.read_bytes() for path in sorted(scenes.glob(f"{example}.*"))}
     title = files[f"{example}.yaml"].decode().partition("\n")[0].removeprefix("# ")

@@ -177,8 +177,8 @@ def search(
     from studies.search import statement_search
 
     folder = out_dir or Path("results") / "calibrations" / file.stem
-    machine_code.say_wait()
-    answer = statement_search.calibrate(file, folder, lambda line: err.print(line, soft_wrap=True, markup=False))
+    with machine_code.compiling("search"):
+        answer = statement_search.calibrate(file, folder, lambda line: err.print(line, soft_wrap=True, markup=False))
     for line in [*answer["sentences"], f"calibration.json is in {folder}"]:
         typer.echo(line)
     if not answer["reached"]:

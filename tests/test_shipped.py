@@ -10,16 +10,21 @@ import sys
 import sysconfig
 import venv
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from pywet import shipped
+from pywet.calibration import question
 from pywet.cases.custom.building import Building
+from pywet.cases.small import bridge_query
 from pywet.cli.app import app
+from pywet.collisions.wall import sweep
 from pywet.errors import PywetError
 from pywet.scene_stages import read_scene
+from pywet.sweep import plan
 
 ROOT = Path(__file__).parent.parent
 SOURCES = (
@@ -29,7 +34,7 @@ SOURCES = (
     "liggghts_inputs",
     "workflow",
     "benchmarks/wet",
-    "examples/scenes",
+    "examples",
     "docs",
 )
 BESIDE = ("Snakefile", "pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE")
@@ -37,6 +42,7 @@ BUILD = "import os, sys; from setuptools import build_meta; os.mkdir('out'); get
 TRY = """
 import os, pywet
 from pywet.cli.app import app
+from pywet.collisions.wall import sweep
 print(pywet.__file__)
 for words in ("laws", "init study", "plan 1 --config study/config", "docs own-scene", "docs scene_reference"):
     app(words.split(), standalone_mode=False)
@@ -120,7 +126,9 @@ def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
         assert [path.name for path in folder.iterdir()] == [kept]
 
 
-@pytest.mark.parametrize("name", [name for name in shipped.examples() if name not in ("case", "notebook")])
+@pytest.mark.parametrize(
+    "name", [name for name in shipped.examples() if name not in ("case", "notebook", *shipped.OTHERS)]
+)
 def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -> None:
     """Its folder holds all that it needs (tests/cases/custom/test_examples.py runs each); a second call overwrites nothing."""
     said = CliRunner().invoke(app, ["init", str(tmp_path / "new"), "--example", name])
@@ -132,9 +140,27 @@ def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -
         shipped.begin(tmp_path / "new", name)
 
 
+@pytest.mark.parametrize("name", shipped.OTHERS)
+def test_an_example_of_another_command_is_what_it_reads(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command of its README gets as far as the files' content; a word that is wrong in one of them is refused."""
+    made = shipped.begin(tmp_path, name)
+    words = shipped.OTHERS[name][1].split()
+    assert f"pywet {' '.join(words)}" in (tmp_path / "README.md").read_text()
+    monkeypatch.chdir(tmp_path)
+    read: dict[str, Callable[[Path], object]] = {
+        "sweep": lambda path: plan.read(path).points, "bridge": bridge_query.read, "collision": sweep.read,
+        "calibration": question.read,
+    }  # fmt: skip
+    file = next(Path(word) for word in words if Path(word).suffix in (".yaml", ".json"))
+    assert read[name](file) and file in [path.relative_to(tmp_path) for path in made]
+
+
 def test_an_example_that_is_not_there_is_refused_with_those_that_are(tmp_path: Path) -> None:
     with pytest.raises(
-        PywetError, match="no example mill; expected one of case, notebook, deck, drum, hopper, migration, repose"
+        PywetError,
+        match="no example mill; expected one of case, notebook, deck, drum, hopper, migration, repose, sweep, bridge",
     ):
         shipped.begin(tmp_path, "mill")
     assert list(tmp_path.iterdir()) == []

@@ -138,8 +138,8 @@ def test_one_case_and_its_seed_are_taken_from_the_command_line(folder: Path) -> 
     assert _jobs(again.stdout + again.stderr)["scene"] == 1
 
 
-def test_a_failed_replay_is_tried_again(folder: Path) -> None:
-    """Results, pictures and report of the last call are there and newer; the stage that lost its status runs again."""
+def _by_hand(folder: Path, failed: str | None = None) -> Path:
+    """Leave a run of case 1 as `pywet run` does, of which Snakemake has no records."""
     root = folder / "results" / "smoke"
     run_folder.claim(root / "case01")
     identity.leave(root / "case01", stages.fingerprint(config.load(folder / "config"), 1, "smoke"))
@@ -148,14 +148,31 @@ def test_a_failed_replay_is_tried_again(folder: Path) -> None:
     run_folder.record(root / "case01", [f"status/{path.name}" for path in made])
     for k, path in enumerate([*made, root / "picture_cases1.png", root / "report_cases1.html"]):
         path.parent.mkdir(parents=True, exist_ok=True)
-        ok = path.stem != "replay"
-        status = stages.Status(path.stem, ok, 1.0, None if ok else "replay", None if ok else "no table")
+        ok = path.stem != failed
+        status = stages.Status(path.stem, ok, 1.0, None if ok else failed, None if ok else "no table")
         path.write_text(json.dumps(status.__dict__))
         os.utime(path, (1e9 + 100 * k, 1e9 + 100 * k))
     for path in (folder / name for name in ("config", "workflow")):
         for file in path.rglob("*"):
             os.utime(file, (9e8, 9e8))
-    assert stages.judge([root / "case01"])
+    return root / "case01"
+
+
+def test_a_changed_configuration_is_seen_after_a_run_by_hand(folder: Path) -> None:
+    """The run's own fingerprint: the same one plans nothing of the run, another one all of it, without Snakemake's records."""
+    run = _by_hand(folder)
+    for word, expected in ((None, set()), ("another", {"scene", "simulate", "results", "replay"})):
+        if word:
+            identity.leave(run, word)
+        done = _snakemake(folder, "-n", "--config", "cases=1", "both_presets=false")
+        assert done.returncode == 0, done.stderr
+        assert set(_jobs(done.stdout + done.stderr)) & set(stages.NEEDS) >= expected, done.stdout
+        assert expected or not {"scene", "simulate"} & set(_jobs(done.stdout + done.stderr)), done.stdout
+
+
+def test_a_failed_replay_is_tried_again(folder: Path) -> None:
+    """Results, pictures and report of the last call are there and newer; the stage that lost its status runs again."""
+    assert stages.judge([_by_hand(folder, failed="replay")])
     done = _snakemake(folder, "-n", "--config", "cases=1", "both_presets=false")
     jobs = set(_jobs(done.stdout + done.stderr))
     assert {"replay", "report", "verdict"} <= jobs and not {"simulate", "results"} & jobs, done.stdout

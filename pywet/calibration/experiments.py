@@ -23,7 +23,7 @@ from pywet.cases.custom.description import Scene
 from pywet.cases.small import bridge_query, scenes
 from pywet.collisions.wall import sweep
 from pywet.collisions.wall.problem import Problem
-from pywet.config.loading import parse, read_yaml
+from pywet.config.loading import begun, parse, read_yaml
 from pywet.engines.process import package_version
 from pywet.errors import ConfigError, PywetError
 from pywet.laws import own
@@ -76,7 +76,7 @@ KINDS = {
         {name: lambda p, name=name: _collision(p, name) for name in sweep.RESULTS if name.startswith("e_")},  # type: ignore[misc]
     ),
     "scene": Kind(
-        lambda path: read_yaml(path, Scene),
+        lambda path: read_yaml(path, Scene, begun("drum")),
         lambda content, path: Scene(**{**content, "folder": path.parent, "file": path}),
         OF_SCENE,
         of_chance=True,

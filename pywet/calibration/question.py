@@ -13,7 +13,7 @@ from pywet.calibration.experiments import KINDS, Experiment, holds
 from pywet.calibration.inference import Floats
 from pywet.cases.custom.walls import chosen
 from pywet.config.entries import Limited
-from pywet.config.loading import parse, read_yaml
+from pywet.config.loading import begun, parse, read_yaml
 from pywet.errors import ConfigError
 from pywet.scene import Positive, Title
 from pywet.strict import Strict
@@ -113,7 +113,7 @@ class Question(Strict):
 
 def read(file: Path) -> tuple[Question, list[Experiment]]:
     """Question and the experiment of each target, tried at both ends of all bounds; a sentence for each mistake."""
-    content = read_yaml(file, Question)
+    content = read_yaml(file, Question, begun("calibration"))
     if "turned" in content:
         raise ConfigError(
             f"{file} names statements of the paper; expected targets: `pywet study search {file}` answers it in a checkout",

@@ -93,7 +93,11 @@ def init(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder without configuration; made where missing.")],
     example: Annotated[
         str,
-        typer.Option("--example", help="case (a screening study), notebook, deck, drum, hopper, migration or repose."),
+        typer.Option(
+            "--example",
+            help="case (a screening study), notebook; scenes: deck, drum, hopper, migration, repose; sweep, bridge, "
+            "collision, calibration.",
+        ),
     ] = "case",
 ) -> None:
     """Write a folder with a screening study or a scene to begin with, ready to run.

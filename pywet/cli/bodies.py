@@ -120,9 +120,9 @@ def bridge(
 
     query = bridge_query.read(file)
     own.trust(query.laws, None if trust else file.parent)
-    machine_code.say_wait()
     if engine is None:
-        answer = bridge_query.answer(query)
+        with machine_code.compiling("bridge"):
+            answer = bridge_query.answer(query)
     elif engine in ("liggghts", "lammps"):
         from pywet.cases.small import bridge_engine
 
@@ -157,8 +157,8 @@ def calibrate(
         out_dir or Path("results") / "calibrations" / file.stem,
         partial(err.print, soft_wrap=True, markup=False),
     )
-    machine_code.say_wait()
-    answer = calibrate(file, folder, ranks, say)
+    with machine_code.compiling("calibration"):
+        answer = calibrate(file, folder, ranks, say)
     for line in answer["sentences"]:
         tell(line)
     tell(f"calibration.json and calibration.svg are in {folder}")
@@ -183,7 +183,7 @@ def sweep(
 ) -> None:
     """Run a sweep over axes, designs and seeds, or draw columns of its table.
 
-    Example: pywet sweep examples/sweeps/rebound.yaml"""
+    Example: pywet sweep examples/sweeps/small_drum.yaml --cores 2"""
     from pywet.sweep import plan, sweep_command
     from pywet.util import machine_code
 
@@ -194,7 +194,7 @@ def sweep(
                 code="cli.plot_words",
                 given=len(words) - 1,
             )
-        tell(sweep_command.plot(Path(words[1]), None, words[2:], out_dir))
+        tell(sweep_command.plot(Path(words[1]), words[2:], out_dir))
         return
     if len(words) > 1:
         raise PywetError(
@@ -203,10 +203,12 @@ def sweep(
             given=words[1],
         )
     asked = plan.read(Path(words[0]), out_dir, trust=trust)
-    machine_code.say_wait()
-    if check:
-        sweep_command.check(asked, cores, tell)
-    elif failed := sweep_command.failures(sweep_command.carry_out(asked, cores, ranks, more, tell)):
+    with machine_code.compiling(f"sweep-{asked.sweep.base.kind}"):
+        if check:
+            sweep_command.check(asked, cores, tell)
+            return
+        made = sweep_command.carry_out(asked, cores, ranks, more, tell)
+    if failed := sweep_command.failures(made):
         raise PywetError(failed, code="cli.sweep_failed")
 
 
@@ -254,7 +256,6 @@ def spheres(file: JsonFile) -> None:
     from pywet.util import machine_code
 
     problem = module.read(file)
-    machine_code.say_wait()
-    with err.status("colliding"):
+    with machine_code.compiling("spheres"), err.status("colliding"):
         answer = module.describe(module.run(problem))
     typer.echo(json.dumps(answer, indent=2, allow_nan=False))

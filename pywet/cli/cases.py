@@ -231,7 +231,7 @@ def _view(
 
 @app.command()
 def report(run_dir: RunFolder) -> None:
-    """Write the page of one finished run, RUN_DIR/report.html: of a case with the seeds in folders beside it, or of a scene.
+    """Write the page of one finished run, RUN_DIR/report.html: of a case with the seeds in folders next to it, or of a scene.
 
     Example: pywet report results/smoke/case02"""
     from pywet.report import scene_page as page

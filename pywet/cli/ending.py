@@ -53,6 +53,7 @@ def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
     seeds = f", {len(folders)} seeds" if len(folders) > 1 else ""
     yield f"{folder}: {sum(said['spheres'].values())} spheres, {said['steps']} steps in {said['wall_s']:.1f} s{seeds}"
     yield from _retained(folders)
+    yield from _screen(folders)
     yield from _liquid(folders)
     standings = [(verdict.standing(f), f) for f in folders]
     worst, where = min(standings, key=lambda s: ("no", "in part", "–", "yes").index(s[0].word))
@@ -94,15 +95,30 @@ def _retained(folders: Sequence[Path]) -> Iterator[str]:
     )
 
 
+def _screen(folders: Sequence[Path]) -> Iterator[str]:
+    """What the screen of a custom scene did; nothing of several seeds, which `pywet screen` combines."""
+    from pywet.products.screening_report import RESULT
+    from pywet.report.screen_page import five
+
+    path = folders[0] / "results" / RESULT
+    case = (folders[0] / "results" / "fraction_retained.parquet").exists()
+    if len(folders) == 1 and path.exists() and not case:
+        yield ", ".join(f"{name} {value}" for name, value in five(read_json(path)).items())
+
+
 def _liquid(folders: Sequence[Path]) -> Iterator[str]:
     """Where most of the liquid is at the end, and the bridges; nothing of a dry run."""
+    from pywet.cases.screening.results import class_titles
+    from pywet.runs.rundir import RunDir
+
     read = [read_json(folder / "summary.json", shape=RunSummary) for folder in folders]
     if not read[0]["initial_liquid_m3"]:
         return
     names = filter(_reservoir, read[0]["liquid_end_m3"])
     shares = {n: [100.0 * s["liquid_end_m3"].get(n, 0.0) / s["initial_liquid_m3"] for s in read] for n in names}
     largest = sorted(shares.items(), key=lambda entry: -mean(entry[1]))[:LARGEST]
-    text = ", ".join(f"{with_interval(share)} % {name.replace('_', ' ')}" for name, share in largest)
+    titles = class_titles(RunDir(folders[0]).scene)
+    text = ", ".join(f"{with_interval(share)} % {titles.get(n, n.replace('_', ' '))}" for n, share in largest)
     events = [s["events"] for s in read if s["events"]]
     counts = [with_interval([e[kind] for e in events]) for kind in ("formations", "ruptures")] if events else []
     bridges = f"; {counts[0]} bridges formed, {counts[1]} ruptured" if counts else ""

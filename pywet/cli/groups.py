@@ -21,8 +21,8 @@ GROUPS = {
     "Process: scenes and calibration": {
         "run-scene": "run-scene examples/scenes/hopper.yaml --out hopper",
         "scene": "scene drum --moisture 1 --spheres 400 --seconds 1.5",
-        "calibrate": "calibrate examples/calibrations/small_drum.yaml",
-        "sweep": "sweep examples/sweeps/rebound.yaml",
+        "calibrate": "calibrate examples/calibrations/drum.yaml",
+        "sweep": "sweep examples/sweeps/small_drum.yaml --cores 2",
     },
     "Results": {
         "report": "report results/smoke/case02",

@@ -265,8 +265,17 @@ def _read_model(path: Path, model: type[Model]) -> Model:
     return parse(model, read_yaml(path, model), str(path))
 
 
-def _read_text(path: Path) -> str:
-    content = read_bytes(path, "a folder of the configuration has it, `pywet init DIR` writes one")
+CONFIGURATION = "a folder of the configuration has it, `pywet init DIR` writes one"
+"""What a missing file of the configuration is asked for with; `begun` is that of files of other commands."""
+
+
+def begun(example: str) -> str:
+    """Say how a file of one's own is begun with, where it is missing."""
+    return f"name one that exists, `pywet init DIR --example {example}` writes one to begin with"
+
+
+def _read_text(path: Path, cure: str = CONFIGURATION) -> str:
+    content = read_bytes(path, cure)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -319,10 +328,10 @@ def _size(node: Any, known: dict[int, float]) -> float:
     return known[id(node)]
 
 
-def read_yaml(path: Path, model: type[BaseModel]) -> dict[str, Any]:
-    """The content of a YAML file that is to become `model`, each key once; not checked otherwise."""
+def read_yaml(path: Path, model: type[BaseModel], cure: str = CONFIGURATION) -> dict[str, Any]:
+    """The content of a YAML file that is to become `model`, each key once; not checked otherwise. `cure`: of a missing file."""
     try:
-        data = yaml.load(_read_text(path), _Loader)
+        data = yaml.load(_read_text(path, cure), _Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: a date or number that is none
         mark = getattr(error, "problem_mark", None)
         line = f" in line {mark.line + 1}" if mark is not None else ""

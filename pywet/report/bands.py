@@ -13,14 +13,15 @@ import pandas as pd
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from pywet.cases.screening.results import class_titles, column
 from pywet.errors import PywetError
-from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
+from pywet.products import destinations
+from pywet.report.pictures import COLOURS, DASHES, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import quantile
 from pywet.util.files import atomic_write
 
 Floats = NDArray[np.float64]
-DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 FORMATS = (".pdf", ".svg", ".png")
 THESIS: Any = {
     **STYLE,
@@ -34,9 +35,9 @@ THESIS: Any = {
     "svg.fonttype": "none",
 }
 """Sizes of letters are those in print, since the figure has the width in which it is printed; text of PDF and SVG stays text."""
-WIDTH, LEAST, HEIGHT, FEW = 150.0, 65.0, 65.0, 4
+WIDTH, LEAST, HEIGHT, FEW, ROW = 150.0, 65.0, 65.0, 4, 3.8
 """Width of a figure, that of the text of a thesis on A4; least width of a panel, its height [mm]; the most curves whose legend is
-inside the panel."""
+inside the panel, and height of a row of one below it [mm]."""
 INCH = 25.4
 LIQUID = ("coarse_material", "fines", "films", "bridges", "walls", "wires", "left")
 """Liquid reservoirs that are drawn, of those that a run has; of custom scenes every class and wall."""
@@ -72,19 +73,20 @@ def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
     retained = Panel("time since the slide opened [s]", "fraction retained [-]")
     liquid = Panel("time [s]", "share of the liquid put in [-]")
     partition = Panel("diameter [mm]", "partition: share retained [-]")
+    outlets, trays = (Panel("diameter [mm]", f"partition by {by} [-]") for by in ("outlet", "tray"))
+    drawn = (retained, partition, outlets, trays, liquid)
     for group, folders in groups.items():
         for folder in folders:
             run = RunDir(Path(folder))
-            before = sum(len(p.curves) for p in (retained, liquid, partition))
             _retained(run, group, retained, partition)
+            _destinations(run, group, {"outlet": outlets, destinations.TRAY: trays})
             _liquid(run, group, liquid)
-            seen = any(key[0] == group for p in (retained, liquid, partition) for key in p.curves)
-            if before == sum(len(p.curves) for p in (retained, liquid, partition)) and not seen:
+            if not any(key[0] == group for p in drawn for key in p.curves):
                 raise PywetError(
-                    f"{folder} has neither a fraction retained nor liquid to plot; expected a finished screening case "
-                    "or a moist scene"
+                    f"{folder} has neither a fraction retained nor a partition nor liquid to plot; expected a finished "
+                    "screening case, a scene whose sizes part by outlet or tray, or a moist scene"
                 )
-    return [p for p in (retained, partition, liquid) if p.curves]
+    return [p for p in drawn if p.curves]
 
 
 def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> None:
@@ -92,8 +94,6 @@ def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> Non
     if table is None:
         return
     retained.add(group, "", table["time_since_opening_s"], table["fraction_retained"])
-    from pywet.cases.screening.results import column
-
     ends = [
         (2e3 * c.radius_m, table[name].iloc[-1])
         for c in sorted(run.scene.classes, key=lambda c: c.radius_m)
@@ -103,23 +103,35 @@ def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> Non
         partition.add(group, "", *zip(*ends, strict=True))
 
 
+def _destinations(run: RunDir, group: str, panels_by: Mapping[str, Panel]) -> None:
+    """Add the shares of each size of a finished custom scene by outlet or tray."""
+    finished = run.scene.slide is None and (run.path / "trajectory.parquet").exists()
+    found = destinations.shares(run) if finished else None
+    if found is not None:
+        by, table = found
+        for name in table.columns:
+            panels_by[by].add(group, str(name).replace("_", " "), table.index, table[name])
+
+
 def _liquid(run: RunDir, group: str, panel: Panel) -> None:
     if not run.moist:
         return
+    titles = class_titles(run.scene)
     for name in ("results/liquid_by_holder", "results/liquid_by_wall", "history/ledger"):
         table = run.table_if_there(name)
         if table is None:
             continue
         time, initial, end = ("time", "initial", "") if name == "history/ledger" else ("time_s", "initial_m3", "_m3")
-        for column in _reservoirs(table, name.endswith("wall")):
-            label = column.removesuffix(end).replace("_", " ")
-            panel.add(group, label, table[time], table[column] / (table[initial].max() or 1.0))
+        for reservoir in _reservoirs(table, name.endswith("wall")):
+            word = reservoir.removesuffix(end)
+            shares = table[reservoir] / (table[initial].max() or 1.0)
+            panel.add(group, titles.get(word, word.replace("_", " ")), table[time], shares)
         return
 
 
 def _reservoirs(table: pd.DataFrame, every: bool) -> list[str]:
     if every:
-        return [c for c in table.columns if c.startswith(("spheres_", "wall_"))]
+        return [c for c in table.columns if c.startswith(("spheres_", "wall_", "outlet_")) and table[c].any()]
     return [c for c in table.columns if c.removesuffix("_m3") in LIQUID and table[c].any()]
 
 
@@ -148,7 +160,8 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
     shown = panels_of(groups)
     with plt.rc_context(THESIS):
         columns = max(1, min(len(shown), int(width_mm // LEAST)))
-        figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, HEIGHT / INCH))
+        below = max(ROW * -(-len(panel.curves) // 2) if len(panel.curves) > FEW else 0.0 for panel in shown)
+        figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, (HEIGHT + below) / INCH))
         for one, panel in zip(axes, shown, strict=False):  # the last row may have spare axes
             _draw(one, panel, _labels(groups))
         if any(len(runs) > 1 for runs in groups.values()):
@@ -181,7 +194,7 @@ def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
     names = list(dict.fromkeys(name for _, name in panel.curves))
     for (group, name), curves in panel.curves.items():
         k, j = groups.index(group), names.index(name)
-        colour, dash = (k, j) if len(groups) > 1 else (j, k)
+        colour, dash = (k, j) if len(groups) > 1 else (j, j // len(COLOURS))
         label = name if len(groups) == 1 else " ".join(part for part in (labels[group], name) if part)
         x, mean, half = mean_and_band(curves)
         style: Any = {"color": COLOURS[colour % len(COLOURS)], "linestyle": DASHES[dash % len(DASHES)]}

@@ -115,16 +115,16 @@ def collect(folder: Path, cases: Iterable[Case]) -> list[CaseResult]:
     return [collect_run(Path(folder) / case.name, case) for case in cases]
 
 
-def collect_run(run_dir: Path, case: Case) -> CaseResult:
-    """Read one run directory; one that cannot be read is a failed case."""
+def collect_run(run_dir: Path, case: Case, alone: bool = False) -> CaseResult:
+    """Read one run directory, `alone` if it is not one of a workflow; one that cannot be read is a failed case."""
     try:
-        return _collect_run(Path(run_dir), case)
+        return _collect_run(Path(run_dir), case, alone)
     except PywetError as error:
         return CaseResult(case, (str(error),), folder=Path(run_dir))
 
 
-def _collect_run(run_dir: Path, case: Case) -> CaseResult:
-    found, run = tuple(status.problems(run_dir)), RunDir(run_dir)
+def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
+    found, run = tuple(status.problems(run_dir, alone)), RunDir(run_dir)
     summary, plan = run.json("summary.json", Summary), run.json("plan.json", Plan)
     if summary is None or not status.results_made(run_dir):
         return CaseResult(case, found, plan=plan, folder=run_dir)

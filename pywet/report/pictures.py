@@ -19,6 +19,10 @@ INK, GRID = "#27323d", "#dfe4e9"
 NAVY, SKY, ORANGE, GREEN, VIOLET, RED = "#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5", "#c0392b"
 COLOURS = (NAVY, ORANGE, GREEN, SKY, VIOLET, RED)
 """Colours of lines, in the order in which they are taken."""
+DASHES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
+"""Dashes of lines: when all colours are taken, those of the next."""
+FEW = 6
+"""The most curves whose legend is inside their panel."""
 DPI = 130
 STYLE: Any = {
     "font.size": 9,
@@ -27,7 +31,7 @@ STYLE: Any = {
     "axes.labelcolor": INK,
     "axes.grid": True,
     "axes.spines.top": False,
-    "axes.prop_cycle": cycler(color=COLOURS),
+    "axes.prop_cycle": cycler(linestyle=DASHES) * cycler(color=COLOURS),
     "axes.spines.right": False,
     "axes.titlesize": 9.5,
     "axes.titlelocation": "left",
@@ -53,6 +57,18 @@ def panels(count: int, columns: int, size: tuple[float, float], **how: Any) -> t
     for spare in axes.flat[count:]:
         spare.set_visible(False)
     return figure, list(axes.flat)
+
+
+def legend(figure: Figure, columns: int = 2) -> None:
+    """Below all panels of a figure, made higher by it, where a panel has more than a few curves; else in each of them."""
+    found = [axes.get_legend_handles_labels() for axes in figure.axes]
+    if max(len(names) for _, names in found) <= FEW:
+        for axes in figure.axes:
+            axes.legend()
+        return
+    named = {name: handle for handles, names in found for handle, name in zip(handles, names, strict=True)}
+    figure.set_figheight(figure.get_figheight() + 0.2 * -(-len(named) // columns))
+    figure.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns)
 
 
 def svg(figure: Figure, **how: Any) -> str:

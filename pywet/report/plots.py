@@ -25,6 +25,8 @@ MOISTURE = ("#9a8f80", SKY, NAVY, "#6a51a3")
 TIME = "time since the slide opened in s"
 CONFIGURATION = (NAVY, SKY, ORANGE, GREEN, VIOLET)
 DASHED = (0, (4, 2))
+WIDEST = 40
+"""Letters of a heading that fit a panel; those of a longer one are smaller."""
 BAND = ":band"
 """Behind the name of a curve: what is drawn between its seeds."""
 PLACES = {
@@ -153,7 +155,7 @@ def _panels(
 
 def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> None:
     """Draw one panel; failed cases are named in it."""
-    axes.set_title(name)
+    axes.set_title(name, fontsize=STYLE["axes.titlesize"] * min(1.0, WIDEST / len(name)))
     sheet.draw(axes, group)
     if failed := [r for r in group if r.retained is None]:
         look: Any = {"transform": axes.transAxes, "ha": "right", "color": "#b3261e", "fontsize": 9}

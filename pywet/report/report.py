@@ -57,7 +57,7 @@ def write_run(run_dir: Path, template_dir: Path, picture: Path | None) -> Path:
     """Write the report on one run of a case into its own folder, from the configuration that was stored with it."""
     config, number, scale = of_run(run_dir)
     out = run_dir / "report.html"
-    _render(config, scale, [collect_run(run_dir, config.case(number))], template_dir, picture, out)
+    _render(config, scale, [collect_run(run_dir, config.case(number), alone=True)], template_dir, picture, out)
     return out
 
 

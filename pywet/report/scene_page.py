@@ -13,10 +13,11 @@ import pandas as pd
 from pywet.cases.custom import seeds
 from pywet.cases.custom.walls import word_of
 from pywet.cases.screening import verdict
+from pywet.cases.screening.results import class_titles
 from pywet.errors import PywetError
 from pywet.report import page, render, report, screen_page
 from pywet.report.bands import mean_and_band
-from pywet.report.pictures import STYLE, panels, plt
+from pywet.report.pictures import STYLE, legend, panels, plt
 from pywet.runs.loaded import Run
 from pywet.shipped import place
 from pywet.util.files import AGAIN, read_if_there
@@ -119,7 +120,8 @@ def _liquid(runs: seeds.Runs) -> str:
     if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
     description = read_if_there(run.path / "description.json", AGAIN) or {"walls": []}
-    names = {word_of(wall["name"]): wall["name"] for wall in description["walls"]}
+    names = {f"wall_{word_of(wall['name'])}": f"wall {wall['name']}" for wall in description["walls"]}
+    names |= class_titles(run.scene)
     order = sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max())
     shown = {str(c): _holder(str(c), names) for c in order}
     tables = [of.liquid.assign(**{c: 1e9 * of.liquid[c] for c in [*order, "initial_m3"]}) for of in runs]
@@ -139,9 +141,9 @@ def _liquid(runs: seeds.Runs) -> str:
 
 
 def _holder(column: str, names: dict[str, str]) -> str:
-    """What a column's liquid is on; `names`: of the walls, by their words in tables."""
-    kind, _, name = column.removesuffix("_m3").partition("_")
-    return {"left": "left with drops"}.get(kind, f"{kind} {names.get(name, name) if kind == 'wall' else name}")
+    """What a column's liquid is on; `names`: of walls and classes, by their columns without unit."""
+    kind = column.removesuffix("_m3")
+    return names.get(kind, "left with drops" if kind == "left" else kind.replace("_", " ", 1))
 
 
 def _contacts(runs: seeds.Runs) -> list[page.Section]:
@@ -176,14 +178,15 @@ def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]]) -> 
     with plt.rc_context(STYLE):
         for k, (label, columns) in enumerate(panels_of.items()):
             figure, (axes,) = panels(1, 1, (4.2, 3.3))
-            for column, name in columns.items():
+            held = {c: name for c, name in columns.items() if any(t[c].any() for t in tables)} or columns
+            for column, name in held.items():
                 put_in: Any = {"color": GREY, "linestyle": ":"} if column == "initial_m3" else {}
                 time, mean, half = mean_and_band([(t["time_s"].to_numpy(), t[column].to_numpy()) for t in tables])
                 (line,) = axes.plot(time, mean, label=name, **put_in)
                 if half is not None:
                     axes.fill_between(time, mean - half, mean + half, color=line.get_color(), alpha=0.2, linewidth=0)
             axes.set(xlabel="time [s]", ylabel=label)
-            axes.legend()
+            legend(figure)
             drawn.append(page.curves(figure, f"{word_of(label)}{k}"))
     return f'<div class="panels">{"".join(drawn)}</div>'
 

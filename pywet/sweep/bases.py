@@ -16,7 +16,7 @@ from pywet.cases.screening import identity
 from pywet.cases.small import bridge_query
 from pywet.collisions.wall import sweep as collisions
 from pywet.collisions.wall.problem import Problem
-from pywet.config.loading import parse, placed_laws, read_yaml
+from pywet.config.loading import begun, parse, placed_laws, read_yaml
 from pywet.errors import ConfigError
 from pywet.laws import own as user_laws
 from pywet.sweep import costs, run_numbers
@@ -110,7 +110,7 @@ class OfScene(Kind):
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        return read_yaml(self.file, description.Scene)
+        return read_yaml(self.file, description.Scene, begun("drum"))
 
     def built(self, values: Point, seed: int) -> Built:
         content = filled(self.content, values)

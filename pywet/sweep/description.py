@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from pywet.cases.custom.walls import chosen
-from pywet.config.loading import parse, read_yaml
+from pywet.config.loading import begun, parse, read_yaml
 from pywet.errors import ConfigError
 from pywet.scene import Positive, Title, Word
 from pywet.strict import Strict
@@ -250,7 +250,7 @@ RESERVED = ("point", "seed", "status", "reason", "run")
 
 def read(file: Path) -> Sweep:
     """The file, checked; its constraints are parsed, and none is evaluated."""
-    sweep = parse(Sweep, read_yaml(file, Sweep), str(file))
+    sweep = parse(Sweep, read_yaml(file, Sweep, begun("sweep")), str(file))
     if sweep.count > MOST_RUNS:
         raise ConfigError(
             f"{file} asks for {sweep.count} runs, expected at most {MOST_RUNS}: shorten axes or seeds, or split it",

@@ -37,6 +37,9 @@ def drawn(sweep: Sweep, made: pd.DataFrame, results: list[str], x: str, y: str, 
     rows = made[made["status"] == DONE]
     if rows.empty:
         raise PywetError("no run of the sweep has results yet; expected some: run `pywet sweep FILE`")
+    for name in (x, y, *([hue] if hue else [])):
+        if rows[name].isna().all():
+            raise PywetError(f"no run has {name}; expected a result that some have: {', '.join(results)}")
     with plt.rc_context(STYLE):
         if x in sweep.axes and y in sweep.axes:
             if hue not in results:

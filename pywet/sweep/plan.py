@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from pywet.cost.command import duration
 from pywet.errors import ConfigError, PywetError
 from pywet.laws import own as user_laws
-from pywet.sweep import bases, description, points
+from pywet.sweep import bases, description, points, sweep_folder
 from pywet.sweep.base_kind import Built, Kind
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Function, Point, Sweep
@@ -21,7 +21,6 @@ from pywet.sweep.points import Numbered, printed
 from pywet.sweep.store import Store
 from pywet.util.files import read_if_there
 
-ROOT = Path("results/sweeps")
 ADDED = "added.json"
 """Points that adaptive sampling has added to a sweep, in its folder."""
 LISTED = 5
@@ -132,7 +131,7 @@ def read_file(file: Path, out: Path | None = None, store: Path | None = None, tr
         raise ConfigError(
             f"{file}: seeds is {sweep.seeds}, but a {sweep.base.kind} has no seed; expected seeds: 1", file=file
         )
-    return Plan(file, sweep, kind, Store(store or ROOT / "store"), out or ROOT / file.stem)
+    return Plan(file, sweep, kind, Store(store or sweep_folder.STORE), out or sweep_folder.of(file))
 
 
 def read(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:

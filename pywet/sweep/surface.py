@@ -41,6 +41,8 @@ class Response:
 def through(sweep: Sweep, made: pd.DataFrame, result: str, keys: list[str]) -> Response | None:
     """A surface of a result over numerical axes through all rows given; None where they are too few for it."""
     rows = made[(made["status"] == DONE) & made[result].notna()]
+    if rows.empty:
+        return None
     values = rows[keys].to_numpy(float)
     logarithmic = [sweep.axes[key].logarithmic for key in keys]
     on_scale = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)

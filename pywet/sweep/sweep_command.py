@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from pywet.errors import PywetError
+from pywet.errors import FileError, PywetError
 from pywet.report.pictures import plt
-from pywet.sweep import adaptive, figures, plan, running, sweep_page, table
+from pywet.sweep import adaptive, figures, plan, running, sweep_folder, sweep_page, table
 from pywet.sweep.description import RESERVED
 from pywet.sweep.plan import Plan
 from pywet.sweep.table import FAILED
-from pywet.util.files import atomic_write, make_folder
+from pywet.util.files import atomic_write
 from pywet.util.notices import bar
 
 Say = Callable[[str], None]
@@ -33,7 +33,7 @@ def check(asked: Plan, cores: int, say: Say) -> list[plan.Run]:
 def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.DataFrame:
     """Check, run what is missing, write table and page; with `more` points where the map is least known, and those too."""
     missing = check(asked, cores, say)
-    make_folder(asked.folder)
+    sweep_folder.claim(asked.folder, asked.file)
     made = _run(asked, missing, cores, ranks)
     if more:
         adaptive.add(asked, made, more)
@@ -69,9 +69,12 @@ def failures(made: pd.DataFrame) -> str | None:
     )
 
 
-def plot(file: Path, folder: Path | None, names: list[str], out: Path | None) -> Path:
-    """Draw columns of a finished sweep's table into a file."""
-    asked = plan.read_file(file, folder)
+def plot(given: Path, names: list[str], out: Path | None) -> Path:
+    """Draw columns of a finished sweep's table into a file; the sweep by its file or by its folder."""
+    file = sweep_folder.owner(given) if given.is_dir() else given
+    if file is None:
+        raise FileError(f"{given} holds no sweep; expected the file of a sweep, or the folder of its table", path=given)
+    asked = plan.read_file(file, given if given.is_dir() else None)
     made = table.read(asked.folder)
     target = out or asked.folder / f"{'-'.join(names)}.svg"
     if target.suffix not in SUFFIXES:

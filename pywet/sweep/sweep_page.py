@@ -23,6 +23,7 @@ NAME = "report.html"
 MOST_ROWS = 500
 """Runs that the page lists; the table has all."""
 NO_MAP = "No map: it needs a result that varies over two numerical axes of at least three values each."
+NOWHERE = "{}: no run has it"
 SHARES = 4
 """Terms that are printed of a result without scatter."""
 DETAILS = ("report.html", "summary.json", "point.json")
@@ -65,6 +66,8 @@ def sentences(plan: Plan, made: pd.DataFrame) -> list[str]:
     done = int((made["status"] == DONE).sum())
     lines = [f"{done} of {len(made)} runs have results"]
     for result in plan.results:
+        if made[result].isna().all():
+            lines.append(NOWHERE.format(result))
         for o in optima(plan, made, result)[:1]:
             lines.append(f"{result} is {o.sense} at point {o.number} ({_values(o.values)}): {_mean(o)}{_alike(o)}")
         if found := significance.effects(plan.sweep, made, result, plan.kind.seeded):
@@ -194,6 +197,9 @@ def _curves(plan: Plan, done: pd.DataFrame) -> str:
     )
     with plt.rc_context(STYLE):
         for result in plan.results:
+            if done[result].isna().all():
+                body += page.paragraph(NOWHERE.format(result) + ".")
+                continue
             figure, axes = panels(len(keys), min(len(keys), 3), (3.4, 2.8))
             for ax, key in zip(axes, keys, strict=False):
                 figures.curve(ax, plan.sweep, done, key, result)

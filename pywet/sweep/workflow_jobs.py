@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pywet.cost import needs
 from pywet.errors import PywetError
-from pywet.sweep import plan, running, sweep_command, table
+from pywet.sweep import plan, running, sweep_command, sweep_folder, table
 from pywet.sweep.costs import Cost
 from pywet.sweep.plan import Plan, Run
 from pywet.util.files import write_json
@@ -76,11 +76,13 @@ class Jobs:
     def run(self, job: str, done: Path) -> None:
         """Do a job; its file says how many runs have results, and a failed run is no failure of the job."""
         runs = self.plan.missing if job == ALL else [self._run(job)]
+        sweep_folder.claim(self.folder, self.plan.file)
         good = sum(running.do(self.plan.kind, run, self.plan.store) for run in runs)
         write_json(done, {"runs": len(runs), "with_results": good})
 
     def show(self) -> None:
         """Table and page of what is in the store."""
+        sweep_folder.claim(self.folder, self.plan.file)
         for line in sweep_command.finish(self.plan, table.frame(self.plan)):
             print(line)
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +84,14 @@ def mark() -> None:
         temporary.touch()
 
 
-def say_wait() -> None:
-    """That the answer will take a while, where it may: machine code is made at the first question of a kind."""
-    if not ready():
-        notice.warning("compiling for this processor, once: a minute or two (`make setup` does it ahead)")
+@contextmanager
+def compiling(question: str) -> Iterator[None]:
+    """Around the answer to a question: print that it takes a while, unless one of its kind was answered before."""
+    answered = _mark().with_name(f"answered-{question}")
+    if ready() or answered.exists():
+        yield
+        return
+    notice.warning("compiling for this processor, once: a minute or two (`make setup` does it ahead)")
+    yield
+    with atomic_write(answered) as temporary:
+        temporary.touch()

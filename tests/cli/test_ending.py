@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -10,11 +12,15 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from pywet import config, stages
+from pywet.cases.screening import status
+from pywet.cases.screening.results import class_titles
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.errors import PywetError
+from pywet.products import screening_report
 from pywet.util.files import write_json
 from tests.cases.screening import synthetic
+from tests.products import made_up
 
 ROOT = Path(__file__).parents[2]
 NOT_CHECKED = ["forces: steps outside the windows", "scene: sizes", "results: versions", "VTK: no files"]
@@ -92,9 +98,42 @@ def test_the_report_of_a_run_has_its_links(tmp_path: Path) -> None:
     assert 'href="results/fraction_retained.csv"' in text and "5/7/10" in text and "Scale smoke" in text
 
 
+def test_the_report_of_a_run_needs_no_vtk_files(tmp_path: Path) -> None:
+    """`pywet run` writes none: its page counts the case as done; a stage that failed is named, as by the workflow's verdict."""
+    run = finished(tmp_path / "case02")
+    shutil.rmtree(run / "status", ignore_errors=True)
+    for stage in ("scene", "simulate", "results", "replay"):
+        write_json(status.status_path(run, stage), asdict(status.Status(stage, True, 1.0)))
+    assert CliRunner().invoke(app, ["report", str(run)]).exit_code == 0
+    assert "was not run to the end" not in (run / "report.html").read_text()
+    assert status.problems(run) == ["it was not run to the end: stage vtk is missing"]
+    (run / "status" / "replay.json").unlink()
+    assert CliRunner().invoke(app, ["report", str(run)]).exit_code == 0
+    assert "stage replay is missing" in (run / "report.html").read_text()
+
+
 def test_a_damaged_configuration_is_one_sentence(tmp_path: Path) -> None:
     run = finished(tmp_path / "case02")
     data = json.loads((run / "config.json").read_text())
     write_json(run / "config.json", {**data, "materials": {}})
     done = CliRunner(env={"COLUMNS": "500"}).invoke(app, ["report", str(run)])
     assert done.exit_code == 1 and "config.json" in done.output and "Traceback" not in done.output
+
+
+def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
+    """Five numbers in one line; a size class by the name that the user gave it, not by its column."""
+    run = made_up.make(tmp_path / "deck")
+    screening_report.write(run)
+    titles = {"spheres_ore_5_4_mm": "spheres ore 5.4 mm"}
+    scene = made_up.scene()
+    named = scene.model_copy(update={"classes": (scene.classes[0].model_copy(update={"name": "ore 5.4 mm"}),)})
+    assert class_titles(named) == titles
+    whole = named.model_copy(update={"classes": (*named.classes, *scene.classes[1:])})
+    write_json(run / "scene.json", whole.model_dump(mode="json"))
+    summary = {"spheres": {"ore 5.4 mm": 160}, "steps": 2000, "wall_s": 1.0, "ledger_error": 0.0, "particle_steps_per_s": 1.0,
+               "initial_liquid_m3": 1e-9, "events": None, "effects": {"bridges": True}, "checks": [], "versions": {},
+               "liquid_end_m3": {"spheres_ore_5_4_mm": 4e-10, "outlet_overs": 6e-10, "total": 1e-9}}  # fmt: skip
+    write_json(run / "summary.json", summary)
+    said = [*ending._screen([run]), *ending._liquid([run])]
+    assert "cut size d50 2.5 mm" in said[0] and "efficiency" in said[0]
+    assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in said[1]

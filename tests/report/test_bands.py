@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from pywet import stages
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.report import bands
+from pywet.report import bands, pictures
 from pywet.util.files import read_table, write_table
 from tests.cases.screening import synthetic
 
@@ -79,6 +79,23 @@ def test_what_cannot_be_drawn_is_refused(seeds: list[Path], tmp_path: Path) -> N
     assert done.exit_code != 0 and "40 to 500" in done.output
     dry = synthetic.make(tmp_path / "dry", moist=False)
     with pytest.raises(
-        PywetError, match="neither a fraction retained nor liquid to plot; expected a finished screening"
+        PywetError, match="neither a fraction retained nor a partition nor liquid to plot; expected a finished"
     ):
         bands.write(tmp_path / "fig.pdf", bands.grouped([dry]))
+
+
+def test_many_curves_differ_and_their_legend_is_below() -> None:
+    """No two of fourteen have colour and dash in common; the legend covers no axes and is within the figure."""
+    with pictures.plt.rc_context(pictures.STYLE):
+        figure, (axes,) = pictures.panels(1, 1, (4.2, 3.3))
+        for k in range(14):
+            axes.plot([0.0, 1.0], [0.0, float(k)], label=f"wall number {k}")
+        axes.set(xlabel="time [s]", ylabel="liquid [mm³]")
+        pictures.legend(figure)
+        figure.canvas.draw()
+    looks = {(line.get_color(), line.get_linestyle()) for line in axes.lines}
+    assert len(looks) == 14
+    (below,) = figure.legends
+    box = below.get_window_extent()
+    assert box.y1 <= axes.get_window_extent().y0 and box.y0 >= 0.0 and box.x1 <= figure.bbox.x1
+    pictures.plt.close(figure)

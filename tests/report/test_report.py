@@ -297,6 +297,21 @@ def test_panels_are_those_of_the_paper_for_the_eighteen_cases(config: settings.C
         assert panels and all("<svg" in panel["svg"] for panel in panels)
 
 
+def test_headings_end_within_their_panel(config: settings.Config) -> None:
+    """Of all eighteen cases, also with a liquid amount of three digits behind it."""
+    results = [CaseResult(case, ("not run",)) for case in config.cases.values()]
+    sheets = [draw(results) for draw in (plots.dry, plots.moisture, plots.classes, plots.liquid)]
+    names = [name for sheet in sheets for name, _ in sheet.panels]
+    with plots.plt.rc_context(plots.STYLE):
+        for name in [*names, f"{max(names, key=len)[:-4]} 12.5 %"]:
+            figure, (axes,) = plots.panels(1, 1, (4.2, 4.5))
+            plots._panel(axes, sheets[-1], name, results[:1])
+            figure.canvas.draw()
+            (title,) = [text for text in axes.get_children() if getattr(text, "get_text", str)() == name]
+            assert title.get_window_extent().x1 <= figure.bbox.x1, name
+            plots.plt.close(figure)
+
+
 def test_curves_hold_the_numbers_of_the_tables(folder: Path, config: settings.Config) -> None:
     results = collect(folder, [config.case(n) for n in CASES])
     assert [r.done for r in results] == [True, True, False]

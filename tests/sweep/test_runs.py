@@ -26,6 +26,7 @@ from pywet.sweep.description import Base
 from pywet.sweep.plan import Plan, Run
 from pywet.sweep.points import Numbered
 from pywet.sweep.store import Store
+from pywet.sweep.workflow_jobs import ALL, Jobs
 from pywet.util.files import write_json
 from tests.sweep.files import BRIDGE, WALL, write
 
@@ -261,3 +262,53 @@ def test_added_points_of_other_axes_are_refused(tmp_path: Path) -> None:
         PywetError, match=r"added\.json holds points of other axes than .*; expected the same: remove it"
     ):
         asked(tmp_path, WALL)
+
+
+def test_files_of_one_name_have_folders_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By command and by workflow; the numbered folder is found again, a file that has gone gives its folder up."""
+    monkeypatch.chdir(tmp_path)
+    for folder in ("one", "two", "three"):
+        Path(folder).mkdir()
+    root, call = Path("results/sweeps"), CliRunner(env={"COLUMNS": "300"})
+    one = write(Path("one"), {**WALL, "name": "first"})
+    two = write(Path("two"), {**WALL, "name": "second", "gather": ["duration_s"]})
+    assert call.invoke(app, ["sweep", str(one)]).exit_code == 0
+    jobs = Jobs(two)
+    assert jobs.folder == root / "sweep-2"
+    jobs.run(ALL, jobs.folder / "jobs" / "all.json")
+    jobs.show()
+    assert call.invoke(app, ["sweep", str(two)]).exit_code == 0
+    assert call.invoke(app, ["sweep", str(one.absolute())]).exit_code == 0
+    assert {folder.name for folder in root.iterdir()} == {"sweep", "sweep-2", "store"}
+    assert "e_n" in table.read(root / "sweep").columns and "duration_s" in table.read(root / "sweep-2").columns
+    drawn = call.invoke(app, ["sweep", "plot", str(two), "friction", "duration_s"])
+    assert drawn.exit_code == 0 and "sweep-2" in drawn.stdout
+    one.unlink()
+    third = write(Path("three"), WALL)
+    assert Jobs(third).folder == root / "sweep"
+    assert Jobs(write(Path("three"), WALL, "store.yaml")).folder == root / "store-2"
+
+
+def test_the_folder_of_another_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Given by --out; `plot` takes such a folder in place of the file."""
+    monkeypatch.chdir(tmp_path)
+    call = CliRunner(env={"COLUMNS": "300"})
+    one, two = write(Path(), WALL, "one.yaml"), write(Path(), {**WALL, "gather": ["e_t"]}, "two.yaml")
+    assert call.invoke(app, ["sweep", str(one), "--out", "mine"]).exit_code == 0
+    with pytest.raises(PywetError) as refused:
+        done(plan.read(two, Path("mine")))
+    assert refused.value.code == "sweep.folder_of_another"
+    assert "e_n" in table.read(Path("mine")).columns
+    drawn = call.invoke(app, ["sweep", "plot", "mine", "friction", "e_n"])
+    assert drawn.exit_code == 0 and Path("mine/friction-e_n.svg").exists()
+
+
+def test_a_result_that_no_run_has_is_named_and_stops_nothing(tmp_path: Path) -> None:
+    """A head-on collision has no tangential restitution: table and page are made, `plot` refuses to draw nothing."""
+    of = asked(tmp_path, {**WALL, "gather": ["e_t", "e_n"]})
+    said: list[str] = []
+    made = sweep_command.carry_out(of, 1, 1, 0, said.append)
+    assert made["e_t"].isna().all() and made["e_n"].notna().all()
+    assert "e_t: no run has it" in said and "e_t: no run has it" in (of.folder / "report.html").read_text()
+    with pytest.raises(PywetError, match="no run has e_t; expected a result that some have"):
+        sweep_command.plot(of.folder, ["friction", "e_t"], None)

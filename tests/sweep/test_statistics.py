@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import qmc
 
 from pywet.errors import PywetError
 from pywet.sweep import adaptive, figures, plan, significance, surface
@@ -116,6 +117,39 @@ def test_next_points_go_where_no_point_is_and_where_interpolations_differ() -> N
     bend = np.where(line[:, 0] > 0.45, 10.0 * (line[:, 0] - 0.5) ** 2, 0.0)
     found = adaptive.least_known(line, bend, 1, {"a": Axis(low=0.0, high=1.0)}, [])[0]
     assert 0.5 < found["a"] < 0.8
+
+
+def _interpolated(places: np.ndarray, values: np.ndarray, at: np.ndarray, power: int) -> np.ndarray:
+    """Radial-basis interpolation by the dense system: -r with a constant, or r³ with a plane."""
+
+    def kernel(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        r = np.linalg.norm(x[:, None] - y[None], axis=-1)
+        return np.asarray(r**3 if power == 3 else -r)
+
+    def tail(x: np.ndarray) -> np.ndarray:
+        return np.hstack([np.ones((len(x), 1)), x]) if power == 3 else np.ones((len(x), 1))
+
+    n, t = len(places), tail(places)
+    matrix = np.block([[kernel(places, places), t], [t.T, np.zeros((t.shape[1], t.shape[1]))]])
+    solved = np.linalg.solve(matrix, np.concatenate([values, np.zeros(t.shape[1])]))
+    return np.asarray(kernel(at, places) @ solved[:n] + tail(at) @ solved[n:])
+
+
+def test_next_points_follow_the_stated_rule() -> None:
+    """Largest distance times 1 + difference of both interpolations over the deviation, recomputed for three points in turn."""
+    axes = {"a": Axis(low=0.0, high=1.0), "b": Axis(low=1.0, high=100.0, log=True)}
+    random = np.random.default_rng(7)
+    places = random.uniform(size=(9, 2))
+    values = np.sin(5.0 * places[:, 0]) + places[:, 1] ** 2
+    found = adaptive.least_known(places, values, 3, axes, [])
+    candidates = qmc.Sobol(2, rng=1).random(adaptive.CANDIDATES)
+    for point in found:
+        apart = np.linalg.norm(candidates[:, None] - places[None], axis=-1).min(axis=1)
+        cubic, linear = (_interpolated(places, values, candidates, power) for power in (3, 1))
+        best = int((apart * (1.0 + np.abs(cubic - linear) / values.std())).argmax())
+        u, v = candidates[best]
+        assert (point["a"], point["b"]) == pytest.approx((u, 100.0**v))
+        places, values = np.vstack([places, candidates[best]]), np.append(values, cubic[best])
 
 
 def test_adaptive_points_belong_to_the_sweep(tmp_path: Path) -> None:

@@ -71,6 +71,11 @@ def column(prefix: str, class_name: str, unit: str = "") -> str:
     return f"{prefix}_{slug}{unit}"
 
 
+def class_titles(scene: Scene) -> dict[str, str]:
+    """Column of a class's liquid, without unit, and its name in words: `spheres_ore_5_4_mm`, spheres ore 5.4 mm."""
+    return {column("spheres", c.name): f"spheres {c.name}" for c in scene.classes}
+
+
 def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
     """Y(t) in all and per class, and the counts of spheres on the screen side, in the bin and lost.
 

@@ -40,10 +40,15 @@ def status_path(run_dir: Path, stage: str) -> Path:
     return Path(run_dir) / "status" / f"{stage}.json"
 
 
-def outcome(run_dir: Path) -> Status:
-    """Status of the first stage that failed, else of the last; a case that was not run to the end counts as failed."""
+def outcome(run_dir: Path, alone: bool = False) -> Status:
+    """Status of the first stage that failed, else of the last; a case that was not run to the end counts as failed.
+
+    A run `alone` is one by `pywet run`, which writes VTK files on demand only.
+    """
     for stage in NEEDS:
         path = status_path(run_dir, stage)
+        if alone and stage == "vtk" and not path.exists():
+            continue
         if not path.exists():
             return Status(stage, False, 0.0, None, f"it was not run to the end: stage {stage} is missing")
         status = Status.read(path)
@@ -80,9 +85,9 @@ def results_made(run_dir: Path) -> bool:
     return path.exists() and Status.read(path).ok
 
 
-def problems(run_dir: Path) -> list[str]:
+def problems(run_dir: Path, alone: bool = False) -> list[str]:
     """Why a case does not count as done: the stage that failed, or what its checks, ledger and replay found; empty when good."""
-    status = outcome(run_dir)
+    status = outcome(run_dir, alone)
     if not status.ok:
         return [f"stage {status.failed_at} failed: {status.reason}" if status.failed_at else str(status.reason)]
     return verdict.objections(Path(run_dir))

@@ -17,7 +17,7 @@ from pywet.collisions.wall.wall import collide
 from pywet.config.loading import parse
 from pywet.errors import PywetError
 from pywet.util.files import write_csv
-from pywet.util.machine_code import say_wait
+from pywet.util.machine_code import compiling
 from pywet.util.notices import bar
 
 WIDE = 160
@@ -34,8 +34,7 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
         if as_table or csv is not None:
             raise PywetError(f"{file} describes one collision, expected a list somewhere for --table or --csv")
         problem = parse(Problem, content, str(file))
-        say_wait()
-        with err.status("one collision"):
+        with compiling("wall"), err.status("one collision"):
             answer = collide(problem)
         print(json.dumps(answer, indent=2, allow_nan=False))
         return

@@ -1,0 +1,74 @@
+"""Where each size of a custom scene went: its shares by outlet, or by tray at the end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from pywet.products import apertures, streams
+from pywet.products.streams import PRODUCTS
+from pywet.runs.rundir import RunDir
+
+TRAY = "tray"
+"""A fixed wall is a tray if it is a vessel, or if its name begins with this word."""
+
+
+def shares(run: RunDir) -> tuple[str, pd.DataFrame] | None:
+    """`outlet` or `tray`, and the share of the mass of each size that each of them got.
+
+    Returns
+    -------
+    tuple of str and DataFrame, or None
+        Index: diameter in mm, columns: names. Of a screen with outlets, the spheres that `pywet screen` counts. None where there
+        are not at least two sizes and two destinations.
+    """
+    by_outlet = bool(run.scene.outlets)
+    rows = _by_outlet(run) if by_outlet else _by_tray(run)
+    if rows.empty or rows["diameter_mm"].nunique() < 2 or rows["where"].nunique() < 2:
+        return None
+    masses = rows.pivot_table(index="diameter_mm", columns="where", values="mass_kg", aggfunc="sum", fill_value=0.0)
+    found = masses.div(masses.sum(axis=1), axis=0)
+    order = [o.name for o in run.scene.outlets] if by_outlet else [w.name for w in run.scene.walls]
+    return ("outlet" if by_outlet else TRAY), found[[name for name in order if name in found]]
+
+
+def _by_outlet(run: RunDir) -> pd.DataFrame:
+    """Spheres that left by an outlet: mass, size and its name."""
+    scene = run.scene
+    gone = run.table("history/retired")
+    if {o.product for o in scene.outlets} >= set(PRODUCTS):
+        gone = gone[gone["id"].isin(streams.read(run).counted["id"])]
+    return _named(run, gone, np.array([o.name for o in scene.outlets])[gone["outlet"].to_numpy(dtype=int) - 1])
+
+
+def _by_tray(run: RunDir) -> pd.DataFrame:
+    """Spheres at the end: mass, size and the smallest tray around their centre, nothing where there is none."""
+    last = run.at_step("trajectory", int(run.scene.output_steps[-1]))
+    at, found = last[["x", "y", "z"]].to_numpy(dtype=float), np.full(len(last), "", dtype=object)
+    boxes = []
+    for name in _trays(run):
+        low, high = apertures.extents(run, next(w for w in run.scene.walls if w.name == name))
+        boxes.append((low.min(axis=0), high.max(axis=0), name))
+    for low, high, name in sorted(boxes, key=lambda box: -float(np.prod(box[1] - box[0]))):
+        found[((at >= low) & (at <= high)).all(axis=1)] = name
+    return _named(run, last, found)
+
+
+def _trays(run: RunDir) -> list[str]:
+    scene = run.scene
+    given = (run.json("description.json", dict) or {}).get("walls", [])
+    vessels = {w.name for w, of in zip(scene.walls[::-1], given[::-1], strict=False) if of.get("vessel")}
+    return [
+        w.name
+        for w in scene.walls
+        if scene.motion_of(w) is None and (w.name in vessels or w.name.lower().startswith(TRAY))
+    ]
+
+
+def _named(run: RunDir, spheres: pd.DataFrame, where: np.ndarray) -> pd.DataFrame:
+    """Mass and size of spheres by their type."""
+    sizes = {c.type: (c.mass_kg, 2e3 * c.radius_m) for c in run.scene.classes}
+    kind = run.spheres.set_index("id")["type"].reindex(spheres["id"]).tolist()
+    return pd.DataFrame(
+        {"mass_kg": [sizes[k][0] for k in kind], "diameter_mm": [sizes[k][1] for k in kind], "where": where}
+    )

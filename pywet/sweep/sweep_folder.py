@@ -1,0 +1,52 @@
+"""The folder of a sweep's table and page, which belongs to one file: two files of one name have two folders."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from pathlib import Path
+
+from typing_extensions import TypedDict
+
+from pywet.errors import FileError, shown
+from pywet.util.files import make_folder, read_if_there, write_json
+
+ROOT = Path("results/sweeps")
+STORE = ROOT / "store"
+OWNER = "file.json"
+"""Names the file of the sweep, by its path from the folder."""
+CURE = "remove the file, and the next call writes it"
+
+
+class Owner(TypedDict):
+    file: str
+
+
+def owner(folder: Path) -> Path | None:
+    """The file whose sweep is in a folder; None where there is none, or no such file any more."""
+    found = read_if_there(folder / OWNER, CURE, Owner)
+    path = None if found is None else (folder.resolve() / found["file"]).resolve()
+    return path if path is not None and path.exists() else None
+
+
+def of(file: Path) -> Path:
+    """`results/sweeps/NAME`, numbered where that folder belongs to another file of this name."""
+    for k in itertools.count(1):
+        folder = ROOT / (file.stem if k == 1 else f"{file.stem}-{k}")
+        if folder != STORE and owner(folder) in (None, file.resolve()):
+            return folder
+    raise AssertionError
+
+
+def claim(folder: Path, file: Path) -> None:
+    """Make a folder that of a file's sweep; refused where another file's sweep is in it."""
+    make_folder(folder)
+    there = owner(folder)
+    if there is None:
+        write_json(folder / OWNER, {"file": os.path.relpath(file.resolve(), folder.resolve())})
+    elif there != file.resolve():
+        raise FileError(
+            f"{shown(folder)} holds the sweep of {shown(there)}, not of {shown(file)}; expected a folder of its own: give --out",
+            code="sweep.folder_of_another",
+            path=folder,
+        )
