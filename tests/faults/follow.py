@@ -68,7 +68,7 @@ def _stages(way: Way) -> Verdict:
     else:
         server.engine_in_copy(way.keep_counts)
         stages.build(stages.resolved(way.config), 2, "smoke", run)
-        if room == "scene" and (found := _of_scene(run)):
+        if room in ("scene", "planning") and (found := _of_scene(run)):
             return found
         shutil.copy(way.library, build.kept())
         caches.seal(build.kept())

@@ -25,6 +25,9 @@ ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "results": ("cases/screening/results.py",),
     "view": ("report/vtk.py",),
+    "planning": ("planning/*.py",),
+    "custom": ("cases/custom/*.py", "products/feed.py", "products/deck.py", "products/size_classes.py"),
+    "calibration": ("calibration/*.py",),
 }
 """Room -> its files, below pywet/."""
 LEFT_OUT = ("build.py",)
