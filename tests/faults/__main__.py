@@ -49,7 +49,7 @@ def main(
     table.parent.mkdir(parents=True, exist_ok=True)
     rows = read(table)
     bench, begun = Bench(out.absolute()), time.monotonic()
-    bench.open()
+    bench.open(rooms)
     print(f"without a fault: {time.monotonic() - begun:.0f} s", flush=True)
     known = {(row["room"], int(row["number"])) for row in rows}
     wanted = [(rooms[n % len(rooms)], n // len(rooms)) for n in range(new)]

@@ -70,6 +70,6 @@ def _keep_plugin(bench: Bench, mutant: Mutant) -> None:
     from pywet.engines.liggghts import build
     from pywet.util import caches
 
-    if library := bench.plugin(mutant):
+    if (library := bench.plugin(mutant)) and library.exists():
         shutil.copy(library, build.kept())
         caches.seal(build.kept())

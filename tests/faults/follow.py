@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.faults import server
-from tests.faults.rooms import AFTER
+from tests.faults.rooms import AFTER, BUILT, ROOT
 
 STEADY = ("history/*.parquet", "*.parquet", "results/*.parquet", "scene.json", "stl/*", "vtk/*.vt*", "summary.json",
           "results/checks.json", "engine/in.liggghts", "engine/setup.liggghts", "engine/particles.data")  # fmt: skip
@@ -50,7 +50,7 @@ def follow(way: Way) -> Verdict:
     from pywet.errors import PywetError
 
     try:
-        return _stages(way)
+        return _built(way) if way.room in BUILT else _stages(way)
     except PywetError as error:
         crash = way.run / "engine.partial" / server.CRASH
         return Verdict("crash", crash.read_text()) if crash.exists() else Verdict("program", str(error))
@@ -68,7 +68,7 @@ def _stages(way: Way) -> Verdict:
     else:
         server.engine_in_copy(way.keep_counts)
         stages.build(stages.resolved(way.config), 2, "smoke", run)
-        if room in ("scene", "planning") and (found := _of_scene(run)):
+        if room == "scene" and (found := _of_scene(run)):
             return found
         shutil.copy(way.library, build.kept())
         caches.seal(build.kept())
@@ -79,6 +79,25 @@ def _stages(way: Way) -> Verdict:
         if found:
             return found
     return (room in ("view", "") and _of_view(run)) or Verdict("survives")
+
+
+def _built(way: Way) -> Verdict:
+    """Inputs alone: of case 2, or of the example scenes."""
+    import yaml
+
+    from pywet import stages
+    from pywet.cases.custom import building
+    from pywet.cases.custom.description import Scene
+
+    shutil.rmtree(way.run, ignore_errors=True)
+    if way.room == "planning":
+        stages.build(stages.resolved(way.config), 2, "smoke", way.run)
+        return _of_scene(way.run) or Verdict("survives", "inputs of case 2")
+    for path in sorted((ROOT / "examples/scenes").glob("*.yaml")) if way.room == "custom" else ():
+        building.write(Scene(**yaml.safe_load(path.read_text()), folder=path.parent), way.run / path.stem)
+        if found := _of_scene(way.run / path.stem):
+            return found
+    return Verdict("survives", "inputs of the examples" if way.room == "custom" else "no inputs are built")
 
 
 def import_all() -> None:

@@ -32,6 +32,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
 """Room -> its files, below pywet/."""
 LEFT_OUT = ("build.py",)
 """Trials have the plugin compiled in a way of their own."""
+BUILT = ("planning", "custom", "calibration")
+"""Rooms whose faults run no engine: inputs are built and compared with the configuration or description, then tests are asked."""
 AFTER = ("results", "view")
 """Rooms that work on a finished run."""
 
