@@ -66,10 +66,7 @@ class Run:
     def _small(self, name: str) -> pd.DataFrame | None:
         """A log of few rows, sorted by step, which is read once; None for a longer one."""
         if (key := f"small {name}") not in self.known:
-            path = where(self.folder, name)
-            with readable(path):
-                few = parquet.read_metadata(path).num_rows <= FEW
-            whole = table(path, name) if few else None
+            whole = small(where(self.folder, name), name)
             steps = None if whole is None else whole["step"].to_numpy()
             self.known[key] = whole if steps is not None and (np.diff(steps) >= 0).all() else None
         found: pd.DataFrame | None = self.known[key]
@@ -161,6 +158,13 @@ def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = No
         found = parquet_table(path, filters=filters)
     complete(path, found, NEEDED[name])
     return numbers(path, found)
+
+
+def small(path: Path, name: str) -> pd.DataFrame | None:
+    """One table, complete, if it has few rows."""
+    with readable(path):
+        few = parquet.read_metadata(path).num_rows <= FEW
+    return table(path, name) if few else None
 
 
 @contextmanager
