@@ -8,7 +8,6 @@ bounds leave open is counted, as a share of the capillary impulse.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 

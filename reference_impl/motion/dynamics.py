@@ -55,7 +55,9 @@ def check(
         if small is not None:
             table = small[(small["step"] >= first) & (small["step"] <= last)]
         else:
-            table = io.table(io.where(folder, "trajectory"), "trajectory", [("step", ">=", first), ("step", "<=", last)])
+            table = io.table(
+                io.where(folder, "trajectory"), "trajectory", [("step", ">=", first), ("step", "<=", last)]
+            )
         in_windows = [
             replace(q, name="trajectory_in_windows") for q in whole.trajectory(newton.places(setup, [f]), table)
         ]

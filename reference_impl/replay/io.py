@@ -62,7 +62,6 @@ class Run:
             return whole.iloc[start:end].reset_index(drop=True)
         return table(where(self.folder, name), name, filters=[("step", ">=", first), ("step", "<=", last)])
 
-
     def _small(self, name: str) -> pd.DataFrame | None:
         """A log of few rows, sorted by step, which is read once; None for a longer one."""
         if (key := f"small {name}") not in self.known:

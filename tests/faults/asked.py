@@ -29,7 +29,7 @@ def again(row: dict[str, str], package: Path = PACKAGE) -> Mutant | None:
 
 
 def tests_of(name: str) -> list[str]:
-    """Test files that import a module, given by its file below pywet/, the one named after it first; else those of its package."""
+    """Test files that import a module, given by its file below pywet/, that named after it first; else its package's."""
     path = PACKAGE / name
     if path.suffix != ".py":
         return list(OF_PLUGIN)

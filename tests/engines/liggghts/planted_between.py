@@ -103,7 +103,9 @@ FAULTS: dict[str, tuple[str, str, str]] = {
 def prepare(folder: Path, kind: str) -> list[small.Sphere]:
     """The yard with the shipped windows: with explicit or semi-implicit drag, with analytic wires; or a small bed that drips."""
     if kind == DRIPPING:
-        beds.prepare(folder, beds.bed((2, 2, 4)), 900, effects=DRIPS, liquid=SOAPY)  # 8 spheres, all of which are sampled
+        beds.prepare(
+            folder, beds.bed((2, 2, 4)), 900, effects=DRIPS, liquid=SOAPY
+        )  # 8 spheres, all of which are sampled
         return []
     more: dict[str, Any] = {"viscous_integration": "semi_implicit"} if kind == SEMI else {}
     bodies = yard.prepare(folder, **more, prisms=("screen",) if kind == WIRES else ())
