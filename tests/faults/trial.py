@@ -49,7 +49,7 @@ class Bench:
         return files(room, self.tree / "pywet")
 
     def open(self, rooms: Sequence[str]) -> None:
-        """Import everything from a new copy of the program; where these rooms need it compile it and run each scene without a fault."""
+        """Import everything from a new copy of the program; where these rooms need it, compile and run each scene."""
         of, now = self.out / "sources.txt", scenes.sources()
         if not of.exists() or of.read_text() != now:
             for name in ("objects", "counting", "sound"):

@@ -151,7 +151,8 @@ def test_spheres_are_drawn_where_the_logs_say(run: Path, tab: Any) -> None:
         places = table.loc[table["step"] == step, ["x", "y", "z"]].to_numpy()
         assert np.abs(matrices[: len(places), 3, :3] - places).max() < 3e-6
         camera = tab.evaluate(
-            f"({{position: {PANEL}.camera.position.toArray(), target: {PANEL}.controls.target.toArray(), fov: {PANEL}.camera.fov}})"
+            f"(({{camera, controls}}) => ({{position: camera.position.toArray(),"
+            f" target: controls.target.toArray(), fov: camera.fov}}))({PANEL})"
         )
         size = tab.evaluate(f"[{PANEL}.canvas.clientWidth, {PANEL}.canvas.clientHeight]")
         pixels, shown = seen_at(camera, size, places), picture(tab)
