@@ -103,7 +103,7 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "wires at rest for friction": (WIRES, "newton_force", "force that acts: its direction is not the expected one"),
     "springs of wires lost when found again": (WIRES, "contact_spring", ""),
     "springs of wires of the next sphere": (WIRES, "contact_spring", ""),
-    "forces of wires a tenth high": (WIRES, "newton_force", "force that acts"),
+    "forces of wires a tenth high": (WIRES, "newton_force", ""),
     "friction of wires forgets": (WIRES, "contact_logged", ""),
     "drops at half the force felt": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is"),
     "films feel at once": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
