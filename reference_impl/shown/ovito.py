@@ -66,24 +66,24 @@ def dumped(path: Path, kind: str) -> Iterator[tuple[int, pd.DataFrame]]:
 def _columns(logs: Logs, kind: str, step: int, table: pd.DataFrame) -> Columns | None:
     """Each column of one output in the order of the logs; None where other spheres or bonds are shown."""
     if kind == "ATOMS":
-        own = vtk.own_values(logs, step, "sphere")
+        values = vtk.own_values(logs, step, "sphere")
         table, ids = table.sort_values("id"), logs.at(step).ids
         if not np.array_equal(table["id"], ids):
             return None
-        expected = {column: own[f"vtk_sphere_{field}"] for column, field in SPHERES.items()}
+        expected = {column: values[f"vtk_sphere_{field}"] for column, field in SPHERES.items()}
         for names, field in (("xyz", "position"), (("vx", "vy", "vz"), "velocity")):
-            expected |= dict(zip(names, own[f"vtk_sphere_{field}"].T, strict=True))
-        return {name: (_column(table, name), np.asarray(values, float)) for name, values in expected.items()}
+            expected |= dict(zip(names, values[f"vtk_sphere_{field}"].T, strict=True))
+        return {name: (_column(table, name), np.asarray(column, float)) for name, column in expected.items()}
     here = logs.at(step).bridges
     if not len(here):
         return None if len(table) else {}
     here = here.sort_values(["partner_kind", "i", "j"])
     pairs = (here["partner_kind"] == 0).to_numpy()
-    table, own = table.sort_values(["id1", "id2"]), vtk.own_values(logs, step, "bridge")
+    table, values = table.sort_values(["id1", "id2"]), vtk.own_values(logs, step, "bridge")
     if not np.array_equal(table[["id1", "id2"]], here.loc[pairs, ["i", "j"]]):
         return None
-    known = {name: own[f"vtk_bridge_{name}"][pairs] for name in BONDS if f"vtk_bridge_{name}" in own}
-    return {name: (_column(table, name), values.astype(float)) for name, values in known.items()}
+    known = {name: values[f"vtk_bridge_{name}"][pairs] for name in BONDS if f"vtk_bridge_{name}" in values}
+    return {name: (_column(table, name), column.astype(float)) for name, column in known.items()}
 
 
 def _column(table: pd.DataFrame, name: str) -> Floats:
@@ -100,17 +100,19 @@ def _wrong(file: str, outputs: dict[int, Columns | None]) -> Iterator[str]:
         name: tuple(np.concatenate([c[name][n] for c in outputs.values() if c and name in c]) for n in (0, 1))
         for name in names
     }
-    for name, (shown, own) in every.items():
-        size = np.maximum(np.abs(own), 1e-3 * np.abs(own).max(initial=0.0)) + 1e-300
+    for name, (shown, expected) in every.items():
+        size = np.maximum(np.abs(expected), 1e-3 * np.abs(expected).max(initial=0.0)) + 1e-300
         steps = [np.full(len(c[name][0]), step) for step, c in outputs.items() if c and name in c]
         rows = pd.DataFrame({"step": np.concatenate(steps), "i": np.concatenate([np.arange(len(k)) for k in steps])})
-        if compare(name, "itself, or the largest of the run", shown, own, size, rows, DIGITS).ok:
+        if compare(name, "itself, or the largest of the run", shown, expected, size, rows, DIGITS).ok:
             continue
 
-        def tried(broken: Floats, shown: Floats = shown, own: Floats = own, name: str = name) -> Iterator[Suspect]:
+        def tried(
+            broken: Floats, shown: Floats = shown, expected: Floats = expected, name: str = name
+        ) -> Iterator[Suspect]:
             yield from (Suspect(f"it is the {other}", of[1]) for other, of in every.items() if other != name)
-            yield from suspects(shown, own, broken)
+            yield from suspects(shown, expected, broken)
 
-        link = Link(name, f"{name} in {file}", rows, shown, own, size, tried, DIGITS)
+        link = Link(name, f"{name} in {file}", rows, shown, expected, size, tried, DIGITS)
         said = diagnosis.diagnose(iter([link]), [name])["findings"]
         yield "; ".join(f["sentence"] for f in said) or f"{name} in {file}"

@@ -19,7 +19,7 @@ MANY, SETS = 5000, 1000
 """Data sets of means and differences; of calibrations, which cost more."""
 
 
-def room(sets: int) -> float:
+def margin(sets: int) -> float:
     """Three standard deviations of a share of 0.95 counted in so many sets."""
     return 3.0 * math.sqrt(0.95 * 0.05 / sets)
 
@@ -66,7 +66,7 @@ COVERAGE: dict[str, Callable[[], float]] = {
 
 @pytest.mark.parametrize("name", COVERAGE)
 def test_intervals_hold_the_truth_as_often_as_they_say(name: str) -> None:
-    assert COVERAGE[name]() == pytest.approx(0.95, abs=room(SETS if "calibration" in name else MANY))
+    assert COVERAGE[name]() == pytest.approx(0.95, abs=margin(SETS if "calibration" in name else MANY))
 
 
 def patched(owner: Any, name: str, changed: Any) -> Callable[[pytest.MonkeyPatch], None]:
@@ -102,4 +102,4 @@ def test_a_wrong_interval_is_found(monkeypatch: pytest.MonkeyPatch, fault: str) 
     """By its coverage alone."""
     name, plant = FAULTS[fault]
     plant(monkeypatch)
-    assert abs(COVERAGE[name]() - 0.95) > room(SETS if "calibration" in name else MANY)
+    assert abs(COVERAGE[name]() - 0.95) > margin(SETS if "calibration" in name else MANY)

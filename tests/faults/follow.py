@@ -34,12 +34,12 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Way:
-    """Where a run is made, from which configuration, with which plugin, for a fault of which room."""
+    """Where a run is made, from which configuration, with which plugin, for a fault of which module."""
 
     run: Path
     config: Path
     sound: Path
-    """The same without a fault, already there for the rooms after the engine."""
+    """The same without a fault, already there for the modules after the engine."""
     room: str
     library: Path
     keep_counts: bool = False
@@ -50,7 +50,7 @@ def follow(way: Way) -> Verdict:
     from pywet.errors import PywetError
 
     try:
-        return _built(way) if way.room in BUILT else _stages(way)
+        return _built(way, part) if (part := way.room) in BUILT else _stages(way)
     except PywetError as error:
         crash = way.run / "engine.partial" / server.CRASH
         return Verdict("crash", crash.read_text()) if crash.exists() else Verdict("program", str(error))
@@ -81,7 +81,7 @@ def _stages(way: Way) -> Verdict:
     return (room in ("view", "") and _of_view(run)) or Verdict("survives")
 
 
-def _built(way: Way) -> Verdict:
+def _built(way: Way, part: str) -> Verdict:
     """Inputs alone: of case 2, or of the example scenes."""
     import yaml
 
@@ -90,14 +90,14 @@ def _built(way: Way) -> Verdict:
     from pywet.cases.custom.description import Scene
 
     shutil.rmtree(way.run, ignore_errors=True)
-    if way.room == "planning":
+    if part == "planning":
         stages.build(stages.resolved(way.config), 2, "smoke", way.run)
         return _of_scene(way.run) or Verdict("survives", "inputs of case 2")
-    for path in sorted((ROOT / "examples/scenes").glob("*.yaml")) if way.room == "custom" else ():
+    for path in sorted((ROOT / "examples/scenes").glob("*.yaml")) if part == "custom" else ():
         building.write(Scene(**yaml.safe_load(path.read_text()), folder=path.parent), way.run / path.stem)
         if found := _of_scene(way.run / path.stem):
             return found
-    return Verdict("survives", "inputs of the examples" if way.room == "custom" else "no inputs are built")
+    return Verdict("survives", "inputs of the examples" if part == "custom" else "no inputs are built")
 
 
 def import_all() -> None:

@@ -45,11 +45,11 @@ class Bench:
         return self.out / "plugin.so"
 
     def files(self, room: str) -> list[Path]:
-        """Of a room, in the copy: the program itself may change meanwhile."""
+        """Of a module, in the copy: the program itself may change meanwhile."""
         return files(room, self.tree / "pywet")
 
-    def open(self, rooms: Sequence[str]) -> None:
-        """Import everything from a new copy of the program; where these rooms need it, compile and run each scene."""
+    def open(self, modules: Sequence[str]) -> None:
+        """Import everything from a new copy of the program; where these modules need it, compile and run each scene."""
         of, now = self.out / "sources.txt", scenes.sources()
         if not of.exists() or of.read_text() != now:
             for name in ("objects", "counting", "sound"):
@@ -66,7 +66,7 @@ class Bench:
         os.chdir(self.tree)
         import_all()
         scenes.configure(self._way("paper").config, "paper")
-        if all(room in BUILT for room in rooms):
+        if set(modules) <= set(BUILT):
             return
         self.objects = Objects(self.tree, self.out / "objects")
         self.counting = Objects(self.tree, self.out / "counting", "-O0", "--coverage")
@@ -167,7 +167,8 @@ class Bench:
                 compile(mutant.text, str(mutant.path), "exec")
             except SyntaxError:
                 return None
-        scene = "paper" if room in BUILT else self.scene_for(mutant)
+        built = room in BUILT
+        scene = "paper" if built else self.scene_for(mutant)
         with self.planted(mutant):
             library = self.plugin(mutant)
             if library is None:
@@ -177,13 +178,13 @@ class Bench:
             answer = server.in_copy(lambda: self._trial(self._way(scene, room, library), mutant), LIMIT_S)
         if "crash" in answer:
             return Verdict("crash", answer["crash"])
-        if answer["by"] == "survives" and room not in BUILT:
+        if answer["by"] == "survives" and not built:
             return self._changed(scene, room)
         return Verdict(answer["by"], answer["said"])
 
-    def _changed(self, scene: str, room: str) -> Verdict:
+    def _changed(self, scene: str, part: str) -> Verdict:
         """Of a run that nobody objects to: whether it left anything else than the sound one."""
-        now, then = ({n: m for n, m in made.items() if room in ("view", "") or not n.startswith("vtk/")}
+        now, then = ({n: m for n, m in made.items() if part in ("view", "") or not n.startswith("vtk/")}
                      for made in (marks(self.run), self.sound[scene]))  # fmt: skip
         changed = sorted(name for name in now.keys() | then.keys() if now.get(name) != then.get(name))
         said = f"{scene}: changes {', '.join(changed[:4])}"

@@ -123,7 +123,7 @@ def test_a_browser_shows_the_scene_and_the_slider_moves_it(shown: Any) -> None:
 
 
 def seen_at(camera: dict[str, Any], size: list[float], places: np.ndarray) -> np.ndarray:
-    """Pixels of points, by a pinhole camera that stands upright: x to the right, y down."""
+    """Pixels of points, by an upright pinhole camera: x to the right, y down."""
     away = np.array(camera["target"]) - camera["position"]
     away /= np.linalg.norm(away)
     right = np.cross(away, [0.0, 0.0, 1.0])
