@@ -184,6 +184,22 @@ def vtk(run_dir: Path, paraview: bool = False) -> None:
         opening.write(run_dir)
 
 
+def ovito(run_dir: Path) -> list[Path]:
+    """Write the files for OVITO, which the reference reads back and compares with the logs."""
+    from pywet.report import ovito as dumps
+    from reference_impl.replay.io import ReplayError
+    from reference_impl.shown import ovito as shown
+
+    paths = dumps.write(run_dir)
+    try:
+        wrong = shown.disagreement(Path(run_dir))
+    except ReplayError as error:
+        raise PywetError(str(error)) from error
+    if wrong:
+        raise PywetError(wrong)
+    return paths
+
+
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:
     """The first run with bridges that has results."""
     from pywet.scene import Scene

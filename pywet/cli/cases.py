@@ -208,9 +208,7 @@ def _view(
 
         paths += temporal.write(run_dir)
     if ovito:
-        from pywet.report import ovito as dumps
-
-        paths += dumps.write(run_dir)
+        paths += stages.ovito(run_dir)
     if close_up is not None:
         from pywet.report import closeup
 

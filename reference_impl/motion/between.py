@@ -8,25 +8,23 @@ bounds leave open is counted, as a share of the capillary impulse.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from reference_impl.motion import flights, impulses, nearest
+from reference_impl.motion import impulses, momentum
 from reference_impl.motion.budget import VELOCITY
 from reference_impl.motion.summed import drag_at_touch, pull_of, walls_motion
 from reference_impl.motion.window import Setup
-from reference_impl.replay import capillary, coverage, io, laws, one_place
+from reference_impl.replay import capillary, coverage, laws
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import Pairs, bodies, pairs
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
 from reference_impl.replay.exact_sum import Exact
 from reference_impl.replay.io import Run
-from reference_impl.replay.lives import FORMATION, RETIREMENT, Lives, keys
+from reference_impl.replay.lives import FORMATION, Lives, keys
 
 SAMPLES = (0.0, 0.5, 1.0)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
@@ -43,10 +41,6 @@ OF_DRAG = 0.25
 MOST = 200_000
 """Records up to which parts that disagree are kept."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
-
-
-Tables = dict[str, dict[int, pd.DataFrame]]
-"""Rows of each table at each output."""
 
 
 @dataclass
@@ -225,15 +219,9 @@ class Between:
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
         """Change of momentum of spheres that touched nothing from one output to the next."""
-        steps = [int(s) for s in np.unique(both["trajectory"]["step"].to_numpy())]
-        groups = {n: both[n].groupby("step").indices for n in ("trajectory", "bridges", "films", "impulses")}
-        at_outputs: Tables = {n: {s: both[n].iloc[rows.get(s, [])] for s in steps} for n, rows in groups.items()}
-        found = [free_spheres(self.run, self.setup, at_outputs, both["events"], a, b)
-                 for a, b in pairwise(steps)]  # fmt: skip
-        rows = pd.concat([f for f in found if len(f)], ignore_index=True) if any(map(len, found)) else pd.DataFrame()
+        rows = momentum.free_spheres(self.run, self.setup, both)
         columns = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
-        logged, own = (rows[n].to_numpy(float) if len(rows) else np.zeros((0, 3)) for n in columns)
-        scale = rows["scale"].to_numpy(float) if len(rows) else np.zeros(0)
+        logged, own, scale = (rows[n].to_numpy(float) for n in (*columns, "scale"))
         quantity = compare("between_momentum", "momentum, weight and impulse", logged, own, scale, rows, TOLERANCE)
         self._keep(quantity, rows)
         return quantity
@@ -254,79 +242,3 @@ def ratios(run: Run, rows: pd.DataFrame, before: Floats, gap: Floats) -> Floats:
         own += 0.5 * weight * (high - low) * 2.0 * u * drag(u**2)
     with np.errstate(all="ignore"):
         return np.asarray(-rows["viscous_impulse"].to_numpy(float) / own)
-
-
-def free_spheres(run: Run, setup: Setup, at_outputs: Tables, events: pd.DataFrame, one: int, two: int) -> pd.DataFrame:
-    """Spheres that touched nothing from one output to the next: gain of momentum less weight, and the logged impulse."""
-    if not judged(run) or any(one <= s <= two for s in setup.broken):
-        return pd.DataFrame()
-    fixed, place = bodies(run), np.full(int(setup.ids.max()) + 1, -1)
-    place[setup.ids] = np.arange(len(setup.ids))
-    at = {n: [t[s] for s in (one, two)] for n, t in at_outputs.items()}
-    bad = ~setup.free | ((setup.enters > one) & (setup.enters <= two)) | (setup.leaves <= two)
-    # a bridge that ends by retirement at the first output acts on half a step more, which no impulse holds
-    late = (events["step"] > one) | ((events["step"] == one) & (events["kind"] == RETIREMENT))
-    events = events[late & (events["step"] <= two) & (events["kind"] != FORMATION)]
-    shots = at["bridges"][1]
-    for table in (events, shots[shots["least_separation"] <= 0.0]):
-        p = pairs(table, fixed)
-        bad[place[np.concatenate([p.i, p.sphere_j[~p.wall]]).astype(int)]] = True
-    for film in at["films"]:
-        id_, volume = film["id"].to_numpy(), film["film"].to_numpy(float)
-        bad[place[id_]] |= volume < flights.DRY * fixed.radius[id_] ** 3
-    start, end = (_by_id(t, VELOCITY[:3], setup.ids) for t in at["trajectory"])
-    time, m = (two - one) * setup.step, setup.mass[:, None]
-    bad[place[_beside(run, setup, at, shots)]] = True
-    push = _by_id(at["impulses"][1], [f"impulse_{a}" for a in "xyz"], setup.ids)
-    weight = time * m * setup.pull(np.array([two]))[0]
-    gain, momentum = m * (end - start) - weight, setup.mass * (size(start) + size(end))
-    columns = {"step": np.full(len(setup.ids), two), "i": setup.ids}
-    columns |= {f"gain_{a}": gain[:, k] for k, a in enumerate("xyz")}
-    columns |= {f"impulse_{a}": push[:, k] for k, a in enumerate("xyz")}
-    return pd.DataFrame({**columns, "scale": momentum + size(weight) + size(push)})[~bad].reset_index(drop=True)
-
-
-def _beside(run: Run, setup: Setup, at: dict[str, list[pd.DataFrame]], shots: pd.DataFrame) -> Floats:
-    """Spheres that may touch a part of a wall without a bridge: at a convex edge a sphere has one bridge of all that meet there.
-
-    Until it touches anything a sphere is no faster than the fastest body at either output, which drag could make it follow,
-    and what weight, the pull and the normal drag of its bridges add in between; farther from a part that is next to that of its
-    bridge than it comes with this speed, and the walls with theirs, it touches nothing.
-    """
-    x = _by_id(at["trajectory"][0], ("x", "y", "z"), setup.ids)
-    v = np.concatenate([_by_id(t, VELOCITY[:3], setup.ids) for t in at["trajectory"]])
-    rows = shots.loc[shots["partner_kind"] != laws.SPHERE, ["step", "partner_kind", "i", "j"]].reset_index(drop=True)
-    if not len(rows):
-        return np.zeros(0, dtype=int)
-    row, part = one_place.beside(run, rows)
-    i = rows["i"].to_numpy(np.int64)[row]
-    bridged = pd.MultiIndex.from_frame(rows[["i", "j"]])
-    alone = ~pd.MultiIndex.from_arrays([i, part]).isin(bridged)
-    i, part = i[alone], part[alone]
-    p, pull = pairs(shots, bodies(run)), np.zeros(len(x))
-    pushes = shots[["capillary_impulse", "viscous_impulse"]].abs().sum(axis=1).to_numpy(float)
-    who = np.searchsorted(setup.ids, np.concatenate([p.i, p.sphere_j[~p.wall]]).astype(int))
-    np.add.at(pull, who, np.concatenate([pushes, pushes[~p.wall]]))
-    step = int(at["trajectory"][0]["step"].iloc[0])
-    time, k = (int(shots["step"].iloc[0]) - step) * setup.step, np.searchsorted(setup.ids, i)
-    walls = walls_motion(setup)[0]
-    fastest = max(float(np.nanmax(size(v))), walls) + time * float(np.linalg.norm(setup.gravity)) + pull / setup.mass
-    apart = nearest.parts(run).closest(np.full(len(i), step), x[k], part).distance - setup.radius[k]
-    return np.unique(i[apart <= time * (fastest[k] + walls)])
-
-
-def _by_id(table: pd.DataFrame, names: Sequence[str], ids: Floats) -> Floats:
-    """Columns of one output, a row for each of these numbers; NaN for a sphere that is not there any more."""
-    found = np.full((len(ids), len(names)), np.nan)
-    found[np.searchsorted(ids, table["id"].to_numpy())] = table[[*names]].to_numpy(float)
-    return found
-
-
-def judged(run: Run) -> bool:
-    """Whether the momentum of a sphere that touches nothing is that of weight and bridges: its mass stays, and walls are met
-    with a bridge."""
-    effects = run.meta["effects"]
-    return bool(
-        io.scene(run.folder)["effects"].get("wall_films", True)
-        and not effects.get("liquid_weight") and not effects.get("shedding")
-    )  # fmt: skip

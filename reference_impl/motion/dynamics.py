@@ -45,19 +45,31 @@ def check(
     works = run is not None and budget.judged(run)
     shares, counts = contributions.Shares(setup, run), Counter[str]()
     parts: dict[str, list[Quantity]] = {}
+    waiting: list[newton.Compared] = []  # of short windows, which are compared together
+    small = io.small(io.where(folder, "trajectory"), "trajectory")
     for f in newton.each(setup, run):  # a window's forces are large: one at a time
         io.note(f"window from step {f.window.steps[0]}")
         shares.add(f)
         counts.update(f.counts)
         first, last = shares.windows[-1]
-        table = io.table(io.where(folder, "trajectory"), "trajectory", [("step", ">=", first), ("step", "<=", last)])
+        if small is not None:
+            table = small[(small["step"] >= first) & (small["step"] <= last)]
+        else:
+            table = io.table(
+                io.where(folder, "trajectory"), "trajectory", [("step", ">=", first), ("step", "<=", last)]
+            )
         in_windows = [
             replace(q, name="trajectory_in_windows") for q in whole.trajectory(newton.places(setup, [f]), table)
         ]
         of_works = budget.in_window(setup, f, run) if works and run is not None else []
-        for q in (*newton.check(setup, [f]), *in_windows, *of_works):
+        waiting.append(newton.compared(setup, f))
+        full = sum(len(part[0]) for one in waiting for part in one.values()) > io.FEW
+        for q in (*(newton.quantities(setup, waiting) if full else ()), *in_windows, *of_works):
             parts.setdefault(q.name, []).append(q)
+        waiting = [] if full else waiting
         del f  # before the next one is made
+    for q in newton.quantities(setup, waiting):
+        parts.setdefault(q.name, []).append(q)
     found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
     io.write_json(folder / "contributions.json", shares.result(moved))
     driven = int((~setup.free).sum())

@@ -56,6 +56,9 @@ class Forces:
     known: Floats
 
 
+Compared = dict[str, tuple[Any, ...]]
+
+
 def forces(setup: Setup, run: Run | None) -> list[Forces]:
     """Own forces in every window."""
     return list(each(setup, run))
@@ -209,11 +212,19 @@ def _sums(
 
 def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
     """Newton's law for force and torque, the engine's own kicks, springs; in moist runs the walls and the log's states."""
+    return quantities(setup, [compared(setup, f) for f in found])
+
+
+def compared(setup: Setup, f: Forces) -> Compared:
+    """What is compared of one window: logged and own values, what deviations are relative to, records."""
+    parts = {**law(setup, f), **f.checks}
+    return parts if f.bridges is None else parts | against_log(setup, f)
+
+
+def quantities(setup: Setup, found: list[Compared]) -> list[Quantity]:
+    """The quantities of several windows."""
     rows: dict[str, list[tuple[Any, ...]]] = {}
-    for f in found:
-        parts = {**law(setup, f), **f.checks}
-        if f.bridges is not None:
-            parts.update(against_log(setup, f))
+    for parts in found:
         for name, part in parts.items():
             rows.setdefault(name, []).append(part)
     return [_quantity(setup, name, parts) for name, parts in rows.items()]

@@ -56,9 +56,24 @@ class Run:
         if name in self.tables:
             steps = self.tables[name]["step"]
             return self.tables[name][(steps >= first) & (steps <= last)].reset_index(drop=True)
+        whole = self._small(name)
+        if whole is not None:
+            start, end = np.searchsorted(whole["step"].to_numpy(), [first, last + 1])
+            return whole.iloc[start:end].reset_index(drop=True)
         return table(where(self.folder, name), name, filters=[("step", ">=", first), ("step", "<=", last)])
 
+    def _small(self, name: str) -> pd.DataFrame | None:
+        """A log of few rows, sorted by step, which is read once; None for a longer one."""
+        if (key := f"small {name}") not in self.known:
+            whole = small(where(self.folder, name), name)
+            steps = None if whole is None else whole["step"].to_numpy()
+            self.known[key] = whole if steps is not None and (np.diff(steps) >= 0).all() else None
+        found: pd.DataFrame | None = self.known[key]
+        return found
 
+
+FEW = 200_000
+"""Rows of a log that is small."""
 START = ("spheres", "transfer", "ledger")
 WALL_TABLES = ("triangles", "parts")
 LOGS = ("events", "contacts", "bridges", "films", "impulses", "wall_films")
@@ -142,6 +157,13 @@ def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = No
         found = parquet_table(path, filters=filters)
     complete(path, found, NEEDED[name])
     return numbers(path, found)
+
+
+def small(path: Path, name: str) -> pd.DataFrame | None:
+    """One table, complete, if it has few rows."""
+    with readable(path):
+        few = parquet.read_metadata(path).num_rows <= FEW
+    return table(path, name) if few else None
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What a replay says beside the logs: the scene against its configuration, the results against the logs."""
+"""What a replay says alongside the logs: the scene against its configuration, the results against the logs."""
 
 from __future__ import annotations
 

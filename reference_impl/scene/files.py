@@ -21,6 +21,8 @@ FILE = "config_files.json"
 CONFIG, MATERIALS, SCALES, CASES = "config.yaml", "materials.yaml", "scales.yaml", "cases.csv"
 NOT_OF_A_RUN = ("cases", "scale")
 """Keys of config.yaml that choose runs."""
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""The fast one, where it is built."""
 WORDS = ("material", "source", "liquid")
 """Columns of cases.csv that are no numbers."""
 
@@ -43,7 +45,7 @@ def held(texts: Mapping[str, Any], config: Mapping[str, Any]) -> list[Held]:
     """Every value of the files under its path in config.json."""
     files: Mapping[str, str] = texts["files"]
     try:
-        data = {name: yaml.safe_load(text) for name, text in files.items() if name != CASES}
+        data = {name: yaml.load(text, LOADER) for name, text in files.items() if name != CASES}
         row = _row(files[CASES], int(config["case"]["case"])) if CASES in files else dict(config["case"])
     except (yaml.YAMLError, csv.Error, StopIteration) as error:
         raise ReplayError(f"{FILE} cannot be parsed ({error!r}): build the run again") from error

@@ -217,13 +217,25 @@ def _band(runs: Runs, panel: Panel, curve: Curve, case: tuple[int | str, str]) -
 
 def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -> bool:
     """Whether a curve shows these values, where its axes reach."""
-    if of is None or len(of[0]) != len(curve.x):
+    if of is None or (points := _shown(curve, of[0])) is None:
         return False
     inside = of[0] >= 0.0
     room = ROOM * np.maximum(1.0, np.abs(of[1]).max(initial=0.0))
     return bool(
-        (np.abs(curve.x - of[0])[inside] <= ROOM).all() and (np.abs(curve.y - factor * of[1])[inside] <= room).all()
+        (np.abs(points[0] - of[0][inside]) <= ROOM).all() and (np.abs(points[1] - factor * of[1][inside]) <= room).all()
     )
+
+
+def _shown(curve: Curve, time: Floats) -> tuple[Floats, Floats] | None:
+    """Points of a curve for these times, where the axes reach: from zero on; None where their number differs.
+
+    What lies left of that may be cut where the picture ends, with a point there.
+    """
+    many = int((time >= 0.0).sum())
+    before = len(curve.x) - many
+    if before < 0 or (curve.x[:before] > ROOM).any():
+        return None
+    return curve.x[before:], curve.y[before:]
 
 
 def _is(runs: Runs, curve: Curve) -> str:
@@ -237,13 +249,14 @@ def _is(runs: Runs, curve: Curve) -> str:
             values = runs.column(number, column)
             if _same(curve, values):
                 return f"but is {column} of case {number}"
-            if values is not None and len(values[1]) == len(curve.y):
+            if values is not None and (points := _shown(curve, values[0])) is not None and len(points[0]):
                 if _same(curve, (values[0], 1.0 - values[1])):
                     return f"but is 1 minus {column} of case {number}"
                 if _same(curve, (values[0] + curve.x[-1] - values[0][-1], values[1])):
                     return f"but is {column} of case {number} moved by {curve.x[-1] - values[0][-1]:.3g} s"
+                own = values[1][values[0] >= 0.0]
                 with np.errstate(all="ignore"):
-                    factor = float(np.median((curve.y / values[1])[values[1] != 0])) if values[1].any() else 0.0
+                    factor = float(np.median((points[1] / own)[own != 0])) if own.any() else 0.0
                 if factor and _same(curve, values, factor):
                     return f"but is {factor:.4g} times {column} of case {number}"
     return "but is none of the columns of any case"

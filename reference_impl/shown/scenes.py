@@ -57,7 +57,7 @@ def check(text: str, folder: Path, expected: Collection[str] = ()) -> tuple[int,
 
 
 class Scene:
-    """One run as a page has it, beside its logs."""
+    """One run as a page has it, next to its logs."""
 
     def __init__(self, head: dict[str, Any], logs: Logs) -> None:
         self.head, self.logs = head, logs

@@ -37,6 +37,7 @@ def main(
     seed: Annotated[int, typer.Option(help="Of the draw; the same seed and sources give the same faults.")] = 1,
     room: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(ROOMS)}; default all in turn.")] = None,
     tests: Annotated[bool, typer.Option("--tests", help="Then ask the tests about what nothing else notices.")] = False,
+    engine: Annotated[bool, typer.Option(help="Ask tests that run an engine about Python's faults too.")] = True,
     out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("results/faults"),
 ) -> None:
     """Try random faults."""
@@ -48,7 +49,7 @@ def main(
     table.parent.mkdir(parents=True, exist_ok=True)
     rows = read(table)
     bench, begun = Bench(out.absolute()), time.monotonic()
-    bench.open()
+    bench.open(rooms)
     print(f"without a fault: {time.monotonic() - begun:.0f} s", flush=True)
     known = {(row["room"], int(row["number"])) for row in rows}
     wanted = [(rooms[n % len(rooms)], n // len(rooms)) for n in range(new)]
@@ -63,7 +64,7 @@ def main(
         if row["by"] in OPEN and not row["said"].startswith(ASKED) and row["room"] in rooms:
             if (mutant := asked.again(row, bench.tree / "pywet")) is None:
                 continue
-            failed = asked.ask(bench, mutant)
+            failed = asked.ask(bench, mutant, engine=engine)
             row |= {"by": "tests", "said": failed} if failed else {"said": f"{ASKED} {row['said']}"}
             write(table, rows)
             print(said(row), flush=True)

@@ -29,23 +29,25 @@ def again(row: dict[str, str], package: Path = PACKAGE) -> Mutant | None:
 
 
 def tests_of(name: str) -> list[str]:
-    """Test files that import a module, given by its file below pywet/; the one named after it first."""
+    """Test files that import a module, given by its file below pywet/, that named after it first; else its package's."""
     path = PACKAGE / name
     if path.suffix != ".py":
         return list(OF_PLUGIN)
     package, stem = ".".join(path.relative_to(ROOT).parent.parts), path.stem
     uses = re.compile(rf"from {re.escape(package)} import [^\n]*\b{stem}\b|{re.escape(package)}\.{stem}\b")
     named = [p for p in sorted((ROOT / "tests").rglob("test_*.py")) if uses.search(p.read_text())]
+    named = named or sorted((ROOT / "tests" / path.relative_to(PACKAGE).parent).glob("test_*.py"))
     named.sort(key=lambda p: (p.stem != f"test_{stem}", stem not in p.stem, p.stat().st_size))
     return [str(p.relative_to(ROOT)) for p in named]
 
 
-def ask(bench: Bench, mutant: Mutant, tests: Sequence[str] = ()) -> str | None:
+def ask(bench: Bench, mutant: Mutant, tests: Sequence[str] = (), engine: bool = True) -> str | None:
     """The first test that fails with the fault, of some or of all that know the module; None where there is none."""
     named = tests or tests_of(below(mutant.path))
     if not named:
         return None
-    words = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", "-p", "no:cacheprovider",
+    which = "not slow" if engine or mutant.path.suffix != ".py" else "not slow and not engine"
+    words = [sys.executable, "-m", "pytest", "-x", "-q", "-m", which, "-p", "no:cacheprovider",
              "--basetemp", str(bench.out / "asked"), *named]  # fmt: skip
     environment = {**os.environ, "PYTHONPATH": str(bench.tree), "PYTHONDONTWRITEBYTECODE": "1"}
     with bench.planted(mutant):
@@ -68,6 +70,6 @@ def _keep_plugin(bench: Bench, mutant: Mutant) -> None:
     from pywet.engines.liggghts import build
     from pywet.util import caches
 
-    if library := bench.plugin(mutant):
+    if (library := bench.plugin(mutant)) and library.exists():
         shutil.copy(library, build.kept())
         caches.seal(build.kept())

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.faults import server
-from tests.faults.rooms import AFTER
+from tests.faults.rooms import AFTER, BUILT, ROOT
 
 STEADY = ("history/*.parquet", "*.parquet", "results/*.parquet", "scene.json", "stl/*", "vtk/*.vt*", "summary.json",
           "results/checks.json", "engine/in.liggghts", "engine/setup.liggghts", "engine/particles.data")  # fmt: skip
@@ -34,12 +34,12 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Way:
-    """Where a run is made, from which configuration, with which plugin, for a fault of which room."""
+    """Where a run is made, from which configuration, with which plugin, for a fault of which module."""
 
     run: Path
     config: Path
     sound: Path
-    """The same without a fault, already there for the rooms after the engine."""
+    """The same without a fault, already there for the modules after the engine."""
     room: str
     library: Path
     keep_counts: bool = False
@@ -50,7 +50,7 @@ def follow(way: Way) -> Verdict:
     from pywet.errors import PywetError
 
     try:
-        return _stages(way)
+        return _built(way, part) if (part := way.room) in BUILT else _stages(way)
     except PywetError as error:
         crash = way.run / "engine.partial" / server.CRASH
         return Verdict("crash", crash.read_text()) if crash.exists() else Verdict("program", str(error))
@@ -79,6 +79,25 @@ def _stages(way: Way) -> Verdict:
         if found:
             return found
     return (room in ("view", "") and _of_view(run)) or Verdict("survives")
+
+
+def _built(way: Way, part: str) -> Verdict:
+    """Inputs alone: of case 2, or of the example scenes."""
+    import yaml
+
+    from pywet import stages
+    from pywet.cases.custom import building
+    from pywet.cases.custom.description import Scene
+
+    shutil.rmtree(way.run, ignore_errors=True)
+    if part == "planning":
+        stages.build(stages.resolved(way.config), 2, "smoke", way.run)
+        return _of_scene(way.run) or Verdict("survives", "inputs of case 2")
+    for path in sorted((ROOT / "examples/scenes").glob("*.yaml")) if part == "custom" else ():
+        building.write(Scene(**yaml.safe_load(path.read_text()), folder=path.parent), way.run / path.stem)
+        if found := _of_scene(way.run / path.stem):
+            return found
+    return Verdict("survives", "inputs of the examples" if part == "custom" else "no inputs are built")
 
 
 def import_all() -> None:

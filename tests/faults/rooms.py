@@ -25,16 +25,21 @@ ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "results": ("cases/screening/results.py",),
     "view": ("report/vtk.py",),
+    "planning": ("planning/*.py",),
+    "custom": ("cases/custom/*.py", "products/feed.py", "products/deck.py", "products/size_classes.py"),
+    "calibration": ("calibration/*.py",),
 }
-"""Room -> its files, below pywet/."""
+"""Module -> its files, below pywet/."""
 LEFT_OUT = ("build.py",)
 """Trials have the plugin compiled in a way of their own."""
+BUILT = ("planning", "custom", "calibration")
+"""Modules whose faults run no engine: inputs are built and compared with their description, then tests are asked."""
 AFTER = ("results", "view")
-"""Rooms that work on a finished run."""
+"""Modules that work on a finished run."""
 
 
 def files(room: str, package: Path = PACKAGE) -> list[Path]:
-    """Files of a room that there are."""
+    """Existing files of a module."""
     return sorted(p for pattern in ROOMS[room] for p in package.glob(pattern) if p.name not in LEFT_OUT)
 
 

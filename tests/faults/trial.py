@@ -9,7 +9,7 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +19,7 @@ from tests.faults import reach, scenes, server
 from tests.faults.follow import Verdict, Way, follow, import_all, marks
 from tests.faults.mutants import Mutant
 from tests.faults.native import Objects
-from tests.faults.rooms import below, files, law_of, reached
+from tests.faults.rooms import BUILT, below, files, law_of, reached
 
 LIMIT_S = 900.0
 
@@ -40,12 +40,16 @@ class Bench:
     def run(self) -> Path:
         return self.tree / "run"
 
+    @property
+    def library(self) -> Path:
+        return self.out / "plugin.so"
+
     def files(self, room: str) -> list[Path]:
-        """Of a room, in the copy: the program itself may change meanwhile."""
+        """Of a module, in the copy: the program itself may change meanwhile."""
         return files(room, self.tree / "pywet")
 
-    def open(self) -> None:
-        """Import everything from a new copy of the program, compile it, and run each scene without a fault."""
+    def open(self, modules: Sequence[str]) -> None:
+        """Import everything from a new copy of the program; where these modules need it, compile and run each scene."""
         of, now = self.out / "sources.txt", scenes.sources()
         if not of.exists() or of.read_text() != now:
             for name in ("objects", "counting", "sound"):
@@ -60,11 +64,13 @@ class Bench:
         sys.path.insert(0, str(self.tree))
         sys.dont_write_bytecode = True
         os.chdir(self.tree)
+        import_all()
+        scenes.configure(self._way("paper").config, "paper")
+        if set(modules) <= set(BUILT):
+            return
         self.objects = Objects(self.tree, self.out / "objects")
         self.counting = Objects(self.tree, self.out / "counting", "-O0", "--coverage")
-        self.library = self.out / "plugin.so"
         self.objects.library(self.library)
-        import_all()
         for scene in scenes.SCENES:
             self._know(scene)
 
@@ -161,7 +167,8 @@ class Bench:
                 compile(mutant.text, str(mutant.path), "exec")
             except SyntaxError:
                 return None
-        scene = self.scene_for(mutant)
+        built = room in BUILT
+        scene = "paper" if built else self.scene_for(mutant)
         with self.planted(mutant):
             library = self.plugin(mutant)
             if library is None:
@@ -171,13 +178,13 @@ class Bench:
             answer = server.in_copy(lambda: self._trial(self._way(scene, room, library), mutant), LIMIT_S)
         if "crash" in answer:
             return Verdict("crash", answer["crash"])
-        if answer["by"] == "survives":
+        if answer["by"] == "survives" and not built:
             return self._changed(scene, room)
         return Verdict(answer["by"], answer["said"])
 
-    def _changed(self, scene: str, room: str) -> Verdict:
+    def _changed(self, scene: str, part: str) -> Verdict:
         """Of a run that nobody objects to: whether it left anything else than the sound one."""
-        now, then = ({n: m for n, m in made.items() if room in ("view", "") or not n.startswith("vtk/")}
+        now, then = ({n: m for n, m in made.items() if part in ("view", "") or not n.startswith("vtk/")}
                      for made in (marks(self.run), self.sound[scene]))  # fmt: skip
         changed = sorted(name for name in now.keys() | then.keys() if now.get(name) != then.get(name))
         said = f"{scene}: changes {', '.join(changed[:4])}"

@@ -203,3 +203,14 @@ def test_effects_in_no_preset_are_switched_by_hand() -> None:
 def test_impossible_surroundings_are_refused() -> None:
     with pytest.raises(PywetError, match=r"wall_share 1\.5 must be within 0 and 1"):
         Surroundings(wall_share=1.5)
+    with pytest.raises(PywetError, match=r"solid_fraction 0\.75 within 0 and 0\.75"):
+        Surroundings(solid_fraction=0.75)
+
+
+def test_a_share_of_what_is_wanted_is_one_at_most() -> None:
+    """In ten seconds all falls faster than it moves; in a millisecond by g t/v."""
+    fall = [
+        effect_numbers((SPHERE,), PAIRS, None, SPEED, Surroundings(state="dilute", duration_s=t))["gravity"][1]
+        for t in (10.0, 1e-3)
+    ]
+    assert fall == [1.0, pytest.approx(9.81e-3 / SPEED, rel=1e-12)]

@@ -1,4 +1,4 @@
-"""Faults planted in the files of one sound screening run, before the engine (the scene) and after it (the results).
+"""Faults injected in the files of one sound screening run, before the engine (the scene) and after it (the results).
 
 Each changes files of a copy and says in which quantity it must show and by which words it must be named.
 """

@@ -1,4 +1,4 @@
-"""Faults planted in the log of a sound run: what was written is changed, the run itself was right.
+"""Faults injected in the log of a sound run: what was written is changed, the run itself was right.
 
 Each entry changes the tables (or what meta.json claims) and says which link must break and by which words it must be named.
 """

@@ -1,4 +1,4 @@
-"""Faults planted in the tables of the yard's sound run: what later stages read, ends of bridges, works, counts, rows of a rank.
+"""Faults injected in the tables of the yard's sound run: what later stages read, ends of bridges, works, counts, rows of a rank.
 
 Each entry: what is changed, the quantity that must break, and the words by which the replay must name it.
 """

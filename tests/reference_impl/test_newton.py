@@ -1,4 +1,4 @@
-"""Newton's law closes for every sphere of real runs, and a fault planted in the reference's inputs or walls opens it.
+"""Newton's law closes for every sphere of real runs, and a fault injected in the reference's inputs or walls opens it.
 
 Tolerance of force and torque: 1e-9 of the forces' sizes (at least the weight). What rounding allows: springs of 2e3 N/m on places
 known to 1e-17 m give 2e-14 N, against weights of 1e-3 N; walls whose steps are added up lose another two digits.

@@ -22,6 +22,7 @@ from pywet.report import collect, plots, report
 from pywet.runs.shapes import FORCES
 from pywet.util.files import write_json, write_table
 from reference_impl.shown import report as shown
+from reference_impl.shown.drawn import panels
 from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parent.parent.parent
@@ -134,6 +135,19 @@ def test_the_report_as_it_is(folder: Path, right: str) -> None:
     path.write_text(right)
     found = shown.check(path, ROOT / "config" / "cases.csv")
     assert found.faults == [] and found.curves == 2 * 4 + 3 + 6 + 10 + 5 and found.numbers > 300
+
+
+def test_a_slide_that_opens_late_is_no_fault(folder: Path, tmp_path: Path) -> None:
+    """Curves begin left of the picture, where they are cut: 26 of 31 points lie before the opening."""
+    late = tmp_path / "late"
+    shutil.copytree(folder, late, ignore=shutil.ignore_patterns("*.html"))
+    for path in late.glob("*/results/*.parquet"):
+        table = pd.read_parquet(path)
+        if "time_since_opening_s" in table:
+            write_table(table.assign(time_since_opening_s=table["time_since_opening_s"] - 1.2), path)
+    report = written(late)
+    drawn = min(len(c.x) for p in panels(report.read_text()) for c in p.curves if c.label != shown.CANNOT)
+    assert drawn < 31 and read(report) == []
 
 
 Curve = Callable[..., None]

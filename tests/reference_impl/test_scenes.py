@@ -1,4 +1,4 @@
-"""The 3-D scenes of a page agree with the logs of a real run; faults planted in what a page holds are found and named."""
+"""The 3-D scenes of a page agree with the logs of a real run; faults injected in what a page holds are found and named."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sections `scene` and `results` of the replay: planted faults are named, sound scenes and runs raise no alarm."""
+"""The sections `scene` and `results` of the replay: injected faults are named, sound scenes and runs raise no alarm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""VTK files of a run held against its logs: faults planted in what writes them are found, and named."""
+"""VTK files of a run held against its logs: faults injected in what writes them are found, and named."""
 
 from __future__ import annotations
 

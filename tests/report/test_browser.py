@@ -122,6 +122,50 @@ def test_a_browser_shows_the_scene_and_the_slider_moves_it(shown: Any) -> None:
     assert shown.said == []
 
 
+def seen_at(camera: dict[str, Any], size: list[float], places: np.ndarray) -> np.ndarray:
+    """Pixels of points, by an upright pinhole camera: x to the right, y down."""
+    away = np.array(camera["target"]) - camera["position"]
+    away /= np.linalg.norm(away)
+    right = np.cross(away, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    d = places - camera["position"]
+    focus = 0.5 * size[1] / np.tan(np.radians(camera["fov"]) / 2.0)
+    across, up, depth = d @ right, d @ np.cross(right, away), d @ away
+    return np.array([0.5 * size[0] + focus * across / depth, 0.5 * size[1] - focus * up / depth]).T
+
+
+def test_spheres_are_drawn_where_the_logs_say(run: Path, tab: Any) -> None:
+    """Of a scene that no mirror leaves as it is: matrices of all spheres at all outputs, their pixels and their colours."""
+    path = run / "trajectory.parquet"
+    table = pd.read_parquet(path).sort_values(["step", "id"])
+    table.assign(y=2e-3 * table["id"] ** 2 - 7e-3).to_parquet(path)
+    table = pd.read_parquet(path)
+    file = page.write(run / "s.html", "S", "", [page.Section("S", browser.element([("moist", RunDir(run))]))])
+    tab.goto(file.as_uri())
+    tab.wait_for_selector(".viewer[data-ready]")
+    tab.select_option(".by", "class")
+    tab.uncheck(".walls")
+    for k, step in enumerate(sorted(table["step"].unique())):
+        at(tab, k)
+        matrices = np.array(tab.evaluate(f"[...{PANEL}.spheres.instanceMatrix.array]")).reshape(-1, 4, 4)
+        places = table.loc[table["step"] == step, ["x", "y", "z"]].to_numpy()
+        assert np.abs(matrices[: len(places), 3, :3] - places).max() < 3e-6
+        camera = tab.evaluate(
+            f"(({{camera, controls}}) => ({{position: camera.position.toArray(),"
+            f" target: controls.target.toArray(), fov: camera.fov}}))({PANEL})"
+        )
+        size = tab.evaluate(f"[{PANEL}.canvas.clientWidth, {PANEL}.canvas.clientHeight]")
+        pixels, shown = seen_at(camera, size, places), picture(tab)
+        assert [tab.evaluate(f"{PANEL}.where({n})") for n in range(3)] == [pytest.approx(p, abs=0.6) for p in pixels]
+        inside = [(y, x) for x, y in pixels.round().astype(int)]
+        warm = [
+            int(shown[p][0] - shown[p][2]) for p in inside if 0 <= p[0] < shown.shape[0] and 0 <= p[1] < shown.shape[1]
+        ]
+        assert warm[0] > 40 and all(
+            w < -40 for w in warm[1:]
+        )  # the class of sphere 1 is ochre, that of the others blue
+
+
 def test_pointing_at_a_sphere_says_what_it_is(shown: Any) -> None:
     """h of 7.5e-9 m³ on 4 mm is 37.0 µm; the bridges of the last output are two, to sphere 3 and to a wire."""
     at(shown, 2)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from pywet import stages
+from pywet.errors import PywetError
 from pywet.report import ovito
 from tests.cases.screening import synthetic
 from tests.cases.screening.synthetic import UNIT
@@ -49,3 +51,45 @@ def test_spheres_and_bonds_of_every_output(run: Path) -> None:
 
 def test_a_dry_run_has_no_bonds(tmp_path: Path) -> None:
     assert [path.name for path in ovito.write(synthetic.make(tmp_path / "case01", moist=False))] == ["spheres.dump"]
+
+
+def exchanged(*pairs: tuple[str, str]) -> Callable[[pd.DataFrame], pd.DataFrame]:
+    return lambda table: table.assign(**{a: table[b] for one, two in pairs for a, b in ((one, two), (two, one))})
+
+
+Change = Callable[[pd.DataFrame], pd.DataFrame]
+FAULTS: dict[str, tuple[str, Change, str]] = {
+    "force and gap exchanged": ("bridges", exchanged(("capillary_force", "separation")), "it is the capillary_force"),
+    "ends one row on": ("bridges", lambda t: t.assign(id2=t["id2"] - 1), "bridges.dump shows other bonds"),
+    "age in steps": ("bridges", lambda t: t.assign(age=t["age"] / synthetic.TIME_STEP), "it is 1000"),
+    "y mirrored": ("spheres", lambda t: t.assign(y=-t["y"]), "the sign is turned"),
+    "y and z exchanged": ("spheres", exchanged(("y", "z")), "it is the z"),
+    "diameters": ("spheres", lambda t: t.assign(radius=2.0 * t["radius"]), "a diameter for a radius"),
+    "places of the next sphere": ("spheres", lambda t: t.assign(x=np.roll(t["x"], 1)), "x in spheres.dump"),
+    "speeds halved": ("spheres", lambda t: t.assign(vx=0.5 * t["vx"]), "half the value"),
+    "liquid for film": ("spheres", lambda t: t.assign(film_thickness=t["liquid"]), "it is the liquid"),
+    "a sphere left out": ("spheres", lambda t: t.iloc[1:], "spheres.dump shows other spheres"),
+}  # fmt: skip
+
+
+@pytest.fixture
+def crooked(run: Path) -> Path:
+    """The run with spheres at places that no exchange leaves alike."""
+    table = pd.read_parquet(run / "trajectory.parquet")
+    table.assign(y=1e-3 * table["id"] + 2e-4, vy=0.03 * table["id"], vz=-0.07).to_parquet(run / "trajectory.parquet")
+    return run
+
+
+def test_what_is_written_agrees_with_the_logs(crooked: Path) -> None:
+    assert [path.name for path in stages.ovito(crooked)] == ["spheres.dump", "bridges.dump"]
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_wrong_column_is_named(crooked: Path, monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
+    """By the reference, which reads the files back."""
+    maker, change, words = FAULTS[fault]
+    sound = getattr(ovito, maker)
+    monkeypatch.setattr(ovito, maker, lambda run, step: change(sound(run, step)))
+    with pytest.raises(PywetError) as found:
+        stages.ovito(crooked)
+    assert words in str(found.value)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import matplotlib.image
 import numpy as np
+import pandas as pd
 import pytest
 
 from pywet.errors import PywetError
@@ -67,6 +68,43 @@ def test_bridges_are_seen_in_a_large_bed(run: Path) -> None:
     if done.returncode:
         pytest.skip("VTK cannot draw here")
     assert int(done.stdout) > 5
+
+
+MARKED = """
+import sys
+from pathlib import Path
+import numpy as np
+from pywet.report import render
+from pywet.runs.rundir import RunDir
+run, size = RunDir(Path(sys.argv[1])), (600, 500)
+image, _ = render.scene(run, 0, render.view(run, 0), render.colour_limit(run, 0), size, fine=False)
+centre, width = render.view(run, 0)
+eye, aim = centre + width * np.array([0.7, -2.2, 0.85]), centre + width * np.array([0.04, 0.0, 0.0])
+away = (aim - eye) / np.linalg.norm(aim - eye)
+right = np.cross(away, [0.0, 0.0, 1.0])
+right /= np.linalg.norm(right)
+here = run.trajectory[run.trajectory["step"] == 0].sort_values("id")[["x", "y", "z"]].to_numpy() - eye
+focus = 250.0 / np.tan(np.radians(17.5)) / (here @ away)
+for x, y in zip(300.0 + focus * (here @ right), 250.0 - focus * (here @ np.cross(right, away))):
+    print(*image[round(y), round(x)])
+"""
+
+
+@pytest.mark.parametrize("marked", [0, 1, 2])
+def test_the_wet_sphere_is_the_dark_one(run: Path, marked: int) -> None:
+    """Of three spheres one has a film; by a pinhole camera of the test's own the pixel of its centre is dark blue, theirs not."""
+    for name in ("spheres", "films"):
+        path = run / "history" / f"{name}.parquet"
+        table = pd.read_parquet(path)
+        table.assign(film=np.where(table["id"] == marked + 1, 5e-9, 1e-12)).to_parquet(path)
+    environment = {**os.environ, "VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}
+    done = subprocess.run(
+        [sys.executable, "-c", MARKED, str(run)], env=environment, capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        pytest.skip("VTK cannot draw here")
+    red = [int(line.split()[0]) for line in done.stdout.splitlines()]
+    assert int(np.argmin(red)) == marked and sorted(red)[1] - min(red) > 40, done.stdout
 
 
 def test_sketch_shows_the_films(run: Path, tmp_path: Path) -> None:

@@ -94,12 +94,15 @@ def test_as_many_bridges_as_faces_that_are_met(folder: Path, tmp_path: Path) -> 
 @pytest.mark.engine
 def test_a_convex_edge_gives_one_bridge_while_a_sphere_rolls_over_it(folder: Path, tmp_path: Path) -> None:
     """Along the way to the edge, over it and down the side a sphere has one bridge: with the top until that ruptures, its foot at
-    the edge, then with the side. One at rest 0.2 mm from the edge is not drawn over it by a bridge with the side."""
+    the edge, then with the side. One at rest 0.2 mm from the edge is not drawn over it by a bridge with the side.
+
+    The momentum between outputs is judged of the one that flies off, and not of those that touch the block all the time."""
     block = {"name": "step", "block": {"low_mm": (-10, -6, -10), "high_mm": (0, 6, 0)}}
     entry = {"material": "glass", "diameter_mm": 3}
     spheres = [
         {**entry, "name": "rolls", "at_mm": [(-0.5, -3, 1.501)], "velocity_m_per_s": (0.15, 0, 0)},
-        {**entry, "name": "rests", "at_mm": [(-0.2, 3, 1.501)]},
+        {**entry, "name": "rests", "at_mm": [(-0.2, 4, 1.501)]},
+        {**entry, "name": "flies", "at_mm": [(-8, 0.5, 1.501)], "velocity_m_per_s": (0.45, 0, 0)},
     ]
     given = scene(
         folder, [block], [], spheres=spheres, gravity_m_per_s2=(0, 0, -1.0), duration_s=0.038,
@@ -114,6 +117,8 @@ def test_a_convex_edge_gives_one_bridge_while_a_sphere_rolls_over_it(folder: Pat
     assert np.abs(rests["x"] + 2e-4).max() < 1e-6
     assert run.replay["quantities"]["formation_missed"]["count"] > 10
     assert run.replay["quantities"]["formation_shared"]["count"] > 100
+    flying = run.bridges[(run.bridges["i"] == 3) & (run.bridges["separation"] > 1e-4)]
+    assert len(flying) > 1 and run.replay["quantities"]["between_momentum"]["count"] > len(flying)
 
 
 @pytest.mark.engine

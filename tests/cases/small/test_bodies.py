@@ -14,6 +14,7 @@ from pywet.cases.small.pair import Pair
 from pywet.cases.small.subset import with_spheres
 from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness, film_volume
+from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice
 from pywet.scene import Scene
 
@@ -44,6 +45,15 @@ def test_a_step_of_drag_is_shorter_than_the_dry_one() -> None:
     soft, hard = (step_choice.of_packing(classes, bodies.contacts(1, k), 0.1) for k in (1e3, 1e5))
     assert soft / hard == pytest.approx(10.0, rel=0.1)
     assert step_choice.of_packing(classes, bodies.contacts(1, 1e3), 0.1, viscosity_Pa_s=10.0) < 0.1 * soft
+
+
+def test_a_step_of_hertz_contacts_is_a_fifth_of_the_rayleigh_time() -> None:
+    """Where nothing else is shorter: pi r sqrt(rho/G)/(0.1631 nu + 0.8766) with G = E/(2 + 2 nu)."""
+    glass, classes = Elastic(youngs_modulus_Pa=6e10, poissons_ratio=0.22), bodies.sphere_classes(R, density=2500.0)
+    hertz = Hertz(spheres=(glass,) * len(classes), walls=glass, impact_speed_m_per_s=1.0)
+    pairs = bodies.hertzian(classes, bodies.contacts(1, 1e5), hertz)
+    rayleigh = math.pi * R * math.sqrt(2500.0 * 2.44 / 6e10) / (0.1631 * 0.22 + 0.8766)
+    assert step_choice.of_packing(classes, pairs, 1e3, hertz=hertz) == pytest.approx(0.2 * rayleigh, rel=0.1)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -86,9 +86,9 @@ void Wires::take_up(const std::vector<WireSpring> &springs) {
 // A sphere that no longer touches loses its spring.
 void Wires::touch(bool fresh) {
   if (prisms.empty()) return;
-  if (fresh || moved()) find();
-  const View &at = world_.engine.at;
   const bool log = world_.clock.logs_contacts();
+  if (fresh || moved() || log) find();  // in logged steps too, so that the replay sees the springs handed on
+  const View &at = world_.engine.at;
   for (Candidate &c : candidates_) {
     const Prism &wire = prisms[c.wire];
     const Mesh &mesh = world_.walls.meshes[wire.mesh];
