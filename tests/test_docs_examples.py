@@ -23,6 +23,7 @@ from typer.testing import CliRunner
 from pywet import Deck, Feed, Outlet, stages
 from pywet.calibration.answer import calibrate
 from pywet.cases.custom.description import Spheres
+from pywet.cases.script.scan import scan
 from pywet.cases.small import bridge_query
 from pywet.cli.app import app
 from pywet.collisions.wall.problem import Problem
@@ -50,6 +51,7 @@ EXECUTED = {
     "wall_collision.md": ["json"],
     "wet_benchmarks.md": ["python"],
     "young_laplace.md": ["python", "python"],
+    "your-script.md": ["yaml"],
 }
 """Blocks of each page that a test executes, in order."""
 
@@ -86,6 +88,15 @@ def test_both_solvers_of_the_exact_bridge_print_the_same(capsys: pytest.CaptureF
     assert float(force.split()[0]) / 0.0728 == pytest.approx(float(second_force) / 0.07275, rel=1e-9)
     one, two = ([float(word) for word in line.split()[:2]] for line in (rupture, second_rupture))
     assert one == pytest.approx(two, rel=1e-6)
+
+
+def test_the_liquid_of_the_page_on_scripts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wet.yaml").write_text(blocks("your-script.md")[0][1])
+    page = (ROOT / "docs" / "your-script.md").read_text()
+    (tmp_path / "in.script").write_text(re.findall(r"^fix wet .*$", page, re.MULTILINE)[0])
+    found = scan(tmp_path / "in.script")
+    assert found.problems == () and found.line.every == 1000 and found.wet.angle_deg(2) == 40
 
 
 def test_the_law_of_the_page_on_laws() -> None:

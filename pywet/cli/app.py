@@ -16,7 +16,7 @@ import typer
 from rich.table import Table
 from typer.core import TyperGroup
 
-from pywet.cli import bodies, cases, evidence, plant
+from pywet.cli import bodies, cases, evidence, plant, script
 from pywet.cli.groups import arrange
 from pywet.cli.showing import err, out, tell
 from pywet.ending import clearing_up
@@ -163,9 +163,9 @@ def laws(
     out.print(table)
 
 
-for commands in (cases.app, bodies.app, evidence.app, plant.app):
+for commands in (cases.app, bodies.app, evidence.app, plant.app, script.app):
     app.add_typer(commands)
-arrange(app, cases.app, bodies.app, evidence.app, plant.app)
+arrange(app, cases.app, bodies.app, evidence.app, plant.app, script.app)
 
 if __name__ == "__main__":
     app()

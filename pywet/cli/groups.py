@@ -21,6 +21,7 @@ GROUPS = {
     "Process: scenes and calibration": {
         "run-scene": "run-scene examples/scenes/hopper.yaml --out hopper",
         "scene": "scene drum --moisture 1 --spheres 400 --seconds 1.5",
+        "liggghts": "liggghts -in in.drum --check",
         "calibrate": "calibrate examples/calibrations/drum.yaml",
         "sweep": "sweep examples/sweeps/small_drum.yaml --cores 2",
     },

@@ -41,7 +41,8 @@ def libraries() -> tuple[Path, Path]:
 def plugin_path() -> Path:
     """The plugin, built where it is not yet whole in the cache (some seconds)."""
     version, own = engine_version(), sorted(SOURCES.glob("*.cpp"))
-    shared = sorted(set(build.SOURCES.glob("*")) - {build.SOURCES / path.name for path in own})
+    not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in own))}
+    shared = sorted(set(build.SOURCES.glob("*")) - not_here)
     target = caches.folder() / f"libpywet-lammps-{build.hash_of([*shared, *own], version)}.so"
     if not caches.whole(target):
         headers = [build.SOURCES, PREFIX / "include", packages() / "lammps" / "include" / "lammps"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ctypes as C
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -169,9 +169,37 @@ class Plugin:
         last = np.ascontiguousarray([w[1] for w in windows], dtype=np.int64)
         self._library.pywet_set_output(len(at), _pointer(at), len(first), _pointer(first), _pointer(last))
 
-    def attach(self, engine: C.c_void_p, folder: Path) -> None:
+    def attach(self, engine: C.c_void_p, folder: Path, fix: str = "pywet") -> None:
         """Hook the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""
-        self._check(self._library.pywet_attach(engine, b"pywet", os.fsencode(folder)))
+        self._check(self._library.pywet_attach(engine, fix.encode(), os.fsencode(folder)))
+
+    def know_script(self, engine: C.c_void_p, asked: Callable[[bytes], None]) -> Any:
+        """Make the fix style `pywet` known to the engine; keep what is returned as long as that lives.
+
+        `asked` is called with the words of the line where the engine comes to it, and with none before every run.
+        """
+        callback = C.CFUNCTYPE(None, C.c_char_p)(asked)
+        self._library.pywet_know_script(engine, callback)
+        self._library.pywet_script_state.restype = C.c_char_p
+        return callback
+
+    def script_state(self) -> bytes:
+        """What the engine holds now, as JSON."""
+        return bytes(self._library.pywet_script_state())
+
+    def script_spheres(self, count: int) -> pd.DataFrame:
+        """Spheres that the engine holds: id, type, radius [m], mass [kg]."""
+        ids, types = np.zeros(count, np.int32), np.zeros(count, np.int32)
+        radii, masses = np.zeros(count), np.zeros(count)
+        self._library.pywet_script_spheres(_pointer(ids), _pointer(types), _pointer(radii), _pointer(masses))
+        return pd.DataFrame({"id": ids, "type": types, "radius": radii, "mass": masses})
+
+    def set_every(self, steps: int, begin: int, skin: float, thickest: float) -> None:
+        """Of a script: outputs every so many steps from `begin` on, ways [m] and films (over the radius) that lists see."""
+        none = _pointer(np.zeros(0, dtype=np.int64))
+        self._library.pywet_set_output(0, none, 0, none, none)
+        self._library.pywet_set_output_every(C.c_int64(steps), C.c_int64(begin))
+        self._library.pywet_set_reach(C.c_double(skin), C.c_double(thickest))
 
     def resume(self, state: Path) -> None:
         """Go on from a checkpoint's state file."""

@@ -11,6 +11,7 @@ class Clock {
   std::vector<int64_t> output_steps, window_first, window_last;
   int64_t checkpoint_every = 0;         // steps; 0: none
   int64_t drop_every = 0;               // steps between looks at what drips
+  int64_t output_every = 0, output_from = 0;  // of a run whose end is not known: every so many steps, in place of output_steps
   int bridges_every = 1;                // steps from one evaluation of the bridges to the next
 
   int64_t now = -1;
@@ -30,7 +31,10 @@ class Clock {
       if (now >= window_first[k] && now < window_last[k]) return true;
     return false;
   }
-  bool output() const { return !again && std::binary_search(output_steps.begin(), output_steps.end(), now); }
+  bool output() const {
+    if (output_every > 0) return !again && (now - output_from) % output_every == 0;
+    return !again && std::binary_search(output_steps.begin(), output_steps.end(), now);
+  }
   bool checkpoint() const { return !again && checkpoint_every > 0 && now > 0 && now % checkpoint_every == 0; }
 };
 

@@ -168,6 +168,11 @@ class Batches : public Style {
 
 }  // namespace
 
+int cohesion(LAMMPS_NS::LAMMPS *lmp) {
+  LAMMPS_NS::PairGranProxy *pair = dynamic_cast<LAMMPS_NS::PairGranProxy *>(lmp->force->pair);
+  return !pair ? -1 : !style_of(*pair)->contact_match("cohesion", "off");
+}
+
 bool batch_contacts(LAMMPS_NS::LAMMPS *lmp, bool forgets) {
   LAMMPS_NS::PairGranProxy *pair = dynamic_cast<LAMMPS_NS::PairGranProxy *>(lmp->force->pair);
   if (!pair || lmp->force->newton_pair) return false;

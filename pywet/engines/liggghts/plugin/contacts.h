@@ -11,4 +11,7 @@ namespace pywet {
 // `forgets`: the spring of a pair that has parted is taken away at once, and not when the lists are made anew.
 bool batch_contacts(LAMMPS_NS::LAMMPS *lmp, bool forgets);
 
+// Whether the engine's contact model attracts by itself; -1: its pair style is none of spheres.
+int cohesion(LAMMPS_NS::LAMMPS *lmp);
+
 }  // namespace pywet

@@ -57,13 +57,16 @@ void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together) {
 void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
   lmp_ = lmp;
   LAMMPS_NS::Fix *integrate = lmp->modify->find_fix_id("integrate");
-  if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
+  if (!integrate) integrate = lmp->modify->find_fix_style("nve/sphere", 0);  // of a script of the user's own
+  if (!integrate) throw std::runtime_error("the deck has no fix named integrate and none of style nve/sphere");
   at.free_group = integrate->groupbit;
   liquid_ = dynamic_cast<LAMMPS_NS::FixPropertyAtom *>(lmp->modify->find_fix_id("p_liquid"));
   if (!liquid_ || liquid_->get_nvalues() != NUMBERS_TAKEN)
     throw std::runtime_error("the deck has no fix property/atom named p_liquid with " + std::to_string(NUMBERS_TAKEN) + " numbers");
-  skin = said("skin");
-  thickest_film = said("thickest_film");
+  if (skin <= 0) {
+    skin = said("skin");
+    thickest_film = said("thickest_film");
+  }
   for (const Mesh &mesh : walls.meshes) {
     LAMMPS_NS::Fix *fix = lmp->modify->find_fix_id(mesh.name.c_str());
     LAMMPS_NS::FixMeshSurface *surface = dynamic_cast<LAMMPS_NS::FixMeshSurface *>(fix);

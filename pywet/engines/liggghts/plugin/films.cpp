@@ -70,7 +70,7 @@ void Films::look_at(int a) {
     throw std::runtime_error("the film on sphere " + std::to_string(world_.engine.at.tag[a]) + " has grown to " +
                              number(1e3 * thickness_[a]) +
                " mm, the neighbour list sees films up to " + number(1e3 * allowed) +
-               " mm; raise FILM_GROWTH in pywet/engines/liggghts/deck.py");
+               " mm; raise FILM_GROWTH in pywet/engines/liggghts/deck.py, or the skin in a script of your own");
 }
 
 void Films::add_to_wall(int triangle, double more) {

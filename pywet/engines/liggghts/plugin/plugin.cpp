@@ -164,6 +164,18 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
   clock.window_last.assign(last, last + windows);
 }
 
+// Outputs of a run whose end is not known: every so many steps from one on.
+EXPORT void pywet_set_output_every(int64_t steps, int64_t from) {
+  state->world.clock.output_every = steps;
+  state->world.clock.output_from = from;
+}
+
+// How far the neighbour list sees, where no deck says it: what ways of spheres may use up [m], films over the radius.
+EXPORT void pywet_set_reach(double skin, double thickest_film) {
+  state->world.engine.skin = skin;
+  state->world.engine.thickest_film = thickest_film;
+}
+
 EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every,
                             int moist, int energy, int batched, int faces) {
   pywet::Rules &rules = state->world.rules;

@@ -1,0 +1,95 @@
+"""What a script with liquid cannot do, by code, and how that shows in what the engine says of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pywet.errors import PywetError
+
+SENTENCES = {
+    "wet.no_line": ("the script {given} has no line `fix ID all pywet …`", "one such line"),
+    "wet.two_lines": ("the script has {given} lines of fix pywet", "one"),
+    "wet.words": ("fix pywet was given the words `{given}`", "liquid FILE [log FOLDER] [every STEPS]"),
+    "wet.every": ("fix pywet was given every {given}", "a whole number of steps, 1 or more"),
+    "wet.group": ("fix pywet is of the group {given}", "all: every sphere may be wet"),
+    "wet.log": ("the folder {given} holds something already", "one that is empty or missing: name another after `log`"),
+    "wet.ranks": ("the script runs on {given} ranks", "1: scripts with liquid do not run on more yet"),
+    "wet.units": ("units are {given}", "units si"),
+    "wet.atoms": ("the atoms have no radius or mass of their own", "atom_style granular or sphere"),
+    "wet.map": ("the engine keeps no map of the spheres", "the line `atom_modify map array` before the box is made"),
+    "wet.newton": ("newton is on", "the line `newton off`"),
+    "wet.periodic": ("a boundary is periodic, over which bridges do not reach yet", "f, m or s along x, y and z"),
+    "wet.coarsegraining": ("coarsegraining is on, for which no law of bridges holds", "a script without it"),
+    "wet.multisphere": ("{given} is of multispheres, whose films are not known", "single spheres"),
+    "wet.pair": ("the pair style is none of granular contacts", "pair_style gran"),
+    "wet.cohesion": ("the pair style has a cohesion model of its own, which counts the liquid twice", "cohesion off"),
+    "wet.spheres": ("there is no sphere where the line of fix pywet stands", "the line after spheres were made"),
+    "wet.ids": ("the numbers of the spheres have gaps or repeat", "1, 2, … without a gap: delete none before the line"),
+    "wet.sizes": ("there are {given} kinds of spheres by type, radius and density", "32 at most"),
+    "wet.angle": ("contact_angle_deg has none for atom type {given}", "one for each type of which there are spheres"),
+    "wet.insertion": ("{given} may insert spheres when the liquid is there", "`unfix` of it before the line of fix pywet"),
+    "wet.walls": ("{given} is a wall, and films on walls are not supported yet", "walls: dry in the liquid's file"),
+    "wet.integrate": ("{given} fixes nve/sphere move the spheres", "one, of the group all"),
+    "wet.order": ("{given} adds forces after fix pywet", "the line of fix pywet after it"),
+    "wet.neighbour": ("neigh_modify has {given}", "delay 0 every 1 check yes: films touch between two lists else"),
+    "wet.contact_distance": ("contact_distance_factor is {given}", "1"),
+    "wet.skin": ("the skin of the command neighbor is {given} m, too small for these films", "{expected} m or more"),
+    "wet.time_step": ("the time step became {given} s", "{expected} s, as where the line of fix pywet stands"),
+    "wet.step": ("the step is {given} where a run begins", "{expected}: no reset_timestep after the line of fix pywet"),
+    "wet.restart": ("{given} after fix pywet, whose films no restart file holds", "restart files before its line only"),
+    "wet.clear": ("the script has `clear`, which forgets fix pywet", "a script without it"),
+    "wet.unfix": ("the script has `{given}`, with which the liquid would be lost", "fix pywet to the end of the script"),
+}  # fmt: skip
+"""Code -> what is said of what was given, and what was expected."""
+
+
+def refusal(code: str, given: Any = None, expected: Any = None) -> PywetError:
+    """The error of a code, in one sentence."""
+    what, wanted = SENTENCES[code]
+    filled = wanted.format(given=given, expected=expected)
+    return PywetError(
+        f"{what.format(given=given)}; expected {filled}",
+        code=code, key=code.removeprefix("wet."), given=given, expected=filled if expected is None else expected,
+    )  # fmt: skip
+
+
+def is_wall(style: str) -> bool:
+    """Whether a fix style makes walls that spheres touch."""
+    return style.startswith(("mesh/surface", "wall/"))
+
+
+def of_state(state: dict[str, Any], walls_are_dry: bool) -> Iterator[PywetError]:
+    """All that is in the way where the line stands or a run begins; `state` as the plugin's script.cpp gives it."""
+    fixes = state["fixes"]
+    movers = [fix for fix in fixes if fix["style"].startswith("nve/sphere")]
+    lists = {"delay": 0, "every": 1, "check": 1}
+    wrong = " ".join(f"{name} {state[name]}" for name, value in lists.items() if state[name] != value)
+    met = {
+        "wet.ranks": (state["ranks"] > 1, state["ranks"]),
+        "wet.units": (state["units"] != "si", state["units"]),
+        "wet.atoms": (not state["granular"], None),
+        "wet.map": (state["map"] == 0, None),
+        "wet.newton": (state["newton"], None),
+        "wet.periodic": (state["periodic"], None),
+        "wet.coarsegraining": (state["coarsegraining"], None),
+        "wet.pair": (state["cohesion"] < 0, None),
+        "wet.cohesion": (state["cohesion"] > 0, None),
+        "wet.neighbour": (wrong, wrong),
+        "wet.contact_distance": (state["contact_distance_factor"] != 1.0, state["contact_distance_factor"]),
+        "wet.integrate": (len(movers) != 1 or not movers[0]["all"], len(movers)),
+        "wet.spheres": (state["spheres"] == 0, None),
+    }
+    for code, (there, given) in met.items():
+        if there:
+            yield refusal(code, given)
+    for fix in fixes:
+        said = f"fix {fix['id']} ({fix['style']})"
+        if fix["style"].startswith("insert/"):
+            yield refusal("wet.insertion", said)
+        if fix["style"].startswith(("multisphere", "rigid")):
+            yield refusal("wet.multisphere", said)
+        if is_wall(fix["style"]) and not walls_are_dry:
+            yield refusal("wet.walls", said)
+        if fix["later"]:
+            yield refusal("wet.order", said)

@@ -1,0 +1,83 @@
+"""Scripts of the user's own in the engine: dry as the stock program, wet with bridges and a ledger that closes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.cases.script.scripts import BEFORE, LINE, WET, run, write
+
+pytestmark = pytest.mark.engine
+
+
+def test_without_liquid_the_motion_is_that_of_the_stock_program(tmp_path: Path) -> None:
+    stock, ours = tmp_path / "stock", tmp_path / "ours"
+    for folder, line, wet in ((stock, "", WET), (ours, LINE, WET.replace("1.0", "0"))):
+        folder.mkdir()
+        write(folder, line=line, wet=wet)
+    assert run(stock, "liggghts").returncode == 0
+    done = run(ours)
+    assert done.returncode == 0, done.stderr
+    dumped = (stock / "dump.txt").read_text()
+    assert dumped.count("ITEM: TIMESTEP") == 6
+    assert (ours / "dump.txt").read_text() == dumped
+
+
+@pytest.mark.slow
+def test_with_liquid_bridges_form_as_the_law_says_and_nothing_is_lost(tmp_path: Path) -> None:
+    """Shares of every formation by Shi and McCarthy's law, from the film that the sphere had, which its bridges leave enough."""
+    write(tmp_path)
+    done = run(tmp_path)
+    assert done.returncode == 0, done.stderr
+    events, ledger = (pd.read_parquet(tmp_path / "wet" / f"{name}.parquet") for name in ("events", "ledger"))
+    formed = events[events["kind"] == 0]
+    assert len(formed) > 50 and (events["kind"] == 1).sum() > 5
+    assert ledger["step"].tolist() == list(range(1, 3002, 100))
+    total = ledger["films"] + ledger["bridges"]
+    assert np.abs(total / ledger["initial"] - 1).max() < 1e-12
+    films = pd.read_parquet(tmp_path / "wet" / "films.parquet")
+    first = films[films["step"] == 1].set_index("id")["film"]
+    radius = pd.Series(np.where(np.cbrt(first / (0.01 * 2.5) * 3 / (4 * np.pi)) < 0.0025, 0.002, 0.003), first.index)
+    r_i, r_j = radius[formed["i"]].to_numpy(), radius[formed["j"]].to_numpy()
+    share = 0.5 * (1 - np.sqrt(1 - (r_j / (r_i + r_j)) ** 2))
+    assert formed["share_i"].to_numpy() == pytest.approx(share * formed["film_i_before"].to_numpy(), rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changed", "code"),
+    [
+        (("neighbor        0.002 bin", "neighbor        0.0001 bin"), "wet.skin"),
+        (("fix             integr all nve/sphere\n", ""), "wet.integrate"),
+        (("neigh_modify    delay 0", "neigh_modify    delay 5"), "wet.neighbour"),
+    ],
+)
+def test_what_only_the_engine_knows_is_refused_at_the_line(tmp_path: Path, changed: tuple[str, str], code: str) -> None:
+    from pywet.cases.script.refusals import SENTENCES
+
+    write(tmp_path, before=BEFORE.replace(*changed))
+    done = run(tmp_path)
+    start = SENTENCES[code][0].split("{")[0]
+    assert done.returncode == 1 and start in done.stderr, done.stderr
+    assert not (tmp_path / "wet").exists()
+
+
+@pytest.mark.slow
+def test_a_run_that_is_refused_keeps_the_tables_of_the_one_before(tmp_path: Path) -> None:
+    write(tmp_path, after="run 500\ntimestep 0.000005\nrun 500\n")
+    done = run(tmp_path)
+    assert done.returncode == 1 and "time step" in done.stderr
+    assert pd.read_parquet(tmp_path / "wet" / "ledger.parquet")["step"].max() == 501
+
+
+def test_state_of_a_script_is_json() -> None:
+    """What script.cpp writes has the keys that are asked."""
+    source = (Path(__file__).parents[3] / "pywet/engines/liggghts/plugin/script.cpp").read_text()
+    from pywet.cases.script.refusals import of_state
+    from tests.cases.script.test_refusals import STATE
+
+    assert all(f'\\"{key}\\":' in source for key in STATE) and list(of_state(json.loads(json.dumps(STATE)), True)) == []
