@@ -102,13 +102,14 @@ class Deck(Excusable):
     def _holds_apertures(self) -> Self:
         if min(self.length_mm, self.width_mm) < self.pitch_mm:
             raise ValueError(f"deck: length_mm and width_mm of at least one aperture and wire, {self.pitch_mm:g} mm")
-        for k, (above, under) in enumerate(pairwise((self, *self.beneath)), start=1):
+        decks: list[Deck | Beneath] = [self, *self.beneath]
+        for k, (above, under) in enumerate(pairwise(decks), start=1):
             if under.aperture_mm >= above.aperture_mm:
                 raise ValueError(
                     f"deck: beneath {k}: an aperture_mm below that of the deck above, {above.aperture_mm:g} mm"
                 )
             least = 2.0 * above.aperture_mm + above.wire_mm
-            if under.below_mm < least:
+            if isinstance(under, Beneath) and under.below_mm < least:
                 raise ValueError(
                     f"deck: beneath {k}: below_mm of at least two apertures and a wire of the deck above, {least:g} mm"
                 )
@@ -159,8 +160,8 @@ class Deck(Excusable):
         return [{**wall, "vibrates": moves} for wall in found]
 
     @property
-    def _rooms(self) -> list[float]:
-        """Height of the room under each deck [mm]."""
+    def _clearances(self) -> list[float]:
+        """Free height under each deck [mm]."""
         return [*(deck.below_mm for deck in self.beneath), BELOW * self.levels[-1][0].aperture_mm]
 
     def outlets(self) -> list[dict[str, Any]]:
@@ -174,9 +175,9 @@ class Deck(Excusable):
         ]
         if not self.beneath:
             found.append({"name": "overs", "low_mm": (self.length_mm + away, None, None)})
-        for name, (deck, z), room in zip(DECKS, self.levels, self._rooms, strict=False):
+        for name, (deck, z), clearance in zip(DECKS, self.levels, self._clearances, strict=False):
             if self.beneath:  # taken at the end itself, before it falls to the height of the next deck
-                found.append({"name": name, "low_mm": (self.length_mm, None, z - deck.wire_mm - FALLEN * room)})
+                found.append({"name": name, "low_mm": (self.length_mm, None, z - deck.wire_mm - FALLEN * clearance)})
         for k in range(1, self.sections + 1):
             last = k == self.sections
             name = "unders" if self.sections == 1 else f"unders_{k}"

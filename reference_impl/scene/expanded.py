@@ -103,18 +103,18 @@ def _outlets(deck: Said) -> Iterator[dict[str, Any]]:
     yield {**OPEN, "name": "spilled_left", "low_mm": [None, edge, None]}
     yield {**OPEN, "name": "spilled_right", "high_mm": [None, -edge, None]}
     yield {**OPEN, "name": "spilled_back", "high_mm": [-2.0 * SIDE_MM - away, None, None]}
-    levels, top, room = _levels(deck), 0.0, 6.0 * _levels(deck)[-1]["aperture_mm"]
+    levels, top, clearance = _levels(deck), 0.0, 6.0 * _levels(deck)[-1]["aperture_mm"]
     if len(levels) == 1:
         yield {**OPEN, "name": "overs", "low_mm": [deck["length_mm"] + away, None, None]}
     for k, level in enumerate(levels if len(levels) > 1 else ()):
         top -= level["below_mm"] if k else 0.0
-        under = levels[k + 1]["below_mm"] if k + 1 < len(levels) else room
+        under = levels[k + 1]["below_mm"] if k + 1 < len(levels) else clearance
         least = top - level["wire_mm"] - under / 4.0
         yield {**OPEN, "name": ("overs", "middlings", "lower_middlings")[k], "low_mm": [deck["length_mm"], None, least]}
     ends = [deck["length_mm"] * k / sections for k in range(1, sections)]
     for k, end in enumerate([*ends, None], start=1):
         name = f"unders_{k}" if sections > 1 else "unders"
-        yield {**OPEN, "name": name, "high_mm": [end, None, top - room]}
+        yield {**OPEN, "name": name, "high_mm": [end, None, top - clearance]}
 
 
 def _spheres(feed: Said, scene: Said) -> Iterator[dict[str, Any]]:

@@ -103,14 +103,14 @@ def test_decks_beneath_each_other() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"aperture_mm": 8}, "beneath 1: an aperture_mm below that of the deck above, 8 mm"),
         ({"below_mm": 17}, "beneath 1: below_mm of at least two apertures and a wire of the deck above, 18 mm"),
     ],
 )
-def test_decks_that_do_not_fit_are_refused(change: dict[str, float], said: str) -> None:
-    with pytest.raises(ConfigError, match=said):
+def test_decks_that_do_not_fit_are_refused(change: dict[str, float], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         pywet.Scene(**beads(deck={**TWO, "beneath": [{**TWO["beneath"][0], **change}]}))
 
 
@@ -155,29 +155,6 @@ def test_probability_of_passage_by_gaudin(tmp_path: Path) -> None:
     assert (straight == (clear > 0))[sure].all() and sure.sum() > 300
     probability = ((4.0 - 1.0) / (4.0 + 1.0)) ** 2
     assert straight.mean() == pytest.approx(probability, abs=3.0 * math.sqrt(probability * (1 - probability) / len(at)))
-
-
-@pytest.mark.slow
-@pytest.mark.engine
-def test_two_decks_part_three_sizes(tmp_path: Path) -> None:
-    """Spheres of 12, 6 and 2 mm over 8 and 4 mm: each size is one product, both cuts are steps; the replay agrees."""
-    box = {"low_mm": (2, -12, 8), "high_mm": (25, 12, 60)}
-    sizes = {"coarse": (12, 5), "middle": (6, 12), "fine": (2, 60)}
-    spheres = [
-        {"name": name, "material": "glass", "diameter_mm": d, "count": n, "box": box} for name, (d, n) in sizes.items()
-    ]
-    deck = {**TWO, "inclination_deg": 25, "side_mm": 70, "stroke": {"amplitude_mm": 1.5, "frequency_Hz": 25}}
-    run = pywet.run(scene(spheres=spheres, deck=deck, duration_s=1.5, results={"windows": 2}), tmp_path)
-    gone = run._run.table("history/retired")
-    names = np.array(["", *(o.product or "spilled" for o in run.scene.outlets)])[gone["outlet"]]
-    counts = pd.crosstab(gone["type"], names)
-    assert {k: row[row > 0].to_dict() for k, row in counts.iterrows()} == {
-        1: {"overs": 5}, 2: {"middlings": 12}, 3: {"unders": 60}
-    }  # fmt: skip
-    first, second = (pywet.screen(tmp_path, from_s=0.0, deck=k) for k in (1, 2))
-    assert (first["efficiency"], first["d50_mm"]) == pytest.approx((1.0, 9.0))
-    assert (second["efficiency"], second["d50_mm"]) == pytest.approx((1.0, 4.0))
-    assert (tmp_path / "screen_2.html").exists()
 
 
 @pytest.mark.slow
