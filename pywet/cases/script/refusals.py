@@ -24,7 +24,7 @@ SENTENCES = {
     "wet.multisphere": ("{given} is of multispheres, whose films are not known", "single spheres"),
     "wet.pair": ("the pair style is none of granular contacts", "pair_style gran"),
     "wet.cohesion": ("the pair style has a cohesion model of its own, which counts the liquid twice", "cohesion off"),
-    "wet.spheres": ("there is no sphere where the line of fix pywet stands", "the line after spheres were made"),
+    "wet.spheres": ("there is no sphere where the line of fix pywet is", "the line after spheres were made"),
     "wet.ids": ("the numbers of the spheres have gaps or repeat", "1, 2, … without a gap: delete none before the line"),
     "wet.sizes": ("there are {given} kinds of spheres by type, radius and density", "32 at most"),
     "wet.angle": ("contact_angle_deg has none for atom type {given}", "one for each type of which there are spheres"),
@@ -35,13 +35,13 @@ SENTENCES = {
     "wet.neighbour": ("neigh_modify has {given}", "delay 0 every 1 check yes: films touch between two lists else"),
     "wet.contact_distance": ("contact_distance_factor is {given}", "1"),
     "wet.skin": ("the skin of the command neighbor is {given} m, too small for these films", "{expected} m or more"),
-    "wet.time_step": ("the time step became {given} s", "{expected} s, as where the line of fix pywet stands"),
+    "wet.time_step": ("the time step became {given} s", "{expected} s, as where the line of fix pywet is"),
     "wet.step": ("the step is {given} where a run begins", "{expected}: no reset_timestep after the line of fix pywet"),
     "wet.restart": ("{given} after fix pywet, whose films no restart file holds", "restart files before its line only"),
     "wet.clear": ("the script has `clear`, which forgets fix pywet", "a script without it"),
     "wet.unfix": ("the script has `{given}`, with which the liquid would be lost", "fix pywet to the end of the script"),
 }  # fmt: skip
-"""Code -> what is said of what was given, and what was expected."""
+"""Code -> sentence on what was given, and what was expected."""
 
 
 def refusal(code: str, given: Any = None, expected: Any = None) -> PywetError:
@@ -60,7 +60,7 @@ def is_wall(style: str) -> bool:
 
 
 def of_state(state: dict[str, Any], walls_are_dry: bool) -> Iterator[PywetError]:
-    """All that is in the way where the line stands or a run begins; `state` as the plugin's script.cpp gives it."""
+    """All that is in the way at the line, or where a run begins; `state` as the plugin's script.cpp gives it."""
     fixes = state["fixes"]
     movers = [fix for fix in fixes if fix["style"].startswith("nve/sphere")]
     lists = {"delay": 0, "every": 1, "check": 1}
@@ -84,12 +84,12 @@ def of_state(state: dict[str, Any], walls_are_dry: bool) -> Iterator[PywetError]
         if there:
             yield refusal(code, given)
     for fix in fixes:
-        said = f"fix {fix['id']} ({fix['style']})"
+        named = f"fix {fix['id']} ({fix['style']})"
         if fix["style"].startswith("insert/"):
-            yield refusal("wet.insertion", said)
+            yield refusal("wet.insertion", named)
         if fix["style"].startswith(("multisphere", "rigid")):
-            yield refusal("wet.multisphere", said)
+            yield refusal("wet.multisphere", named)
         if is_wall(fix["style"]) and not walls_are_dry:
-            yield refusal("wet.walls", said)
+            yield refusal("wet.walls", named)
         if fix["later"]:
-            yield refusal("wet.order", said)
+            yield refusal("wet.order", named)

@@ -34,7 +34,7 @@ from pywet.util.files import read_table
 KINDS = 32
 """Kinds of spheres: each pair of them has a table."""
 LEAST_SKIN = 0.1
-"""Way of a sphere, over the least radius, that the neighbour list has to leave beside films."""
+"""Way of a sphere, over the least radius, that the neighbour list has to leave in addition to films."""
 
 
 @dataclass(frozen=True)

@@ -53,22 +53,22 @@ def commands(path: Path, depth: int = 0) -> Iterator[list[str]]:
 
 def scan(path: Path) -> Found:
     """Read script and liquid; paths in them count from the present folder, as for the engine."""
-    said = list(commands(path))
-    lines = [k for k, words in enumerate(said) if words[0] == "fix" and words[3:4] == [STYLE]]
+    rows = list(commands(path))
+    lines = [k for k, words in enumerate(rows) if words[0] == "fix" and words[3:4] == [STYLE]]
     if len(lines) != 1:
         raise refusal("wet.two_lines", len(lines)) if lines else refusal("wet.no_line", str(path))
     at = lines[0]
-    own = line(said[at][1:])
+    own = line(rows[at][1:])
     wet = Wet.read(own.liquid)
-    problems = [*_before(said[:at], wet), *_after(said[at + 1 :], own, wet)]
-    if any(words[0] == "clear" for words in said):
+    problems = [*_before(rows[:at], wet), *_after(rows[at + 1 :], own, wet)]
+    if any(words[0] == "clear" for words in rows):
         problems.append(refusal("wet.clear"))
-    return Found(own, wet, Counter(words[3] for words in said if words[0] == "fix" and len(words) > 3), tuple(problems))
+    return Found(own, wet, Counter(words[3] for words in rows if words[0] == "fix" and len(words) > 3), tuple(problems))
 
 
-def _before(said: list[list[str]], wet: Wet) -> Iterator[PywetError]:
+def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
     fixes: dict[str, str] = {}
-    for words in said:
+    for words in rows:
         match words:
             case ["fix", name, _, style, *_]:
                 fixes[name] = style
@@ -88,8 +88,8 @@ def _before(said: list[list[str]], wet: Wet) -> Iterator[PywetError]:
         yield from _of_fix(name, style, wet)
 
 
-def _after(said: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
-    for words in said:
+def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
+    for words in rows:
         match words:
             case ["fix", name, _, style, *_]:
                 yield from _of_fix(name, style, wet)
@@ -100,13 +100,13 @@ def _after(said: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
 
 
 def _of_fix(name: str, style: str, wet: Wet) -> Iterator[PywetError]:
-    said = f"fix {name} ({style})"
+    named = f"fix {name} ({style})"
     if style.startswith("insert/"):
-        yield refusal("wet.insertion", said)
+        yield refusal("wet.insertion", named)
     if "multisphere" in style:
-        yield refusal("wet.multisphere", said)
+        yield refusal("wet.multisphere", named)
     if is_wall(style) and wet.walls is None:
-        yield refusal("wet.walls", said)
+        yield refusal("wet.walls", named)
 
 
 def _cohesive(models: list[str]) -> bool:

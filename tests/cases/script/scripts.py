@@ -45,6 +45,23 @@ thermo          1000
 run             1
 unfix           ins
 """
+SHAKEN = BEFORE.replace(
+    "fix             pts1",
+    """fix             plate all mesh/surface/stress file plate.stl type 1
+fix             meshwall all wall/gran model hertz tangential history mesh n_meshes 1 meshes plate
+fix             shake all move/mesh mesh plate wiggle amplitude 0. 0. 0.0005 period 0.02
+fix             pts1""",
+)
+"""The same with a plate below the spheres that vibrates."""
+CORNERS = ("-.019 -.019", ".019 -.019", ".019 .019", "-.019 .019")
+PLATE = "solid plate\n{}endsolid plate\n".format(
+    "".join(
+        "facet normal 0 0 1\nouter loop\n"
+        + "".join(f"vertex {CORNERS[k]} .001\n" for k in corners)
+        + "endloop\nendfacet\n"
+        for corners in ((0, 1, 2), (0, 2, 3))
+    )
+)
 AFTER = """dump            d all custom 500 dump.txt id x y z vx vy vz omegax omegay omegaz
 dump_modify     d sort id format "%d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g"
 variable        n loop 2
@@ -58,6 +75,7 @@ jump            SELF again
 def write(folder: Path, *, before: str = BEFORE, line: str = LINE, after: str = AFTER, wet: str = WET) -> Path:
     """Script and liquid in a folder."""
     (folder / "wet.yaml").write_text(wet)
+    (folder / "plate.stl").write_text(PLATE)
     script = folder / "in.script"
     script.write_text(f"{before}{line}\n{after}")
     return script

@@ -9,16 +9,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.cases.script.scripts import BEFORE, LINE, WET, run, write
+from tests.cases.script.scripts import BEFORE, LINE, SHAKEN, WET, run, write
 
 pytestmark = pytest.mark.engine
 
 
-def test_without_liquid_the_motion_is_that_of_the_stock_program(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "before", [BEFORE, pytest.param(SHAKEN, marks=pytest.mark.slow)], ids=["planes", "vibrating mesh"]
+)
+def test_without_liquid_the_motion_is_that_of_the_stock_program(tmp_path: Path, before: str) -> None:
     stock, ours = tmp_path / "stock", tmp_path / "ours"
     for folder, line, wet in ((stock, "", WET), (ours, LINE, WET.replace("1.0", "0"))):
         folder.mkdir()
-        write(folder, line=line, wet=wet)
+        write(folder, before=before, line=line, wet=wet)
     assert run(stock, "liggghts").returncode == 0
     done = run(ours)
     assert done.returncode == 0, done.stderr
