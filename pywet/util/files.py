@@ -345,6 +345,10 @@ def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
     return table
 
 
+LARGEST = 1e100
+"""No quantity of a run in SI reaches it, and sums and ratios of what stays below do not overflow."""
+
+
 def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
     """Refuse text in place of numbers, fractions in place of integers, NaN and infinities."""
     import numpy as np
@@ -356,5 +360,5 @@ def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
         return
     if values.dtype.kind not in dtypes[kind]:
         raise FileError(f"{where} holds {values.dtype}, expected {kind}s: {cure}")
-    if kind == NUMBER and not np.isfinite(values.to_numpy(dtype=float)).all():
-        raise FileError(f"{where} holds a value that is not finite, expected numbers: {cure}")
+    if kind == NUMBER and not (np.abs(values.to_numpy(dtype=float)) < LARGEST).all():  # nor NaN
+        raise FileError(f"{where} holds a value that is not finite or beyond {LARGEST:g}, expected numbers: {cure}")
