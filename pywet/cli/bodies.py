@@ -78,16 +78,18 @@ def run_scene(
 ) -> None:
     """Run a scene of your own: build, simulate, replay, results, time series, picture, report."""
     from pywet import scene_stages as commands
+    from pywet.cases.custom import building
     from pywet.cli import ending
     from pywet.config.loading import placed_laws
+    from pywet.planning import size_distribution
 
     description = commands.read_scene(file)
     if trust:
         placed_laws(description.laws, description.folder, trust)
     folder = out_dir or Path("results") / "scenes" / file.stem
-    if verbose:
-        for line in commands.plan(description).table:
-            tell(line)
+    made = building.Building(description)
+    for line in made.plan.table if verbose else size_distribution.lines(made.amounts):
+        tell(line)
     folder = folder.resolve() if folder.name in ("", "..") else folder
     first = description.seed
     runs = {folder: description}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
 import pywet
-from pywet import config
+from pywet import config, scene_stages
 from pywet.cases.custom.building import Building
 from pywet.cases.screening import cases
+from pywet.cli.app import app
 from pywet.errors import ConfigError
 from pywet.planning.size_distribution import OFF, UNNOTICED, amounts, whole_counts
 from reference_impl.scene.amounts import whole
@@ -33,6 +36,24 @@ def twelve(total_g: float) -> pywet.Scene:
         for k, (d, share) in enumerate(zip(SIZES_MM, SHARES, strict=True), start=1)
     ]
     return pywet.Scene(**beads(materials={"ore": {"density_kg_per_m3": 2700}}, spheres=spheres))
+
+
+def test_a_run_says_what_is_asked_and_made_before_it_starts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def start(*_: object, **__: object) -> None:
+        raise pywet.PywetError("the run starts here")
+
+    sphere = {"name": "glass", "material": "g", "diameter_mm": 3, "mass_g": 1}
+    scene = {"name": "two", "duration_s": 0.01, "materials": {"g": {"density_kg_per_m3": 2500}}}
+    boxed = sphere | {"box": {"low_mm": [0, 0, 0], "high_mm": [60, 60, 90]}}
+    (tmp_path / "two.yaml").write_text(
+        json.dumps(scene | {"spheres": [boxed, boxed | {"name": "fine", "diameter_mm": 1}]})
+    )
+    monkeypatch.setattr(scene_stages, "finish", start)
+    done = CliRunner().invoke(app, ["run-scene", str(tmp_path / "two.yaml"), "--out", str(tmp_path / "run")])
+    said = done.stdout + done.stderr
+    assert done.exit_code and all(
+        said.index(name) < said.index("starts here") for name in ("asked", "made", "fine", "all")
+    )
 
 
 def test_a_size_of_less_than_half_a_sphere_is_refused_with_the_least_mass_that_would_do() -> None:
