@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,3 +58,12 @@ def below(image: Any, legend: list[tuple[str, str]], text: str, pixels_per_mm: f
         pen.text((x + 1.5 * size, y), words, fill=INK, font=font)
         x += 3 * size + pen.textlength(words, font=font)
     return whole
+
+
+def save(picture: Image.Image, path: Path) -> None:
+    """Write a PNG; what the operating system refuses names the file."""
+    try:
+        picture.save(path, format="PNG")
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise

@@ -91,7 +91,7 @@ def draw(run: RunDir, step: int, sphere: int, picture: Path) -> None:
     time = step * run.scene.time_step_s
     text = (f"{run.scene.name}   t = {time:.3f} s   sphere {sphere}, {len(here)} bridges: as cuboids, and the exact bridge"
             + (f" ({lost} not resolved: cuboids)" if lost else ""))  # fmt: skip
-    caption.below(np.concatenate([image, true], axis=1), caption.entries(run), text, mm).save(picture, format="PNG")
+    caption.save(caption.below(np.concatenate([image, true], axis=1), caption.entries(run), text, mm), picture)
 
 
 def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: list[Bridge | None]) -> tuple[Any, float]:

@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -74,10 +74,10 @@ def output_step(run: RunDir, step: int | None) -> int:
     return chosen
 
 
-def in_child(module: str, *arguments: str) -> Iterator[str]:
+def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
     """Draw with VTK in a process of its own, by a module that takes these arguments; gives the lines that it prints.
 
-    Raises `PywetError` where VTK cannot draw.
+    Raises `PywetError` with the sentence in which it ended, or where VTK cannot draw.
     """
     command, said = [sys.executable, "-P", "-m", module, *arguments], ""
     for extra in WINDOWS:
@@ -104,6 +104,8 @@ def in_child(module: str, *arguments: str) -> Iterator[str]:
             said = messages.read()
         if child.returncode == 0:
             return
+        if child.returncode == 1:  # a sentence of `border`: no other way of drawing would do
+            raise PywetError(said.strip().splitlines()[-1] if said.strip() else f"{module} ended without a word")
     raise PywetError(f"VTK cannot draw on this machine ({said.strip()[-200:]}); install libosmesa6")
 
 
@@ -119,7 +121,7 @@ def telling_step(run: RunDir) -> int:
 def draw(run: RunDir, step: int, picture: Path) -> None:
     """Draw with VTK in this process: the scene, and below it what one is looking at."""
     image, mm = scene(run, step, view(run, step), colour_limit(run, step), SIZE)
-    caption.below(image, caption.entries(run), caption.said(run, step), mm).save(str(picture), format="PNG")
+    caption.save(caption.below(image, caption.entries(run), caption.said(run, step), mm), picture)
 
 
 def scene(

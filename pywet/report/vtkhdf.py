@@ -5,6 +5,8 @@ For programs newer than Debian's ParaView 5.11, which reads no time series of th
 
 from __future__ import annotations
 
+import os
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +16,8 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
-from pywet.errors import PywetError
-from pywet.report import vtk
+from pywet.errors import PywetError, arguments, border
+from pywet.report import render, vtk
 from pywet.runs.rundir import RunDir
 from pywet.util.files import atomic_write
 
@@ -49,21 +51,38 @@ class _Series(VTKPythonAlgorithmBase):  # type: ignore[misc]
 
 
 def write(run_dir: Path) -> list[Path]:
-    """Write the files of a run into its folder `vtk` and return them."""
+    """Write the files of a run into its folder `vtk` and return them.
+
+    Where the disk is full VTK tries for ever and prints pages: it writes in a process of its own, which its first word ends.
+    """
     run = RunDir(Path(run_dir))
     _ = run.timeline  # refused here, not within VTK
     files = [run.path / "vtk" / f"{kind}.vtkhdf" for kind in vtk.KINDS]
     for kind, path in zip(vtk.KINDS, files, strict=True):
-        series = _Series(run, kind)
         with atomic_write(path) as temporary:
-            writer = vtkHDFWriter()
-            writer.SetInputConnection(series.GetOutputPort())
-            writer.SetFileName(str(temporary))
-            writer.SetWriteAllTimeSteps(True)
-            writer.SetCompressionLevel(COMPRESSION)
-            try:
-                vtk.run_writer(writer, path)
-            finally:
-                if series.failed:
-                    raise series.failed
+            said = render.in_child("pywet.report.vtkhdf", str(run.path), kind, str(temporary))
+            with closing(said):
+                for line in said:
+                    raise vtk.no_room(path) if line.startswith("HDF5") else PywetError(line.strip())
     return files
+
+
+def draw(run: RunDir, kind: str, path: Path) -> None:
+    """Write one of the files in this process."""
+    series, writer = _Series(run, kind), vtkHDFWriter()
+    writer.SetInputConnection(series.GetOutputPort())
+    writer.SetFileName(str(path))
+    writer.SetWriteAllTimeSteps(True)
+    writer.SetCompressionLevel(COMPRESSION)
+    try:
+        vtk.run_writer(writer, path)
+    finally:
+        if series.failed:
+            raise series.failed
+
+
+if __name__ == "__main__":
+    os.dup2(1, 2)  # HDF5 writes what fails there
+    with border():
+        run_dir, kind, out = arguments(RUN_DIR=Path, KIND=str, OUT=Path)
+        draw(RunDir(run_dir), kind, out)

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from pywet.cases.custom.walls import MM, Box, Wall, chosen
 from pywet.config.entries import Excusable
@@ -30,6 +30,7 @@ PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one pe
 WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
 Angle = Annotated[float, Field(ge=0, lt=90)]
 Percent = Annotated[float, Field(ge=0, le=100)]
+Entry = TypeVar("Entry", bound=BaseModel)
 
 
 class Dry(Excusable):
@@ -208,6 +209,8 @@ class Feed(FeedAmount):
         chosen(self, "box", "cylinder")
         if self.rate_t_per_h is not None and self.insertion is None:
             raise ValueError(f"feed {self.name}: an insertion for rate_t_per_h")
+        if self.insertion and not any(self.velocity_m_per_s):
+            raise ValueError(f"feed {self.name}: a velocity_m_per_s beside insertion")
         return self
 
     def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:
@@ -215,7 +218,7 @@ class Feed(FeedAmount):
         keys = {k: k for k in ("material", "box", "cylinder", "velocity_m_per_s")} | {"insertion": "fed"}
         common = {to: getattr(self, k) for k, to in keys.items() if getattr(self, k) is not None}
         found, sizes = entries(self.name, self, folder, self.insertion.for_s if self.insertion else None, common)
-        return tuple(Spheres(**entry) for entry in found), sizes
+        return tuple(_made(Spheres, entry, f"feed {self.name}") for entry in found), sizes
 
 
 class TimeStep(Excusable):
@@ -385,8 +388,8 @@ class Scene(Excusable):
         made = tuple(entry for feed in self.feed for entry in feed.spheres(self.folder)[0])
         changes: dict[str, Any] = {"spheres": (*self.spheres, *made), "feed": (), "deck": None}
         if deck := self.deck:
-            changes["walls"] = (*(Wall(**wall) for wall in deck.walls()), *self.walls)
-            changes["outlets"] = (*(Outlet(**outlet) for outlet in deck.outlets()), *self.outlets)
+            changes["walls"] = (*(_made(Wall, wall, "deck") for wall in deck.walls()), *self.walls)
+            changes["outlets"] = (*(_made(Outlet, one, "deck") for one in deck.outlets()), *self.outlets)
             if "gravity_m_per_s2" not in self.model_fields_set:
                 changes["gravity_m_per_s2"] = deck.gravity
         return self.with_(**changes)
@@ -398,6 +401,14 @@ class Scene(Excusable):
                 if sorted(contact.between) == sorted((a, other)):
                     return contact
         return self.materials[a] if b in (a, WALLS) else None
+
+
+def _made(model: type[Entry], given: dict[str, Any], where: str) -> Entry:
+    """An entry that follows from others; what cannot be is a mistake there."""
+    try:
+        return model(**given)
+    except ValidationError as error:
+        raise mistake(error, model, where) from error
 
 
 def _doubled(what: str, names: list[str]) -> list[str]:
