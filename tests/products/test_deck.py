@@ -159,6 +159,31 @@ def test_probability_of_passage_by_gaudin(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.engine
+def test_two_decks_part_three_sizes(tmp_path: Path) -> None:
+    """Spheres of 12, 6 and 2 mm over 8 and 4 mm: what cannot pass is the product of its deck to the sphere, no fine sphere leaves
+    over the upper deck and at most a tenth over the lower one, where some jump; the replay agrees."""
+    box = {"low_mm": (2, -12, 8), "high_mm": (30, 12, 40)}
+    sizes = {"coarse": (12, 4), "middle": (6, 8), "fine": (2, 40)}
+    spheres = [
+        {"name": name, "material": "glass", "diameter_mm": d, "count": n, "box": box} for name, (d, n) in sizes.items()
+    ]
+    stroke = {"amplitude_mm": 1, "frequency_Hz": 25, "angle_deg": 60}
+    deck = {**TWO, "length_mm": 150, "inclination_deg": 12, "side_mm": 60, "stroke": stroke}
+    run = pywet.run(scene(spheres=spheres, deck=deck, duration_s=2.5, results={"windows": 2}), tmp_path)
+    gone = run._run.table("history/retired")
+    names = np.array(["", *(o.product or "spilled" for o in run.scene.outlets)])[gone["outlet"]]
+    counts = pd.crosstab(gone["type"], names)
+    assert set(counts) == {"overs", "middlings", "unders"}
+    assert counts["overs"].to_list() == [4, 0, 0] and counts["middlings"].to_list()[:2] == [0, 8]
+    assert counts.loc[3, "unders"] >= 36 and counts.loc[3].sum() == 40
+    first, second = (pywet.screen(tmp_path, from_s=0.0, deck=k) for k in (1, 2))
+    assert (first["efficiency"], first["d50_mm"]) == pytest.approx((1.0, 9.0))
+    assert second["undersize_recovery"] == pytest.approx(counts.loc[3, "unders"] / 40)
+    assert (tmp_path / "screen_2.html").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.engine
 def test_a_feed_that_cannot_peg(tmp_path: Path) -> None:
     """Spheres of half an aperture pass, those of two apertures do not: a step, without misplaced material, to the sphere."""
     box = {"low_mm": (2, -12, 6), "high_mm": (25, 12, 30)}
