@@ -175,9 +175,9 @@ def run_writer(writer: Any, path: Path) -> None:
     written = writer.Write() and not writer.GetErrorCode()
     writer.SetGlobalWarningDisplay(talks)
     if not written:
-        raise unwritable(path)
+        raise unwritten(path)
 
 
-def unwritable(path: Path) -> PywetError:
+def unwritten(path: Path) -> PywetError:
     """A file that VTK could not write."""
     return PywetError(f"{path} cannot be written; expected room on the disk and a folder that may be written to")

@@ -63,7 +63,7 @@ def write(run_dir: Path) -> list[Path]:
             said = render.in_child("pywet.report.vtkhdf", str(run.path), kind, str(temporary))
             with closing(said):
                 for line in said:
-                    raise vtk.unwritable(path) if line.startswith("HDF5") else PywetError(line.strip())
+                    raise vtk.unwritten(path) if line.startswith("HDF5") else PywetError(line.strip())
     return files
 
 

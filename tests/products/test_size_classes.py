@@ -137,7 +137,7 @@ def test_numbers_of_spheres_are_said_before_a_run(tmp_path: Path, caplog: pytest
     [
         ({"mass_g": 3}, "a mass_g or a rate_t_per_h, one of them"),
         ({"insertion": None}, "an insertion for rate_t_per_h"),
-        ({"velocity_m_per_s": (0, 0, 0)}, "feed ore: a velocity_m_per_s beside insertion"),
+        ({"velocity_m_per_s": (0, 0, 0)}, "feed ore: a velocity_m_per_s together with insertion"),
         ({"moisture_percent": 60, "moisture_of": "moist"}, "feed ore: percent is 150"),
         ({"psd": {"rosin_rammler": {"size_mm": 3, "spread": 2}}}, "a smallest_mm"),
         ({"psd": {"smallest_mm": 1}}, "one of file, rosin_rammler, log_normal, gaudin_schuhmann, not none"),

@@ -210,7 +210,7 @@ class Feed(FeedAmount):
         if self.rate_t_per_h is not None and self.insertion is None:
             raise ValueError(f"feed {self.name}: an insertion for rate_t_per_h")
         if self.insertion and not any(self.velocity_m_per_s):
-            raise ValueError(f"feed {self.name}: a velocity_m_per_s beside insertion")
+            raise ValueError(f"feed {self.name}: a velocity_m_per_s together with insertion")
         return self
 
     def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:

@@ -30,7 +30,7 @@ MeshNow Engine::mesh_now(size_t m) const {
 
 // In the order of operations of the engine's own loop over its lists.
 bool Engine::meets(const MeshNow &now, int triangle, int a, Meeting &met) const {
-  double delta[3];
+  double delta[3] = {};  // the engine writes all of it
   int where = 0;
   const double gap = now.triangles->resolveTriSphereContactBary(a, triangle, lmp_->atom->radius[a], at.x[a], delta, met.share, where, true);
   if (!(gap <= 0)) return false;
