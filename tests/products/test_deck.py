@@ -191,8 +191,14 @@ def test_a_feed_that_cannot_peg(tmp_path: Path) -> None:
         {"name": "fine", "material": "glass", "diameter_mm": 2, "count": 60, "box": box},
         {"name": "coarse", "material": "glass", "diameter_mm": 8, "count": 6, "box": box},
     ]
-    deck = {**DECK, "inclination_deg": 25, "side_mm": 40, "stroke": {"amplitude_mm": 1.5, "frequency_Hz": 25}}
-    run = pywet.run(scene(spheres=spheres, deck=deck, duration_s=1.5, results={"windows": 2}), tmp_path)
+    deck = {
+        **DECK,
+        "length_mm": 200,
+        "inclination_deg": 10,
+        "side_mm": 40,
+        "stroke": {"amplitude_mm": 1, "frequency_Hz": 25, "angle_deg": 60},
+    }
+    run = pywet.run(scene(spheres=spheres, deck=deck, duration_s=3.0, results={"windows": 2}), tmp_path)
     gone, types = run._run.table("history/retired"), run._run.spheres.set_index("id")["type"]
     names = np.array(["", *(o.product or "spilled" for o in run.scene.outlets)])[gone["outlet"]]
     counts = pd.crosstab(gone["type"], names)
