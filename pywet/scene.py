@@ -64,18 +64,18 @@ class Fed(Strict):
     pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
     """Part of its period in which a pulse enters."""
 
-    def times(self, count: int) -> list[float]:
-        """When each of so many spheres enters [s].
+    def at(self, k: int, count: int) -> float:
+        """When the k-th of so many spheres, counted from 0, enters [s].
 
-        >>> Fed(from_s=0.0, for_s=2.0).times(2), Fed(from_s=0.0, for_s=2.0, profile="pulsed", pulses=2).times(4)
-        ([0.5, 1.5], [0.125, 0.375, 1.125, 1.375])
+        >>> Fed(from_s=0.0, for_s=2.0).at(1, 2), Fed(from_s=0.0, for_s=2.0, profile="pulsed", pulses=2).at(2, 4)
+        (1.5, 1.125)
         """
         if self.profile == "ramp":
-            return [self.from_s + self.for_s * math.sqrt((k + 0.5) / count) for k in range(count)]
+            return self.from_s + self.for_s * math.sqrt((k + 0.5) / count)
         if self.profile == "pulsed":
-            parts = (divmod((k + 0.5) / count * self.pulses, 1.0) for k in range(count))
-            return [self.from_s + self.for_s * (whole + self.pulse_share * part) / self.pulses for whole, part in parts]
-        return [self.from_s + self.for_s * (k + 0.5) / count for k in range(count)]
+            whole, part = divmod((k + 0.5) / count * self.pulses, 1.0)
+            return self.from_s + self.for_s * (whole + self.pulse_share * part) / self.pulses
+        return self.from_s + self.for_s * (k + 0.5) / count
 
 
 class Outlet(Strict):
@@ -428,8 +428,12 @@ class Scene(Strict):
 
     def enters(self, types: Iterable[int]) -> list[int]:
         """Step from which on each sphere has weight and its liquid counts; `types` in the order of the spheres' numbers."""
-        due = [iter(c.fed.times(c.count) if c.fed else [0.0] * c.count) for c in self.classes]
-        return [round(next(due[kind - 1]) / self.time_step_s) for kind in types]
+        seen, steps = [0] * len(self.classes), []
+        for kind in types:
+            c, k = self.classes[kind - 1], seen[kind - 1]
+            seen[kind - 1] += 1
+            steps.append(round((c.fed.at(k, c.count) if c.fed else 0.0) / self.time_step_s))
+        return steps
 
     @property
     def steps(self) -> int:

@@ -100,7 +100,7 @@ def _screen(folders: Sequence[Path]) -> Iterator[str]:
     from pywet.products.screening_report import RESULT
     from pywet.report.screen_page import five
 
-    path = folders[0] / "results" / RESULT
+    path = folders[0] / "results" / f"{RESULT}.json"
     case = (folders[0] / "results" / "fraction_retained.parquet").exists()
     if len(folders) == 1 and path.exists() and not case:
         yield ", ".join(f"{name} {value}" for name, value in five(read_json(path)).items())

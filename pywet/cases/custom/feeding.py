@@ -97,7 +97,7 @@ def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, F
 
 def times(sphere: SphereClass) -> list[float]:
     """When the spheres of a class enter [s], none where it is not fed."""
-    return sphere.fed.times(sphere.count) if sphere.fed else []
+    return [sphere.fed.at(k, sphere.count) for k in range(sphere.count)] if sphere.fed else []
 
 
 def _inside(shape: Any, radius: float, random: np.random.Generator) -> Floats:

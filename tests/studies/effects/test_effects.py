@@ -107,8 +107,13 @@ def test_sharing_and_walls_off_are_cross_checked(tmp_path: Path) -> None:
 
 
 def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
-    """Walls off: stock meshes without sums of force, no wall rows of transfer; halves: two nodes a row instead of 201."""
+    """Walls off: stock meshes without sums of force, no wall rows of transfer; halves: two nodes a row instead of 201.
+
+    Nor are there sums of force where the plugin makes the contacts with walls.
+    """
     scene = beds.prepare(tmp_path, beds.bed((2, 2, 2)), 100)
+    assert {deck.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface"}
+    scene = scene.model_copy(update={"contacts": "batched"})
     off = scene.effects.model_copy(
         update={"transfer": "half", "wall_films": False, "tangential_history": False, "rolling": False}
     )
