@@ -37,7 +37,9 @@ SENTENCES = {
     "wet.skin": ("the skin of the command neighbor is {given} m, too small for these films", "{expected} m or more"),
     "wet.time_step": ("the time step became {given} s", "{expected} s, as where the line of fix pywet is"),
     "wet.step": ("the step is {given} where a run begins", "{expected}: no reset_timestep after the line of fix pywet"),
-    "wet.restart": ("{given} after fix pywet, whose films no restart file holds", "restart files before its line only"),
+    "wet.restart": ("{given} writes restart files, which hold no films", "`restart 0` before the line of fix pywet"),
+    "wet.frozen": ("{given} holds spheres still, which bridges would pull along", "a script without it"),
+    "wet.exclude": ("`{given}` excludes pairs of spheres, between which no bridge would form", "a script without it"),
     "wet.clear": ("the script has `clear`, which forgets fix pywet", "a script without it"),
     "wet.unfix": ("the script has `{given}`, with which the liquid would be lost", "fix pywet to the end of the script"),
 }  # fmt: skip
@@ -57,6 +59,11 @@ def refusal(code: str, given: Any = None, expected: Any = None) -> PywetError:
 def is_wall(style: str) -> bool:
     """Whether a fix style makes walls that spheres touch."""
     return style.startswith(("mesh/surface", "wall/"))
+
+
+def holds_still(style: str) -> bool:
+    """Whether a fix style takes the forces on spheres away."""
+    return style in ("freeze", "setforce")
 
 
 def of_state(state: dict[str, Any], walls_are_dry: bool) -> Iterator[PywetError]:
@@ -91,5 +98,7 @@ def of_state(state: dict[str, Any], walls_are_dry: bool) -> Iterator[PywetError]
             yield refusal("wet.multisphere", named)
         if is_wall(fix["style"]) and not walls_are_dry:
             yield refusal("wet.walls", named)
+        if holds_still(fix["style"]):
+            yield refusal("wet.frozen", named)
         if fix["later"]:
             yield refusal("wet.order", named)

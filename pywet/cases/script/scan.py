@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from pywet.cases.script.refusals import is_wall, refusal
+from pywet.cases.script.refusals import holds_still, is_wall, refusal
 from pywet.cases.script.wet import STYLE, Line, Wet, line
 from pywet.errors import FileError, PywetError
 from pywet.util.files import read_bytes
@@ -68,12 +68,17 @@ def scan(path: Path) -> Found:
 
 def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
     fixes: dict[str, str] = {}
+    restarts = ""
     for words in rows:
         match words:
             case ["fix", name, _, style, *_]:
                 fixes[name] = style
             case ["unfix", name, *_]:
                 fixes.pop(name, None)
+            case ["restart", every, *_]:
+                restarts = "" if every == "0" else " ".join(words)
+            case ["neigh_modify", *more]:
+                yield from _excluded(more)
             case ["newton", "on", *_]:
                 yield refusal("wet.newton")
             case ["boundary", *sides] if any("p" in side for side in sides):
@@ -84,6 +89,8 @@ def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
                 yield refusal("wet.units", of)
             case ["pair_style", "gran", *models] if _cohesive(models):
                 yield refusal("wet.cohesion")
+    if restarts:
+        yield refusal("wet.restart", restarts)
     for name, style in fixes.items():
         yield from _of_fix(name, style, wet)
 
@@ -95,6 +102,8 @@ def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
                 yield from _of_fix(name, style, wet)
             case ["restart" | "write_restart" | "read_restart", *_] if words[1:2] != ["0"]:
                 yield refusal("wet.restart", words[0])
+            case ["neigh_modify", *more]:
+                yield from _excluded(more)
             case ["unfix", name, *_] if name == own.name:
                 yield refusal("wet.unfix", " ".join(words))
 
@@ -103,10 +112,17 @@ def _of_fix(name: str, style: str, wet: Wet) -> Iterator[PywetError]:
     named = f"fix {name} ({style})"
     if style.startswith("insert/"):
         yield refusal("wet.insertion", named)
+    if holds_still(style):
+        yield refusal("wet.frozen", named)
     if "multisphere" in style:
         yield refusal("wet.multisphere", named)
     if is_wall(style) and wet.walls is None:
         yield refusal("wet.walls", named)
+
+
+def _excluded(more: list[str]) -> Iterator[PywetError]:
+    if "exclude" in more and more[more.index("exclude") + 1 :][:1] != ["none"]:
+        yield refusal("wet.exclude", " ".join(["neigh_modify", *more]))
 
 
 def _cohesive(models: list[str]) -> bool:

@@ -32,7 +32,7 @@ WRONG_STATES = [
 ]  # fmt: skip
 WRONG_FIXES = [
     ("wet.insertion", "insert/stream", 0), ("wet.multisphere", "multisphere", 0), ("wet.walls", "wall/gran", 0),
-    ("wet.walls", "mesh/surface/stress", 0), ("wet.order", "gravity", 1),
+    ("wet.walls", "mesh/surface/stress", 0), ("wet.order", "gravity", 1), ("wet.frozen", "freeze", 0),
 ]  # fmt: skip
 WRONG_SCRIPTS = [
     ("wet.no_line", {"line": ""}),
@@ -51,6 +51,11 @@ WRONG_SCRIPTS = [
     ("wet.insertion", {"after": "fix more all insert/stream seed 1\n"}),
     ("wet.walls", {"wet": WET.replace("walls: dry\n", "")}),
     ("wet.restart", {"after": f"restart 1000 a b\n{AFTER}"}),
+    ("wet.restart", {"before": f"restart 1000 a b\n{BEFORE}"}),
+    ("wet.frozen", {"before": f"{BEFORE}fix still all freeze\n"}),
+    ("wet.frozen", {"after": f"fix still all setforce 0 0 0\n{AFTER}"}),
+    ("wet.exclude", {"before": f"neigh_modify exclude group all all\n{BEFORE}"}),
+    ("wet.exclude", {"after": f"neigh_modify exclude type 1 1\n{AFTER}"}),
     ("wet.clear", {"before": f"clear\n{BEFORE}"}),
     ("wet.unfix", {"after": f"{AFTER}unfix wet\n"}),
 ]
