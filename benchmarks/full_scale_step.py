@@ -39,15 +39,15 @@ OWN = f"{ROOT / 'pywet' / 'laws' / 'capillary.py'}:rabinovich"
 """The capillary law of `paper` as one in a user's file."""
 VARIANTS: dict[str, tuple[dict[str, str] | None, int, bool, Contacts]] = {
     "dry, stock contacts": (None, 1, True, "stock"),
-    "dry": (None, 1, True, "batched"),
+    "dry": (None, 1, True, "planes"),
     "dry, stock program": (None, 1, False, "stock"),
     "paper, stock contacts": (PRESETS["paper"], 1, True, "stock"),
-    "paper": (PRESETS["paper"], 1, True, "batched"),
-    "paper mesh": (PRESETS["paper"], 1, False, "batched"),
-    "paper, every 2nd": (PRESETS["paper"], 2, True, "batched"),
-    "paper, every 4th": (PRESETS["paper"], 4, True, "batched"),
-    "exact": (PRESETS["exact"], 1, True, "batched"),
-    "own": ({**PRESETS["paper"], "capillary": OWN}, 1, True, "batched"),
+    "paper": (PRESETS["paper"], 1, True, "planes"),
+    "paper mesh": (PRESETS["paper"], 1, False, "planes"),
+    "paper, every 2nd": (PRESETS["paper"], 2, True, "planes"),
+    "paper, every 4th": (PRESETS["paper"], 4, True, "planes"),
+    "exact": (PRESETS["exact"], 1, True, "planes"),
+    "own": ({**PRESETS["paper"], "capillary": OWN}, 1, True, "planes"),
 }
 """Name -> laws of the bridges or none, at every how many-th step they act, whether wires are prisms, who makes contacts."""
 

@@ -167,7 +167,6 @@ def results(run_dir: Path) -> None:
 
 def vtk(run_dir: Path, paraview: bool = False) -> None:
     """Stage vtk: time series, read back by the reference and held against the logs; `paraview`: cuboids and a script too."""
-    from pywet.report import paraview as opening
     from pywet.report import vtk as series
     from reference_impl.replay.io import ReplayError
     from reference_impl.shown import vtk as shown
@@ -181,6 +180,8 @@ def vtk(run_dir: Path, paraview: bool = False) -> None:
     if wrong:
         raise PywetError(wrong)
     if paraview:
+        from pywet.report import paraview as opening
+
         opening.write(run_dir)
 
 

@@ -27,20 +27,17 @@ class Bodies:
 def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
     """The bodies of bridges, by the numbers in their rows."""
     at_wall = (bridges["partner_kind"] != SPHERE).to_numpy()
-    spheres = run.spheres.set_index("id")
-    angles = spheres["type"].map({c.type: c.contact_angle_rad for c in run.scene.classes})
-    i, j, of_j = bridges["i"], bridges["j"], bridges["j"].map(angles)
+    ids, radius = (run.spheres[name].to_numpy() for name in ("id", "radius"))
+    of_type = {c.type: c.contact_angle_rad for c in run.scene.classes}
+    angle = np.array([of_type[kind] for kind in run.spheres["type"]])
+    i = np.searchsorted(ids, bridges["i"].to_numpy())
+    j = np.searchsorted(ids, np.where(at_wall, ids[:1], bridges["j"]))  # a wall's number is a part's
+    angle_j = angle[j]
     if at_wall.any():
         of_mesh = {wall.name: wall.contact_angle_rad for wall in run.scene.walls}
         of_part = run.triangles.drop_duplicates("part").set_index("part")["mesh"].map(of_mesh)
-        of_j = j.map(of_part).where(at_wall, of_j)
-    return Bodies(
-        at_wall,
-        np.asarray(i.map(spheres["radius"]), dtype=float),
-        np.where(at_wall, np.inf, j.map(spheres["radius"])),
-        np.asarray(i.map(angles), dtype=float),
-        np.asarray(of_j, dtype=float),
-    )
+        angle_j[at_wall] = bridges["j"][at_wall].map(of_part)
+    return Bodies(at_wall, radius[i], np.where(at_wall, np.inf, radius[j]), angle[i], angle_j)
 
 
 def corners(run: RunDir, bridges: pd.DataFrame) -> Floats:

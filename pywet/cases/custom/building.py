@@ -273,7 +273,6 @@ class Building:
             "classes": self.classes,
             "pairs": self.pairs,
             "hertz": self.hertz,
-            "contacts": "planes" if self.hertz is None else "stock",
             "liquid": self.liquid,
             "walls": tuple(
                 wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(

@@ -248,6 +248,6 @@ def _run(
         run_dir, [sphere], spheres, choice.dry(sphere, dry), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
         wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
         box=1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)]),
-        viscous_integration=choice.viscous_integration, hertz=hertz, contacts="stock" if hertz else "planes", **more,
+        viscous_integration=choice.viscous_integration, hertz=hertz, **more,
     )  # fmt: skip
     small.run(run_dir, spheres, choice.ranks, engine=choice.engine)
