@@ -5,8 +5,11 @@ Lengths there are in millimetres and degrees, counted from `origin_mm`; keys tha
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+import re
+import unicodedata
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -182,10 +185,22 @@ def _liquid(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
     return {**found, "liquid.initial_film_thickness_m": (max(thick), "liquid percent or film_um")}
 
 
+def _word(name: str) -> str:
+    """The name of a wall in the scene: its own, if that is up to 40 letters, digits and underscores of ASCII, a letter first."""
+    if re.fullmatch(r"[A-Za-z]\w{0,39}", name, re.ASCII):
+        return name
+    bare = unicodedata.normalize("NFKD", name)
+    runs = "".join(c if c.isascii() and c.isalnum() else " " for c in bare if not unicodedata.combining(c)).split()
+    latin = "_".join(runs)[:20]
+    digest = hashlib.sha256(name.encode()).hexdigest()[:6]
+    return f"{latin}_{digest}" if latin[:1].isalpha() else f"wall_{digest}"
+
+
 def _walls(written: Mapping[str, Any]) -> Expected:
-    found: Expected = {"walls": ([w["name"] for w in written["walls"]], "walls")}
-    for w in written["walls"]:
-        at, key = f"walls.{w['name']}", f"walls {w['name']}"
+    words = [_word(w["name"]) for w in written["walls"]]
+    found: Expected = {"walls": (words, "walls")}
+    for word, w in zip(words, written["walls"], strict=True):
+        at, key = f"walls.{word}", f"walls {w['name']}"
         found[f"{at}.contact_angle_rad"] = (math.radians(w["contact_angle_deg"]), f"{key} contact_angle_deg")
         found |= {f"{at}.own_motion.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, written["origin_mm"])}
         if not any(w[m] for m in MOTIONS):

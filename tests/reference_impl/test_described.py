@@ -72,6 +72,14 @@ def test_plain_gravity_beside_an_inclined_deck_is_said_not_to_be_judged(tmp_path
     assert found.findings == [] and any("gravity, which is not that of the deck" in s for s in found.not_checked)
 
 
+@pytest.mark.parametrize("name", ["漏斗", "Rüttelsieb 2", "2nd", "x" * 41, "deck"])
+def test_no_false_alarm_on_a_wall_with_a_name_in_any_script(tmp_path: Path, name: str) -> None:
+    given = yaml.safe_load((ROOT / "examples" / "scenes" / "hopper.yaml").read_text())
+    given["walls"][-1]["name"] = name
+    building.write(Scene(**given, folder=ROOT / "examples" / "scenes"), tmp_path / "run")
+    assert check.check(tmp_path / "run").findings == []
+
+
 def test_no_false_alarm_with_an_origin_and_materials_of_walls(tmp_path: Path) -> None:
     """Plant coordinates, two materials, a contact of their own, a film by thickness, given positions."""
     said = {

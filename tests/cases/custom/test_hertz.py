@@ -103,4 +103,4 @@ def test_a_moist_scene_runs_and_is_replayed(tmp_path: Path) -> None:
     assert said["ok"] and said["quantities"]["newton_force"]["largest"] < 1e-9 and said["newton"]["dry_contacts"] > 50
     deck = (tmp_path / "engine" / "setup.liggghts").read_text()
     assert "model hertz tangential history rolling_friction cdt" in deck and deck.isascii()
-    assert json.loads((tmp_path / "scene.json").read_text())["contacts"] == "stock"
+    assert json.loads((tmp_path / "scene.json").read_text())["contacts"] == "planes"
