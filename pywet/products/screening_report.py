@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.products import apertures, streams
+from pywet.products import apertures, flowsheet, streams
 from pywet.products.apertures import of_deck
 from pywet.products.partition import Separation, partition_curve, separation
 from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
-from pywet.util.files import write_json, write_table
+from pywet.util.files import write_csv, write_json, write_table
 
 PER_HOUR = 3.6
 """t/h of a kg/s."""
@@ -177,12 +177,15 @@ def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, An
 def write(
     run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None, deck: int = 1
 ) -> dict[str, Any]:
-    """Write results/screen.json, results/partition and results/screen_series (Parquet and CSV), of a deck beneath with its number
-    in their names; returns the numbers."""
+    """Write results/screen.json, results/partition and results/screen_series (Parquet and CSV), and for process models
+    results/grade_efficiency.csv and results/flowsheet.csv, of a deck beneath with its number in their names; returns the numbers.
+    """
     numbers, curve, series = analyse(run_dir, aperture_mm, from_s, deck)
     folder = Path(run_dir) / "results"
     write_table(curve, folder / f"{of_deck('partition', deck)}.parquet", csv=True)
     write_table(series, folder / f"{of_deck('screen_series', deck)}.parquet", csv=True)
+    write_csv(flowsheet.grade_efficiency(curve), folder / f"{of_deck('grade_efficiency', deck)}.csv")
+    write_csv(flowsheet.fitted(curve), folder / f"{of_deck('flowsheet', deck)}.csv")
     finite = _finite(numbers)
     write_json(folder / f"{of_deck(RESULT, deck)}.json", finite)
     return finite
