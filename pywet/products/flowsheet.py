@@ -90,7 +90,7 @@ def fitted(curve: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for model in CURVES:
         needed = 1 + len(model.parameters)
-        row = {"model": model.name}
+        row: dict[str, object] = {"model": model.name}
         if np.isnan(cut) or parted < needed:
             row["note"] = f"{parted} of {len(d)} sizes go both ways; {needed} are needed, on both sides of the cut size"
         else:
