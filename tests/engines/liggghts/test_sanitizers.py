@@ -16,12 +16,18 @@ FLAGS = "-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-
 SPEAKS = ("AddressSanitizer", "runtime error")
 
 
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """In which the plugin is built once for all scenes."""
+    return tmp_path_factory.mktemp("cache")
+
+
 @pytest.mark.slow
 @pytest.mark.engine
 @pytest.mark.parametrize(
     "words", ["pull", "collision", "bed --spheres 200 --seconds 0.05", "drum --spheres 200 --seconds 0.05"]
 )
-def test_small_moist_scenes(tmp_path: Path, words: str) -> None:
+def test_small_moist_scenes(cache: Path, tmp_path: Path, words: str) -> None:
     library = subprocess.run(
         ["g++", "-print-file-name=libasan.so"], capture_output=True, text=True, check=True
     ).stdout.strip()
@@ -32,7 +38,7 @@ def test_small_moist_scenes(tmp_path: Path, words: str) -> None:
         "PYWET_CXXFLAGS": FLAGS,
         "LD_PRELOAD": library,
         "ASAN_OPTIONS": "detect_leaks=0",
-        "XDG_CACHE_HOME": str(tmp_path / "cache"),
+        "XDG_CACHE_HOME": str(cache),
     }
     command = [sys.executable, "-m", "pywet.cli.app", "scene", *words.split(), "--out", str(tmp_path / "run")]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
@@ -40,6 +46,6 @@ def test_small_moist_scenes(tmp_path: Path, words: str) -> None:
     said += "".join(path.read_text(errors="replace") for path in tmp_path.rglob("*.log") if path.is_file())
     assert done.returncode == 0, said[-3000:]
     assert not any(word in said for word in SPEAKS), said[-3000:]
-    built = list((tmp_path / "cache").rglob("libpywet-*.so"))
+    built = list(cache.rglob("libpywet-*.so"))
     symbols = subprocess.run(["nm", "-D", str(built[0])], capture_output=True, text=True, check=True).stdout
     assert "__asan_" in symbols and "__ubsan_" in symbols
