@@ -16,11 +16,13 @@ from typer.testing import CliRunner
 
 from pywet import scene_stages as commands
 from pywet.cases.custom.building import Building
+from pywet.cases.custom.description import Scene
 from pywet.cases.custom.walls import Wall
 from pywet.cli.app import app
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
 from pywet.geometry.solids import tube
+from tests.cases.custom.conftest import beads
 from tests.engines.liggghts import beds
 from tests.geometry.test_cad import CUBE, CUP, LINE, POINT, TURNED, binary, jitter, text
 
@@ -131,6 +133,21 @@ def test_a_surface_is_taken_and_its_repair_reported(
         made = Wall(name="cup", stl=f"{name}.stl", stl_unit="m" if name == "v_in_metres" else "mm").surface(folder)
     assert len(made.triangles) >= 12
     assert (says in caplog.text) if says else not caplog.text
+
+
+@pytest.mark.parametrize(("height_mm", "taken"), [(22.0, True), (10.0, True), (2.5, False)])
+def test_a_sphere_may_begin_above_a_hollow_body_and_in_its_cavity(
+    height_mm: float, taken: bool, tmp_path: Path
+) -> None:
+    """Not in the body itself."""
+    entry = {"name": "bead", "material": "glass", "diameter_mm": 3, "at_mm": [(0.0, 0.0, height_mm)]}
+    wall = [{"name": "box", "stl": "x_hollow_closed.stl"}]
+    building = Building(Scene(**beads(spheres=[entry], walls=wall), folder=surfaces(tmp_path / "stl")))
+    if taken:
+        assert sum(c.count for c in building.scene().classes) == 1
+        return
+    with pytest.raises(PywetError, match="1 spheres begin in wall box"):
+        building.scene()
 
 
 @pytest.mark.parametrize("name", ELSEWHERE)
