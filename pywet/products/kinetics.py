@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet import run_lock
 from pywet.errors import PywetError, shown
 from pywet.geometry.surface import Floats
 from pywet.products.partition import mean_and_half_width
@@ -169,7 +170,8 @@ def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
     PywetError
         If a folder has no fraction retained, or no class passes.
     """
-    runs = [curves(Path(folder)) for folder in folders]
+    with run_lock.reading(*(Path(folder) for folder in folders)):
+        runs = [curves(Path(folder)) for folder in folders]
     classes = [c for c in runs[0] if c != "time_s" and all(c in run for run in runs)]
     passing = [c for c in classes if min(float(run[c].iloc[-1]) for run in runs) < 1.0 - PASSES]
     if not passing:
