@@ -265,10 +265,10 @@ BESIDE = {
     "sieved.yaml": "name: sieved\nduration_s: 0.01\nmaterials: {ore: {density_kg_per_m3: 2650}}\n"
     "feed: [{name: ore, material: ore, psd: {file: sieve.csv}, mass_g: 5, box: {low_mm: [-9, -9, 2], high_mm: [9, 9, 60]}}]\n"
     "walls: [{name: tray, block: {low_mm: [-20, -20, -5], high_mm: [20, 20, 0]}}]\n",
-    "in.script": f"{scripts.BEFORE}{scripts.LINE}\n",
+    "in.script": f"{scripts.BEFORE}{scripts.LINE}\n".replace("wet.yaml", "HERE/wet.yaml"),
     "lawful.json": json.dumps({**json.loads((EXAMPLES / "bridge.json").read_text()), "laws": ["law.py:force"]}),
 }  # fmt: skip
-"""Sound files that name the wrong one."""
+"""Sound files that name the wrong one; HERE stands for their folder."""
 
 
 def write(path: Path, content: bytes | str | None) -> None:

@@ -87,7 +87,7 @@ def test_a_call_that_cannot_be_right_is_refused_in_a_sentence(
         shutil.copytree(ROOT / "config", config)
         shutil.copytree(made, run)
         for name, text in bad_calls.BESIDE.items():
-            (here / name).write_text(text)
+            (here / name).write_text(text.replace("HERE", str(here)))
         folder = run if call.name == "scene.json" else config if "{config}" in call.words else here
         (folder / call.name).unlink(missing_ok=True) if call.name else None
         bad_calls.write(folder / call.name, call.content)
