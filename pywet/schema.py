@@ -220,8 +220,8 @@ mean_overlap f8 - of touching pairs, over the smaller radius
 largest_overlap f8 - of touching pairs, over the smaller radius
 walls_per_sphere f8 - walls that a sphere touches, mean
 mean_wall_overlap f8 - of a sphere with a wall that it touches, over the radius
-largest_wall_overlap f8 - of a sphere with a wall that it touches, over the radius
-largest_wall_penetration f8 - of a sphere with a wall that it touches, overlap over the wall's thickness
+largest_wall_overlap f8 - of a sphere with a wall that it touches at this output, over the radius
+largest_wall_penetration f8 - the same over the wall's thickness; between two outputs an impact may go deeper
 bridges_per_sphere f8 - bridges that a sphere has, mean; those at walls count twice
 mean_speed_m_per_s f8 m/s of all spheres
 largest_speed_m_per_s f8 m/s of all spheres

@@ -9,8 +9,11 @@ import typer
 from rich.table import Table
 
 from pywet.cli.showing import out, tell
+from pywet.util.options import number
+from pywet.util.ranges import LIMITS, Range
 
 app = typer.Typer()
+FROM, DECK = Range(0, LIMITS["duration_s"].high, "s"), Range(1, 100, whole=True)
 
 
 @app.command("screen")
@@ -19,10 +22,10 @@ def screen_numbers(
         list[Path], typer.Argument(metavar="RUN_DIR...", help="Finished runs of cases, or of scenes with outlets.")
     ],
     aperture: Annotated[
-        float | None, typer.Option("--aperture", metavar="MM", help="Size that parts undersize from oversize, in mm.")
+        float | None, number("--aperture", LIMITS["aperture_mm"], "Size that parts undersize from oversize")
     ] = None,
-    from_s: Annotated[float | None, typer.Option("--from", metavar="S", help="Take means from this time on.")] = None,
-    deck: Annotated[int, typer.Option("--deck", metavar="K", help="Of several decks the K-th from above.")] = 1,
+    from_s: Annotated[float | None, number("--from", FROM, "Take means from this time on")] = None,
+    deck: Annotated[int, number("--deck", DECK, "Of several decks the K-th from above")] = 1,
 ) -> None:
     """Cut size, efficiency, throughput, moisture of the products and pegging of screens, as tables and pages.
 

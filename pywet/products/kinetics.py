@@ -22,13 +22,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet import run_lock
 from pywet.errors import PywetError, shown
 from pywet.geometry.surface import Floats
 from pywet.products.partition import mean_and_half_width
-from pywet.util.files import read_table
+from pywet.util.files import check_numbers, read_csv, read_table
 
 PREFIX = "fraction_retained_"
+OPEN = "time_since_opening_s"
 NOT_CLASSES = ("fraction_retained_spheres",)
+CURE = "name the finished run of a screening case, or a folder of stored tables"
 PASSES = 0.02
 """A class that loses less than this share in all does not pass, and has no kinetics."""
 LONG_S = 1e3
@@ -95,15 +98,18 @@ def curves(run: Path) -> pd.DataFrame:
     """time_s since the opening and the fraction retained of every class, of a run or of stored tables."""
     for path in (run / "results" / "fraction_retained.parquet", run / "fraction_retained.csv"):
         if path.exists():
-            table = read_table(path) if path.suffix == ".parquet" else pd.read_csv(path)
+            table = read_table(path) if path.suffix == ".parquet" else read_csv(path, CURE)
             break
     else:
         raise PywetError(
             f"{shown(run)} has no fraction_retained; expected the finished run of a screening case, or a folder of stored tables"
         )
     classes = [str(c) for c in table if str(c).startswith(PREFIX) and c not in NOT_CLASSES]
-    found = table.loc[table["time_since_opening_s"] >= 0, ["time_since_opening_s", *classes]]
-    return found.rename(columns={"time_since_opening_s": "time_s", **{c: c.removeprefix(PREFIX) for c in classes}})
+    check_numbers(table, [OPEN, *classes], path, CURE)
+    found = table.loc[table[OPEN] >= 0, [OPEN, *classes]]
+    if found.empty:
+        raise PywetError(f"{shown(path)} holds no time after the slide has opened; expected some: {CURE}")
+    return found.rename(columns={OPEN: "time_s", **{c: c.removeprefix(PREFIX) for c in classes}})
 
 
 def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
@@ -164,7 +170,8 @@ def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
     PywetError
         If a folder has no fraction retained, or no class passes.
     """
-    runs = [curves(Path(folder)) for folder in folders]
+    with run_lock.reading(*(Path(folder) for folder in folders)):
+        runs = [curves(Path(folder)) for folder in folders]
     classes = [c for c in runs[0] if c != "time_s" and all(c in run for run in runs)]
     passing = [c for c in classes if min(float(run[c].iloc[-1]) for run in runs) < 1.0 - PASSES]
     if not passing:

@@ -17,6 +17,7 @@ from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
 from pywet.util.files import write_csv, write_json, write_table
+from pywet.util.ranges import LIMITS
 
 PER_HOUR = 3.6
 """t/h of a kg/s."""
@@ -75,7 +76,7 @@ def analyse(
     """
     run = RunDir(Path(run_dir))
     flow = streams.read(run, from_s, deck)
-    aperture = aperture_mm if aperture_mm is not None else _aperture(run, deck)
+    aperture = _aperture(run, deck) if aperture_mm is None else LIMITS["aperture_mm"].read("aperture_mm", aperture_mm)
     curve = curve_of(run, flow)
     numbers = separation(curve, aperture)
     series = time_series(run, flow)

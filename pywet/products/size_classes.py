@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -209,6 +209,14 @@ def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
     return lower, upper, percent / total
 
 
+def _rows(path: Path, text: str, separator: str) -> Iterator[list[str]]:
+    """The cells of each line."""
+    try:
+        yield from csv.reader(io.StringIO(text, newline=""), delimiter=separator)
+    except csv.Error as error:
+        raise ConfigError(f"{shown(path)} is not a CSV file ({error}); expected sizes in mm and mass %") from error
+
+
 def _numbers(path: Path) -> list[tuple[float, ...]]:
     """Rows of two or three numbers; a head line is passed over."""
     raw = read_bytes(path, "name a sieve analysis in psd.file")
@@ -218,7 +226,7 @@ def _numbers(path: Path) -> list[tuple[float, ...]]:
         text = raw.decode("latin-1")
     separator = next((s for s in ";\t" if s in text), ",")
     found: list[tuple[float, ...]] = []
-    for number, fields in enumerate(csv.reader(io.StringIO(text), delimiter=separator), start=1):
+    for number, fields in enumerate(_rows(path, text, separator), start=1):
         cells = [f.strip().rstrip("%").strip() for f in fields if f.strip()]
         if not cells:
             continue

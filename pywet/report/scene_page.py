@@ -160,7 +160,7 @@ def _contacts(runs: seeds.Runs) -> list[page.Section]:
     most, into, through = (seeds.over([100.0 * t[column].max() for t in tables], 2) for column in overlaps)
     text = (
         f"Spheres overlap by {most} % of the smaller radius at most, at the outputs, and walls by {into} % of "
-        f"the radius, {through} % of a wall's thickness."
+        f"the radius, {through} % of a wall's thickness. Between two outputs an impact may go deeper."
     )
     if max(float(t["largest_overlap"].max()) for t in tables) > DEEP:
         key = "youngs_modulus_Pa" if run.scene.hertz else "stiffness_N_per_m"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet import run_lock
 from pywet.products import apertures, screening_report
 from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
@@ -214,6 +215,7 @@ def screen(
     PywetError
         If the run has neither a collecting bin nor outlets that are overs and unders.
     """
-    numbers = screening_report.write(Path(folder), aperture_mm, from_s, deck)
-    write(Path(folder), numbers)
+    with run_lock.reading(Path(folder)):
+        numbers = screening_report.write(Path(folder), aperture_mm, from_s, deck)
+        write(Path(folder), numbers)
     return numbers

@@ -182,8 +182,7 @@ def called(name: str, source: bytes) -> Callable[[Any], Any]:
 
 def _check_function(file: Path, function: Function, trust: bool) -> None:
     name = path_of(file, function)
-    if trust:
-        user_laws.trust([name])
+    user_laws.trust([name], None if trust else file.parent)
     if not Path(name.rpartition(":")[0]).is_file():
         raise ConfigError(
             f"{file}: gather names {function.function}; its file does not exist, expected path/to/file.py:name"
@@ -195,7 +194,8 @@ def refuse_untrusted(file: Path, function: Function) -> None:
     """Refuse a function whose file, as it is now, may not run."""
     if not user_laws.may_run(path_of(file, function)):
         raise ConfigError(
-            f"{file}: gather names {function.function}, which was not run: read its file, then give --trust",
+            f"{file}: gather names {function.function}, which was not run: it is not below the folder of the sweep; read it, "
+            "then move it there, or give --trust",
             file=file,
         )
 

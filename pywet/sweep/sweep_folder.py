@@ -13,6 +13,8 @@ from pywet.util.files import make_folder, read_if_there, write_json
 
 ROOT = Path("results/sweeps")
 STORE = ROOT / "store"
+WRITTEN = ("sweep.parquet", "sweep.csv", "report.html")
+"""What a sweep writes into its folder, over what an earlier call wrote."""
 OWNER = "file.json"
 """Names the file of the sweep, by its path from the folder."""
 CURE = "remove the file, and the next call writes it"
@@ -39,9 +41,15 @@ def of(file: Path) -> Path:
 
 
 def claim(folder: Path, file: Path) -> None:
-    """Make a folder that of a file's sweep; refused where another file's sweep is in it."""
+    """Make a folder that of a file's sweep; refused where another file's sweep is in it, or files that it would overwrite."""
     make_folder(folder)
     there = owner(folder)
+    if not os.path.lexists(folder / OWNER) and (found := [n for n in WRITTEN if os.path.lexists(folder / n)]):
+        raise FileError(
+            f"{shown(folder)} holds {found[0]} and no sweep ({OWNER}); expected a new folder, or that of the sweep: name another",
+            code="sweep.folder_of_others",
+            path=folder,
+        )
     if there is None:
         write_json(folder / OWNER, {"file": os.path.relpath(file.resolve(), folder.resolve())})
     elif there != file.resolve():

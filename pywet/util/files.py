@@ -345,6 +345,16 @@ def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
     return table
 
 
+def check_numbers(table: pd.DataFrame, names: Sequence[str], path: Path, cure: str = AGAIN) -> None:
+    """A sentence where a column is missing or holds anything but finite numbers."""
+    from pywet.schema import NUMBER
+
+    for name in names:
+        if name not in table:
+            raise FileError(f"{shown(path)} has no column {name}; expected {', '.join(names)}: {cure}", path=path)
+        _check_column(table[name], NUMBER, f"{shown(path)}: column {name}", cure)
+
+
 LARGEST = 1e100
 """No quantity of a run in SI reaches it, and sums and ratios of what stays below do not overflow."""
 

@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 from hypothesis import strategies as st
 
+from tests.cases.script import scripts
 from tests.reliability.test_fuzz import changed, places
 
 ROOT = Path(__file__).parents[2]
@@ -37,16 +38,20 @@ class Call:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of file: commands that read it, a sound one, as text that a document is written in."""
+    """A kind of file: commands that read it, a sound one (its text, or where it lies), as text that a document is written in."""
 
     calls: tuple[tuple[str, ...], ...]
     name: str
-    sound: Path
+    sound: Path | str
     programs: tuple[tuple[str, ...], ...] = field(default=())
 
     @property
+    def source(self) -> str:
+        return self.sound if isinstance(self.sound, str) else self.sound.read_text()
+
+    @property
     def document(self) -> Any:
-        return yaml.safe_load(self.sound.read_text())
+        return yaml.safe_load(self.source)
 
     def text(self, document: Any) -> bytes:
         write = json.dumps if self.name.endswith(".json") else yaml.safe_dump
@@ -71,6 +76,9 @@ DOCUMENTS = (
     Kind((("collide", "wall", "{file}"), ("collide", "wall", "{file}", "--csv", "{here}/c.csv")), "wall.json",
          EXAMPLES / "wall_wet.json"),
     Kind((("collide", "spheres", "{file}"),), "spheres.json", EXAMPLES / "four_spheres.json"),
+    Kind((("sweep", "{file}"), ("sweep", "{file}", "--check"), ("sweep", "plot", "{file}", "liquid.viscosity_Pa_s", "e_n")),
+         "points.yaml", (EXAMPLES / "sweeps" / "rebound.yaml").read_text().replace("../", "")),
+    Kind((("liggghts", "-in", "{here}/in.script"), ("liggghts", "-in", "{here}/in.script", "--check")), "wet.yaml", scripts.WET),
 )  # fmt: skip
 NO_FILES = ("pipe", "device", "folder", "loop", "missing", "zero", "")
 NOT_TEXT = (
@@ -117,7 +125,7 @@ def documents(draw: st.DrawFn) -> Call:
         )
         return Call(words, kind.name, kind.text(document), program)
     if how == "cut":
-        text = kind.sound.read_bytes()
+        text = kind.source.encode()
         return Call(words, kind.name, text[: int(draw(st.floats(0, 0.3)) * len(text))], program)
     bomb = DEEP if kind.name.endswith(".json") else BOMB
     return Call(words, kind.name, bomb.encode() if how == "bomb" else draw(st.sampled_from(NOT_TEXT)), program)
@@ -127,6 +135,7 @@ OF_A_RUN = (
     ("view", "{run}"), ("view", "{run}", "--ovito"), ("view", "{run}", "--vtkhdf"), ("replay", "{run}"),
     ("replay", "{run}", "--json"), ("plot", "{run}", "--out", "{here}/p.svg"), ("app", "{run}", "--to", "{here}/p.html"),
     ("timestep", "{run}"), ("compare", "{run}", "{run}"), ("digest", "{run}", "--out", "{here}/d.json"),
+    ("report", "{run}"), ("screen", "{run}"), ("screen", "{run}", "--aperture", "5"),
 )  # fmt: skip
 PROGRAMS_OF_A_RUN = (
     ("reference_impl", "{run}"), ("reference_impl", "{run}", "--json"), ("pywet.report.render", "{run}", "{here}/p.png", "100"),
@@ -158,6 +167,9 @@ OPTIONS: tuple[tuple[str, ...], ...] = (
     ("score", "all"), ("collide", "wall"), ("collide", "spheres"), ("compare",), ("compare", "x", "--digest"),
     ("compare", "--a", "x", "--b"), ("study", "cross-code", "--only"), ("study",), ("study", "accuracy", "--size"),
     ("study", "effects", "--seeds"), ("study", "laws", "--law"), ("collide",), ("doctor",), ("digest",),
+    ("init", "new", "--example"), ("docs", "--"), ("laws", "--check"), ("laws", "--"), ("liggghts", "-in"), ("liggghts",),
+    ("sweep",), ("sweep", "plot"), ("report",), ("screen",), ("screen", "{made}", "--deck"), ("screen", "{made}", "--aperture"),
+    ("kinetics",),
 )  # fmt: skip
 """Commands whose next word is wrong."""
 
@@ -167,6 +179,22 @@ def arguments(draw: st.DrawFn) -> Call:
     return Call((*draw(st.sampled_from(OPTIONS)), draw(WORDS)))
 
 
+SCRIPTS = (
+    *NOT_TEXT,
+    "run 10\n",
+    scripts.BEFORE,
+    f"{scripts.BEFORE}{scripts.LINE} every x\n",
+    f"{scripts.LINE}\n{scripts.LINE}\n",
+)
+SIEVES = (
+    *NOT_TEXT[:5], "mm,%\n", "1,2,x\n", "1,2,50\n1.5,3,50\n", "1,60\n2,50\n", "1,2,1e999\n", "1;2;3;4\n",
+    f"1,2,{'9' * 200_000}\n", '1,"2', "-1,2,100\n", "nan,100\n", "0,1e308,100\n",
+)  # fmt: skip
+FRACTION = "time_since_opening_s,fraction_retained_a\n"
+RETAINED = (
+    *NOT_TEXT[:5], FRACTION, f"{FRACTION}x,1\n", f"{FRACTION}-1,1\n", f"{FRACTION}0,nan\n", f"{FRACTION}0,1e300\n", "a\n1\n",
+    f"{FRACTION}0,1\n1,1\n", f'{FRACTION}"0', f"{FRACTION}0,{'9' * 200_000}\n",
+)  # fmt: skip
 HEAD = "case,quantity,at,value\n"
 TABLES = (
     *NOT_TEXT[:5], f"{HEAD}a,b,1\n", f"{HEAD}x,y,1,2\n", f"{HEAD}x,y,1,nan\n", HEAD.replace(",", ";"),
@@ -177,6 +205,8 @@ STL = (
     b"solid\n" + b"vertex nan 1 2\n" * 9, b"solid\n" + b"vertex 1e300 1 2\n" * 9, b"solid\n" + b"vertex 1 2 3\n" * 8,
     b"solid\n" + b"vertex 1 2 3\nvertex 4 5 6\nvertex 7 8 1\n" * 3, bytes(range(256)) * 20,
 )  # fmt: skip
+KINETICS = ("kinetics", "{here}")
+OTHERS = ("cases", "answers", "stl", "law", "script", "sieve", "retained", "digest", "spheres", "report")
 CUP = ("run-scene", "{here}/cup.yaml")
 LAW = ("bridge", "{here}/lawful.json")
 LAWS = (
@@ -193,8 +223,8 @@ LAWS = (
 
 @st.composite
 def others(draw: st.DrawFn) -> Call:
-    """Tables of cases and answers, surfaces, laws in files, digests, descriptions for the reference."""
-    which = draw(st.sampled_from(["cases", "answers", "stl", "law", "digest", "spheres", "report"]))
+    """Tables of cases, answers, sieves and fractions; surfaces, laws, scripts, digests, descriptions for the reference."""
+    which = draw(st.sampled_from(OTHERS))
     if which == "cases":
         return Call(draw(st.sampled_from(CONFIGURED)), "cases.csv", draw(st.sampled_from((*TABLES, "case\n1\n"))))
     if which == "answers":
@@ -208,6 +238,13 @@ def others(draw: st.DrawFn) -> Call:
         return Call(CUP, "cup.stl", draw(st.sampled_from((*STL, *NO_FILES[:5]))))
     if which == "law":
         return Call(LAW, "law.py", draw(st.sampled_from((*LAWS, *NO_FILES[:5]))))
+    if which == "script":
+        content = draw(st.sampled_from((*SCRIPTS, *NO_FILES[:5])))
+        return Call(("liggghts", "-in", "{here}/in.script"), "in.script", content)
+    if which == "sieve":
+        return Call(("run-scene", "{here}/sieved.yaml"), "sieve.csv", draw(st.sampled_from((*SIEVES, *NO_FILES[:5]))))
+    if which == "retained":
+        return Call(KINETICS, "fraction_retained.csv", draw(st.sampled_from((*RETAINED, *NO_FILES[:5]))))
     if which == "digest":
         return Call(
             ("compare", "{made}", "--digest", "{file}"),
@@ -222,11 +259,16 @@ def others(draw: st.DrawFn) -> Call:
 
 CALLS = st.one_of(documents(), runs(), arguments(), others())
 BESIDE = {
+    "wall_wet.json": (EXAMPLES / "wall_wet.json").read_text(),
     "cup.yaml": "name: cup\nduration_s: 0.01\nmaterials: {glass: {density_kg_per_m3: 2500}}\n"
     "spheres: [{name: beads, material: glass, diameter_mm: 3, at_mm: [[0, 0, 5]]}]\nwalls: [{name: cup, stl: cup.stl}]\n",
+    "sieved.yaml": "name: sieved\nduration_s: 0.01\nmaterials: {ore: {density_kg_per_m3: 2650}}\n"
+    "feed: [{name: ore, material: ore, psd: {file: sieve.csv}, mass_g: 5, box: {low_mm: [-9, -9, 2], high_mm: [9, 9, 60]}}]\n"
+    "walls: [{name: tray, block: {low_mm: [-20, -20, -5], high_mm: [20, 20, 0]}}]\n",
+    "in.script": f"{scripts.BEFORE}{scripts.LINE}\n".replace("wet.yaml", "HERE/wet.yaml"),
     "lawful.json": json.dumps({**json.loads((EXAMPLES / "bridge.json").read_text()), "laws": ["law.py:force"]}),
 }  # fmt: skip
-"""Sound files that name the wrong one."""
+"""Sound files that name the wrong one; HERE stands for their folder."""
 
 
 def write(path: Path, content: bytes | str | None) -> None:
@@ -250,4 +292,10 @@ def given(call: Call, **places: object) -> Iterator[str]:
         yield text.format(**places) if "{" in text else text
 
 
-__all__ = ["BESIDE", "CALLS", "Call", "changed", "given", "write"]
+def commands() -> set[str]:
+    """First words of all calls that can be generated."""
+    of_files = {words[0] for kind in DOCUMENTS for words in kind.calls}
+    return of_files | {words[0] for words in (*OF_A_RUN, *OPTIONS, *CONFIGURED, CUP, LAW, KINETICS)}
+
+
+__all__ = ["BESIDE", "CALLS", "Call", "changed", "commands", "given", "write"]

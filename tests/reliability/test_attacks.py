@@ -29,6 +29,7 @@ from pywet.laws import davis, own, registry, viscous
 from pywet.scene import Scene
 from pywet.util import caches, machine_code, sources
 from tests.cases.screening import synthetic
+from tests.cases.script import scripts
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 ROOT = Path(__file__).parents[2]
@@ -169,6 +170,18 @@ spheres: [{name: beads, material: glass, diameter_mm: 3, at_mm: [[0, 0, 2]]}]
 """
 
 
+ASKED = {
+    "sweep": {
+        "name": "s", "base": {"scene": "base.yaml"}, "axes": {"liquid.percent": [1, 2]}, "gather": ["ruptures"],
+    },
+    "calibrate": {
+        "name": "c", "targets": [{"scene": "base.yaml", "quantity": "bridges_per_sphere", "value": 1, "scatter": 0.1}],
+        "parameters": {"liquid": {"keys": ["liquid.percent"], "low": 0.5, "high": 2.0}},
+    },
+}  # fmt: skip
+"""A sweep and a calibration of the scene."""
+
+
 def naming(command: str, law: str, folder: Path) -> list[str]:
     """Arguments of a command on a file in a folder that names the law."""
     if command == "bridge":
@@ -176,6 +189,14 @@ def naming(command: str, law: str, folder: Path) -> list[str]:
     if command == "run-scene":
         (folder / "scene.yaml").write_text(OWN_SCENE.replace("LAW", f"{law}:law"))
         return ["run-scene", str(folder / "scene.yaml"), "--out", str(folder / "out")]
+    if command in ("sweep", "calibrate"):
+        (folder / "base.yaml").write_text(OWN_SCENE.replace("LAW", f"{law}:law"))
+        (folder / f"{command}.yaml").write_text(json.dumps(ASKED[command]))
+        return [command, str(folder / f"{command}.yaml"), *(["--check"] if command == "sweep" else [])]
+    if command == "liggghts":
+        line = scripts.LINE.replace("wet.yaml", f"{folder}/wet.yaml")
+        scripts.write(folder, line=line, wet=f"{scripts.WET}laws: {{capillary: {law}:law}}\n")
+        return ["liggghts", "-in", str(folder / "in.script"), "--check"]
     shutil.copytree(ROOT / "config", folder / "config")
     settings = folder / "config" / "config.yaml"
     text = settings.read_text()
@@ -184,7 +205,7 @@ def naming(command: str, law: str, folder: Path) -> list[str]:
     return ["plan", "2", "--config", str(folder / "config")]
 
 
-@pytest.mark.parametrize("command", ["bridge", "run-scene", "plan"])
+@pytest.mark.parametrize("command", ["bridge", "run-scene", "plan", "sweep", "calibrate", "liggghts"])
 def test_one_rule_for_laws_that_a_given_file_names(
     command: str, side: tuple[Path, Path], tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -207,6 +228,8 @@ def test_one_rule_for_laws_that_a_given_file_names(
     pywet(*arguments)
     assert ran.exists()
     ran.unlink()
+    if command in ("calibrate", "liggghts"):  # which have no --trust
+        return
     pywet(*naming_elsewhere(command, law, folder), "--trust")
     assert ran.exists()
 

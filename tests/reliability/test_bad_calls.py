@@ -15,6 +15,7 @@ import sys
 import warnings
 from collections import Counter
 from pathlib import Path
+from typing import Annotated, get_args, get_origin, get_type_hints
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -23,6 +24,7 @@ from typer.testing import CliRunner
 
 from pywet import shipped
 from pywet.cli.app import app
+from pywet.cli.groups import GROUPS
 from pywet.engines import process
 from pywet.report import app as viewer
 from tests.cases.screening import synthetic
@@ -85,7 +87,7 @@ def test_a_call_that_cannot_be_right_is_refused_in_a_sentence(
         shutil.copytree(ROOT / "config", config)
         shutil.copytree(made, run)
         for name, text in bad_calls.BESIDE.items():
-            (here / name).write_text(text)
+            (here / name).write_text(text.replace("HERE", str(here)))
         folder = run if call.name == "scene.json" else config if "{config}" in call.words else here
         (folder / call.name).unlink(missing_ok=True) if call.name else None
         bad_calls.write(folder / call.name, call.content)
@@ -114,3 +116,24 @@ def test_a_call_that_cannot_be_right_is_refused_in_a_sentence(
         dict(programs),
     )
     assert sum(ends.values()) >= count * 0.75  # of MANY 300; hypothesis repeats none
+
+
+def test_every_command_is_among_them() -> None:
+    assert bad_calls.commands() == {name for members in GROUPS.values() for name in members}
+
+
+def test_every_number_of_a_command_has_a_range() -> None:
+    """Else -1, nan and inf are taken for one."""
+    bare = set()
+    for command in (
+        c for group in (app, *(g.typer_instance for g in app.registered_groups)) for c in group.registered_commands
+    ):
+        for name, kind in get_type_hints(command.callback, include_extras=True).items():
+            plain = (
+                {int, float} & {*get_args(get_args(kind)[0]), get_args(kind)[0]}
+                if get_origin(kind) is Annotated
+                else ()
+            )
+            if plain and kind.__metadata__[0].parser is None:
+                bare.add(f"{command.callback.__name__} {name}")
+    assert bare == {"score within"}  # whose range is that of benchmarks/wet/score.py

@@ -23,10 +23,15 @@ WORDS = ("scene", "bed", "--spheres", "12", "--seconds", "0.05")
 
 
 def called(run_dir: Path) -> subprocess.Popen[str]:
-    """A small moist bed by the command line, in a process group of its own."""
+    """A small moist bed by the command line, in a process group of its own; it heeds signals that nohup and & ignore."""
+
+    def heed() -> None:
+        for number in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
+            signal.signal(number, signal.SIG_DFL)
+
     command = [sys.executable, "-m", "pywet.cli.app", *WORDS, "--out", str(run_dir)]
     return subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=heed
     )
 
 

@@ -53,7 +53,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"gather": ["e_n", "e_n"]}, "each gathered result once (e_n is there twice)"),
     ({"goal": {"maximise": "e_t"}}, "expected goal to name a gathered result (e_n, duration_s), not e_t"),
     ({"gather": ["mine.py:depth"]}, "names mine.py:depth; its file does not exist"),
-    ({"gather": [f"{EXAMPLES / 'gallery.py'}:main"]}, "which was not run: read its file, then give --trust"),
+    ({"gather": [f"{EXAMPLES / 'gallery.py'}:main"]}, "which was not run: it is not below the folder of the sweep"),
     ({"axes": {"friction": {"linspace": [0.1, 0.5, 10001]}}}, "asks for 10001 runs, expected at most 10000"),
 ]  # fmt: skip
 

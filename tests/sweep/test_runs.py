@@ -153,19 +153,24 @@ def test_a_changed_law_redoes_its_points_only(tmp_path: Path) -> None:
     assert [run.point.number for run in second.missing] == [3, 4]
 
 
-def test_a_function_of_a_file_runs_with_trust_only_and_again_when_its_file_changes(tmp_path: Path) -> None:
-    (tmp_path / "mine.py").write_text("def twice(answer):\n    return 2.0 * answer['e_n']\n")
-    content = {**WALL, "gather": ["e_n", {"function": "mine.py:twice", "unit": "1"}]}
-    with pytest.raises(PywetError, match="read its file, then give --trust"):
-        asked(tmp_path, content)
-    made = done(asked(tmp_path, content, trust=True))
+def test_a_function_of_a_file_runs_below_the_sweep_or_with_trust_and_again_when_it_changes(tmp_path: Path) -> None:
+    twice = "def twice(answer):\n    return 2.0 * answer['e_n']\n"
+    (tmp_path / "mine.py").write_text(twice)
+    made = done(asked(tmp_path, {**WALL, "gather": ["e_n", {"function": "mine.py:twice", "unit": "1"}]}))
     assert made["twice"].tolist() == [2.0 * e for e in made["e_n"]]
-    (tmp_path / "mine.py").write_text("def twice(answer):\n    return 1 / 0\n")
-    with pytest.raises(PywetError, match="read its file, then give --trust"):
-        asked(tmp_path, content)
-    made = done(asked(tmp_path, content, trust=True))
+    (tmp_path / "inner").mkdir()
+    content = {**WALL, "gather": ["e_n", {"function": "../other.py:twice", "unit": "1"}]}
+    (tmp_path / "other.py").write_text(twice)
+    with pytest.raises(PywetError, match="then move it there, or give --trust"):
+        asked(tmp_path / "inner", content)
+    made = done(asked(tmp_path / "inner", content, trust=True))
+    assert made["twice"].tolist() == [2.0 * e for e in made["e_n"]]
+    (tmp_path / "other.py").write_text("def twice(answer):\n    return 1 / 0\n")
+    with pytest.raises(PywetError, match="then move it there, or give --trust"):
+        asked(tmp_path / "inner", content)
+    made = done(asked(tmp_path / "inner", content, trust=True))
     assert set(made["reason"]) == {
-        "mine.py:twice raises ZeroDivisionError: division by zero; expected a number of every run"
+        "../other.py:twice raises ZeroDivisionError: division by zero; expected a number of every run"
     }
 
 

@@ -13,6 +13,7 @@ from pywet.cases.custom.description import Angle, Liquid
 from pywet.cases.script.refusals import refusal
 from pywet.config.loading import parse, placed_laws, read_yaml
 from pywet.config.settings import LawSettings
+from pywet.laws import registry
 from pywet.laws.contact import film_volume
 from pywet.laws.kinds import PRESETS
 from pywet.scene import Effects
@@ -64,8 +65,12 @@ class Wet(Strict):
 
     @classmethod
     def read(cls, path: Path) -> Wet:
-        wet = parse(cls, read_yaml(path, cls), str(path))
-        return wet.model_copy(update={"laws": placed_laws(wet.laws, path.resolve().parent)})
+        """The file, whose laws are there and may run."""
+        wet = parse(cls, read_yaml(path, cls, "`pywet docs your-script` has one to begin with"), str(path))
+        wet = wet.model_copy(update={"laws": placed_laws(wet.laws, path.resolve().parent)})
+        for kind, law in wet.effects.laws.items():
+            registry.get(kind, law)
+        return wet
 
 
 @dataclass(frozen=True)
