@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import threading
 import time
@@ -201,6 +202,13 @@ def test_the_command_checks_runs_and_draws(tmp_path: Path, monkeypatch: pytest.M
     run = call.invoke(app, ["sweep", file])
     assert run.exit_code == 0 and "9 of 9 runs have results" in run.output, run.output
     assert "e_n: share of the variation normal_velocity_m_per_s" in run.output
+    page = Path("results/sweeps/sweep/report.html").read_text()
+    offered = [json.loads(found) for found in re.findall(r'<script type="application/json">(.*?)</script>', page)]
+    made = pd.read_parquet("results/sweeps/sweep/sweep.parquet")
+    means = made.groupby("friction")["e_n"].mean().tolist()
+    assert offered[0][0] == {"label": "mean", "x": [0.1, 0.2, 0.3], "y": pytest.approx(means)}
+    assert [len(lines) for lines in offered] == [3, 3, 3, 3, 0, 0]  # curves as CSV and SVG, maps as SVG
+    assert '<a href="sweep.csv">' in page and Path("results/sweeps/sweep/sweep.csv").exists()
     for names in (["normal_velocity_m_per_s", "e_n", "friction"], ["friction", "normal_velocity_m_per_s", "e_n"]):
         drawn = call.invoke(app, ["sweep", "plot", file, *names])
         assert drawn.exit_code == 0, drawn.output
