@@ -156,7 +156,7 @@ def _compared(plan: Plan, made: pd.DataFrame, best: list[Optimum]) -> str:
         "": lambda r: "significant" if r.p <= LEVEL else "not significant",
     })  # fmt: skip
     text = f"Best and next best point, {method}."
-    if plan.kind.engine:
+    if plan.kind.engine and plan.sweep.base.script is None:
         folders = {n: made.loc[(made["point"] == n) & (made["status"] == DONE), "run"] for n in (a, b)}
         words = " ".join(
             f"--{side} {os.path.normpath(plan.folder / folder)}"

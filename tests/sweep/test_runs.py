@@ -22,7 +22,7 @@ from pywet.collisions.wall import wall
 from pywet.errors import PywetError
 from pywet.sweep import plan, running, sweep_command, table
 from pywet.sweep.base_kind import Built, Kind
-from pywet.sweep.costs import Cost
+from pywet.sweep.costs import UNKNOWN, Cost
 from pywet.sweep.description import Base
 from pywet.sweep.plan import Plan, Run
 from pywet.sweep.points import Numbered
@@ -238,6 +238,24 @@ class Fake(Kind):
 
     def known(self, built: Built) -> list[str]:
         return ["b"]
+
+
+def test_what_runs_took_is_printed_next_to_the_prediction_and_predicts_others(tmp_path: Path) -> None:
+    """A known result of 3600 s and 2 MB a run; where a base has no prediction, the mean of its runs in the store is it."""
+    store = Store(tmp_path / "store")
+    runs = [Run(Numbered(k, {"a": k}), 0, Built(f"fake-{k}", None)) for k in (1, 2, 3)]
+    of = Plan(
+        tmp_path / "f.yaml", plan.description.read(write(tmp_path, WALL)), Fake(Base(case=1), tmp_path), store, tmp_path
+    )
+    assert plan.spent(of, [(run, Cost(1800.0, 1e6)) for run in runs]) is None
+    for run in runs[:2]:
+        (store.place(run.built.name)).mkdir(parents=True)
+        (store.place(run.built.name) / "table").write_bytes(bytes(2_000_000))
+        store.note(run.built.name, 3600.0 * run.point.number)
+    printed = plan.spent(of, [(run, Cost(1800.0, 1e6)) for run in runs])
+    assert printed == "2 runs took 3 core-hours, 0.004 GB (predicted 1 core-hours, 0.002 GB)"
+    assert plan.spent(of, [(run, UNKNOWN) for run in runs]) == "2 runs took 3 core-hours, 0.004 GB"
+    assert store.typical("fake-3") == Cost(5400.0, 2e6) and store.typical("other-3") is None
 
 
 def test_a_run_of_another_call_is_left_to_it(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
