@@ -103,11 +103,11 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
     mesh = np.meshgrid(*lines)
     mean, error = response.at(np.column_stack([m.ravel() for m in mesh]))
     figure, parts = panels(2, 2, (4.4, 3.5))
-    for axes, values, title in zip(parts, (mean, error), ("mean", "standard error of the mean"), strict=True):
+    for axes, values, title in zip(parts, (mean, error), (f"{result}: mean", "standard error of it"), strict=True):
         filled = axes.contourf(*mesh, values.reshape(GRID, GRID), levels=12, cmap="viridis")
         figure.colorbar(filled, ax=axes)
         axes.plot(rows[x], rows[y], "o", ms=3, color="white", mec=INK, mew=0.6)
-        axes.set(xlabel=label(rows, x), ylabel=label(rows, y), title=f"{result}: {title}")
+        axes.set(xlabel=label(rows, x), ylabel=label(rows, y), title=title)
         _scale(axes, "x", sweep.axes[x].logarithmic)
         _scale(axes, "y", sweep.axes[y].logarithmic)
         axes.grid(False)
