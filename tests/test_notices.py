@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
+from pywet.util import notices
 from pywet.util.notices import notice, shown
 
 
@@ -23,3 +25,18 @@ def test_a_program_that_shows_nothing_still_hears_of_warnings() -> None:
     text = "from pywet.util.notices import notice; notice.info('a tenth is done'); notice.warning('begins anew')"
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("", "begins anew\n")
+
+
+def test_a_log_file_has_lines_of_progress_and_no_bar(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Clock of its own: moves after 4, 12, 15 and 400 s; lines at least 10 s and a twentieth of the time apart."""
+    clock = iter([0.0, 4.0, 12.0, 15.0, 400.0, 415.0])
+    monkeypatch.setattr(notices, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    with shown(), notices.bar("runs") as move:
+        for done in (1, 2, 3, 20, 21):
+            move(done, 24)
+    assert capsys.readouterr().err.splitlines() == [
+        "runs: 2 of 24 after 12 s, about 132 s to go",
+        "runs: 20 of 24 after 400 s, about 80 s to go",
+    ]

@@ -52,6 +52,11 @@ def read_cad(
     return mesh.points[mesh.triangles], changes
 
 
+def corners_in(path: Path) -> Floats:
+    """Corners (m, 3, 3) as they are in a file, in its unit and unrepaired."""
+    return _parsed(path)[0]
+
+
 def _parsed(path: Path) -> tuple[Floats, list[str]]:
     """Corners as they are in the file, and what had to be passed over to read them."""
     if not path.is_file():

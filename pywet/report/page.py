@@ -108,17 +108,20 @@ def picture(figure: Figure, caption: str, vector: bool = True) -> str:
     return _figure(buffer.getvalue(), "svg" if vector else "png", caption)
 
 
-def curves(figure: Figure, name: str, caption: str = "") -> str:
-    """A figure of one panel as SVG text with its caption, and its lines as JSON, which the page offers as CSV; it is closed."""
-    (axes,) = figure.axes
+def curves(figure: Figure, name: str, caption: str = "", drawn_only: bool = False) -> str:
+    """A figure as SVG text with its caption, and its lines as JSON, which the page offers as CSV; it is closed.
+
+    `drawn_only`: a picture without curves, which the page offers as SVG alone.
+    """
     lines = [
-        {"label": str(line.get_label()), "x": np.asarray(line.get_xdata(), float).tolist(),
+        {"label": str(line.get_label()).removeprefix("_"), "x": np.asarray(line.get_xdata()).tolist(),
          "y": np.asarray(line.get_ydata(), float).tolist()}
-        for line in axes.get_lines()
+        for axes in figure.axes for line in axes.get_lines() if not drawn_only
     ]  # fmt: skip
+    label = figure.axes[0].get_ylabel()
     with plt.rc_context({"svg.fonttype": "none"}):
         drawn = inline(svg(figure, transparent=True), name)
-    said = html.escape(caption or axes.get_ylabel())
+    said = html.escape(caption or label)
     data = json.dumps(lines).replace("<", "\\u003c")
     below = f"<figcaption>{said}</figcaption>" if caption else ""
     return (

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pywet.runs.loaded import Run
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
 
@@ -42,6 +43,10 @@ class Kind(ABC):
     @abstractmethod
     def cost(self, built: Built) -> Cost:
         """What a run takes."""
+
+    def subject(self, folder: Path) -> Any:
+        """What a user's function of a run is called with: its tables."""
+        return Run(folder)
 
     @abstractmethod
     def known(self, built: Built) -> list[str]:

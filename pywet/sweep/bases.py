@@ -1,4 +1,4 @@
-"""What is run at a point: a case, a scene, a collision with a wall, a bridge; each from its file and the point's values."""
+"""What is run at a point: case, scene, script, collision with a wall, bridge; each from its file and the point's values."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from pywet.sweep.case_base import OfCase
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
 from pywet.sweep.keys import filled
+from pywet.sweep.script_base import OfScript
 from pywet.util.files import parse_json, read_bytes
 
 CURE = (
@@ -159,5 +160,11 @@ def _code(package: str) -> str:
 
 def kind(base: Base, folder: Path, trust: bool = False) -> Kind:
     """The base of a sweep whose file is in a folder."""
-    of: Mapping[str, type[Kind]] = {"case": OfCase, "scene": OfScene, "wall": Wall, "bridge": Bridge}
+    of: Mapping[str, type[Kind]] = {
+        "case": OfCase,
+        "scene": OfScene,
+        "script": OfScript,
+        "wall": Wall,
+        "bridge": Bridge,
+    }
     return of[base.kind](base, folder, trust)

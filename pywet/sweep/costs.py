@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import resource
 from typing import NamedTuple
 
 from pywet.cases.custom.building import Building
@@ -17,13 +19,23 @@ class Cost(NamedTuple):
     disk_B: float
     memory_B: float = 1e9
 
+    @property
+    def known(self) -> bool:
+        """Whether it could be predicted."""
+        return not math.isnan(self.seconds)
+
+
+UNKNOWN = Cost(math.nan, math.nan)
+"""Of what only the engine knows the size."""
 
 COLLISION = Cost(2e-3, 2e3)
 """A collision of one sphere by the compiled integrator: 0.3 to 1 ms, and the file of its numbers."""
 BRIDGE = Cost(0.1, 1e3)
 """A bridge by the exact solution; closed forms take microseconds."""
-FINISHING_S = 2.0
-"""Building, results and replay of a small run."""
+FINISHING_S, FINISHING_S_PER_B = 2.0, 3.5e-7
+"""Building, results and replay: of the smallest run [s], and for each byte of tables [s/B] (scenes of 30 to 260 spheres)."""
+FILES_B = 1.8e5
+"""Files that every run has: log of the engine, surfaces, `replay.json`, summaries."""
 LISTS_EVERY = 50
 """Steps between neighbour lists of a bed that moves."""
 
@@ -31,7 +43,7 @@ LISTS_EVERY = 50
 def of_case(config: Config, number: int, scale: str) -> Cost:
     """The prediction of `pywet plan` for one run."""
     need = needs.need(config, number, scale)
-    return Cost(need.seconds + FINISHING_S, need.disk_B, need.memory_B)
+    return _finished(need.seconds, need.disk_B, need.memory_B)
 
 
 def of_scene(building: Building) -> Cost:
@@ -49,4 +61,15 @@ def of_scene(building: Building) -> Cost:
     logged = scene.results.windows * scene.results.window_steps
     disk = needs.EVENT_B * load.events + bridges * (needs.CONTACT_B * logged + needs.SNAPSHOT_BRIDGE_B * outputs)
     disk += spheres * (needs.SNAPSHOT_SPHERE_B * outputs + needs.WINDOW_SPHERE_B * logged)
-    return Cost(machine.start(load) + machine.loop(load) + FINISHING_S, disk, needs.RANK_B + needs.SPHERE_B * spheres)
+    return _finished(machine.start(load) + machine.loop(load), disk, needs.RANK_B + needs.SPHERE_B * spheres)
+
+
+def _finished(engine_s: float, tables_B: float, memory_B: float) -> Cost:
+    """The cost of a run from that of its engine and the size of its tables."""
+    return Cost(engine_s + FINISHING_S + FINISHING_S_PER_B * tables_B, tables_B + FILES_B, memory_B)
+
+
+def used_s() -> float:
+    """Processor time of this process and of the engines that it has waited for [s]."""
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(u.ru_utime + u.ru_stime for u in used)

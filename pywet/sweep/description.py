@@ -21,11 +21,14 @@ from pywet.sweep.constraints import Constraint
 Value = float | int | str | bool
 MOST_RUNS = 10_000
 """Runs of one sweep: as many folders in the store."""
-KINDS = ("case", "scene", "wall", "bridge")
+KINDS = ("case", "scene", "script", "wall", "bridge")
 
 
 class Base(Strict):
-    """What is run at every point: a screening case, a scene, a collision with a wall, or a bridge; paths count from the file."""
+    """What is run at every point: a screening case, a scene, a LIGGGHTS script with liquid, a collision with a wall, or a bridge.
+
+    Paths count from the file.
+    """
 
     case: Annotated[int, Field(ge=1)] | None = None
     """Number of a case in the folder `config`."""
@@ -35,17 +38,19 @@ class Base(Strict):
     scene: Path | None = None
     wall: Path | None = None
     bridge: Path | None = None
-    script: Any = None
-    """A LIGGGHTS script; refused until `fix pywet` exists."""
+    script: Path | None = None
+    """A LIGGGHTS script with the line of fix pywet."""
+    seed: Word | None = None
+    """Of a script: the variable that is its seed; the seeds of a point are this prime number and those after it."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
-        if self.script is not None:
-            raise ValueError("case, scene, wall or bridge: script needs `fix pywet`, which does not exist yet")
         if chosen(self, *KINDS, needed=False) is None:
             raise ValueError(f"one of {', '.join(KINDS)}")
         if self.case is None and {"config", "scale"} & self.model_fields_set:
             raise ValueError("config and scale with a case only")
+        if self.script is None and self.seed is not None:
+            raise ValueError("seed with a script only")
         return self
 
     @property

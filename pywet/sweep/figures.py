@@ -63,12 +63,12 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
         colour, name = COLOURS[k % len(COLOURS)], "" if value is None else f"{hue} {value}"
         spread = part.groupby(x)[y].apply(list) if x in sweep.axes else None
         if spread is None or (len(spread) > GRID and not text):
-            axes.plot(part[x], part[y], ".", color=colour, label=name)
+            axes.plot(part[x], part[y], ".", color=colour, label=name or "_runs")
             continue
         at = [str(v) for v in spread.index] if text else list(spread.index)
         halves: Any = [half_width(v) or 0.0 for v in spread]
         means: Any = [float(np.mean(v)) for v in spread]
-        axes.errorbar(
+        drawn = axes.errorbar(
             at,
             means,
             yerr=halves,
@@ -80,6 +80,8 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
             elinewidth=1,
             label=name,
         )
+        for part, word in zip((drawn.lines[0], *drawn.lines[1]), ("mean", "95 % low", "95 % high"), strict=True):
+            part.set_label(f"_{name} {word}".replace("_ ", "_"))  # named in a CSV file, not in the legend
     axes.set(xlabel=label(rows, x), ylabel=label(rows, y))
     if x in sweep.axes and sweep.axes[x].logarithmic:
         _scale(axes, "x", True)
@@ -101,11 +103,11 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
     mesh = np.meshgrid(*lines)
     mean, error = response.at(np.column_stack([m.ravel() for m in mesh]))
     figure, parts = panels(2, 2, (4.4, 3.5))
-    for axes, values, title in zip(parts, (mean, error), ("mean", "standard error of the mean"), strict=True):
+    for axes, values, title in zip(parts, (mean, error), (f"{result}: mean", "standard error of it"), strict=True):
         filled = axes.contourf(*mesh, values.reshape(GRID, GRID), levels=12, cmap="viridis")
         figure.colorbar(filled, ax=axes)
         axes.plot(rows[x], rows[y], "o", ms=3, color="white", mec=INK, mew=0.6)
-        axes.set(xlabel=label(rows, x), ylabel=label(rows, y), title=f"{result}: {title}")
+        axes.set(xlabel=label(rows, x), ylabel=label(rows, y), title=title)
         _scale(axes, "x", sweep.axes[x].logarithmic)
         _scale(axes, "y", sweep.axes[y].logarithmic)
         axes.grid(False)

@@ -47,7 +47,7 @@ def gathered(plan: Plan, run: Run) -> Numbers | None:
 
 def _subject(plan: Plan, run: Run, numbers: Numbers) -> Any:
     """What a function is called with: the finished run as tables, or the numbers of what is computed at once."""
-    return Loaded(plan.store.place(run.built.name)) if plan.kind.engine else dict(numbers)
+    return plan.kind.subject(plan.store.place(run.built.name)) if plan.kind.engine else dict(numbers)
 
 
 def _function(plan: Plan, function: Function) -> tuple[str, Callable[[Any], float]]:

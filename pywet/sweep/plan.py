@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -94,6 +95,11 @@ class Plan:
         there = {run.built.name: run for run in self.runs}
         return [run for name, run in there.items() if self.store.numbers(name, self.kind.engine) is None]
 
+    def cost_of(self, run: Run) -> Cost:
+        """Predicted cost of a run; where there is no prediction that of runs of its kind in the store, if any."""
+        cost = self.kind.cost(run.built)
+        return cost if cost.known else self.store.typical(run.built.name) or cost
+
     def cost(self, report: Report = lambda done, of: None) -> list[tuple[Run, Cost]]:
         """Predicted cost of every missing run; the scene of each missing point is built once, and refused as by its run."""
         missing, by_point, wrong = self.missing, {}, []
@@ -101,7 +107,7 @@ class Plan:
         for k, run in enumerate(first.values()):
             report(k, len(first))
             try:
-                by_point[run.point.number] = self.kind.cost(run.built)
+                by_point[run.point.number] = self.cost_of(run)
             except PywetError as error:
                 wrong.append((run.point, error))
         _refuse(self.file, wrong)
@@ -206,12 +212,26 @@ def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
     left_out = plan.sweep.count // seeds + len(plan.added) - points_
     seconds, disk = sum(c.seconds for _, c in costs), sum(c.disk_B for _, c in costs)
     constrained = f", {left_out} left out by constraints" if left_out else ""
-    found = [
+    takes = "time and disk unknown before one run is in the store"
+    if all(c.known for _, c in costs):
+        on = f"{duration(seconds / cores)} on {cores} core{'s' if cores > 1 else ''}"
+        takes = f"about {hours(seconds)}, {on}, {disk / 1e9:.2g} GB"
+    return [
         f"{plan.sweep.name}: {points_} points, {runs} runs{f' ({seeds} seeds)' if seeds > 1 else ''}{constrained}",
-        f"{runs - len(costs)} are in the store, {len(costs)} to run: about {hours(seconds)}, "
-        f"{duration(seconds / cores)} on {cores} cores, {disk / 1e9:.2g} GB",
+        f"{runs - len(costs)} are in the store, {len(costs)} to run: {takes}",
     ]
-    return found
+
+
+def spent(plan: Plan, costs: list[tuple[Run, Cost]]) -> str | None:
+    """What the runs of a call took, next to what was predicted; None where nothing is known of them."""
+    both = [(measured, cost) for run, cost in costs if (measured := plan.store.took(run.built.name)) is not None]
+    if not both:
+        return None
+    (seconds, before_s), (disk, before_B) = (
+        [sum(c[k] for c in part) for part in zip(*both, strict=True)] for k in (0, 1)
+    )
+    predicted = "" if math.isnan(before_s) else f" (predicted {hours(before_s)}, {before_B / 1e9:.2g} GB)"
+    return f"{len(both)} runs took {hours(seconds)}, {disk / 1e9:.2g} GB{predicted}"
 
 
 def hours(seconds: float) -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 from pywet import run_lock
 from pywet.ending import die_with_parent
 from pywet.errors import PywetError, one_line, refused
+from pywet.sweep import costs
 from pywet.sweep.base_kind import Kind
 from pywet.sweep.plan import Plan, Run
 from pywet.sweep.store import Store
@@ -41,6 +42,7 @@ def do(kind: Kind, run: Run, store: Store, ranks: int = 1) -> bool:
 
 
 def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int) -> bool:
+    before = costs.used_s()
     try:
         numbers = kind.run(run.built, folder, ranks)
     except PywetError as error:
@@ -50,6 +52,8 @@ def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int) -> bo
     except Exception as error:  # a fault of the program at one point stops no other
         store.fail(run.built.name, f"fault in the program, {type(error).__name__}: {one_line(error)}")
     else:
+        if kind.engine:
+            store.note(run.built.name, costs.used_s() - before)
         store.leave(run.built.name, numbers)
         return True
     return False

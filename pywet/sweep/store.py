@@ -11,9 +11,10 @@ from pathlib import Path
 from typing_extensions import TypedDict
 
 from pywet.errors import PywetError
+from pywet.sweep.costs import Cost
 from pywet.util.files import read_if_there, write_json
 
-DONE, FAILED = "point.json", "failed.json"
+DONE, FAILED, COST = "point.json", "failed.json", "cost.json"
 AGAIN = "remove the folder, and the sweep runs the point again"
 
 
@@ -25,6 +26,13 @@ class Numbers(TypedDict):
 
 class Failure(TypedDict):
     reason: str
+
+
+class Took(TypedDict):
+    """What a run of the engine took in all: processor time [s], size of its files [B]."""
+
+    seconds: float
+    disk_B: float
 
 
 @dataclass(frozen=True)
@@ -50,6 +58,27 @@ class Store:
     def leave(self, name: str, numbers: dict[str, float | None]) -> None:
         """Store the results of a point: from here on it counts as done."""
         write_json(self.place(name) / DONE, {"numbers": numbers})
+
+    def note(self, name: str, seconds: float) -> None:
+        """Store what the run of a point took."""
+        files = self.place(name).rglob("*")
+        write_json(
+            self.place(name) / COST, {"seconds": seconds, "disk_B": sum(p.stat().st_size for p in files if p.is_file())}
+        )
+
+    def took(self, name: str) -> Cost | None:
+        """What the run of a point took; None where it is not known."""
+        try:
+            found = read_if_there(self.place(name) / COST, AGAIN, Took)
+        except PywetError:
+            return None
+        return None if found is None else Cost(found["seconds"], found["disk_B"])
+
+    def typical(self, name: str) -> Cost | None:
+        """The mean of what runs took whose names begin as this one's does; None where there are none."""
+        folders = self.folder.glob(f"{name.rpartition('-')[0]}-*")
+        found = [cost for cost in (self.took(folder.name) for folder in folders) if cost is not None]
+        return Cost(*(sum(part) / len(found) for part in zip(*(c[:2] for c in found), strict=True))) if found else None
 
     def fail(self, name: str, reason: str) -> None:
         """Store why a point has no results; the next call tries it again."""

@@ -10,6 +10,7 @@ import pandas as pd
 from pywet.errors import FileError, PywetError
 from pywet.report.pictures import plt
 from pywet.sweep import adaptive, figures, plan, running, sweep_folder, sweep_page, table
+from pywet.sweep.costs import Cost
 from pywet.sweep.description import RESERVED
 from pywet.sweep.plan import Plan
 from pywet.sweep.table import FAILED
@@ -17,36 +18,39 @@ from pywet.util.files import atomic_write
 from pywet.util.notices import bar
 
 Say = Callable[[str], None]
+Costs = list[tuple[plan.Run, Cost]]
 SUFFIXES = (".svg", ".png", ".pdf")
 
 
-def check(asked: Plan, cores: int, say: Say) -> list[plan.Run]:
-    """Check the whole of a sweep and print what it takes; the runs that are missing."""
+def check(asked: Plan, cores: int, say: Say) -> Costs:
+    """Check the whole of a sweep and print what it takes; the runs that are missing with their predicted costs."""
     with bar("checking points") as move:
         costs = asked.cost(move)
     for line in plan.lines(asked, costs, cores):
         say(line)
     plan.refuse_too_much(asked, costs)
-    return [run for run, _ in costs]
+    return costs
 
 
 def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.DataFrame:
     """Check, run what is missing, write table and page; with `more` points where the map is least known, and those too."""
     missing = check(asked, cores, say)
     sweep_folder.claim(asked.folder, asked.file)
-    made = _run(asked, missing, cores, ranks)
+    made = _run(asked, missing, cores, ranks, say)
     if more:
         adaptive.add(asked, made, more)
         asked = plan.Plan(asked.file, asked.sweep, asked.kind, asked.store, asked.folder)
-        made = _run(asked, check(asked, cores, say), cores, ranks)
+        made = _run(asked, check(asked, cores, say), cores, ranks, say)
     for line in finish(asked, made):
         say(line)
     return made
 
 
-def _run(asked: Plan, missing: list[plan.Run], cores: int, ranks: int) -> pd.DataFrame:
+def _run(asked: Plan, missing: Costs, cores: int, ranks: int, say: Say) -> pd.DataFrame:
     with bar("runs of the sweep") as move:
-        running.carry_out(asked, missing, cores, ranks, move)
+        running.carry_out(asked, [run for run, _ in missing], cores, ranks, move)
+    if (spent := plan.spent(asked, missing)) is not None:
+        say(spent)
     return table.frame(asked)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 
+from pywet.cases.custom.walls import word_of
 from pywet.compare.statistics import LEVEL
 from pywet.errors import PywetError
 from pywet.report import page
@@ -18,6 +19,7 @@ from pywet.sweep.plan import Plan
 from pywet.sweep.significance import Effects, Optimum
 from pywet.sweep.surface import MISFIT
 from pywet.sweep.table import DONE, FAILED
+from pywet.sweep.table import NAME as TABLE
 
 NAME = "report.html"
 MOST_ROWS = 500
@@ -154,7 +156,7 @@ def _compared(plan: Plan, made: pd.DataFrame, best: list[Optimum]) -> str:
         "": lambda r: "significant" if r.p <= LEVEL else "not significant",
     })  # fmt: skip
     text = f"Best and next best point, {method}."
-    if plan.kind.engine:
+    if plan.kind.engine and plan.sweep.base.script is None:
         folders = {n: made.loc[(made["point"] == n) & (made["status"] == DONE), "run"] for n in (a, b)}
         words = " ".join(
             f"--{side} {os.path.normpath(plan.folder / folder)}"
@@ -200,10 +202,12 @@ def _curves(plan: Plan, done: pd.DataFrame) -> str:
             if done[result].isna().all():
                 body += page.paragraph(NOWHERE.format(result) + ".")
                 continue
-            figure, axes = panels(len(keys), min(len(keys), 3), (3.4, 2.8))
-            for ax, key in zip(axes, keys, strict=False):
-                figures.curve(ax, plan.sweep, done, key, result)
-            body += page.picture(figure, result)
+            drawn = ""
+            for k, key in enumerate(keys):
+                figure, (axes,) = panels(1, 1, (4.2, 3.3))
+                figures.curve(axes, plan.sweep, done, key, result)
+                drawn += page.curves(figure, f"{word_of(result)}{k}", f"{result} over {key}")
+            body += f'<div class="panels">{drawn}</div>'
     return body
 
 
@@ -220,7 +224,8 @@ def _maps(plan: Plan, done: pd.DataFrame) -> list[page.Section]:
             continue
         with plt.rc_context(STYLE):
             try:
-                body += page.picture(figures.response_map(plan.sweep, done, result, x, y), f"{result} over {x} and {y}")
+                drawn = figures.response_map(plan.sweep, done, result, x, y)
+                body += page.curves(drawn, f"map{word_of(result)}", f"{result} over {x} and {y}", drawn_only=True)
             except PywetError as error:
                 body += page.paragraph(str(error))
         if response.fitted.misfit < MISFIT:
@@ -249,5 +254,6 @@ def _runs(plan: Plan, made: pd.DataFrame) -> str:
             page.Cell(row["status"], grade), page.left(str(row["reason"])[:200]),
         ])  # fmt: skip
     text = f"The first {MOST_ROWS} of {len(made)}; " if len(made) > MOST_ROWS else ""
+    files = " and ".join(f'<a href="{name}">{name}</a>' for name in ("sweep.csv", TABLE))
     header = ["point", "seed", *plan.sweep.axes, *plan.results, "", "why not"]
-    return page.paragraph(f"{text}all are in `sweep.parquet` and `sweep.csv`.", soft=True) + page.table(header, rows)
+    return f'<p class="soft">{text}all are in {files}.</p>' + page.table(header, rows)

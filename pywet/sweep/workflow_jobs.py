@@ -62,7 +62,7 @@ class Jobs:
     def _cost(self, job: str) -> Cost:
         if job not in self._costs:
             total = sum(c.seconds for _, c in self.plan.cost()) if job == ALL else 0.0
-            self._costs[job] = Cost(total, 0.0) if job == ALL else self.plan.kind.cost(self._run(job).built)
+            self._costs[job] = Cost(total, 0.0) if job == ALL else self.plan.cost_of(self._run(job))
         return self._costs[job]
 
     def memory_mb(self, job: str, attempt: int) -> int:
@@ -71,7 +71,10 @@ class Jobs:
 
     def minutes(self, job: str, attempt: int) -> int:
         """Wall time to ask for [min]; the same."""
-        return max(needs.LEAST_MIN, math.ceil(needs.SAFE * self._cost(job).seconds / 60.0)) * 2 ** (attempt - 1)
+        cost = self._cost(job)
+        return max(needs.LEAST_MIN, math.ceil(needs.SAFE * cost.seconds / 60.0) if cost.known else 0) * 2 ** (
+            attempt - 1
+        )
 
     def run(self, job: str, done: Path) -> None:
         """Do a job; its file says how many runs have results, and a failed run is no failure of the job."""

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import logging
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 notice = logging.getLogger("pywet")
 notice.setLevel(logging.INFO)
+LINE_S, LINE_SHARE = 10.0, 0.05
+"""Least time between two lines of progress in a log file [s]; the same over the time since the start."""
 
 
 @contextmanager
@@ -35,7 +38,13 @@ def shown() -> Iterator[None]:
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[..., None]]:
-    """A bar on standard error, seen from its first move on; it is moved by `done`, of how many (1.0), and another title."""
+    """A bar on standard error, seen from its first move on; it is moved by `done`, of how many (1.0), and another title.
+
+    Where standard error is no terminal, as in a log file, a notice every so often.
+    """
+    if not sys.stderr.isatty():
+        yield _line_mover(title)
+        return
     from rich.console import Console
     from rich.progress import Progress
 
@@ -46,3 +55,19 @@ def bar(title: str) -> Iterator[Callable[..., None]]:
             drawn.update(task, completed=done, total=total, description=title, visible=True)
 
         yield move
+
+
+def _line_mover(title: str) -> Callable[..., None]:
+    """Report progress by a notice, at least `LINE_S` after the one before, and the later the longer the work lasts."""
+    started = latest = time.monotonic()
+
+    def move(done: float, total: float = 1.0, title: str = title) -> None:
+        nonlocal latest
+        now = time.monotonic()
+        if done <= 0.0 or now - latest < max(LINE_S, LINE_SHARE * (now - started)):
+            return
+        latest, left = now, (now - started) * (total - done) / done
+        count = f"{done:g} of {total:g}" if total > 1.0 else f"{100.0 * done:.0f} %"
+        notice.info(f"{title}: {count} after {now - started:.0f} s, about {left:.0f} s to go")
+
+    return move

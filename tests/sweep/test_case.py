@@ -79,13 +79,14 @@ def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, changes: dict[str, 
 
 def test_cost_is_that_of_the_plan_and_disk_counts_every_run(tmp_path: Path) -> None:
     from pywet.cost import needs
-    from pywet.sweep.costs import FINISHING_S
+    from pywet.sweep.costs import FILES_B, FINISHING_S, FINISHING_S_PER_B
 
     of = asked(tmp_path)
     costs = of.cost()
     five = [cost for run, cost in costs if run.point.number == 2]
     need = needs.need(settings.load(CONFIG), 2, "smoke")
-    assert len(costs) == 4 and five[0].seconds == pytest.approx(need.seconds + FINISHING_S)
+    assert len(costs) == 4 and five[0].disk_B == need.disk_B + FILES_B
+    assert five[0].seconds == pytest.approx(need.seconds + FINISHING_S + FINISHING_S_PER_B * need.disk_B)
     lines = plan.lines(of, costs, cores=2)
     assert lines[0] == "moisture: 2 points, 4 runs (2 seeds)"
     assert "core-hours" in lines[1] and lines[1].endswith("GB")

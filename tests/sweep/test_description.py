@@ -19,10 +19,11 @@ from tests.sweep.files import EXAMPLES, WALL, write
 
 SPEEDS = {"normal_velocity_m_per_s": [0.5, 1.0]}
 BAD: list[tuple[dict[str, Any], str]] = [
-    ({"base": None}, "base is None, expected the keys case, config, scale, scene, wall, bridge, script"),
-    ({"base": {"script": "in.liggghts"}}, "script needs `fix pywet`, which does not exist yet"),
-    ({"base": {"wall": "a.json", "bridge": "b.json"}}, "at most one of case, scene, wall, bridge, not wall and bridge"),
-    ({"base": {}}, "expected one of case, scene, wall, bridge"),
+    ({"base": None}, "base is None, expected the keys case, config, scale, scene, wall, bridge, script, seed"),
+    ({"base": {"script": "in.liggghts"}}, "in.liggghts could not be read"),
+    ({"base": {"wall": "a.json", "seed": "s"}}, "expected seed with a script only"),
+    ({"base": {"wall": "a.json", "bridge": "b.json"}}, "at most one of case, scene, script, wall, bridge, not wall and bridge"),
+    ({"base": {}}, "expected one of case, scene, script, wall, bridge"),
     ({"base": {"wall": "a.json", "scale": "smoke"}}, "config and scale with a case only"),
     ({"base": {"wall": "missing.json"}}, "missing.json could not be read"),
     ({"axis": {}}, "key axis is not known, expected axes"),

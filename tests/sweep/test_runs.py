@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import threading
 import time
@@ -21,7 +22,7 @@ from pywet.collisions.wall import wall
 from pywet.errors import PywetError
 from pywet.sweep import plan, running, sweep_command, table
 from pywet.sweep.base_kind import Built, Kind
-from pywet.sweep.costs import Cost
+from pywet.sweep.costs import UNKNOWN, Cost
 from pywet.sweep.description import Base
 from pywet.sweep.plan import Plan, Run
 from pywet.sweep.points import Numbered
@@ -206,6 +207,13 @@ def test_the_command_checks_runs_and_draws(tmp_path: Path, monkeypatch: pytest.M
     run = call.invoke(app, ["sweep", file])
     assert run.exit_code == 0 and "9 of 9 runs have results" in run.output, run.output
     assert "e_n: share of the variation normal_velocity_m_per_s" in run.output
+    page = Path("results/sweeps/sweep/report.html").read_text()
+    offered = [json.loads(found) for found in re.findall(r'<script type="application/json">(.*?)</script>', page)]
+    made = pd.read_parquet("results/sweeps/sweep/sweep.parquet")
+    means = made.groupby("friction")["e_n"].mean().tolist()
+    assert offered[0][0] == {"label": "mean", "x": [0.1, 0.2, 0.3], "y": pytest.approx(means)}
+    assert [len(lines) for lines in offered] == [3, 3, 3, 3, 0, 0]  # curves as CSV and SVG, maps as SVG
+    assert '<a href="sweep.csv">' in page and Path("results/sweeps/sweep/sweep.csv").exists()
     for names in (["normal_velocity_m_per_s", "e_n", "friction"], ["friction", "normal_velocity_m_per_s", "e_n"]):
         drawn = call.invoke(app, ["sweep", "plot", file, *names])
         assert drawn.exit_code == 0, drawn.output
@@ -235,6 +243,24 @@ class Fake(Kind):
 
     def known(self, built: Built) -> list[str]:
         return ["b"]
+
+
+def test_what_runs_took_is_printed_next_to_the_prediction_and_predicts_others(tmp_path: Path) -> None:
+    """A known result of 3600 s and 2 MB a run; where a base has no prediction, the mean of its runs in the store is it."""
+    store = Store(tmp_path / "store")
+    runs = [Run(Numbered(k, {"a": k}), 0, Built(f"fake-{k}", None)) for k in (1, 2, 3)]
+    of = Plan(
+        tmp_path / "f.yaml", plan.description.read(write(tmp_path, WALL)), Fake(Base(case=1), tmp_path), store, tmp_path
+    )
+    assert plan.spent(of, [(run, Cost(1800.0, 1e6)) for run in runs]) is None
+    for run in runs[:2]:
+        (store.place(run.built.name)).mkdir(parents=True)
+        (store.place(run.built.name) / "table").write_bytes(bytes(2_000_000))
+        store.note(run.built.name, 3600.0 * run.point.number)
+    printed = plan.spent(of, [(run, Cost(1800.0, 1e6)) for run in runs])
+    assert printed == "2 runs took 3 core-hours, 0.004 GB (predicted 1 core-hours, 0.002 GB)"
+    assert plan.spent(of, [(run, UNKNOWN) for run in runs]) == "2 runs took 3 core-hours, 0.004 GB"
+    assert store.typical("fake-3") == Cost(5400.0, 2e6) and store.typical("other-3") is None
 
 
 def test_a_run_of_another_call_is_left_to_it(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

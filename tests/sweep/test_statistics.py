@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 from scipy.stats import qmc
 
 from pywet.errors import PywetError
@@ -178,5 +179,14 @@ def test_a_figure_has_means_and_intervals_of_the_table(sweep: Sweep) -> None:
     lines = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) == 3 and line.get_linestyle() == "-"]
     means = made[made["law"] == "y"].groupby("a")["e_n"].mean().tolist()
     assert any(np.allclose(np.asarray(line.get_ydata(), float), means) for line in lines)
+    labels = {str(line.get_label()): list(line.get_ydata()) for line in figure.axes[0].get_lines()}
+    assert labels["_law y mean"] == pytest.approx(means)  # these and both ends of the interval are the CSV of the page
+    ends = [
+        np.add(labels["_law y 95 % high"], labels["_law y 95 % low"]) / 2,
+        np.subtract(labels["_law y 95 % high"], means),
+    ]
+    groups = made[made["law"] == "y"].groupby("a")["e_n"]
+    half = [stats.t.ppf(0.975, len(g) - 1) * g.std() / np.sqrt(len(g)) for _, g in groups]
+    assert ends[0] == pytest.approx(means) and ends[1] == pytest.approx(half)
     with pytest.raises(PywetError, match="a and b are axes; expected a result as the third"):
         figures.drawn(sweep, made, ["e_n"], "a", "b")

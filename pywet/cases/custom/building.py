@@ -20,7 +20,15 @@ from pywet.cases.custom import extent
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
 from pywet.cases.custom.description import WALLS, Scene, Spheres
 from pywet.cases.custom.feeding import times, waiting, ways
-from pywet.cases.custom.placing import COUNT_FROM, ask_unit, from_origin, mention_bars, mention_crossing, refuse_far
+from pywet.cases.custom.placing import (
+    COUNT_FROM,
+    ask_unit,
+    from_origin,
+    mention_bars,
+    mention_crossing,
+    origin_of,
+    refuse_far,
+)
 from pywet.cases.custom.walls import OwnMotion
 from pywet.cases.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 from pywet.cases.small import bodies
@@ -64,8 +72,9 @@ class Building:
     """The description's own, to be added to positions in messages."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin_mm", self.said.origin_mm)
-        object.__setattr__(self, "said", from_origin(self.said.in_full()))
+        origin = origin_of(self.said)
+        object.__setattr__(self, "origin_mm", origin)
+        object.__setattr__(self, "said", from_origin(self.said.model_copy(update={"origin_mm": origin}).in_full()))
 
     @cached_property
     def classes(self) -> tuple[typed.SphereClass, ...]:
@@ -316,11 +325,11 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     for feed in said.feed:
         inside = [c.count for c in scene.classes if c.name.startswith(f"{feed.name} ")]
         notice.warning("%s", feed_sentence(feed.name, feed.psd.sizes(said.folder), sum(inside), scene.steps))
-    if any(said.origin_mm):
-        notice.warning("%s: %s", said.name, COUNT_FROM.format(*said.origin_mm))
+    if any(made.origin_mm):
+        notice.warning("%s: %s", said.name, COUNT_FROM.format(*made.origin_mm))
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
-    write_json(run_dir / "description.json", said.model_dump(mode="json"))
+    write_json(run_dir / "description.json", {**said.model_dump(mode="json"), "origin_mm": made.origin_mm})
     run_folder.remove(run_dir, "config.json")  # a screening case's, had one been built here before
     return scene
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pywet.cases.custom.description import Scene
+from pywet.cases.custom.description import Scene, Spheres
 from pywet.cases.custom.walls import Wall
 from pywet.errors import ConfigError
 from pywet.geometry.crossing import crossing
@@ -26,6 +26,8 @@ COUNT_FROM = (
 )
 FAR = 20.0
 """Distance of a scene from its origin, over its size, beyond which positions lose digits that the walls need."""
+LEAST_SIZE_M = 0.01
+"""Size that a scene counts as at least."""
 
 
 def from_origin(scene: Scene) -> Scene:
@@ -122,17 +124,41 @@ def _longest(surface: Surface) -> float:
     return float(np.ptp(surface.vertices, axis=0).max())
 
 
-def refuse_far(said: Scene, corners: Sequence[Floats]) -> None:
-    """Refuse a scene so far from its origin that positions would lose digits, and name the origin to give."""
+def origin_of(said: Scene) -> Vector:
+    """The origin that a scene gives, or, where all of it is so far from 0 that positions would lose digits, its middle [mm]."""
+    spheres = [np.array(place) for s in said.in_full().spheres for place in _places(s)]
+    if any(said.origin_mm) or not spheres or max(np.abs(place).max() for place in spheres) < 1e3 * FAR * LEAST_SIZE_M:
+        return said.origin_mm
+    found = _far([1e-3 * np.array(spheres), *(w.points(said.folder) for w in said.walls)])
+    return said.origin_mm if found is None else found[2]
+
+
+def _places(spheres: Spheres) -> list[Vector]:
+    """Points [mm] between which spheres are placed."""
+    if spheres.box is not None:
+        return [spheres.box.low_mm, spheres.box.high_mm]
+    return [spheres.cylinder.origin_mm] if spheres.cylinder is not None else list(spheres.at_mm or ())
+
+
+def _far(corners: Sequence[Floats]) -> tuple[float, float, Vector] | None:
+    """How far [m] from 0 points are that are so far away that they would lose digits, their size [m], and their middle [mm]."""
     points = np.concatenate(corners)
     middle, size = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0)))
     away = float(np.linalg.norm(middle))
-    if len(points) > 1 and away > FAR * max(size, 0.01):
-        digits = 10.0 ** math.floor(math.log10(1e3 * max(size, 0.01)))
-        x, y, z = (digits * round(1e3 * m / digits) for m in middle)
+    if len(points) < 2 or not FAR * max(size, LEAST_SIZE_M) < away < math.inf:
+        return None
+    digits = 10.0 ** math.floor(math.log10(1e3 * max(size, LEAST_SIZE_M)))
+    x, y, z = (digits * round(1e3 * m / digits) for m in middle)
+    return away, size, (x, y, z)
+
+
+def refuse_far(said: Scene, corners: Sequence[Floats]) -> None:
+    """Refuse a scene so far from the origin that it gives that positions would lose digits, and name another."""
+    if (found := _far(corners)) is not None:
+        away, size, (x, y, z) = found
         raise ConfigError(
-            f"scene {said.name}: all lies about {away:.4g} m from the origin and is {size:.3g} m large; expected positions near "
-            f"the origin, which keep their digits: add origin_mm: [{x:.10g}, {y:.10g}, {z:.10g}]",
+            f"scene {said.name}: all lies about {away:.4g} m from its origin_mm and is {size:.3g} m large; expected positions "
+            f"near it, which keep their digits: it is [{x:.10g}, {y:.10g}, {z:.10g}] off",
             code="scene.far_away",
             key="origin_mm",
             given=away,

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from pywet.config.entries import Excusable
-from pywet.geometry.cad import read_cad
+from pywet.geometry.cad import corners_in, read_cad
 from pywet.geometry.faces import BODIES_DEG, FEATURE_ANGLE_DEG, faces
 from pywet.geometry.packing import FeedRegion
 from pywet.geometry.solids import Part, bin_solid, plate, polygon, tube, wire
@@ -312,12 +312,23 @@ class Wall(Excusable):
         """Its triangles; an STL file is looked for in `folder`."""
         if self.stl is not None:
             return make_surface(self.word, "wall", self._of_file(folder), self.motion)
-        shape = self.block or self.tube or self.disc or self.vessel or self.bars
-        assert shape is not None
-        parts = shape.parts()
+        parts = self._shape.parts()
         if self.bars is None:
             parts = faces(np.concatenate([corners for corners, _ in parts]), self.feature_angle_deg)
         return make_surface(self.word, "wall", parts, self.motion)
+
+    def points(self, folder: Path) -> Floats:
+        """Corners (n, 3) [m] of the wall as it is described, unrepaired."""
+        if self.stl is None:
+            return np.concatenate([corners.reshape(-1, 3) for corners, _ in self._shape.parts()])
+        unit = MM if self.stl_unit == "mm" else 1.0
+        return unit * corners_in(folder / self.stl).reshape(-1, 3) - MM * np.array(self.origin_mm)
+
+    @property
+    def _shape(self) -> Block | Tube | Disc | Vessel | Bars:
+        shape = self.block or self.tube or self.disc or self.vessel or self.bars
+        assert shape is not None
+        return shape
 
     @property
     def fold_deg(self) -> float:

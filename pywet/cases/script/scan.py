@@ -45,10 +45,10 @@ def commands(path: Path, depth: int = 0) -> Iterator[list[str]]:
             words = shlex.split(row, comments=True)
         except ValueError:  # a quote that is not closed: the engine says so
             words = row.split("#")[0].split()
+        if words:
+            yield words
         if words[:1] == ["include"] and len(words) == 2 and "$" not in words[1]:
             yield from commands(Path(words[1]), depth + 1)
-        elif words:
-            yield words
 
 
 def scan(path: Path) -> Found:

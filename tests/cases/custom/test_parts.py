@@ -185,15 +185,17 @@ def test_positions_are_moved_to_an_origin_and_back(
 
 
 def test_plant_coordinates_are_moved_to_an_origin(folder: Path) -> None:
-    """A cup 1 km from the origin is refused with the origin to give; with it, walls, spheres and motions are as at the origin."""
+    """A cup 1 km away: walls, spheres and motions are as at the origin, with `origin_mm` or without; a wrong one is refused."""
     far = {
         "name": "cup",
         "stl": "far.stl",
         "turns": {"turns_per_minute": 60, "axis": (0, 0, 1), "origin_mm": (1e6, 0, 0)},
     }
-    with pytest.raises(ConfigError, match=r"about 1000 m from the origin .* add origin_mm: \[1000000, 0, 0\]"):
-        Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)])).scene()
+    with pytest.raises(ConfigError, match=r"about 500 m from its origin_mm .* it is \[500000, 0, 0\] off"):
+        Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)], origin_mm=(5e5, 0, 0))).scene()
     made = Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)], origin_mm=(1e6, 0, 0)))
+    by_itself = Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)]))
+    assert by_itself.origin_mm == (1e6, 0, 0) and by_itself.said == made.said
     near = Building(scene(folder, [{**far, "stl": "cup.stl", "stl_unit": "m", "turns": {**far["turns"], "origin_mm": (0, 0, 0)}}],
                           [(1.0, 0, 5)]))  # fmt: skip
     np.testing.assert_allclose(made.surfaces[0].corners, near.surfaces[0].corners, atol=1e-9)

@@ -1,0 +1,201 @@
+"""A LIGGGHTS script with liquid as the base of a sweep: keys of its liquid's file and variables of the script are axes.
+
+A point runs in a folder of its own, to which the files are copied that the script names below its folder.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import sys
+from collections.abc import Iterator
+from contextlib import chdir
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from pywet.cases.screening import identity
+from pywet.cases.script.scan import commands, scan
+from pywet.cases.script.wet import Line, Wet
+from pywet.config.loading import parse, placed_laws, read_yaml
+from pywet.engines import process
+from pywet.errors import ConfigError, PywetError
+from pywet.sweep import costs
+from pywet.sweep.base_kind import Built, Kind, Numbers
+from pywet.sweep.costs import Cost
+from pywet.sweep.description import Point, Value
+from pywet.sweep.keys import filled
+from pywet.util.files import make_folder, read_bytes, read_table, write_json
+
+WORK = "work"
+"""Folder of a point in which its script runs."""
+PREFIX = "script."
+VARIABLE = re.compile(r"^([ \t]*variable[ \t]+(\w+)[ \t]+(?:index|equal|string)[ \t]+)(\S.*)$", re.MULTILINE)
+PLAIN = re.compile(r"[\w.+-]+")
+WRITES = ("dump", "log", "print", "restart", "write_data", "write_restart", "shell")
+"""Commands whose files are results."""
+RESULTS = ("formations", "ruptures", "bridges_at_end", "liquid_films_share", "liquid_bridges_share", "processor_time_s")
+CURE = "name a LIGGGHTS script with the line of fix pywet; its path counts from the sweep's folder"
+
+
+class Given(NamedTuple):
+    """A point of a script: its liquid, and the content of every file that is copied."""
+
+    wet: Wet
+    files: dict[str, bytes]
+
+
+class OfScript(Kind):
+    """A script as `pywet liggghts` runs it."""
+
+    results = ("formations", "ruptures")
+
+    @property
+    def seeded(self) -> bool:  # type: ignore[override]
+        """Whether a variable of the script is its seed."""
+        return self.base.seed is not None
+
+    @cached_property
+    def file(self) -> Path:
+        return self.folder / str(self.base.script)
+
+    @cached_property
+    def _read(self) -> tuple[Line, dict[str, bytes], dict[str, Any]]:
+        """The line of fix pywet, the files to copy by their path from the script, and the content of the liquid's file."""
+        read_bytes(self.file, CURE)
+        with chdir(self.file.parent):
+            found = scan(Path(self.file.name))
+            if found.problems:
+                raise found.problems[0]
+            names = {self.file.name, *_named(Path(self.file.name))}
+            files = {name: read_bytes(Path(name), CURE) for name in sorted(names)}
+            liquid = read_yaml(found.line.liquid, Wet)
+        if found.line.log.is_absolute() or ".." in found.line.log.parts:
+            raise ConfigError(
+                f"{self.file} writes its tables to {found.line.log}; expected a folder below the script's, one for each point"
+            )
+        return found.line, files, liquid
+
+    def _variables(self) -> dict[str, str]:
+        """Variables of the script and of files that it includes, with the value that is written there."""
+        texts = [content.decode(errors="replace") for content in self._read[1].values()]
+        return {name: value for text in texts for _, name, value in VARIABLE.findall(text)}
+
+    def built(self, values: Point, seed: int) -> Built:
+        line, files, liquid = self._read
+        changed: dict[str, Value] = {k.removeprefix(PREFIX): v for k, v in values.items() if k.startswith(PREFIX)}
+        there = self._variables()
+        if self.base.seed is not None:
+            changed = {self.base.seed: _seed(self.base.seed, there.get(self.base.seed, ""), seed), **changed}
+        for name, value in changed.items():
+            if name not in there:
+                known = ", ".join(there) or "none"
+                raise ConfigError(
+                    f"{self.file} has no variable {name} of style index, equal or string; expected one of it: {known}"
+                )
+            if isinstance(value, bool) or not PLAIN.fullmatch(str(value)):
+                raise ConfigError(f"the variable {name} of {self.file} is given {value!r}; expected a number or a word")
+        where = self.file.parent / line.liquid
+        content = filled(liquid, {key: value for key, value in values.items() if not key.startswith(PREFIX)})
+        wet = parse(Wet, content, str(where))
+        wet = wet.model_copy(update={"laws": placed_laws(wet.laws, where.resolve().parent, self.trust)})
+        filled_in = {name: _put(content, changed) for name, content in files.items() if Path(name) != line.liquid}
+        texts = {name: content.decode("latin-1") for name, content in filled_in.items()}
+        laws = [law for law in wet.laws.model_dump().values() if isinstance(law, str) and ".py:" in law]
+        sources = [read_bytes(Path(law.rpartition(":")[0]), CURE).decode("latin-1") for law in laws]
+        script, point = identity.of(str(self.file.resolve())), identity.of(texts, wet.model_dump(mode="json"), sources)
+        return Built(f"script-{script}-{point}", Given(wet, filled_in))
+
+    def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
+        if ranks > 1:
+            raise PywetError(
+                f"{self.file.name} was to run on {ranks} ranks; expected 1: scripts with liquid run on one"
+            )
+        line, work = self._read[0], folder / WORK
+        shutil.rmtree(work, ignore_errors=True)  # of a call that was killed: a script has no checkpoint
+        for name, content in built.given.files.items():
+            make_folder((work / name).parent)
+            (work / name).write_bytes(content)
+        for name in self._folders():
+            make_folder(work / name)
+        make_folder((work / line.liquid).parent)
+        (work / line.liquid).write_text(yaml.safe_dump(built.given.wet.model_dump(mode="json", exclude_none=True)))
+        command = [sys.executable, "-m", "pywet.cli.app", "liggghts", "-in", self.file.name]
+        status, usage = process.attend(command, work, process.surroundings(python=True), lambda: None)
+        if status:
+            printed = (work / process.OUTPUT).read_text(errors="replace").splitlines()
+            raise PywetError(f"{self.file.name}: {process.last_words(printed, status)}")
+        ledger = read_table(work / line.log / "ledger.parquet")
+        if ledger.empty:
+            raise PywetError(f"{self.file.name} wrote no output of its liquid; expected `every` shorter than its runs")
+        last = ledger.iloc[-1]
+        initial = float(last["initial"]) or math.nan
+        found: Numbers = {name: float(last[name]) for name in ("formations", "ruptures")}
+        found |= {"bridges_at_end": float(last["bridge_count"]), "processor_time_s": usage.cpu_s}
+        found |= {f"liquid_{name}_share": _number(float(last[name]) / initial) for name in ("films", "bridges")}
+        write_json(folder / "summary.json", found)
+        return found
+
+    def _folders(self) -> set[str]:
+        """Folders below the script's to which it writes."""
+        with chdir(self.file.parent):
+            words = [Path(word) for row in commands(Path(self.file.name)) for word in row[1:] if "/" in word]
+            return {str(word.parent) for word in words if word.parent.is_dir() and _below(word)}
+
+    def cost(self, built: Built) -> Cost:
+        return costs.UNKNOWN
+
+    def known(self, built: Built) -> list[str]:
+        return list(RESULTS)
+
+    def subject(self, folder: Path) -> Path:
+        """A function of a script's run gets the folder in which it ran."""
+        return folder / WORK
+
+
+def _named(script: Path) -> Iterator[str]:
+    """Files below the present folder that a script names, with those that it includes."""
+    for command, *words in commands(script):
+        for word in () if command in WRITES else words:
+            path = Path(word)
+            if not path.is_absolute() and path.is_file():
+                if not _below(path):
+                    raise ConfigError(
+                        f"{script} names {word}; expected its files below its folder, or by their whole path"
+                    )
+                yield word
+
+
+def _below(path: Path) -> bool:
+    return not path.is_absolute() and ".." not in path.parts
+
+
+def _put(content: bytes, values: dict[str, Value]) -> bytes:
+    """A file with other values of its variables."""
+
+    def line(found: re.Match[str]) -> str:
+        return f"{found[1]}{values[found[2]]}" if found[2] in values else found[0]
+
+    return VARIABLE.sub(line, content.decode("latin-1")).encode("latin-1")
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _seed(name: str, written: str, count: int) -> int:
+    """The prime number so many after the seed that is written in the script, as LIGGGHTS wants seeds to be primes."""
+    first = written.split("#")[0].strip()
+    if not first.isdecimal():
+        raise ConfigError(
+            f"the seed {name} is {first or 'no variable of the script'}; expected a variable that is a number"
+        )
+    seed = int(first)
+    for _ in range(count):
+        seed += 1
+        while any(seed % k == 0 for k in range(2, math.isqrt(seed) + 1)):
+            seed += 1
+    return seed

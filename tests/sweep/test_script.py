@@ -1,0 +1,112 @@
+"""A LIGGGHTS script as the base of a sweep: keys of its liquid and variables of the script are axes, files go with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+import yaml
+
+from pywet.errors import PywetError
+from pywet.sweep import plan, sweep_command, table
+from pywet.sweep.plan import Plan
+from tests.cases.script import scripts
+from tests.sweep.files import write
+
+VARIABLES = "variable friction equal 0.4 # of glass\nvariable packing index 49979687\nvariable steps equal 1500\n"
+BEFORE = VARIABLES + scripts.SHAKEN.replace("peratomtypepair 1 0.4", "peratomtypepair 1 ${friction}").replace(
+    "seed 49979687", "seed ${packing}"
+)
+AFTER = "include more/tail\n"
+TAIL = "dump d all custom 500 more/dump*.txt id x y z\nrun ${steps}\n"
+SWEEP: dict[str, Any] = {
+    "name": "script",
+    "base": {"script": "mine/in.script", "seed": "packing"},
+    "axes": {"liquid.percent": [0.0, 1.0], "script.friction": [0.3, 0.4]},
+    "gather": ["formations", "liquid_films_share"],
+}
+
+
+def asked(folder: Path, **changes: Any) -> Plan:
+    """The sweep of a script with an included file, a mesh and variables, with changes of the sweep's file."""
+    mine = folder / "mine"
+    (mine / "more").mkdir(parents=True, exist_ok=True)
+    scripts.write(mine, before=BEFORE, after=AFTER)
+    (mine / "more" / "tail").write_text(TAIL)
+    return plan.read(write(folder, {**SWEEP, **changes}), folder / "out", folder / "store")
+
+
+def test_points_have_their_values_in_script_and_liquid(tmp_path: Path) -> None:
+    of = asked(tmp_path, seeds=3)
+    names = [run.built.name for run in of.runs]
+    assert len(set(names)) == 12 and all(name.startswith("script-") for name in names)
+    given = of.run(4, 2).built.given
+    text = given.files["in.script"].decode()
+    assert "equal 0.4\n" in text and given.wet.liquid.percent == 1.0  # a comment behind a value goes with it
+    assert "packing index 49979737\n" in text  # the second prime after 49979687
+    assert sorted(given.files) == ["in.script", "more/tail", "plate.stl"]
+    changed = (tmp_path / "mine" / "more" / "tail").write_text(TAIL.replace("500", "50"))
+    assert changed and not {run.built.name for run in asked(tmp_path, seeds=3).runs} - {
+        *names
+    }  # written again as it was
+    (tmp_path / "mine" / "plate.stl").write_text(scripts.PLATE.replace(".001", ".0011"))
+    again = plan.read(of.file, of.folder, of.store.folder)
+    assert not {run.built.name for run in again.runs} & {*names}
+
+
+def test_a_script_costs_what_its_runs_in_the_store_took(tmp_path: Path) -> None:
+    of = asked(tmp_path)
+    assert "time and disk unknown before one run is in the store" in plan.lines(of, of.cost(), 1)[1]
+    of.store.place(of.runs[0].built.name).mkdir(parents=True)
+    of.store.note(of.runs[0].built.name, 7200.0)
+    assert "about 8 core-hours, " in plan.lines(of, of.cost(), 1)[1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"axes": {"script.frict": [1, 2]}}, "no variable frict of style index, equal or string; expected one of it: friction"),
+        ({"axes": {"script.friction": ["1\nshell rm", "2"]}}, "expected a number or a word"),
+        ({"axes": {"liquid.percentage": [1, 2]}}, "percentage"),
+        ({"axes": {"liquid.percent": [-1.0, 2.0]}}, "liquid.percent is -1"),
+        ({"base": {"script": "mine/in.script"}, "seeds": 2}, "seeds is 2, but a script has no seed; expected seeds: 1"),
+        ({"base": {"script": "mine/in.script", "seed": "none"}}, "expected a variable that is a number"),
+        ({"gather": ["rupture"]}, "gather names rupture, which no run has; expected ruptures"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_sentence(tmp_path: Path, changes: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(PywetError) as caught:
+        _ = asked(tmp_path, **changes).runs
+    assert sentence in str(caught.value), caught.value
+
+
+@pytest.mark.engine
+@pytest.mark.slow
+def test_a_point_is_the_run_of_the_script_by_hand(tmp_path: Path) -> None:
+    """Of two moistures and a function of the run's folder; the wet one has the events of `pywet liggghts` on the same values."""
+    (tmp_path / "mine.py").write_text(
+        "import pandas as pd\n\ndef films(folder):\n    return pd.read_parquet(folder / 'wet' / 'films.parquet')['film'].sum()\n"
+    )
+    gather = [*SWEEP["gather"], "ruptures", "mine.py:films"]
+    asked(tmp_path, axes={**SWEEP["axes"], "script.friction": [0.3]})
+    content = {**SWEEP, "axes": {"liquid.percent": [0.0, 1.0], "script.friction": [0.3]}, "gather": gather}
+    of = plan.read(write(tmp_path, content), tmp_path / "out", tmp_path / "store", trust=True)
+    made = sweep_command.carry_out(of, 1, 1, 0, print)
+    assert made["status"].tolist() == [table.DONE] * 2, made["reason"].tolist()
+    assert made["formations"].tolist()[0] == 0 and made["formations"].tolist()[1] > 10
+    assert 0.5 < made["liquid_films_share"][1] < 1.0 and made["films"][1] > made["films"][0] == 0.0
+    assert of.missing == [] and not (tmp_path / "mine" / "wet").exists()
+    hand = tmp_path / "hand"
+    (hand / "more").mkdir(parents=True)
+    scripts.write(hand, before=BEFORE.replace("friction equal 0.4", "friction equal 0.3"), after=AFTER)
+    (hand / "more" / "tail").write_text(TAIL)
+    done = scripts.run(hand)
+    assert done.returncode == 0, done.stderr
+    there = of.store.place(of.runs[1].built.name) / "work"
+    events = [pd.read_parquet(folder / "wet" / "events.parquet") for folder in (hand, there)]
+    pd.testing.assert_frame_equal(*events, check_exact=True)
+    assert yaml.safe_load((there / "wet.yaml").read_text())["liquid"]["percent"] == 1.0
+    dumps = [{p.name: p.read_text() for p in (folder / "more").glob("dump*")} for folder in (hand, there)]
+    assert len(dumps[0]) > 2 and dumps[0] == dumps[1]
