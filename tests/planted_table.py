@@ -41,7 +41,7 @@ def shown(faults: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
 
 def motion() -> dict[str, tuple[str, str]]:
     """Of numbers that engine and reference are told differently: those that are named, and those that are found alone."""
-    found = {name: (quantity, "") for name, quantity in test_newton.SEEN_IN.items()}
+    found = {name: (quantity, test_newton.NAMED_DRY.get(name, "")) for name, quantity in test_newton.SEEN_IN.items()}
     return found | {n: (found.get(n, ("newton_torque",))[0], words) for n, (_, words) in test_newton.NAMED.items()}
 
 
@@ -174,7 +174,7 @@ def page() -> str:
         lines.append(line((f"**{p.word}**: {p.sentence}", str(len(p.faults)), str(named), f"`{p.test}`")))
     seen = [line((what, words, WHY[what])) for what, (_, _, words) in planted.UNSEEN.items()] + [*map(line, UNSEEN)]
     head = HEAD.format(count=len(faults), nameless=len(unnamed), missed=missed, **counts)
-    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), unnamed=", ".join(unnamed))
+    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), unnamed=", ".join(unnamed) or "none")
 
 
 def line(columns: tuple[str, ...]) -> str:
