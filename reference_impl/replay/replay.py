@@ -60,6 +60,7 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
                 *dynamics.not_checked(logs.motion, held),
                 *dynamics.beyond(shares),
                 *vtk.not_checked(folder),
+                *nothing.without_record(quantities),
             ],
             "seen": shares,
             "notes": dynamics.notes(logs.motion),
