@@ -188,12 +188,24 @@ def vtk(run_dir: Path, paraview: bool = False) -> None:
 def ovito(run_dir: Path) -> list[Path]:
     """Write the files for OVITO, which the reference reads back and compares with the logs."""
     from pywet.report import ovito as dumps
-    from reference_impl.replay.io import ReplayError
     from reference_impl.shown import ovito as shown
 
-    paths = dumps.write(run_dir)
+    return _read_back(dumps.write(run_dir), shown.disagreement, run_dir)
+
+
+def vtkhdf(run_dir: Path) -> list[Path]:
+    """Write the VTKHDF files, which the reference reads back and compares with the logs."""
+    from pywet.report import vtkhdf as temporal
+    from reference_impl.shown import vtkhdf as shown
+
+    return _read_back(temporal.write(run_dir), shown.disagreement, run_dir)
+
+
+def _read_back(paths: list[Path], disagreement: Callable[[Path], str | None], run_dir: Path) -> list[Path]:
+    from reference_impl.replay.io import ReplayError
+
     try:
-        wrong = shown.disagreement(Path(run_dir))
+        wrong = disagreement(Path(run_dir))
     except ReplayError as error:
         raise PywetError(str(error)) from error
     if wrong:

@@ -16,10 +16,12 @@ from tests.reference_impl import (
     test_configuration_files,
     test_described,
     test_newton,
+    test_plan,
     test_report,
     test_scenes,
     test_vtk,
 )
+from tests.report import test_ovito, test_vtkhdf
 
 PAGE = Path(__file__).parents[1] / "docs" / "planted_faults.md"
 LISTED = PAGE.with_suffix(".csv")
@@ -41,13 +43,18 @@ def shown(faults: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
 
 def motion() -> dict[str, tuple[str, str]]:
     """Of numbers that engine and reference are told differently: those that are named, and those that are found alone."""
-    found = {name: (quantity, "") for name, quantity in test_newton.SEEN_IN.items()}
+    found = {name: (quantity, test_newton.NAMED_DRY.get(name, "")) for name, quantity in test_newton.SEEN_IN.items()}
     return found | {n: (found.get(n, ("newton_torque",))[0], words) for n, (_, words) in test_newton.NAMED.items()}
 
 
 def of_report(faults: Mapping[str, tuple[Any, str]], where: str) -> dict[str, tuple[str, str]]:
     """What is read back has no quantities, each sentence begins with its place."""
     return {name: (where, words) for name, (_, words) in faults.items()}
+
+
+def of_exports(faults: Mapping[str, tuple[str, Any, str]], where: str) -> dict[str, tuple[str, str]]:
+    """Of files for other programs: each sentence names the column or the quantity."""
+    return {name: (where, words) for name, (_, _, words) in faults.items()}
 
 
 BEFORE = (
@@ -57,6 +64,8 @@ BEFORE = (
           {name: ("scene_configuration", words[0]) for name, (_, *words) in test_configuration_files.FAULTS.items()}),
     Place("custom scene, built", "the code that builds a user-defined scene", "reference_impl/test_described.py",
           {name: ("scene_description", words) for name, (_, _, words) in test_described.FAULTS.items()}),
+    Place("plan", "the code that plans effects", "reference_impl/test_plan.py",
+          {name: ("scene_plan", f"plan.{effect}.number") for name, (_, effect) in test_plan.FAULTS.items()}),
 )  # fmt: skip
 ENGINE = (
     Place("plugin", "a modified build of the plugin; spheres pulled off a floor, a plate and each other",
@@ -84,6 +93,8 @@ AFTER = (
     Place("custom scene", "results of the example drum", "cases/custom/test_examples.py", shown(planted_files.OWN)),
     Place("VTK", "the code that writes VTK files", "reference_impl/test_vtk.py",
           {name: (f"vtk_{quantity}", words) for name, (_, _, quantity, words) in test_vtk.FAULTS.items()}),
+    Place("OVITO", "the code that writes files for OVITO", "report/test_ovito.py", of_exports(test_ovito.FAULTS, "OVITO")),
+    Place("VTKHDF", "the code that writes VTKHDF files", "report/test_vtkhdf.py", of_exports(test_vtkhdf.FAULTS, "VTKHDF")),
     Place("drawing", "the code that draws the report's figures", "reference_impl/test_report.py",
           of_report(test_report.DRAWN, "figures")),
     Place("3-D scene", "data of the 3-D scene in the report", "reference_impl/test_scenes.py",
@@ -174,7 +185,7 @@ def page() -> str:
         lines.append(line((f"**{p.word}**: {p.sentence}", str(len(p.faults)), str(named), f"`{p.test}`")))
     seen = [line((what, words, WHY[what])) for what, (_, _, words) in planted.UNSEEN.items()] + [*map(line, UNSEEN)]
     head = HEAD.format(count=len(faults), nameless=len(unnamed), missed=missed, **counts)
-    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), unnamed=", ".join(unnamed))
+    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), unnamed=", ".join(unnamed) or "none")
 
 
 def line(columns: tuple[str, ...]) -> str:

@@ -204,9 +204,7 @@ def _view(
         stages.vtk(run_dir, paraview=True)
         paths.append(run_dir / "vtk" / "open_in_paraview.py")
     if vtkhdf:
-        from pywet.report import vtkhdf as temporal
-
-        paths += temporal.write(run_dir)
+        paths += stages.vtkhdf(run_dir)
     if ovito:
         paths += stages.ovito(run_dir)
     if close_up is not None:

@@ -79,7 +79,7 @@ def _rolling(g: Groups, s: Surroundings) -> Number:
     sliding = arm / g.friction if g.friction > 0 else 0.0
     if g.weight > 0 and arm * g.surface_force / g.weight > sliding:
         return "rolling torque under the bridge / torque of the weight", min(arm * g.surface_force / g.weight, 1.0)
-    return "rolling friction / (friction x radius)", sliding
+    return "rolling friction / (friction x radius)", min(sliding, 1.0)
 
 
 def _tangential_history(g: Groups, s: Surroundings) -> Number:

@@ -64,6 +64,8 @@ class Link:
     """Named groups of records, to say where."""
     since: int = -1
     """Records up to this step are not judged: they are there because others follow from them."""
+    says: Callable[[Floats], str] | None = None
+    """What the residuals of broken records say, where more is known than a factor between two values."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,11 @@ class Finding:
     """What the residuals say by themselves."""
 
     @property
+    def known(self) -> str:
+        """What the residuals say: which force, at which kind of contact, since which step, by which factor."""
+        return f"{self.what} ({self.where}, {self.since}): {self.seen}"
+
+    @property
     def sentence(self) -> str:
         """What, where, since when, how sure, and the next-best; of an unknown fault what the residuals say."""
         what = f"{self.what}: {self.fault or self.seen}"
@@ -108,7 +115,8 @@ class Finding:
         """For replay.json."""
         other = None if self.next_best is None else {"fault": self.next_best[0], "share": self.next_best[1]}
         return {
-            "sentence": self.sentence, "what": self.what, "quantities": list(self.quantities), "fault": self.fault,
+            "known": self.known, "sentence": self.sentence, "what": self.what, "quantities": list(self.quantities),
+            "fault": self.fault,
             "number": self.number,
             "where": self.where, "since": self.since, "seen": self.seen, "first": self.first, "explained": self.explained,
             "disagree": self.broken, "records": self.records, "share": self.explained / max(self.broken, 1),
@@ -193,7 +201,7 @@ def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], name
         since=since, first=plain(link.table.iloc[int(np.argmax(rows))]), explained=int(rows.sum()) if named else 0,
         broken=int(rest.sum()), records=len(rest), tried=len(tried), next_best=others[0] if others else None,
         alike=tuple(dict.fromkeys(name for name in alike if name != best.fault)),
-        seen=described(link.logged[rows], link.own[rows]),
+        seen=link.says(rows) if link.says else described(link.logged[rows], link.own[rows]),
     )  # fmt: skip
 
 
@@ -266,7 +274,8 @@ OF_BOTH = OF_FORCES | OF_EVENTS
 OF_COUNTS = OF_EVENTS | {"separation"}
 SHOW_AGAIN = {
     **{name: OF_LIMITS for name in ("rupture_due", "rupture_late", "standing_beyond_limit")},
-    **{name: OF_BOTH for name in ("flight_place", "flight_velocity", "energy_windows", "between_momentum")},
+    **{name: OF_BOTH for name in ("flight_place", "flight_velocity", "between_momentum")},
+    "energy_windows": OF_BOTH | {"contact_spring", "contact_logged"},
     "between_capillary": OF_BOTH, "between_drag": OF_BOTH,
     **{name: OF_COUNTS for name in (
         "energy_formed", "energy_ruptured", "energy_capillary_stored", "ledger_counts", "contact_rows", "event_triangle",
@@ -276,6 +285,8 @@ SHOW_AGAIN = {
     "ledger_held": OF_EVENTS | {"snapshot_films", "snapshot_wall_films", "retired_film"},
     **{name: OF_EVENTS | {"snapshot_films"} for name in ("retired_film", "retired_events", "retired_bridges")},
     "energy_budget": OF_BOTH | {"energy_windows", "energy_kinetic", "energy_gravity", "energy_spin"},
+    **{name: {"contact_spring", "contact_logged", "mesh_motion"} for name in ("newton_force", "newton_torque")},
+    **{name: {"mesh_motion"} for name in ("wall_closest_point", "contact_spring", "contact_logged")},
     "energy_capillary": OF_EVENTS | {"energy_windows", "energy_formed", "energy_ruptured", "energy_capillary_stored"},
 }  # fmt: skip
 """Quantity of ruptures, motion, works or counts -> those whose fault it shows again."""
@@ -326,7 +337,9 @@ def text(diagnosis: dict[str, Any] | None) -> list[str]:
         return []
     lines = []
     for f in diagnosis["findings"]:
-        lines += [f"fault: {f['sentence']}", *(f"  shows again: {sentence}" for sentence in f.get("consequences", []))]
+        known = f.get("known")
+        lines += [f"fault: {known}", f"  suspect: {f['sentence']}"] if known else [f"fault: {f['sentence']}"]
+        lines += [f"  shows again: {sentence}" for sentence in f.get("consequences", [])]
     lines += [diagnosis["looked_at"]] if diagnosis.get("looked_at") else []
     if diagnosis["follow"]:
         lines.append(f"beyond their limits as well, as a consequence: {', '.join(diagnosis['follow'])}")

@@ -27,6 +27,8 @@ from reference_impl.shown import exchanged
 
 STEPS = 400
 """A motion is looked for at so many steps before and after."""
+ROUGH = 0.05
+"""Part of the way within which a motion between two steps counts as late."""
 
 
 def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
@@ -88,6 +90,14 @@ def walls(setup: window.Setup) -> Link:
             then = at(mesh, np.clip(step - by, 0, last))
             if np.abs(then - logged)[rows].max() < 1e-9 * size[0]:
                 yield Suspect(f"it is {abs(by)} steps {'late' if by > 0 else 'early'}", then, float(by))
+        first = at(mesh, 0 * step + 1) - at(mesh, 0 * step)  # that of the place from which it began
+        ends = np.clip(step - 1, 0, last), np.clip(step + 1, 0, last)
+        speed = (at(mesh, ends[1]) - at(mesh, ends[0])) / (ends[1] - ends[0])[:, None] - first
+        with np.errstate(all="ignore"):
+            late = middle((((own - logged) * speed).sum(axis=1) / (speed**2).sum(axis=1))[rows])
+        near = np.abs(own - late * speed - logged).max(axis=1) <= ROUGH * abs(late) * np.abs(speed).max()
+        words = f"it is about {abs(late):.3g} steps {'late' if late > 0 else 'early'}"
+        yield Suspect(words, np.where(near[:, None], logged, np.nan), late)
         yield from exchanged.suspects(logged, own, rows)
         yield from _one_axis(logged, own, rows)
         for one, two in combinations(range(len(setup.walls)), 2):

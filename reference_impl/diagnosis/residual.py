@@ -19,12 +19,12 @@ def described(logged: Floats, own: Floats) -> str:
         along, square = (columns[0] * columns[1]).sum(axis=1), (columns[1] ** 2).sum(axis=1)
         ratio = (along / square)[np.isfinite(along / square)]
         rest = columns[0] - (along / square)[:, None] * columns[1]
-        across = np.nanmedian(np.linalg.norm(rest, axis=1) / np.maximum(np.linalg.norm(columns[0], axis=1), 1e-300))
+        across = np.linalg.norm(rest, axis=1) / np.maximum(np.linalg.norm(columns[0], axis=1), 1e-300)
     if not len(ratio):
         typical = float(np.median(np.linalg.norm(columns[0], axis=1)))
         return f"it is {typical:.4g} where zero is expected"
     low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
-    if logged.ndim > 1 and across > 0.5:
+    if logged.ndim > 1 and np.nanmedian(across) > 0.5:
         return "its direction is not the expected one"
     off = np.linalg.norm(columns[0] - columns[1], axis=1) / np.sqrt(np.maximum(square, 1e-300))
     if abs(middle - 1.0) < NEAR:

@@ -156,3 +156,19 @@ def middle(values: Floats) -> float:
     """Median of what is finite, NaN where nothing is."""
     values = values[np.isfinite(values)]
     return float(np.median(values)) if len(values) else float("nan")
+
+
+def fitted(value: Callable[[float], Floats], logged: Floats, rows: Floats, begin: float = 1.0) -> float:
+    """The factor that brings a value closest to what was logged: some steps of Newton's method."""
+    by, use = begin, rows
+    for n in range(8):
+        now = value(by)
+        if n > 3:  # where a second fault is in some of the records, those that it spares decide
+            off = length(logged - now)
+            use = rows & (off <= np.median(off[rows]))
+        slope = (value(by * (1.0 + 1e-5)) - now)[use] / (1e-5 * by)
+        weight = float((slope**2).sum())
+        if weight == 0.0:
+            break
+        by = max(by + float(((logged - now)[use] * slope).sum()) / weight, 0.1 * by)
+    return by

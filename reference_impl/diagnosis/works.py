@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.diagnosis.diagnosis import Link, Suspect
-from reference_impl.diagnosis.motion import fitted
-from reference_impl.diagnosis.suspects import factor, middle
+from reference_impl.diagnosis.suspects import factor, fitted, middle
 from reference_impl.motion import budget, flights, window
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import Run

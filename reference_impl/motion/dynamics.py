@@ -18,7 +18,7 @@ NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
 )
 
-MOTION = {"newton_force", "newton_torque", "wall_closest_point"}
+MOTION = {"newton_force", "newton_torque", "wall_closest_point", "contact_spring", "contact_logged"}
 """Quantities whose faults are looked for in the motion."""
 
 

@@ -67,7 +67,7 @@ def forces(setup: Setup, run: Run | None) -> list[Forces]:
 def each(setup: Setup, run: Run | None) -> Iterator[Forces]:
     """The same one by one."""
     motion = Motion(setup)
-    shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.prisms) for w in setup.walls}
+    shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.analytic) for w in setup.walls}
     logs = touching.Springs(springs(setup, "pair_springs"), len(setup.ids) + len(setup.corners))
     walls = touching.Springs(springs(setup, "wall_springs"), len(setup.ids) + len(setup.corners))
     for w in windows(setup, carried(run).at if run is not None else None):
@@ -114,7 +114,7 @@ def _window(
     counts["at_walls"] = int(touches.wall.sum())
     counts["between_spheres"] = len(touches) - counts["at_walls"]
     for wall in setup.walls:
-        if wall.motion == "turns":
+        if wall.motion == "turns" or wall.analytic:
             counts[f"on {wall.name}"] = _on(setup, wall, touches, bridges)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
     counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())

@@ -115,7 +115,7 @@ def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mes
         shape = shapes[wall.name]
         rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
         a, t = near_triangles(rest[0], setup.radius + travel(rest) * 1.01, shape.corners)
-        one_step = _prism_step if wall.prisms else _wall_step
+        one_step = _prism_step if wall.analytic else _wall_step
         rows = []
         for k, step in enumerate(window.steps.tolist()):
             at, b, apart, point, face = one_step(setup, wall, shape, rest[k], a, t)

@@ -70,7 +70,7 @@ class Wall:
     motion: str
     way: dict[str, Any]
     """Numbers of its motion, see `way_of`; empty for one that is fixed."""
-    prisms: bool = False
+    analytic: bool = False
     """Every part is one convex body that makes one contact; otherwise every triangle makes its own."""
 
 

@@ -66,7 +66,7 @@ def line(found: dict[str, Any], width: int) -> str:
     if found["ok"]:
         exact = max((q["largest"] for q in rows.values() if q["sample_of"] is None), default=0.0)
         return f"{start} {count}  largest deviation {exact:.1e}{_nothing(found)}"
-    named = [f["sentence"] for f in found["diagnosis"]["findings"]] or [
+    named = [f.get("known") or f["sentence"] for f in found["diagnosis"]["findings"]] or [
         f"beyond: {n}" for n, q in rows.items() if not q["ok"]
     ]
     return f"{start} {count}  {'; '.join(named)}"

@@ -2,11 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from reference_impl.diagnosis.held import Section
 from reference_impl.replay.compare import Quantity
+
+
+class Kind(NamedTuple):
+    """What a scene may have: whether it does, the quantity that needs a record of it, and the sentence where there is none."""
+
+    there: Callable[[Mapping[str, Any]], Any]
+    quantity: str
+    sentence: str
+    recorded: bool = False
+    """Whether it is looked for only where motion was recorded."""
+
+
+IN_WINDOWS = "there is none in the sampling windows"
+IN_CONTACT = "nothing is in contact with it in the sampling windows"
+KINDS = (
+    Kind(lambda s: s["effects"]["bridges"], "film_i_before", "bridges: none formed or ruptured in the run"),
+    Kind(lambda s: s["effects"]["bridges"], "separation", f"forces of bridges: {IN_WINDOWS}"),
+    Kind(lambda s: s["output"].get("energy"), "energy_budget", "energy terms: no output"),
+    Kind(lambda s: s["output"].get("energy"), "energy_windows", f"power of each effect: {IN_WINDOWS}", True),
+    Kind(lambda s: s["effects"].get("shedding"), "felt_force", "drops: no force felt by a film was logged"),
+    Kind(lambda s: s.get("retire"), "retired_who", "retired spheres: none was retired"),
+    Kind(lambda s: any(w["motion"] != "fixed" for w in s["walls"]), "mesh_motion", "motion of walls: no output"),
+    Kind(lambda s: s["effects"]["bridges"] and s.get("viscous_integration", "explicit") != "explicit",
+         "window_push", f"semi-implicit drag: {IN_WINDOWS}", True),
+    Kind(lambda _: True, "newton_force", "Newton's law: no free sphere has two consecutive recorded steps", True),
+)  # fmt: skip
 
 
 def compared(
@@ -14,35 +40,34 @@ def compared(
 ) -> list[str]:
     """One sentence for each kind; `motion`: the entries of Newton's law, None where no motion was recorded."""
     counts, law = {q.name: q.count for q in quantities}, motion["newton"]
-    missing = [
-        (bool(scene["effects"]["bridges"]) and not counts.get(name), sentence)
-        for name, sentence in (
-            ("film_i_before", "bridges: none formed or ruptured in the run"),
-            ("separation", "forces of bridges: there is none in the sampling windows"),
-        )
+    judged = {"energy_budget": "energy_budget" in counts, "energy_windows": "energy_budget" in counts}
+    found = [
+        kind.sentence
+        for kind in KINDS
+        if kind.there(scene)
+        and (law is not None or not kind.recorded)
+        and judged.get(kind.quantity, True)
+        and not counts.get(kind.quantity)
     ]
-    missing.append(
-        (bool(scene["output"].get("energy")) and counts.get("energy_budget") == 0, "energy terms: no output")
-    )
     if law is not None:
-        many, walls = sum(c["count"] for c in scene["classes"]) > 1, scene["walls"]
-        turning = [w["name"] for w in walls if w["motion"] == "turns"]
-        missing += [
-            (not counts.get("newton_force"), "Newton's law: no free sphere has two consecutive recorded steps"),
-            (
-                many and not law.get("between_spheres"),
-                "dry contacts between spheres: there is none in the sampling windows",
-            ),
-            (bool(walls) and not law.get("at_walls"), "dry contacts with walls: there is none in the sampling windows"),
-            *(
-                (
-                    not law.get(f"on {name}"),
-                    f"velocity of the turning wall {name}: nothing is in contact with it in the sampling windows",
-                )
-                for name in turning
-            ),
+        several = sum(c["count"] for c in scene["classes"]) > 1
+        of_contacts = {"between_spheres": ("between spheres", several), "at_walls": ("with walls", scene["walls"])}
+        found += [
+            f"dry contacts {where}: {IN_WINDOWS}"
+            for name, (where, there) in of_contacts.items()
+            if there and not law.get(name)
         ]
-    found = [sentence for is_missing, sentence in missing if is_missing]
+        found += [
+            f"wall {name.removeprefix('on ')}, which turns or is of analytic wires: {IN_CONTACT}"
+            for name in law
+            if name.startswith("on ") and not law[name]
+        ]
     return found + [
         f"section {s.name}: no value" for s in sections if s.quantities and not any(q.count for q in s.quantities)
     ]
+
+
+def without_record(quantities: list[Quantity]) -> list[str]:
+    """A sentence on the quantities that hold no record at all."""
+    names = [q.name for q in quantities if not q.count]
+    return [f"no record of: {', '.join(names)}"] if names else []

@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from reference_impl.diagnosis import diagnosis, faults, kept, looked
+from reference_impl.diagnosis import diagnosis, faults, looked
+from reference_impl.diagnosis import kept as of_tables
 from reference_impl.motion import dynamics, window
 from reference_impl.replay import coverage, felt, io, liquid, nothing, retired, second, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
@@ -59,6 +60,7 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
                 *dynamics.not_checked(logs.motion, held),
                 *dynamics.beyond(shares),
                 *vtk.not_checked(folder),
+                *nothing.without_record(quantities),
             ],
             "seen": shares,
             "notes": dynamics.notes(logs.motion),
@@ -91,7 +93,15 @@ def _of_dry(folder: Path) -> Logged:
     quantities, motion = dynamics.check(folder, None)
     quantities += retired.of_dry(folder)
     none = {"events": 0, "contacts": 0, "unchecked": [], "events_per_s": 0.0, "contacts_per_s": 0.0}
-    return Logged(quantities, motion, none, lambda failed: dynamics.named(folder, None, failed))
+
+    def named(failed: list[str]) -> dict[str, Any] | None:
+        found = dynamics.named(folder, None, failed)
+        if "mesh_motion" not in failed:
+            return found
+        walls = diagnosis.diagnose(iter([of_tables.walls(window.read(folder))]), failed)
+        return diagnosis.together(failed, found, walls) if found else walls
+
+    return Logged(quantities, motion, none, named)
 
 
 def _of_moist(run: io.Run, looked: float) -> Logged:
@@ -130,7 +140,7 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     io.note("which fault it is")
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
-    beside = diagnosis.diagnose(kept.links(run, events, failed), failed)
+    beside = diagnosis.diagnose(of_tables.links(run, events, failed), failed)
     # which bridges share a place at an edge follows from the closest points
     of_edges = "wall_closest_point" in failed and all(
         f["quantities"] == ["formation_shared"] for f in found["findings"]

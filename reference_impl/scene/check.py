@@ -9,7 +9,7 @@ from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held, Section
 from reference_impl.replay import io
-from reference_impl.scene import configuration, deck, described, effects, files, numbers, parts, start, walls
+from reference_impl.scene import configuration, deck, described, effects, files, numbers, parts, plan, start, walls
 
 NAME = "scene"
 NOT_HELD = ("largest_overlap", "transfer_nodes", "spheres_file")
@@ -56,6 +56,8 @@ def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict
             "build the run again"
         ) from error
     section.add("scene_description", "itself", held, f"numbers of the scene against {described.FILE}")
+    if scene["effects"]["bridges"] and plan.there(run):
+        section.add("scene_plan", "itself", [*plan.compared(run, scene, case=False)], "numbers that decide effects")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
         section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
     section.not_checked.append(f"scene: {described.not_held(said, scene)}")
@@ -82,6 +84,8 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
         section.add("scene_deck", "itself", deck.read(run, scene, _resumed(run)), "numbers of the deck")
     else:
         section.not_checked.append("scene: the deck, of which there is none in engine/")
+    if plan.there(run) and not edited:
+        section.add("scene_plan", "itself", [*plan.compared(run, scene, case=True)], "numbers that decide effects")
     if edited:
         section.not_checked.append(f"scene: set by hand after the configuration: {', '.join(edited)}")
     if any(isinstance(value, tuple) for path, (value, _) in kept.items() if path.startswith("effects.")):

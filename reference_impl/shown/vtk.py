@@ -6,7 +6,7 @@ from the triangles at rest and their motion, film on walls over an own area. Whe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -30,6 +30,8 @@ LOOKED = 3
 """Output steps that disagree, of which the fault is looked for."""
 EXACT_PULLS = 8
 """Bridges of the last output of which the exact force is solved: a tenth of a second each."""
+Outputs = Callable[[str], Sequence[tuple[float, Path | vtu.Shown]]]
+"""Kind of file -> time [s] of each output, and its file or content."""
 NOT_THERE = "VTK: there are no files yet; pywet view writes and checks them"
 
 
@@ -53,10 +55,13 @@ def there(folder: Path) -> bool:
 
 def check(folder: Path) -> tuple[list[Quantity], list[dict[str, Any]]]:
     """Quantities of all files, and findings on those that are off; nothing of a run without VTK files."""
-    if not there(folder):
-        return [], []
-    logs, parts, wrong = Logs(Path(folder)), dict[str, list[Quantity]](), dict[str, list[Field]]()
-    for field in _fields(logs):
+    return _judged(Path(folder), lambda kind: vtu.series(folder / "vtk" / f"{kind}.pvd")) if there(folder) else ([], [])
+
+
+def _judged(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[list[Quantity], list[dict[str, Any]]]:
+    """The same of outputs however they are stored; `single`: limit of a time in single precision."""
+    logs, parts, wrong = Logs(folder), dict[str, list[Quantity]](), dict[str, list[Field]]()
+    for field in _fields(logs, outputs, single):
         quantity = _compared(field)
         parts.setdefault(field.name, []).append(quantity)
         if not quantity.ok and len(wrong.setdefault(field.name, [])) < LOOKED:
@@ -76,10 +81,14 @@ def disagreement(folder: Path) -> str | None:
     """What is shown wrong, in one sentence; None where there are files and all agree with the logs."""
     if not there(folder):
         return f"{folder / 'vtk'} is not there; expected the files that were to be written"
-    quantities, findings = check(folder)
-    wrong = ", ".join(q.name for q in quantities if not q.ok)
-    said = "; ".join(f["sentence"] for f in findings)
-    return f"{folder / 'vtk'} disagrees with the logs on {wrong}: {said}" if wrong else None
+    wrong, findings = said(folder, lambda kind: vtu.series(folder / "vtk" / f"{kind}.pvd"))
+    return f"{folder / 'vtk'} disagrees with the logs on {wrong}: {findings}" if wrong else None
+
+
+def said(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[str, str]:
+    """Quantities that are off, and sentences on them; both empty where all agree."""
+    quantities, findings = _judged(folder, outputs, single)
+    return ", ".join(q.name for q in quantities if not q.ok), "; ".join(f["sentence"] for f in findings)
 
 
 def with_findings(
@@ -100,9 +109,9 @@ def _compared(field: Field) -> Quantity:
                    field.size, field.rows, limit)  # fmt: skip
 
 
-def _fields(logs: Logs) -> Iterator[Field]:
+def _fields(logs: Logs, outputs: Outputs, single: float) -> Iterator[Field]:
     steps = logs.plan.outputs.tolist()
-    entries = {kind: vtu.series(logs.folder / "vtk" / f"{kind}.pvd") for kind in MAKERS}
+    entries = {kind: outputs(kind) for kind in MAKERS}
     for kind, listed in entries.items():
         table = pd.DataFrame({"step": steps, "i": range(len(steps))})
         times = np.array([time for time, _ in listed])
@@ -112,13 +121,13 @@ def _fields(logs: Logs) -> Iterator[Field]:
                         np.array([len(steps)]), np.ones(1))  # fmt: skip
             continue
         own = np.array(steps) * logs.scene["time_step_s"]
-        yield Field(
-            f"vtk_{kind}_time", f"time stamps of {kind}", table, times, own, np.full(len(own), max(own[-1], 1e-30))
-        )
+        latest = np.full(len(own), max(own[-1], 1e-30))
+        yield Field(f"vtk_{kind}_time", f"time stamps of {kind}", table, times, own, latest, single or Field.limit)
     for k, step in enumerate(steps):
         for kind, shown_of in MAKERS.items():
             if len(entries[kind]) == len(steps):
-                yield from shown_of(logs, step, vtu.read(entries[kind][k][1]))
+                shown = entries[kind][k][1]
+                yield from shown_of(logs, step, vtu.read(shown) if isinstance(shown, Path) else shown)
 
 
 def own_values(logs: Logs, step: int, kind: str) -> dict[str, Floats]:

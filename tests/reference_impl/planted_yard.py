@@ -13,8 +13,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from tests.reference_impl import yard
+from tests.reference_impl.newton_scenes import R
+from tests.reference_impl.yard import OPENS, TRAVEL, spheres
 
+RADII = np.array([0.0, *({1: R, 2: 2e-3}[sphere.kind] for sphere in spheres())])
+"""By number."""
 Change = Callable[[pd.DataFrame], pd.DataFrame]
 
 
@@ -112,7 +115,7 @@ def opens_late(steps: int, step_s: float, speed: float) -> Change:
     def change(table: pd.DataFrame) -> pd.DataFrame:
         at = table["mesh"] == "drawer"
         step = table.loc[at, "step"].to_numpy() - steps
-        begins, stops = round(yard.OPENS / step_s), round((yard.OPENS + yard.TRAVEL) / step_s)
+        begins, stops = round(OPENS / step_s), round((OPENS + TRAVEL) / step_s)
         table.loc[at, "dx"] = speed * step_s * (np.clip(step, begins, stops) - begins)
         return table
 
@@ -195,9 +198,9 @@ FAULTS: dict[str, Planted] = {
     ),
     "snapshots: radius of j left out": Planted(
         "bridges",
-        lambda t: t.assign(separation=np.where(t["partner_kind"] == 0, t["separation"] + 2e-3, t["separation"])),
+        lambda t: t.assign(separation=t["separation"] + np.where(t["partner_kind"] == 0, RADII[t["j"]], 0.0)),
         "snapshot_separation",
-        "",
+        "the radius of j is left out (between spheres",
     ),
     "snapshots: end at j is that of i": Planted(
         "bridges",

@@ -58,6 +58,9 @@ def test_first_record_and_share_are_named(heap_dir: Path, tmp_path: Path) -> Non
     assert (found[0]["where"], found[0]["since"]) == ("at walls", f"in every record since step {changed['step'].min()}")
     assert found[0]["explained"] == found[0]["disagree"] == len(changed)
     assert found[0]["number"] == pytest.approx(0.7, rel=1e-9)  # written with nine digits
+    assert found[0]["known"] == (
+        f"capillary force (at walls, in every record since step {changed['step'].min()}): it is 0.7 times what is expected"
+    )
 
 
 @pytest.mark.engine
@@ -83,7 +86,8 @@ def test_exit_status_of_the_command(heap_dir: Path, tmp_path: Path, capsys: pyte
     assert "contacts at" in said.out and said.err == ""
     assert command.run([wrong]) == 1
     said = capsys.readouterr()
-    assert "fault: torque on j: it is left out" in said.out
+    assert "fault: torque on j (between spheres, in every record): it is 0 times what is expected" in said.out
+    assert "suspect: torque on j: it is left out" in said.out
     assert said.err.strip() == "the replay disagrees on torque_j; its worst records are in replay.json"
     assert command.run([heap_dir, wrong], as_json=True) == 1
     both = json.loads(capsys.readouterr().out)

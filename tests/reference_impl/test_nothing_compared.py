@@ -13,11 +13,13 @@ from reference_impl.replay.compare import Quantity
 from tests.test_sound_runs import SCENES
 
 DRUM = {
-    "effects": {"bridges": True}, "output": {"energy": True}, "classes": [{"count": 60}],
-    "walls": [{"name": "mantle", "motion": "turns"}, {"name": "floor", "motion": "fixed"}],
+    "effects": {"bridges": True, "shedding": "tate"}, "output": {"energy": True}, "classes": [{"count": 60}], "retire": True,
+    "viscous_integration": "semi_implicit",
+    "walls": [{"name": "mantle", "motion": "turns"}, {"name": "cloth", "motion": "fixed"}],
 }  # fmt: skip
-COUNTED = ("film_i_before", "separation", "newton_force", "energy_budget")
-LAW = {"between_spheres": 7, "at_walls": 5, "on mantle": 4}
+"""A scene that has one of everything."""
+COUNTED = tuple(dict.fromkeys(kind.quantity for kind in nothing.KINDS))
+LAW = {"between_spheres": 7, "at_walls": 5, "on mantle": 4, "on cloth": 3}
 
 
 def said(law: dict[str, int], *left_out: str) -> list[str]:
@@ -30,15 +32,29 @@ def said(law: dict[str, int], *left_out: str) -> list[str]:
 def test_contacts_of_a_kind(name: str) -> None:
     """Turning walls too: their spin enters nothing but the forces of what is in contact with them."""
     assert said(LAW) == []
-    words = {"between_spheres": "between spheres", "at_walls": "with walls", "on mantle": "turning wall mantle"}[name]
+    words = {
+        "between_spheres": "between spheres", "at_walls": "with walls", "on mantle": "wall mantle", "on cloth": "wall cloth",
+    }[name]  # fmt: skip
     (sentence,) = said({**LAW, name: 0})
     assert words in sentence
 
 
-@pytest.mark.parametrize("name", COUNTED)
-def test_quantities_without_a_record(name: str) -> None:
-    """One kind, one sentence."""
-    assert len(said(LAW, name)) == 1
+@pytest.mark.parametrize("kind", nothing.KINDS, ids=lambda kind: kind.quantity)
+def test_every_kind_without_a_record_is_said(kind: nothing.Kind) -> None:
+    """One sentence where the scene has the kind; none where it has not."""
+    assert said(LAW, kind.quantity) == [kind.sentence]
+    dry = {
+        "effects": {"bridges": False}, "output": {}, "classes": [{"count": 60}],
+        "walls": [{"name": "floor", "motion": "fixed"}],
+    }  # fmt: skip
+    assert nothing.compared(dry, [], {"newton": None}, []) == []
+
+
+def test_quantities_without_a_record_are_listed() -> None:
+    """Of whatever kind: none passes as compared."""
+    both = [Quantity("volume", "itself", 9, 0.0, 1e-9), Quantity("event_part", "itself", 0, 0.0, 1e-9)]
+    assert nothing.without_record(both) == ["no record of: event_part"]
+    assert nothing.without_record(both[:1]) == []
 
 
 def test_a_section_without_a_value() -> None:
@@ -47,7 +63,8 @@ def test_a_section_without_a_value() -> None:
     section.add("results_checks", "1", [], "values of the checks")
     assert section.said == "results: not checked" and section.as_dict()["ok"] is None
     both = [Quantity(name, "itself", 1, 0.0, 1.0) for name in COUNTED[:2]]
-    assert nothing.compared({**DRUM, "output": {}}, both, {"newton": None}, [section]) == ["section results: no value"]
+    bare = {**DRUM, "output": {}, "effects": {"bridges": False}, "retire": False, "walls": []}
+    assert nothing.compared(bare, both, {"newton": None}, [section]) == ["section results: no value"]
     section.add("results_checks", "1", [Held("a", 1.0, 1.0, "logs")], "values of the checks")
     assert section.as_dict()["ok"] is True
 
@@ -58,4 +75,4 @@ def test_a_run_without_any_contact_agrees_in_part(tmp_path: Path) -> None:
     pywet.run(pywet.Scene(name="beads", **SCENES["no bridge forms"]), tmp_path)
     found = command.outcome(tmp_path)
     assert found["ok"] and (found["status"], command.STATUS[found["status"]]) == ("in part", 0)
-    assert len(found["nothing_compared"]) == 4
+    assert len(found["nothing_compared"]) == 5

@@ -1,0 +1,110 @@
+"""The numbers that decide which effects are on, derived again from scene.json by the formulas of docs/effects.md.
+
+Of a case the speed is the peak speed of its screen. Of a user-defined scene it is not known here: the number of dynamic rupture,
+sqrt(v eta/sigma), gives it, and the others must fit it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from reference_impl.diagnosis.held import MISSING, Held
+from reference_impl.faults import reading
+
+FILE = "plan.json"
+SOURCE = "scene.json by the formulas of docs/effects.md"
+LEAST_GAP = 1e-3
+"""Smallest gap of the viscous laws over the radius."""
+WEIGHT = 9.81
+"""With which a case is planned [m/s2]."""
+DRAWN = 0.5 - math.sqrt(3.0) / 4.0
+"""Share of its film that a sphere gives to a bridge with an equal one: a cap of half the angle 30 degrees on each side."""
+CAPPED = ("viscous_normal", "rolling", "tangential_history", "wall_films")
+"""Numbers that are shares of something: one at most."""
+
+
+def there(run: Path) -> bool:
+    """Whether the run has a plan."""
+    return (run / FILE).exists()
+
+
+def compared(run: Path, scene: Mapping[str, Any], case: bool) -> Iterator[Held]:
+    """Each row's number; of a scene without weight or without liquid those that compare with neither."""
+    with reading(f"{run / FILE}", "the plan that `pywet run` writes: build the run again"):
+        rows = {row["effect"]: row for row in json.loads((run / FILE).read_text())["rows"]}
+    g = WEIGHT if case else math.hypot(*scene["gravity_m_per_s2"])
+    speed = peak_speed(scene["vibration"]) if case else _speed(rows, scene["liquid"])
+    if speed is None or g == 0.0:
+        return
+    expected = numbers(scene, speed, g)
+    for effect, number in expected.items():
+        given = rows.get(effect, {}).get("number", MISSING)
+        yield Held(f"plan.{effect}.number", given, number, SOURCE, scale=max(abs(number), 1e-12))
+
+
+def peak_speed(vibration: Mapping[str, Any]) -> float:
+    """Largest speed of the screen, were its three directions in phase [m/s]."""
+    return 2.0 * math.pi * float(vibration["frequency_Hz"]) * math.dist(vibration["amplitude_m"], (0.0, 0.0, 0.0))
+
+
+def _speed(rows: Mapping[str, Any], liquid: Mapping[str, Any] | None) -> float | None:
+    """Speed of a user-defined scene by its plan; None where nothing gives it."""
+    number = rows.get("dynamic_rupture", {}).get("number")
+    if not liquid or not number or not liquid["viscosity_Pa_s"]:
+        return None
+    return float(number) ** 2 * float(liquid["surface_tension_N_per_m"]) / float(liquid["viscosity_Pa_s"])
+
+
+def numbers(scene: Mapping[str, Any], speed: float, g: float) -> dict[str, float]:
+    """Effect -> its number in a moving bed with walls, the largest over the classes that have spheres."""
+    classes = [c for c in scene["classes"] if c["count"]]
+    alone = {pair["a"]: pair for pair in scene["pairs"] if pair["a"] == pair["b"]}
+    each = [_of_class(c, alone[c["type"]], scene["liquid"] or {}, speed, g) for c in classes]
+    found = {effect: max(of[effect] for of in each) for effect in each[0]}
+    radii = [c["radius_m"] for c in classes]
+    wet = found["bridges"] > 0.0
+    unequal = (max(radii) - min(radii)) / (max(radii) + min(radii))
+    found["sharing_by_size"] = max(unequal, 0.25) if wet else 0.0
+    found["formation"] = DRAWN if wet else 0.0
+    if scene.get("hertz"):
+        for effect in ("viscous_normal", "wall_films"):  # whose stiffness depends on the impact
+            del found[effect]
+    return found
+
+
+def _of_class(
+    c: Mapping[str, Any], pair: Mapping[str, Any], liquid: Mapping[str, Any], v: float, g: float
+) -> dict[str, float]:
+    """Of two equal spheres of a class: Bond, Stokes and capillary numbers and what is made of them."""
+    r, mu, arm = c["radius_m"], pair["friction"], pair["rolling_friction_m"] / c["radius_m"]
+    mass = 4.0 / 3.0 * math.pi * r**3 * c["density_kg_per_m3"]
+    film = liquid.get("initial_film_thickness_m", 0.0)
+    sigma, eta, rho = (liquid.get(k, 0.0) if film else 0.0 for k in ("surface_tension_N_per_m", "viscosity_Pa_s",
+                                                                      "density_kg_per_m3"))  # fmt: skip
+    load = 4.0 / 3.0 * math.pi * ((r + film) ** 3 - r**3) * rho
+    bond = mass * g / (2.0 * math.pi * r * sigma * math.cos(c["contact_angle_rad"])) if sigma else math.inf
+    found = {"bridges": film / r, "capillary": 1.0 / bond, "liquid_weight": load / mass, "gravity": 1.0}
+    found["dynamic_rupture"] = math.sqrt(v * eta / sigma) if sigma else 0.0
+    gap = LEAST_GAP * r
+    stokes = mass * v / (3.0 * math.pi * eta * r**2) if eta else math.inf  # m_eff v/(6 pi eta r_red^2)
+    if pair["normal_stiffness_N_per_m"]:
+        overlap = v * math.sqrt(0.5 * mass / pair["normal_stiffness_N_per_m"])
+        found["viscous_normal"] = (math.log(1.0 + 2.0 * film / gap) + overlap / gap) / stokes
+    else:
+        found["viscous_normal"] = 0.0
+    slides = 3.0 * math.pi * eta * r * (8.0 / 15.0 * math.log(0.5 * r / gap) + 0.9588)
+    found["viscous_tangential"] = slides * v / (mu * mass * g) if mu else float(eta > 0.0)
+    found["wall_films"] = max(
+        DRAWN if film else 0.0, *(found[n] for n in ("capillary", "viscous_normal", "viscous_tangential"))
+    )
+    found["wall_films"] *= bool(film)
+    found["rolling"] = arm * max(1.0 / mu if mu else 0.0, 1.0 / bond)
+    found["tangential_history"] = mu
+    swing = math.sqrt(32.0 * math.pi * sigma / (3.0 * load)) if load else 0.0
+    pulls = load * (g + v * swing)
+    found["shedding"] = max(0.0, 1.0 - 2.0 * math.pi * r * sigma / pulls) if pulls and sigma else 0.0
+    return found | {name: min(found[name], 1.0) for name in CAPPED}
