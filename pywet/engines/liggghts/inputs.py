@@ -6,6 +6,7 @@ A law's table is solved here once, with progress, and kept in the cache.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -28,9 +29,14 @@ def write_inputs(scene: Scene, run_dir: Path) -> None:
         return
     prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")
+    write_json(history / "meta.json", meta(scene, scene.output_steps))
+
+
+def meta(scene: Scene, output_steps: list[int]) -> dict[str, Any]:
+    """What the replay is told beside the tables."""
     liquid = scene.liquid
     assert liquid is not None
-    meta = {
+    return {
         "surface_tension": liquid.surface_tension_N_per_m,
         "viscosity": liquid.viscosity_Pa_s,
         "time_step": scene.time_step_s,
@@ -41,9 +47,8 @@ def write_inputs(scene: Scene, run_dir: Path) -> None:
             {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}
             for c in scene.classes
         ],
-        "output_steps": scene.output_steps,
+        "output_steps": output_steps,
     }
-    write_json(history / "meta.json", meta)
 
 
 def prepare_laws(scene: Scene) -> None:

@@ -22,12 +22,16 @@ void Films::begin() {
   initial = double(sum);
   for (int a = 0; a < at.nlocal; a++) {
     const Given &g = given[at.tag[a]];
-    const double numbers[NUMBERS_TAKEN] = {g.film, g.film, double(g.enters), g.film, g.film};
-    std::copy(numbers, numbers + NUMBERS_TAKEN, at.liquid[a]);
+    enter(a, g.film, g.enters);
   }
   std::vector<Given>().swap(given);
   part_thickness_.assign(world_.walls.parts.size(), 0.0);
   part_thickness_then = part_thickness_;
+}
+
+void Films::enter(int a, double film, int64_t step) {
+  const double numbers[NUMBERS_TAKEN] = {film, film, double(step), film, film};
+  std::copy(numbers, numbers + NUMBERS_TAKEN, world_.engine.at.liquid[a]);
 }
 
 void Films::mark() {

@@ -1,5 +1,6 @@
 // A fix style for scripts of the user's own, `fix ID all pywet WORDS`: the engine reads its script by itself and this style sets the
 // plugin up where its line stands. What is said there, and whether it can be done, is for pywet.cases.script to say.
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <sstream>
@@ -7,6 +8,8 @@
 
 #include "contacts.h"
 #include "engine.h"
+#include "script.h"
+#include "turnover.h"
 
 // engine headers, in the order in which they compile outside the engine's own tree
 #include "mpi.h"
@@ -16,11 +19,24 @@
 #include "comm.h"
 #include "domain.h"
 #include "fix_external.h"
+#include "fix_mesh_surface.h"
 #include "force.h"
 #include "lammps.h"
+#include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
+#include "properties.h"
+#include "tri_mesh.h"
 #include "update.h"
+
+// see engine.cpp
+#define CONTACT_MODEL_CONSTANTS_H_
+namespace LIGGGHTS {
+namespace ContactModels {
+enum { NORMAL_OFF, TANGENTIAL_OFF, COHESION_OFF, ROLLING_OFF };
+}
+}  // namespace LIGGGHTS
+#include "fix_wall_gran.h"
 
 namespace pywet {
 namespace {
@@ -46,6 +62,23 @@ class FixWet : public FixExternal {
 
   FixWet(LAMMPS *lmp, int n, char **words, int same, char **as_external) : FixExternal(lmp, same, as_external) {
     for (int k = 0; k < n; k++) words_ += std::string(k ? "\n" : "") + words[k];
+    peratom_flag = vector_flag = peratom_freq = global_freq = 1;
+    size_peratom_cols = OF_SPHERE;
+    size_vector = ALL;
+    extvector = 0;
+    FixWet::grow_arrays(atom->nmax);
+  }
+  ~FixWet() { memory->destroy(told_); }
+  void grow_arrays(int n) override {
+    FixExternal::grow_arrays(n);
+    memory->grow(told_, n, OF_SPHERE, "pywet:told");
+    array_atom = told_;
+  }
+  double compute_vector(int k) override {
+    if (last < 0) return 0;
+    if (summed_ != last) tell_all(sums_);
+    summed_ = last;
+    return sums_[k];
   }
   void post_create() override {
     const char *held[8 + NUMBERS_TAKEN] = {"p_liquid", "all", "property/atom", "pywet_liquid", "vector", "no", "yes", "no"};
@@ -60,14 +93,51 @@ class FixWet : public FixExternal {
   void setup(int flags) override { post_force(flags); }
   void post_force(int flags) override {
     last = update->ntimestep;
+    const int n = atom->nlocal;
+    for (int a = 0; a < n; a++) std::copy(atom->f[a], atom->f[a] + 3, told_[a] + 2);
     FixExternal::post_force(flags);
+    for (int a = 0; a < n; a++)
+      for (int k = 0; k < 3; k++) told_[a][2 + k] = atom->f[a][k] - told_[a][2 + k];
+    tell_spheres(told_, n);
   }
 
  private:
+  double **told_ = nullptr;             // of each sphere, as script.h says
+  double sums_[ALL] = {};
+  int64_t summed_ = -1;                 // step of these
   std::string words_;
 };
 
 FixWet *wet = nullptr;
+
+LAMMPS_NS::FixMeshSurface *mesh_of(const char *id) {
+  return dynamic_cast<LAMMPS_NS::FixMeshSurface *>(lmp_of_script->modify->find_fix_id(id));
+}
+
+// Of a wall its meshes (none: it is primitive), of a mesh its triangles and which one it is.
+void say_walls(std::ostream &out, LAMMPS_NS::Fix *fix) {
+  if (LAMMPS_NS::FixWallGran *wall = dynamic_cast<LAMMPS_NS::FixWallGran *>(fix)) {
+    out << ",\"meshes\":[";
+    for (int k = 0; wall->is_mesh_wall() && k < wall->n_meshes(); k++) out << (k ? ",\"" : "\"") << wall->mesh_list()[k]->id << "\"";
+    out << "]";
+  }
+  if (LAMMPS_NS::FixMeshSurface *mesh = dynamic_cast<LAMMPS_NS::FixMeshSurface *>(fix))
+    out << ",\"triangles\":" << mesh->triMesh()->sizeGlobal() << ",\"belt\":" << mesh->surfaceVel() << ",\"is\":\"" << mesh << "\"";
+}
+
+std::vector<Newcomer> spheres_now() {
+  const LAMMPS_NS::Atom &atom = *lmp_of_script->atom;
+  std::vector<Newcomer> mine(atom.nlocal);
+  for (int a = 0; a < atom.nlocal; a++) {
+    mine[a] = Newcomer{atom.tag[a], atom.type[a], atom.radius[a], atom.rmass[a], {}};
+    store(Vec(atom.x[a]), mine[a].x);
+  }
+  Ranks ranks;
+  ranks.join(lmp_of_script->world);
+  std::vector<Newcomer> all = ranks.gathered(mine);
+  std::sort(all.begin(), all.end(), [](const Newcomer &p, const Newcomer &q) { return p.id < q.id; });
+  return all;
+}
 
 Fix *made(LAMMPS *lmp, int n, char **words) {
   const char *same[6] = {words[0], words[1], "external", "pf/callback", "1", "1"};
@@ -96,13 +166,16 @@ EXPORT const char *pywet_script_state() {
   static std::string text;
   LAMMPS_NS::LAMMPS &lmp = *lmp_of_script;
   const LAMMPS_NS::Neighbor &lists = *lmp.neighbor;
+  LAMMPS_NS::Properties *properties = lmp.atom->get_properties();
   std::ostringstream out;
   out.precision(17);
   out << "{\"ranks\":" << lmp.comm->nprocs << ",\"step\":" << lmp.update->ntimestep << ",\"last\":" << (wet ? wet->last : -1)
       << ",\"time_step\":" << lmp.update->dt << ",\"spheres\":" << lmp.atom->natoms << ",\"map\":" << lmp.atom->map_style
       << ",\"newton\":" << lmp.force->newton << ",\"delay\":" << lists.delay << ",\"every\":" << lists.every
       << ",\"check\":" << lists.dist_check << ",\"contact_distance_factor\":" << lists.contactDistanceFactor
-      << ",\"skin\":" << lists.skin << ",\"periodic\":"
+      << ",\"skin\":" << lists.skin << ",\"least_radius\":" << properties->min_radius() << ",\"largest_radius\":"
+      << properties->max_radius() << ",\"layers\":" << lmp.comm->procgrid[2] << ",\"ghost_velocity\":" << lmp.comm->ghost_velocity
+      << ",\"periodic\":"
       << (lmp.domain->xperiodic || lmp.domain->yperiodic || lmp.domain->zperiodic) << ",\"coarsegraining\":"
       << lmp.force->cg_active() << ",\"units\":\"" << lmp.update->unit_style << "\",\"granular\":"
       << (lmp.atom->radius_flag && lmp.atom->rmass_flag) << ",\"cohesion\":" << int(cohesion(&lmp)) << ",\"fixes\":[";
@@ -111,20 +184,27 @@ EXPORT const char *pywet_script_state() {
     if (fix == wet) own = k;
     const bool later = k > own && (lmp.modify->fmask[k] & LAMMPS_NS::FixConst::POST_FORCE);
     out << (k ? "," : "") << "{\"id\":\"" << fix->id << "\",\"style\":\"" << fix->style << "\",\"all\":" << (fix->igroup == 0)
-        << ",\"later\":" << later << "}";
+        << ",\"later\":" << later;
+    say_walls(out, fix);
+    out << "}";
   }
   out << "]}";
   text = out.str();
   return text.c_str();
 }
 
-// Of the spheres, as many as the state says.
-EXPORT void pywet_script_spheres(int *id, int *type, double *radius, double *mass) {
-  const LAMMPS_NS::Atom &atom = *pywet::lmp_of_script->atom;
-  for (int a = 0; a < atom.nlocal; a++) {
-    id[a] = atom.tag[a];
-    type[a] = atom.type[a];
-    radius[a] = atom.radius[a];
-    mass[a] = atom.rmass[a];
-  }
+// Of all spheres, as many as the state says, in order of their numbers.
+EXPORT void pywet_script_spheres(void *all) {
+  const std::vector<pywet::Newcomer> now = pywet::spheres_now();
+  std::copy(now.begin(), now.end(), static_cast<pywet::Newcomer *>(all));
+}
+
+// Corners of a mesh's triangles as they are now, 9 numbers each, in the order of their numbers; every rank takes part.
+EXPORT void pywet_script_triangles(const char *id, double *corners) {
+  using namespace pywet;
+  LAMMPS_NS::TriMesh *mesh = mesh_of(id)->triMesh();
+  std::vector<double> mine(9 * size_t(mesh->sizeGlobal()), -INF);
+  for (int k = 0; k < mesh->sizeLocal(); k++)
+    for (int corner = 0; corner < 3; corner++) mesh->node(k, corner, &mine[9 * size_t(mesh->id(k)) + 3 * corner]);
+  MPI_Allreduce(mine.data(), corners, int(mine.size()), MPI_DOUBLE, MPI_MAX, lmp_of_script->world);
 }
