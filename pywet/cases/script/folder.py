@@ -17,16 +17,17 @@ from pywet.scene import Scene
 from pywet.util.files import read_json, read_table, write_json, write_parts, write_table
 
 SCRIPT = "script.json"
-"""That a run is one of a script's: its output steps, steps of contact windows, step at which it begins."""
+"""That a run is one of a script's: its output steps, steps of contact windows, whether it goes on from a restart file."""
 COME = "come.bin"
 """Raw: spheres as they came."""
 OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])
 
 
-def begin(log: Path, surfaces: Sequence[Surface], scene: Scene) -> None:
+def begin(log: Path, surfaces: Sequence[Surface], scene: Scene, restored: bool) -> None:
     """Write what does not change: walls as they are at the line."""
     run_folder.claim(log)
     (log / "engine").mkdir(exist_ok=True)
+    write_json(log / SCRIPT, {"restored": restored})
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         write_stl(surface, log / wall.stl)
     if surfaces:
@@ -56,6 +57,8 @@ def collect(log: Path, windows: int) -> None:
     tables.convert(raw, history)
     for name in ("retired", "poses"):
         write_parts(map(tables.to_columns, tables.raw_parts(raw, name)), history / f"{name}.parquet")
+    if names := [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]]:
+        _mesh_motion(log, names)
     write_parts(_trajectory(raw), log / "trajectory.parquet")
     ledger = read_table(history / "ledger.parquet")
     outputs = [int(step) for step in ledger["step"]]
@@ -67,9 +70,22 @@ def collect(log: Path, windows: int) -> None:
     write_json(log / "scene.json", scene)
     told = dict(read_json(history / "meta.json", "run the script again"))
     write_json(history / "meta.json", {**told, "output_steps": outputs})
-    write_json(log / SCRIPT, {"output_steps": outputs, "window_steps": windows})
+    said = dict(read_json(log / SCRIPT, "run the script again"))
+    contacts = read_table(history / "contacts.parquet", columns=["step"])["step"]
+    last = max([0, *outputs, *contacts.tail(1)])
+    write_json(log / SCRIPT, {**said, "output_steps": outputs, "window_steps": windows, "last_step": int(last)})
     for path in raw.glob("*.bin"):
         path.unlink()
+
+
+def _mesh_motion(log: Path, names: list[str]) -> None:
+    """How far meshes are from where they were at the line, at the outputs."""
+    poses = read_table(log / "history" / "poses.parquet")
+    steps = read_table(log / "history" / "ledger.parquet", columns=["step"])["step"]
+    rows = poses[poses["step"].isin(steps)].sort_values(["step", "mesh"])
+    moved = {f"d{axis}": rows[f"shift_{axis}"] for axis in "xyz"}
+    table = pd.DataFrame({"step": rows["step"], "mesh": [names[k] for k in rows["mesh"]], **moved})
+    write_table(table.reset_index(drop=True), log / "mesh_motion.parquet")
 
 
 def _trajectory(raw: Path) -> Iterator[dict[str, np.ndarray]]:

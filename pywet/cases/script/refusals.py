@@ -46,7 +46,6 @@ SENTENCES = {
     "wet.skin": ("the skin of the command neighbor is {given} m, too small for these films", "{expected} m or more"),
     "wet.time_step": ("the time step became {given} s", "{expected} s, as where the line of fix pywet is"),
     "wet.step": ("the step is {given} where a run begins", "{expected}: no reset_timestep after the line of fix pywet"),
-    "wet.restart": ("{given} writes restart files, which hold no films", "`restart 0` before the line of fix pywet"),
     "wet.frozen": ("{given} holds spheres still, which bridges would pull along", "a script without it"),
     "wet.exclude": ("`{given}` excludes pairs of spheres, between which no bridge would form", "a script without it"),
     "wet.clear": ("the script has `clear`, which forgets fix pywet", "a script without it"),

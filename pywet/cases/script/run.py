@@ -102,7 +102,7 @@ def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], Non
             os._exit(REFUSED)
 
     script = _Script(found, plugin, engine, guarded)
-    kept = plugin.know_script(engine, lambda words: guarded(script.begin if words else script.check))
+    kept = plugin.know_script(engine, lambda when: guarded(script.asked[when]))
     library.lammps_file(engine, str(path).encode())
     library.lammps_close(engine)
     plugin.finish()
@@ -119,6 +119,7 @@ class _Script:
         self._spheres, self._meshes, self._surfaces = Spheres(found.wet), dict[str, str](), list[Surface]()
         self._time_step = self._thickest = 0.0
         self._log: Path | None = None
+        self.asked = {b"line": self._state, b"run": self.check, b"begin": self.begin}
 
     def _state(self) -> dict[str, Any]:
         state: dict[str, Any] = json.loads(self._plugin.script_state())
@@ -127,7 +128,7 @@ class _Script:
         return state
 
     def begin(self) -> None:
-        """The engine has come to the line."""
+        """The first run begins; meshes are where they are then, and inserted spheres have come."""
         state, plugin = self._state(), self._plugin
         table = self._spheres.take_in(plugin.script_spheres(int(state["spheres"])), int(state["step"]))
         if table["id"].tolist() != list(range(1, len(table) + 1)):
@@ -141,8 +142,8 @@ class _Script:
         self._log = self.line.log.resolve()
         raw = self._log / "engine"
         if plugin_rank() == 0:
-            folder.begin(self._log, surfaces, scene)
-            self._note(scene, table)
+            folder.begin(self._log, surfaces, scene, bool(state["restored"]))
+        self._note(scene, table)
         raw.mkdir(parents=True, exist_ok=True)
         prepare_laws(scene)
         plugin.configure(scene, table, transfer_tables(scene), {s.name: s.corners for s in surfaces})
@@ -150,6 +151,8 @@ class _Script:
         plugin.set_script(self.line.windows, lambda rows, step: self._guarded(lambda: self._enter(rows, step)))
         self._surfaces = surfaces
         plugin.attach(self._engine, raw, self.line.name)
+        if state["restored"]:
+            plugin.resume_script(int(state["restored"]))
 
     def _wet_meshes(self, state: dict[str, Any]) -> dict[str, str]:
         """Meshes that the liquid meets, and which one of the engine's each is."""
@@ -178,6 +181,8 @@ class _Script:
     def check(self) -> None:
         """A run begins."""
         state = self._state()
+        if not self._log:
+            return
         if state["time_step"] != self._time_step:
             raise refusal("wet.time_step", state["time_step"], self._time_step)
         if state["last"] not in (-1, state["step"]):

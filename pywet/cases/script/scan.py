@@ -89,15 +89,12 @@ def scan(path: Path) -> Found:
 
 def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
     fixes: dict[str, list[str]] = {}
-    restarts = ""
     for words in rows:
         match words:
             case ["fix", name, _, _, *_]:
                 fixes[name] = words
             case ["unfix", name, *_]:
                 fixes.pop(name, None)
-            case ["restart", every, *_]:
-                restarts = "" if every == "0" else " ".join(words)
             case ["neigh_modify", *more]:
                 yield from _excluded(more)
             case ["newton", "on", *_]:
@@ -110,8 +107,6 @@ def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
                 yield refusal("wet.units", of)
             case ["pair_style", "gran", *models] if _cohesive(models):
                 yield refusal("wet.cohesion")
-    if restarts:
-        yield refusal("wet.restart", restarts)
     for words in fixes.values():
         yield from _of_fix(words, wet)
 
@@ -121,8 +116,6 @@ def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
         match words:
             case ["fix", _, _, _, *_]:
                 yield from _of_fix(words, wet)
-            case ["restart" | "write_restart" | "read_restart", *_] if words[1:2] != ["0"]:
-                yield refusal("wet.restart", words[0])
             case ["neigh_modify", *more]:
                 yield from _excluded(more)
             case ["unfix", name, *_] if name == own.name:

@@ -35,7 +35,7 @@ class Spheres:
     @property
     def table(self) -> pd.DataFrame:
         """id, type (the class), radius, film and the step `enters` of all that have come, in order of their numbers."""
-        return pd.concat(self.come).sort_values("id", ignore_index=True)
+        return pd.concat(self.come, ignore_index=True).sort_values("id", ignore_index=True)
 
     def take_in(self, rows: np.ndarray, step: int) -> pd.DataFrame:
         """Classes and films of records of the plugin."""

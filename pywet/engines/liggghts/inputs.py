@@ -78,4 +78,8 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
             row = {"partner_kind": kind, "type_i": a.type, "type_j": other if kind == SPHERE else 0}
             row["part_class"] = -1 if kind == SPHERE else other
             rows.append(pd.DataFrame({**row, "v_star": grid, "transfer_i": values}))
+    if not rows:
+        return pd.DataFrame(
+            columns=["partner_kind", "type_i", "type_j", "part_class", "v_star", "transfer_i"], dtype=float
+        )
     return pd.concat(rows, ignore_index=True)

@@ -63,7 +63,14 @@ class Plugin:
 
     def __init__(self, path: Path | None = None, version: str | None = None) -> None:
         self._library = C.CDLL(str(path or plugin_path()), mode=C.RTLD_GLOBAL)
-        for name in ("pywet_version", "pywet_set_law", "pywet_add_mesh", "pywet_attach", "pywet_resume"):
+        for name in (
+            "pywet_version",
+            "pywet_set_law",
+            "pywet_add_mesh",
+            "pywet_attach",
+            "pywet_resume",
+            "pywet_resume_script",
+        ):
             getattr(self._library, name).restype = C.c_char_p
         built_for = self._library.pywet_version().decode()
         installed = version or engine_version()
@@ -186,7 +193,7 @@ class Plugin:
     def know_script(self, engine: C.c_void_p, asked: Callable[[bytes], None]) -> Any:
         """Make the fix style `pywet` known to the engine; keep what is returned as long as that lives.
 
-        `asked` is called with the words of the line where the engine comes to it, and with none before every run.
+        `asked` is called with `line` where the engine comes to it, `run` before every run, `begin` once the first one is set up.
         """
         callback = C.CFUNCTYPE(None, C.c_char_p)(asked)
         self._library.pywet_know_script(engine, callback)
@@ -220,6 +227,12 @@ class Plugin:
         callback = C.CFUNCTYPE(None, C.c_int, C.c_int64, C.c_void_p, C.c_void_p, C.c_void_p)(asked)
         self._keep.append(callback)
         self._library.pywet_set_script(C.c_int64(windows), callback)
+
+    def resume_script(self, count: int) -> None:
+        """Go on from so many numbers of the engine's restart file."""
+        numbers = np.zeros(count)
+        self._library.pywet_script_restored(_pointer(numbers))
+        self._check(self._library.pywet_resume_script(_pointer(numbers), count))
 
     def add_classes(self, scene: Scene, known: int, tables: pd.DataFrame) -> None:
         """Classes of a scene beyond those known, with the transfer tables of all."""

@@ -65,11 +65,9 @@ WRONG_SCRIPTS = [
     ("wet.wall_unknown", {"before": SHAKEN, "wet": f"{WET.replace('dry', PLATE_ALONE)}"[:-2] + ", drum: 40}\n"}),
     ("wet.lost_wall", {"before": SHAKEN, "wet": WET.replace("dry", PLATE_ALONE), "after": f"{AFTER}unfix plate\n"}),
     ("wet.compress", {"after": f"{AFTER}delete_atoms region gone\n"}),
-    ("wet.restart", {"after": 'if "1 > 0" then "restart 1000 a b"\n'}),
-    ("wet.restart", {"after": 'run 1000 every 100 "write_restart a"\n'}),
+    ("wet.unfix", {"after": 'if "1 > 0" then "unfix wet"\n'}),
+    ("wet.clear", {"after": "run 1000 every 100 clear\n"}),
     ("wet.walls", {"wet": WET.replace("walls: dry\n", "")}),
-    ("wet.restart", {"after": f"restart 1000 a b\n{AFTER}"}),
-    ("wet.restart", {"before": f"restart 1000 a b\n{BEFORE}"}),
     ("wet.frozen", {"before": f"{BEFORE}fix still all freeze\n"}),
     ("wet.frozen", {"after": f"fix still all setforce 0 0 0\n{AFTER}"}),
     ("wet.exclude", {"before": f"neigh_modify exclude group all all\n{BEFORE}"}),
@@ -191,9 +189,9 @@ def test_check_says_all_that_is_in_the_way(tmp_path: Path, monkeypatch: pytest.M
     write(tmp_path)
     good = CliRunner().invoke(app, ["liggghts", "-in", "in.script", "--check"])
     assert good.exit_code == 0 and "5 wall/gran" in good.output and "rabinovich" in good.output
-    write(tmp_path, before=BEFORE.replace("newton          off", "newton on"), after="restart 10 a b\n")
+    write(tmp_path, before=BEFORE.replace("newton          off", "newton on"), after="clear\n")
     bad = CliRunner().invoke(app, ["liggghts", "-in", "in.script", "--check"])
-    assert bad.exit_code == 1 and "newton" in bad.stderr and "restart" in bad.stderr
+    assert bad.exit_code == 1 and "newton" in bad.stderr and "clear" in bad.stderr
 
 
 def test_included_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

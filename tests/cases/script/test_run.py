@@ -89,7 +89,9 @@ def test_films_on_a_mesh_that_vibrates(tmp_path: Path) -> None:
     assert np.abs(total / ledger["initial"] - 1).max() < 1e-12
     z = 0.0005 * np.sin(2 * np.pi * poses["step"] * 1e-5 / 0.02)
     first = poses["step"] == poses["step"].min()
-    assert poses["shift_z"].to_numpy() == pytest.approx((z - z[first].iloc[0]).to_numpy(), abs=1.6e-6)  # a step of its speed
+    assert poses["shift_z"].to_numpy() == pytest.approx(
+        (z - z[first].iloc[0]).to_numpy(), abs=1.6e-6
+    )  # a step of its speed
 
 
 def table(folder: Path, name: str) -> pd.DataFrame:

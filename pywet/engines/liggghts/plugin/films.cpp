@@ -21,6 +21,7 @@ void Films::begin() {
   for (const Given &g : given) sum += g.film;
   initial = double(sum);
   for (int a = 0; a < at.nlocal; a++) {
+    if (world_.rules.scripted && at.liquid[a][ENTERS] > 0) continue;  // it has its film from a restart file
     const Given &g = given[at.tag[a]];
     enter(a, g.film, g.enters);
   }

@@ -67,6 +67,8 @@ void tell_spheres(double **rows, int n) {
       if (a >= 0 && a < n) rows[a][1] += 1;
 }
 
+std::vector<double> state_of_script() { return state->turnover.told(); }
+
 void tell_all(double (&sums)[ALL]) {
   const World &world = state->world;
   const Ledger l = state->logs.counted();
@@ -202,6 +204,11 @@ EXPORT void pywet_set_script(int64_t window_steps, pywet::Enter enter) {
   state->world.rules.scripted = true;
   state->world.clock.window_steps = window_steps;
   state->turnover.enter = enter;
+}
+
+// After pywet_attach: go on from what state_of_script has told, `n` numbers.
+EXPORT const char *pywet_resume_script(const double *numbers, int n) {
+  return guarded([&] { state->turnover.resume(std::vector<double>(numbers, numbers + n)); });
 }
 
 // How far the neighbour list sees, where no deck says it: what ways of spheres may use up [m], films over the radius.

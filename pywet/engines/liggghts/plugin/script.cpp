@@ -2,6 +2,7 @@
 // plugin up where its line stands. What is said there, and whether it can be done, is for pywet.cases.script to say.
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <sstream>
 #include <string>
@@ -43,8 +44,8 @@ namespace {
 
 using namespace LAMMPS_NS;
 
-// What is asked when the line is read (with its words) and before every run (without): a refusal ends the program there.
-typedef void (*Asked)(const char *words);
+// What is asked where the line is read, before every run, and where the first one begins: a refusal ends the program there.
+typedef void (*Asked)(const char *when);
 
 Asked asked = nullptr;
 LAMMPS *lmp_of_script = nullptr;
@@ -59,9 +60,10 @@ Styles *styles_of(Modify &modify);
 class FixWet : public FixExternal {
  public:
   int64_t last = -1;                    // step of the latest forces
+  std::vector<double> restored;         // from a restart file
 
-  FixWet(LAMMPS *lmp, int n, char **words, int same, char **as_external) : FixExternal(lmp, same, as_external) {
-    for (int k = 0; k < n; k++) words_ += std::string(k ? "\n" : "") + words[k];
+  FixWet(LAMMPS *lmp, int same, char **as_external) : FixExternal(lmp, same, as_external) {
+    restart_global = 1;
     peratom_flag = vector_flag = peratom_freq = global_freq = 1;
     size_peratom_cols = OF_SPHERE;
     size_vector = ALL;
@@ -81,16 +83,38 @@ class FixWet : public FixExternal {
     return sums_[k];
   }
   void post_create() override {
-    const char *held[8 + NUMBERS_TAKEN] = {"p_liquid", "all", "property/atom", "pywet_liquid", "vector", "no", "yes", "no"};
-    std::fill_n(held + 8, int(NUMBERS_TAKEN), "none");
+    const char *held[8 + NUMBERS_TAKEN] = {"p_liquid", "all", "property/atom", "pywet_liquid", "vector", "yes", "yes", "no"};
+    std::fill_n(held + 8, int(NUMBERS_TAKEN), "0.");  // also of spheres that come
     modify->add_fix(8 + NUMBERS_TAKEN, const_cast<char **>(held));
-    asked(words_.c_str());
+    asked("line");
   }
   void init() override {
-    asked("");
-    FixExternal::init();
+    asked("run");
+    if (last >= 0) FixExternal::init();
   }
-  void setup(int flags) override { post_force(flags); }
+  void setup(int flags) override {
+    if (last < 0) asked("begin");         // meshes and inserted spheres are there now
+    post_force(flags);
+  }
+  // The engine hands on what follows the size, without it.
+  void write_restart(FILE *file) override {
+    std::vector<double> told{0};
+    if (last >= 0) {
+      const std::vector<double> all = state_of_script();
+      told[0] = double(all.size());
+      told.insert(told.end(), all.begin(), all.end());
+    }
+    const int size = int(told.size() * sizeof(double));
+    if (comm->me != 0) return;
+    fwrite(&size, sizeof(int), 1, file);
+    fwrite(told.data(), sizeof(double), told.size(), file);
+  }
+  void restart(char *told) override {
+    double count;
+    std::memcpy(&count, told, sizeof count);
+    restored.resize(size_t(count));
+    std::memcpy(restored.data(), told + sizeof count, sizeof(double) * restored.size());
+  }
   void post_force(int flags) override {
     last = update->ntimestep;
     const int n = atom->nlocal;
@@ -105,7 +129,6 @@ class FixWet : public FixExternal {
   double **told_ = nullptr;             // of each sphere, as script.h says
   double sums_[ALL] = {};
   int64_t summed_ = -1;                 // step of these
-  std::string words_;
 };
 
 FixWet *wet = nullptr;
@@ -141,7 +164,7 @@ std::vector<Newcomer> spheres_now() {
 
 Fix *made(LAMMPS *lmp, int n, char **words) {
   const char *same[6] = {words[0], words[1], "external", "pf/callback", "1", "1"};
-  return wet = new FixWet(lmp, n, words, 6, const_cast<char **>(same));
+  return wet = new FixWet(lmp, 6, const_cast<char **>(same));
 }
 
 }  // namespace
@@ -170,6 +193,7 @@ EXPORT const char *pywet_script_state() {
   std::ostringstream out;
   out.precision(17);
   out << "{\"ranks\":" << lmp.comm->nprocs << ",\"step\":" << lmp.update->ntimestep << ",\"last\":" << (wet ? wet->last : -1)
+      << ",\"restored\":" << (wet ? wet->restored.size() : 0)
       << ",\"time_step\":" << lmp.update->dt << ",\"spheres\":" << lmp.atom->natoms << ",\"map\":" << lmp.atom->map_style
       << ",\"newton\":" << lmp.force->newton << ",\"delay\":" << lists.delay << ",\"every\":" << lists.every
       << ",\"check\":" << lists.dist_check << ",\"contact_distance_factor\":" << lists.contactDistanceFactor
@@ -191,6 +215,11 @@ EXPORT const char *pywet_script_state() {
   out << "]}";
   text = out.str();
   return text.c_str();
+}
+
+// What a restart file held of the liquid, as many numbers as the state says.
+EXPORT void pywet_script_restored(double *numbers) {
+  std::copy(pywet::wet->restored.begin(), pywet::wet->restored.end(), numbers);
 }
 
 // Of all spheres, as many as the state says, in order of their numbers.

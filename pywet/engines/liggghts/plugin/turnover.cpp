@@ -2,6 +2,8 @@
 #include "turnover.h"
 
 #include <algorithm>
+#include <cstring>
+#include <memory>
 
 namespace pywet {
 
@@ -125,6 +127,32 @@ void Turnover::take_in(std::vector<Newcomer> all) {
   }
   films_.initial = double(sum);
   spheres.count += int64_t(all.size());
+}
+
+// Counts, wall films, bridges, in this order; the films on spheres are in p_liquid.
+std::vector<double> Turnover::told() const {
+  int64_t here[2] = {standing_.formations, standing_.ruptures}, all[2];
+  MPI_Allreduce(here, all, 2, MPI_INT64_T, MPI_SUM, world_.ranks.all);
+  const std::vector<Told> bridges = world_.ranks.told_first(standing_.mine());
+  const size_t walls = films_.wall.size(), each = sizeof(Told) / sizeof(double);
+  std::vector<double> told{films_.initial, films_.left, films_.retired, double(all[0]), double(all[1]), double(walls)};
+  told.insert(told.end(), films_.wall.begin(), films_.wall.end());
+  told.resize(told.size() + each * bridges.size());
+  if (!bridges.empty()) std::memcpy(&told[told.size() - each * bridges.size()], bridges.data(), sizeof(Told) * bridges.size());
+  return told;
+}
+
+void Turnover::resume(const std::vector<double> &told) {
+  const size_t walls = size_t(told[5]), each = sizeof(Told) / sizeof(double), n = (told.size() - 6 - walls) / each;
+  if (walls != films_.wall.size())
+    throw std::runtime_error("the restart file holds films on " + std::to_string(walls) + " triangles of walls; expected the " +
+                             std::to_string(films_.wall.size()) + " of this script: name the same walls in the liquid's file");
+  films_.initial = told[0]; films_.left = told[1]; films_.retired = told[2];
+  if (world_.ranks.first()) standing_.formations = int64_t(told[3]), standing_.ruptures = int64_t(told[4]);
+  std::copy(&told[6], &told[6] + walls, films_.wall.begin());
+  std::shared_ptr<Told> bridges(new Told[n + 1], std::default_delete<Told[]>());
+  std::memcpy(static_cast<void *>(bridges.get()), told.data() + 6 + walls, sizeof(Told) * n);
+  standing_.expect(bridges, int64_t(n));
 }
 
 // What a wall gets is known to all ranks; whoever has the end that is still there writes the event, else the first rank.

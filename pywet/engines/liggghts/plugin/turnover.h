@@ -26,6 +26,8 @@ class Turnover {
       : world_(world), films_(films), standing_(standing), logs_(logs) {}
   void begin();                          // those that are there already
   void look();                           // when the engine has made its lists anew, before anything acts; all ranks take part
+  std::vector<double> told() const;      // what a restart file holds
+  void resume(const std::vector<double> &told);
   void book();                           // at the end of a step: the liquid of those that went, after all other events
 
  private:
