@@ -90,3 +90,8 @@ def run(folder: Path, *program: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*words, "-in", "in.script"], cwd=folder, capture_output=True, text=True, check=False, env=environment
     )
+
+
+def read(text: str) -> str:
+    """Output without the line breaks of a narrow terminal."""
+    return " ".join(text.split())
