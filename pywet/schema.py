@@ -153,6 +153,21 @@ triangle i4 - the wire's first one, numbered within the mesh: it stands for the 
 i i4 - sphere
 {_PAD}
 spring f8x3 m tangential spring, which the engine does not hold""",
+    "states": f"""{_TIME}
+id i4 - sphere
+type i4 - class of spheres, numbered from 1
+x f8x3 m centre
+v f8x3 m/s velocity
+w f8x3 1/s spin""",
+    "poses": f"""{_STEP}
+mesh i4 - number in the scene
+{_PAD}
+shift f8x3 m a point y at rest is at turn y + shift
+turn_0 f8x3 - first row of the rotation
+turn_1 f8x3 - second row
+turn_2 f8x3 - third row
+velocity f8x3 m/s of the point at y = 0
+spin f8x3 1/s of the mesh""",
     "retired": f"""{_TIME}
 id i4 - sphere
 type i4 - its class

@@ -29,7 +29,7 @@ def liggghts(
         effects = ", ".join(f"{kind} {law}" for kind, law in found.wet.effects.laws.items())
         tell(f"{script}: fixes {', '.join(f'{n} {style}' for style, n in sorted(found.styles.items()))}")
         tell(f"{found.line.liquid}: {found.wet.viscous_integration}; laws: {effects}")
-        tell(f"tables: {found.line.log}, every {found.line.every} steps")
+        tell(f"run: {found.line.log}, output every {found.line.every} steps")
         if found.problems:
             raise PywetError("\n".join(map(str, found.problems)), **found.problems[0].data)
         tell("nothing is in the way; spheres, time step and skin are checked when the engine comes to the line")
@@ -37,5 +37,7 @@ def liggghts(
     from pywet.cases.script.run import run
 
     outcome = run(script, ctx.args, lambda sentence: err.print(sentence, style="red", soft_wrap=True, markup=False))
+    if outcome is None:
+        return
     tell(f"{outcome.formed} bridges formed, {outcome.ruptured} ruptured; ledger closed to {outcome.ledger_error:.1e}")
-    tell(f"tables are in {outcome.log}")
+    tell(f"tables are in {outcome.log}/history; to check the run: pywet replay {outcome.log}")

@@ -22,6 +22,13 @@ ROUNDING_DEG = 1e-3
 
 def faces(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> list[tuple[Floats, float | None]]:
     """Triangles (m, 3, 3) [m] of each face, in the order of its first triangle, with its half width (None: a large wall)."""
+    face = face_of(corners, feature_angle_deg)
+    each = [corners[face == k] for k in range(int(face.max(initial=-1)) + 1)]
+    return [(own, half_width(own)) for own in each]
+
+
+def face_of(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> Ints:
+    """Face of each triangle, numbered in the order of their first triangles."""
     points, index = np.unique(corners.reshape(-1, 3).astype(np.float32), axis=0, return_inverse=True)
     triangles = index.reshape(-1, 3)
     normal = _normals(corners)
@@ -31,8 +38,8 @@ def faces(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> list
     n = len(corners)
     links = scipy.sparse.coo_array((np.ones(joined.sum()), (first[joined], second[joined])), shape=(n, n))
     label = scipy.sparse.csgraph.connected_components(links, directed=False)[1]
-    _, start = np.unique(label, return_index=True)
-    return [(corners[label == label[k]], half_width(corners[label == label[k]])) for k in np.sort(start)]
+    _, start, own = np.unique(label, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(start))[own], dtype=np.int64)
 
 
 def half_width(corners: Floats) -> float | None:

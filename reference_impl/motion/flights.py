@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from reference_impl.motion import impulses
 from reference_impl.motion.budget import VELOCITY
 from reference_impl.motion.window import Setup
-from reference_impl.replay import capillary, coverage, io, laws
+from reference_impl.replay import capillary, coverage, io, laws, script
 from reference_impl.replay.arrays import Floats, cross, dot
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -73,6 +73,8 @@ def judged(run: Run) -> bool:
     laws_known = all(coverage.law(run, effect) in known for effect in TERMS[1:])
     explicit = not coverage.semi_implicit(run) and impulses.every(run) == 1
     films_on_walls = io.scene(run.folder)["effects"].get("wall_films", True)  # else a wall is met without an event
+    if script.of(run.folder):
+        return False  # whose gravity and other forces are not known
     heavy = run.meta["effects"].get("liquid_weight") or run.meta["effects"].get("shedding")
     return bool(laws_known and explicit and films_on_walls and not heavy and where(run.folder, "trajectory").exists())
 

@@ -12,7 +12,7 @@ from reference_impl.motion import flights, nearest
 from reference_impl.motion.budget import VELOCITY
 from reference_impl.motion.summed import walls_motion
 from reference_impl.motion.window import Setup
-from reference_impl.replay import io, laws, one_place
+from reference_impl.replay import io, laws, one_place, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.io import Run
@@ -140,9 +140,10 @@ def _beside(run: Run, setup: Setup, tables: dict[str, pd.DataFrame], outputs: Ou
 
 def judged(run: Run) -> bool:
     """Whether the momentum of a sphere that touches nothing is that of weight and bridges: its mass stays, and walls are met
-    with a bridge."""
+    with a bridge; a script's other forces are not known."""
     effects = run.meta["effects"]
     return bool(
         io.scene(run.folder)["effects"].get("wall_films", True)
+        and script.of(run.folder) is None
         and not effects.get("liquid_weight") and not effects.get("shedding")
     )  # fmt: skip

@@ -76,7 +76,11 @@ class Parts:
         """The rows whose parts move: those of one wall and step at a time."""
         wall = self.wall[part]
         for n, w in enumerate(self.setup.walls):
-            rows = np.flatnonzero(wall == n) if w.motion in ("vibrates", "slides", "turns") else np.zeros(0, int)
+            rows = (
+                np.flatnonzero(wall == n)
+                if w.motion in ("vibrates", "slides", "turns", window.SAID)
+                else np.zeros(0, int)
+            )
             rows = rows[np.argsort(step[rows], kind="stable")]
             for at in np.split(rows, np.flatnonzero(np.diff(step[rows])) + 1) if len(rows) else []:
                 yield w, int(step[at[0]]), at

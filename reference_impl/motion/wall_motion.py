@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference_impl.motion.window import Setup, Wall, slide_steps
+from reference_impl.motion.window import SAID, Setup, Wall, slide_steps
 from reference_impl.replay.arrays import Floats
+from reference_impl.replay.script import Poses
 
 
 class Motion:
@@ -20,9 +21,14 @@ class Motion:
         self._sums: dict[str, Floats] = {}
         self._drawn = slide_steps(setup.scene)
         self._times: Floats | None = None
+        self._poses = Poses(setup.folder) if any(w.motion == SAID for w in setup.walls) else None
+        self._number = {wall.name: n for n, wall in enumerate(setup.walls)}
 
     def shift(self, wall: Wall, step: int | Floats) -> Floats:
         """Displacement of a translating mesh after `step` steps [m]; of several steps a row for each."""
+        if self._poses:
+            found = self._poses.at(self._number[wall.name], step)["shift"]
+            return found if np.ndim(step) else found[0]
         if wall.motion == "vibrates" and wall.way:
             return np.asarray(self._vibrated(wall)[step])
         if wall.name in self._drawn:
@@ -33,6 +39,9 @@ class Motion:
 
     def velocity(self, wall: Wall, step: int, points: Floats) -> Floats:
         """Velocity of points (n, 3) of a mesh in a step [m/s]; at rest before the first step."""
+        if self._poses:
+            pose = self._pose(wall, step)
+            return np.asarray(pose["velocity"] + np.cross(pose["spin"], points - pose["shift"]))
         found = np.zeros_like(points)
         if step == 0:
             return found
@@ -48,15 +57,27 @@ class Motion:
 
     def to_rest(self, wall: Wall, step: int, points: Floats) -> Floats:
         """Points (n, 3) as the mesh at rest would see them."""
+        if self._poses:
+            pose = self._pose(wall, step)
+            return np.asarray((points - pose["shift"]) @ pose["turn"])
         if wall.motion == "turns" and wall.way:
             return self._turned(wall, points, -1.0, step)
         return points - self.shift(wall, step)
 
     def to_world(self, wall: Wall, step: int, points: Floats) -> Floats:
         """The way back."""
+        if self._poses:
+            pose = self._pose(wall, step)
+            return np.asarray(points @ pose["turn"].T + pose["shift"])
         if wall.motion == "turns" and wall.way:
             return self._turned(wall, points, 1.0, step)
         return points + self.shift(wall, step)
+
+    def _pose(self, wall: Wall, step: int) -> dict[str, Floats]:
+        """As logged, with the rotation as a matrix."""
+        assert self._poses
+        row = {name: values[0] for name, values in self._poses.at(self._number[wall.name], step).items()}
+        return {**row, "turn": np.stack([row[f"turn_{k}"] for k in range(3)])}
 
     def _turned(self, wall: Wall, points: Floats, sense: float, step: int) -> Floats:
         origin, axis, rate = _rotation(wall)

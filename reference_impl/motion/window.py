@@ -15,12 +15,14 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.faults import reading
-from reference_impl.replay import retired
+from reference_impl.replay import retired, script
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import ReplayError, every, masses
 from reference_impl.replay.io import scene as read_scene
-from reference_impl.replay.plans import enters
+from reference_impl.replay.plans import entered
 
+SAID = "said"
+"""Motion of the walls of a script's run: where poses.parquet has them."""
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
 
 
@@ -156,15 +158,16 @@ def read(run_dir: Path) -> Setup:
 
 def _read(folder: Path) -> Setup:
     scene = read_scene(folder)
+    said = script.of(folder) is not None
     spheres = every(folder / "history" / "spheres.parquet").sort_values("id")
     kind = spheres["type"].to_numpy()
     mass_of, radius_of = masses(scene), {c["type"]: c["radius_m"] for c in scene["classes"]}
     mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
     ids = spheres["id"].to_numpy()
-    walls, corners, part = _walls(folder, scene)
+    walls, corners, part = _walls(folder, scene, said)
     return Setup(
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
-        dry_contacts(scene, mass_of), walls, corners, part, enters(scene, kind),
+        dry_contacts(scene, mass_of), walls, corners, part, entered(scene, spheres),
         retired.leaves(folder, ids), _broken(scene),
     )  # fmt: skip
 
@@ -232,7 +235,7 @@ def hertz_mindlin(scene: dict[str, Any], pair: dict[str, Any]) -> dict[str, floa
     }
 
 
-def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Floats, Floats]:
+def _walls(folder: Path, scene: dict[str, Any], said: bool) -> tuple[tuple[Wall, ...], Floats, Floats]:
     path = folder / "history" / "triangles.parquet"
     if not path.exists():
         return (), np.zeros((0, 3, 3)), np.zeros(0, dtype=int)
@@ -245,7 +248,8 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
         way, prisms = way_of(scene, wall), wall.get("prisms", False)
-        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, wall["motion"], way, prisms))
+        motion = SAID if said else wall["motion"]
+        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, motion, way, prisms))
     return tuple(walls), corners, table["part"].to_numpy()
 
 

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.window import slide_steps, way_of
-from reference_impl.replay import io, laws
+from reference_impl.replay import io, laws, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, film_areas, holders, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -98,7 +98,8 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     # speeds are known at one of several steps
     way = way * (1.0 if every == 1 else 2.0) + (ROOM_OF_WAY[1] if every == 1 else 1e-3) * ri + _turned(run, ri)
     since = _changed(run, held, step)
-    judged = (events["kind"] == FORMATION).to_numpy() & (step > 0) & (since < step - every) & ~np.isin(step, _anew(run))
+    judged = (events["kind"] == FORMATION).to_numpy() & (step > _born(run)) & (since < step - every)
+    judged &= ~np.isin(step, _anew(run))
     excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
     for row in late_at_walls:
@@ -109,6 +110,16 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
         beside = _thinnest_beside(run, held, events.iloc[row], int(step[row]) - every)
         excess[row] = max(own[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
     return excess, way
+
+
+def _born(run: Run) -> Floats:
+    """First step at which the spheres of each event are there: 0, of a script's run when the last of them came."""
+    events, spheres = run.table("events"), run.table("spheres")
+    if "enters" not in spheres:
+        return np.zeros(len(events), int)
+    came = spheres.set_index("id")["enters"]
+    j = events["j"].where(events["partner_kind"] == laws.SPHERE, events["i"])
+    return np.maximum(events["i"].map(came).to_numpy(), j.map(came).to_numpy())
 
 
 def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
@@ -175,6 +186,8 @@ def _turned(run: Run, ri: Floats) -> Floats:
     scene = io.scene(run.folder)
     periods = [abs(way_of(scene, w)["period_s"]) for w in scene["walls"] if w["motion"] == "turns"]
     rate = 2.0 * np.pi / min(periods) if periods else 0.0
+    if script.of(run.folder) and scene["walls"]:
+        rate = script.Poses(run.folder).fastest()
     return np.asarray(2.0 * rate * ri * impulses.every(run) * float(run.meta["time_step"]))
 
 

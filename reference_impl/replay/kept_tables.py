@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
-from reference_impl.replay import io, liquid, plans
+from reference_impl.replay import io, liquid, plans, script
 from reference_impl.replay import retired as retirement
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies
@@ -80,7 +80,7 @@ class Count:
     def __init__(self, run: Run) -> None:
         self.formed = self.ruptured = 0
         self.first, self.spheres = float(bodies(run).liquid().sum()), len(run.table("spheres"))
-        self.gone = retirement.table(run.folder)
+        self.gone, self.script = retirement.table(run.folder), script.of(run.folder) is not None
         self.fallen = run.shed[run.shed["partner_kind"] == 3]
 
     def values(self, run: Run) -> tuple[pd.DataFrame, tuple[Floats, Floats], tuple[Floats, Floats], Floats]:
@@ -91,7 +91,7 @@ class Count:
         step, at, kind = ledger["step"].to_numpy(), events["step"].to_numpy(), events["kind"].to_numpy()
         formed, ruptured = (np.searchsorted(at[of], step, "right") for of in (kind == FORMATION, kind != FORMATION))
         formed, ruptured = formed + self.formed, ruptured + self.ruptured
-        own = np.stack([formed, ruptured, formed - ruptured, np.full(len(step), self.spheres)], axis=1).astype(float)
+        own = np.stack([formed, ruptured, formed - ruptured, self._there(run, step)], axis=1).astype(float)
         self.formed += int((kind == FORMATION).sum())
         self.ruptured += int((kind != FORMATION).sum())
         drops = np.array([self.fallen["volume"][self.fallen["step"] <= s].sum() for s in step])
@@ -99,10 +99,14 @@ class Count:
         first = np.full(len(step), self.first)
         films, *rest = (_sums(run, step, *c) for c in CARRIED)
         retired = np.array([self.gone["film"][self.gone["step"] <= s].sum() for s in step])
-        held = np.stack([films - coming - retired, *rest, drops, retired, first - coming], axis=1)
+        on_spheres = films if self.script else films - coming - retired
+        held = np.stack([on_spheres, *rest, drops, retired, first - coming], axis=1)
         logged, one = ledger[list(COUNTED)].to_numpy(float), np.ones(len(step))
         amounts, size = ledger[list(HELD)].to_numpy(float), first if self.first > 0 else one
         return ledger, (logged, own), (amounts, held), size
+
+    def _there(self, run: Run, step: Floats) -> Floats:
+        return script.present(run.folder, step) if self.script else np.full(len(step), self.spheres)
 
     def check(self, run: Run) -> list[Quantity]:
         """The same compared."""

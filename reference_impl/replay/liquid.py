@@ -13,7 +13,7 @@ from reference_impl.replay.booking import Columns
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys
-from reference_impl.replay.plans import enters
+from reference_impl.replay.plans import entered
 
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
 MEAN = "mean film of a sphere"
@@ -124,5 +124,5 @@ def ledger(run: Run) -> Quantity:
 def to_come(run: Run, steps: Floats) -> Floats:
     """Liquid [m3] on the spheres that have not entered at each step."""
     spheres = run.table("spheres").sort_values("id")
-    waits = steps[:, None] < enters(io.scene(run.folder), spheres["type"].to_numpy())
+    waits = steps[:, None] < entered(io.scene(run.folder), spheres)
     return np.asarray((waits * spheres["film"].to_numpy(float)).sum(axis=1))

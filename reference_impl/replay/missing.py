@@ -92,8 +92,9 @@ def _at_outputs(run: Run) -> pd.DataFrame:
         return NONE.assign(missed=False)
     places, films, walls = run.table("trajectory"), run.table("films"), run.table("wall_films")
     frames = _frames(run, places[places["step"] > 0])
-    films = films[films["step"].isin(frames.step)].sort_values(["step", "id"])
-    frames.film[:] = np.maximum(films["film"].to_numpy(float), 0.0).reshape(frames.film.shape)
+    films = films[films["step"].isin(frames.step)]
+    place = np.searchsorted(frames.step, films["step"]), np.searchsorted(frames.ids, films["id"])
+    frames.film[place] = np.maximum(films["film"].to_numpy(float), 0.0)
     walls = walls[walls["step"].isin(frames.step)]
     frames.walls[np.searchsorted(frames.step, walls["step"]), walls["triangle"]] = walls["film"]
     table, bridges = _touching(run, frames), run.table("bridges")

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from reference_impl.replay import io
+from reference_impl.replay import io, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError
 
@@ -48,6 +49,10 @@ class Plan:
 def plan(folder: Path) -> Plan:
     """The plan of a run directory."""
     scene = io.scene(folder)
+    if (said := script.of(folder)) is not None:
+        at = np.array(said["output_steps"], dtype=np.int64)
+        last = int(said["last_step"])
+        return Plan(True, len(scene["walls"]), last, at, script.windows(said, last), (), False)
     out, effects, step = scene["output"], scene["effects"], float(scene["time_step_s"])
     steps = round(scene["duration_s"] / step)
     count, length = int(out.get("contact_windows", 2)), int(out.get("contact_window_steps", 20))
@@ -132,6 +137,11 @@ def _engine(folder: Path) -> str:
         return str(json.loads(path.read_text()).get("engine", "LIGGGHTS")) if path.exists() else "LIGGGHTS"
     except (OSError, ValueError, AttributeError) as error:
         raise ReplayError(f"{path} cannot be read ({error!r}); expected what the driver wrote: {AGAIN}") from error
+
+
+def entered(scene: dict[str, Any], spheres: pd.DataFrame) -> Floats:
+    """Step at which each sphere enters: as its table says of a script's run, else by its class."""
+    return np.asarray(spheres["enters"] if "enters" in spheres else enters(scene, spheres["type"].to_numpy()))
 
 
 def enters(scene: dict[str, Any], kind: Floats) -> Floats:

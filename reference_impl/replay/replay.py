@@ -14,7 +14,20 @@ from typing import Any, NamedTuple
 from reference_impl.diagnosis import diagnosis, faults, looked
 from reference_impl.diagnosis import kept as of_tables
 from reference_impl.motion import dynamics, window
-from reference_impl.replay import coverage, felt, io, liquid, nothing, retired, second, sections, spans, transfer, whole
+from reference_impl.replay import (
+    coverage,
+    felt,
+    io,
+    liquid,
+    nothing,
+    retired,
+    script,
+    second,
+    sections,
+    spans,
+    transfer,
+    whole,
+)
 from reference_impl.replay.compare import Quantity
 from reference_impl.shown import vtk
 
@@ -126,7 +139,8 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
     def named(failed: list[str]) -> dict[str, Any]:
         return _named(run.folder, run, tables, found, failed)
 
-    return Logged(quantities, motion, entries, named, coverage.not_checked(run))
+    own = script.NOT_CHECKED if script.of(run.folder) else ()
+    return Logged(quantities, motion, entries, named, [*coverage.not_checked(run), *own])
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:

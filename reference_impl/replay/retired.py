@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io, laws, outlets, plans
+from reference_impl.replay import io, laws, outlets, plans, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.arrays import size as length
 from reference_impl.replay.compare import Quantity, compare
@@ -81,7 +81,10 @@ def whole(folder: Path) -> int:
     for wrong, what in (
         (found["id"].duplicated(), "twice"),
         (found["id"].map(kinds) != found["type"], "with a number or class that the start does not have"),
-        (~found["step"].isin(steps), "at a step that is no checkpoint outside the windows"),
+        (
+            ~found["step"].isin(steps) & (script.of(folder) is None),
+            "at a step that is no checkpoint outside the windows",
+        ),
     ):
         if wrong.any():
             row = found[wrong].iloc[0]
@@ -94,7 +97,7 @@ def whole(folder: Path) -> int:
 
 def table(folder: Path) -> pd.DataFrame:
     """history/retired.parquet in order of steps; without rows where nobody is retired."""
-    if not plans.taken_out(io.scene(folder)):
+    if not plans.taken_out(io.scene(folder)) and script.of(folder) is None:
         return pd.DataFrame({name: np.zeros(0) for name in NAMES}).astype({n: np.int64 for n in NAMES[:4]})
     return io.columns(folder / "history" / "retired.parquet", NAMES).sort_values(["step", "id"], ignore_index=True)
 
@@ -102,7 +105,7 @@ def table(folder: Path) -> pd.DataFrame:
 def leaves(folder: Path, ids: Floats) -> Floats:
     """Last step at which each of these spheres takes part."""
     gone, found = table(folder), np.full(len(ids), NEVER)
-    found[np.searchsorted(ids, gone["id"].to_numpy())] = gone["step"].to_numpy()
+    found[np.searchsorted(ids, gone["id"].to_numpy())] = gone["step"].to_numpy() - (script.of(folder) is not None)
     return found
 
 
@@ -131,18 +134,22 @@ class Count:
 
     def __init__(self, run: Run) -> None:
         self.rule, self.gone = rule(run.folder), table(run.folder)
+        self.seen = np.zeros(len(self.gone), dtype=bool)
 
     def check(self, part: Run, outputs: Floats, shots: Floats, mean: float) -> list[Quantity]:
         """Of a part of the logs; `shots`: liquid of all holders after its outputs, `mean` film of a sphere."""
-        rows = self.gone[self.gone["step"].isin(outputs)].reset_index(drop=True)
-        films, size = shots[np.searchsorted(outputs, rows["step"]), rows["id"]], np.full(len(rows), mean)
+        rows, after = self.gone, np.searchsorted(outputs, self.gone["step"])
+        inside = (after < len(outputs)) & ~self.seen  # a script's spheres go at any step: what they hold then stays
+        self.seen |= inside
+        rows, after = rows[inside].reset_index(drop=True), after[inside]
+        films, size = shots[after, rows["id"]], np.full(len(rows), mean)
         found = compare("retired_film", "mean film of a sphere", rows["film"].to_numpy(float), films, size, rows)
-        return [found, *map(_quantity, self.deviations(part))] if self.rule else []
+        return [found, *map(_quantity, self.deviations(part))] if self.rule or len(self.gone) else []
 
     def deviations(self, part: Run) -> list[Deviation]:
         """Who was retired, where they lie, and which bridges ended with them; none where nobody is retired."""
         if self.rule is None:
-            return []
+            return self._of_bridges(part) if len(self.gone) else []
         return [*of_places(self.rule, self.gone, part.table("trajectory")), *self._of_bridges(part)]
 
     def _of_bridges(self, part: Run) -> list[Deviation]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io, retired
+from reference_impl.replay import io, retired, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import refuse
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
@@ -86,7 +86,7 @@ def _trajectory(run: Path, planned: Plan) -> int:
     """Every sphere that has not left at an outlet, at every output step, from the places that the scene starts from."""
     path, spheres = run / "trajectory.parquet", io.columns(run / "history" / "spheres.parquet", ["id", "type"])
     left = np.sort(retired.table(run)["step"].to_numpy()) if io.scene(run).get("outlets") else np.zeros(0)
-    rows = _each(path, planned, len(spheres) - np.searchsorted(left, planned.outputs))
+    rows = _each(path, planned, _there(run, planned, len(spheres) - np.searchsorted(left, planned.outputs)))
     table = io.columns(path, ["step", "id", "type", "x", "y", "z"])
     _known(path, table["id"], spheres["id"], "sphere")
     kinds = table["id"].map(spheres.set_index("id")["type"])
@@ -94,6 +94,11 @@ def _trajectory(run: Path, planned: Plan) -> int:
         raise ReplayError(f"{path} has other spheres, types or first places than history/spheres.parquet and the file that "
                           f"scene.json starts from; expected the trajectory of this run: {AGAIN}")  # fmt: skip
     return rows
+
+
+def _there(run: Path, planned: Plan, scene: int | Floats) -> int | Floats:
+    """Spheres at every output: of a script's run those that have come and not gone, else as said of the scene."""
+    return script.present(run, planned.outputs) if script.of(run) else scene
 
 
 def _start_off(run: Path, table: pd.DataFrame) -> bool:
@@ -131,8 +136,9 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     ids = io.columns(history / "spheres.parquet", ["id"])["id"]
     single = ("ledger", "energy") if planned.energy else ("ledger",)
     rows = {name: _each(history / f"{name}.parquet", planned, 1) for name in single}
-    rows["films"] = _each(history / "films.parquet", planned, len(ids))
-    rows["impulses"] = _each(history / "impulses.parquet", planned, len(ids))
+    there = _there(history.parent, planned, len(ids))
+    rows["films"] = _each(history / "films.parquet", planned, there)
+    rows["impulses"] = _each(history / "impulses.parquet", planned, there)
     films = io.columns(history / "films.parquet", ["step", "id"])
     _known(history / "films.parquet", films["id"], ids, "sphere")
     columns = ["step", "walls", "initial", "bridge_count", "formations", "ruptures"]

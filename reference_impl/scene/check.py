@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held, Section
-from reference_impl.replay import io
+from reference_impl.replay import io, script
 from reference_impl.scene import configuration, deck, described, effects, files, numbers, parts, plan, start, walls
 
 NAME = "scene"
@@ -23,7 +23,7 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
     if config is None:
         scene = io.scene(run)
         if any(wall.get("feature_angle_deg") is not None for wall in scene["walls"]):
-            meshes = walls.read(run, scene)
+            meshes = walls.read(run, scene) if script.of(run) is None else walls.by_table(run, scene)
             section.add(
                 "scene_parts",
                 "itself",

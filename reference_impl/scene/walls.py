@@ -10,7 +10,7 @@ import numpy as np
 
 from reference_impl.diagnosis.held import Held
 from reference_impl.replay import io
-from reference_impl.replay.arrays import Floats
+from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.scene import stl
 from reference_impl.scene.numbers import MARGIN
 from reference_impl.scene.stl import ROOM
@@ -36,6 +36,13 @@ def measured(config: Mapping[str, Any], scene: Mapping[str, Any], meshes: Mappin
 def read(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
     """Triangles of every wall by its name."""
     return {wall["name"]: stl.read(folder / wall["stl"]) for wall in scene["walls"]}
+
+
+def by_table(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
+    """The same as the engine reported them, where the STL files are no more than a copy."""
+    table = io.every(folder / "history" / "triangles.parquet").sort_values("triangle")
+    corners = np.stack([vectors(table, f"v{k}") for k in range(3)], axis=1)
+    return {wall["name"]: corners[(table["mesh"] == wall["name"]).to_numpy()] for wall in scene["walls"]}
 
 
 def _length(name: str, given: float, expected: float, source: str) -> Held:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from pywet.errors import PywetError
 
+Walls = str | Mapping[str, Any] | None
+"""`walls` of the liquid's file: dry, or an angle or dry for each, or not said."""
 SENTENCES = {
     "wet.no_line": ("the script {given} has no line `fix ID all pywet …`", "one such line"),
     "wet.two_lines": ("the script has {given} lines of fix pywet", "one"),
-    "wet.words": ("fix pywet was given the words `{given}`", "liquid FILE [log FOLDER] [every STEPS]"),
+    "wet.words": ("fix pywet was given the words `{given}`", "liquid FILE [log FOLDER] [every STEPS] [windows STEPS]"),
     "wet.every": ("fix pywet was given every {given}", "a whole number of steps, 1 or more"),
+    "wet.windows": ("fix pywet was given windows {given}", "a whole number of steps, 1 or more"),
     "wet.group": ("fix pywet is of the group {given}", "all: every sphere may be wet"),
     "wet.log": ("the folder {given} holds something already", "one that is empty or missing: name another after `log`"),
-    "wet.ranks": ("the script runs on {given} ranks", "1: scripts with liquid do not run on more yet"),
+    "wet.layers": ("the script divides its box in {given} along z", "`processors * * 1`: ranks hold columns"),
+    "wet.ghosts": ("ghosts of other ranks have no velocity", "the line `communicate single vel yes`"),
     "wet.units": ("units are {given}", "units si"),
     "wet.atoms": ("the atoms have no radius or mass of their own", "atom_style granular or sphere"),
     "wet.map": ("the engine keeps no map of the spheres", "the line `atom_modify map array` before the box is made"),
@@ -23,13 +27,18 @@ SENTENCES = {
     "wet.coarsegraining": ("coarsegraining is on, for which no law of bridges holds", "a script without it"),
     "wet.multisphere": ("{given} is of multispheres, whose films are not known", "single spheres"),
     "wet.pair": ("the pair style is none of granular contacts", "pair_style gran"),
-    "wet.cohesion": ("the pair style has a cohesion model of its own, which counts the liquid twice", "cohesion off"),
-    "wet.spheres": ("there is no sphere where the line of fix pywet is", "the line after spheres were made"),
+    "wet.cohesion": ("a pair or wall style has a cohesion model of its own, which counts the liquid twice", "cohesion off"),
     "wet.ids": ("the numbers of the spheres have gaps or repeat", "1, 2, … without a gap: delete none before the line"),
     "wet.sizes": ("there are {given} kinds of spheres by type, radius and density", "32 at most"),
     "wet.angle": ("contact_angle_deg has none for atom type {given}", "one for each type of which there are spheres"),
-    "wet.insertion": ("{given} may insert spheres when the liquid is there", "`unfix` of it before the line of fix pywet"),
-    "wet.walls": ("{given} is a wall, and films on walls are not supported yet", "walls: dry in the liquid's file"),
+    "wet.film": ("a film on sphere {given} is thicker than lists see", "a larger skin of the command neighbor, or less liquid"),
+    "wet.walls": ("{given} is a wall", "walls in the liquid's file: dry, or an angle for each mesh"),
+    "wet.wall_missing": ("the mesh {given} is a wall of which walls in the liquid's file says nothing", "its angle, or dry"),
+    "wet.wall_unknown": ("walls in the liquid's file names {given}", "{expected}, the walls that the script has"),
+    "wet.primitive": ("{given} is a primitive wall, which has no films", "its ID with dry, or a mesh in its place"),
+    "wet.belt": ("the mesh {given} moves its surface but not itself, which films cannot follow", "it with dry, or move/mesh"),
+    "wet.lost_wall": ("the mesh {given}, which is wet, was made anew or taken away after the line", "it to the script's end"),
+    "wet.compress": ("`{given}` gives spheres new numbers", "`compress no` at the end of it, so that their films are known"),
     "wet.integrate": ("{given} fixes nve/sphere move the spheres", "one, of the group all"),
     "wet.order": ("{given} adds forces after fix pywet", "the line of fix pywet after it"),
     "wet.neighbour": ("neigh_modify has {given}", "delay 0 every 1 check yes: films touch between two lists else"),
@@ -37,7 +46,6 @@ SENTENCES = {
     "wet.skin": ("the skin of the command neighbor is {given} m, too small for these films", "{expected} m or more"),
     "wet.time_step": ("the time step became {given} s", "{expected} s, as where the line of fix pywet is"),
     "wet.step": ("the step is {given} where a run begins", "{expected}: no reset_timestep after the line of fix pywet"),
-    "wet.restart": ("{given} writes restart files, which hold no films", "`restart 0` before the line of fix pywet"),
     "wet.frozen": ("{given} holds spheres still, which bridges would pull along", "a script without it"),
     "wet.exclude": ("`{given}` excludes pairs of spheres, between which no bridge would form", "a script without it"),
     "wet.clear": ("the script has `clear`, which forgets fix pywet", "a script without it"),
@@ -56,9 +64,17 @@ def refusal(code: str, given: Any = None, expected: Any = None) -> PywetError:
     )  # fmt: skip
 
 
-def is_wall(style: str) -> bool:
-    """Whether a fix style makes walls that spheres touch."""
-    return style.startswith(("mesh/surface", "wall/"))
+def of_wall(name: str, style: str, meshes: Sequence[str], walls: Walls) -> Iterator[PywetError]:
+    """What is in the way of a fix that makes walls, of meshes or (none) primitive, by what the liquid's file says of walls."""
+    if not style.startswith("wall/") or isinstance(walls, str):
+        return
+    named = f"fix {name} ({style})"
+    if walls is None:
+        yield refusal("wet.walls", named)
+    elif not meshes and walls.get(name) != "dry":
+        yield refusal("wet.primitive", named)
+    elif missing := [mesh for mesh in meshes if mesh not in walls]:
+        yield refusal("wet.wall_missing", missing[0])
 
 
 def holds_still(style: str) -> bool:
@@ -66,14 +82,22 @@ def holds_still(style: str) -> bool:
     return style in ("freeze", "setforce")
 
 
-def of_state(state: dict[str, Any], walls_are_dry: bool) -> Iterator[PywetError]:
+def of_names(fixes: Iterable[tuple[str, str, Sequence[str]]], walls: Walls) -> Iterator[PywetError]:
+    """Walls that the liquid's file names and that are none, by ID, style and meshes of all fixes."""
+    there = {n for name, style, meshes in fixes if style.startswith("wall/") for n in meshes or [name]}
+    if unknown := sorted(set(walls if isinstance(walls, Mapping) else ()) - there):
+        yield refusal("wet.wall_unknown", unknown[0], ", ".join(sorted(there)) or "none")
+
+
+def of_state(state: dict[str, Any], walls: Walls) -> Iterator[PywetError]:
     """All that is in the way at the line, or where a run begins; `state` as the plugin's script.cpp gives it."""
     fixes = state["fixes"]
     movers = [fix for fix in fixes if fix["style"].startswith("nve/sphere")]
     lists = {"delay": 0, "every": 1, "check": 1}
     wrong = " ".join(f"{name} {state[name]}" for name, value in lists.items() if state[name] != value)
     met = {
-        "wet.ranks": (state["ranks"] > 1, state["ranks"]),
+        "wet.layers": (state["layers"] > 1, state["layers"]),
+        "wet.ghosts": (state["ranks"] > 1 and not state["ghost_velocity"], None),
         "wet.units": (state["units"] != "si", state["units"]),
         "wet.atoms": (not state["granular"], None),
         "wet.map": (state["map"] == 0, None),
@@ -85,20 +109,19 @@ def of_state(state: dict[str, Any], walls_are_dry: bool) -> Iterator[PywetError]
         "wet.neighbour": (wrong, wrong),
         "wet.contact_distance": (state["contact_distance_factor"] != 1.0, state["contact_distance_factor"]),
         "wet.integrate": (len(movers) != 1 or not movers[0]["all"], len(movers)),
-        "wet.spheres": (state["spheres"] == 0, None),
     }
     for code, (there, given) in met.items():
         if there:
             yield refusal(code, given)
     for fix in fixes:
         named = f"fix {fix['id']} ({fix['style']})"
-        if fix["style"].startswith("insert/"):
-            yield refusal("wet.insertion", named)
         if fix["style"].startswith(("multisphere", "rigid")):
             yield refusal("wet.multisphere", named)
-        if is_wall(fix["style"]) and not walls_are_dry:
-            yield refusal("wet.walls", named)
+        yield from of_wall(fix["id"], fix["style"], fix.get("meshes", []), walls)
+        if fix.get("belt") and isinstance(walls, Mapping) and walls.get(fix["id"], "dry") != "dry":
+            yield refusal("wet.belt", fix["id"])
         if holds_still(fix["style"]):
             yield refusal("wet.frozen", named)
         if fix["later"]:
             yield refusal("wet.order", named)
+    yield from of_names(((f["id"], f["style"], f.get("meshes", [])) for f in fixes), walls)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from pywet.cases.script.refusals import holds_still, is_wall, refusal
+from pywet.cases.script.refusals import holds_still, of_names, of_wall, refusal
 from pywet.cases.script.wet import STYLE, Line, Wet, line
 from pywet.errors import FileError, PywetError
 from pywet.util.files import read_bytes
@@ -49,6 +49,26 @@ def commands(path: Path, depth: int = 0) -> Iterator[list[str]]:
             yield words
         if words[:1] == ["include"] and len(words) == 2 and "$" not in words[1]:
             yield from commands(Path(words[1]), depth + 1)
+        elif words:
+            yield from map(shlex.split, _hidden(words))
+
+
+def _hidden(words: list[str]) -> list[str]:
+    """Commands within a command: of `if` after then and else, of `run` after every N."""
+    if words[0] == "if" and "then" in words:
+        after = words[words.index("then") + 1 :]
+        return [w for k, w in enumerate(after) if w not in ("elif", "else") and (k == 0 or after[k - 1] != "elif")]
+    if words[0] == "run" and "every" in words:
+        return [w for w in words[words.index("every") + 2 :] if w != "NULL"]
+    return []
+
+
+def meshes_of(words: list[str]) -> list[str]:
+    """Meshes that a fix wall/gran names."""
+    if "n_meshes" not in words or "meshes" not in words:
+        return []
+    first = words.index("meshes") + 1
+    return words[first : first + int(words[words.index("n_meshes") + 1])]
 
 
 def scan(path: Path) -> Found:
@@ -60,23 +80,22 @@ def scan(path: Path) -> Found:
     at = lines[0]
     own = line(rows[at][1:])
     wet = Wet.read(own.liquid)
+    fixes = [words for words in rows if words[0] == "fix" and len(words) > 3]
     problems = [*_before(rows[:at], wet), *_after(rows[at + 1 :], own, wet)]
+    problems += of_names(((words[1], words[3], meshes_of(words)) for words in fixes), wet.walls)
     if any(words[0] == "clear" for words in rows):
         problems.append(refusal("wet.clear"))
-    return Found(own, wet, Counter(words[3] for words in rows if words[0] == "fix" and len(words) > 3), tuple(problems))
+    return Found(own, wet, Counter(words[3] for words in fixes), tuple(problems))
 
 
 def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
-    fixes: dict[str, str] = {}
-    restarts = ""
+    fixes: dict[str, list[str]] = {}
     for words in rows:
         match words:
-            case ["fix", name, _, style, *_]:
-                fixes[name] = style
+            case ["fix", name, _, _, *_]:
+                fixes[name] = words
             case ["unfix", name, *_]:
                 fixes.pop(name, None)
-            case ["restart", every, *_]:
-                restarts = "" if every == "0" else " ".join(words)
             case ["neigh_modify", *more]:
                 yield from _excluded(more)
             case ["newton", "on", *_]:
@@ -89,35 +108,35 @@ def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
                 yield refusal("wet.units", of)
             case ["pair_style", "gran", *models] if _cohesive(models):
                 yield refusal("wet.cohesion")
-    if restarts:
-        yield refusal("wet.restart", restarts)
-    for name, style in fixes.items():
-        yield from _of_fix(name, style, wet)
+    for words in fixes.values():
+        yield from _of_fix(words, wet)
 
 
 def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
     for words in rows:
         match words:
-            case ["fix", name, _, style, *_]:
-                yield from _of_fix(name, style, wet)
-            case ["restart" | "write_restart" | "read_restart", *_] if words[1:2] != ["0"]:
-                yield refusal("wet.restart", words[0])
+            case ["fix", _, _, _, *_]:
+                yield from _of_fix(words, wet)
             case ["neigh_modify", *more]:
                 yield from _excluded(more)
             case ["unfix", name, *_] if name == own.name:
                 yield refusal("wet.unfix", " ".join(words))
+            case ["unfix", name, *_] if name in wet.wet_walls:
+                yield refusal("wet.lost_wall", name)
+            case ["delete_atoms", *more] if more[-2:] != ["compress", "no"]:
+                yield refusal("wet.compress", " ".join(words))
 
 
-def _of_fix(name: str, style: str, wet: Wet) -> Iterator[PywetError]:
+def _of_fix(words: list[str], wet: Wet) -> Iterator[PywetError]:
+    name, style = words[1], words[3]
     named = f"fix {name} ({style})"
-    if style.startswith("insert/"):
-        yield refusal("wet.insertion", named)
     if holds_still(style):
         yield refusal("wet.frozen", named)
     if "multisphere" in style:
         yield refusal("wet.multisphere", named)
-    if is_wall(style) and wet.walls is None:
-        yield refusal("wet.walls", named)
+    if style == "wall/gran" and _cohesive(words):
+        yield refusal("wet.cohesion")
+    yield from of_wall(name, style, meshes_of(words), wet.walls)
 
 
 def _excluded(more: list[str]) -> Iterator[PywetError]:

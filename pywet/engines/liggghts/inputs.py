@@ -6,6 +6,7 @@ A law's table is solved here once, with progress, and kept in the cache.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -28,9 +29,14 @@ def write_inputs(scene: Scene, run_dir: Path) -> None:
         return
     prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")
+    write_json(history / "meta.json", meta(scene, scene.output_steps))
+
+
+def meta(scene: Scene, output_steps: list[int]) -> dict[str, Any]:
+    """What the replay is told beside the tables."""
     liquid = scene.liquid
     assert liquid is not None
-    meta = {
+    return {
         "surface_tension": liquid.surface_tension_N_per_m,
         "viscosity": liquid.viscosity_Pa_s,
         "time_step": scene.time_step_s,
@@ -41,9 +47,8 @@ def write_inputs(scene: Scene, run_dir: Path) -> None:
             {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}
             for c in scene.classes
         ],
-        "output_steps": scene.output_steps,
+        "output_steps": output_steps,
     }
-    write_json(history / "meta.json", meta)
 
 
 def prepare_laws(scene: Scene) -> None:
@@ -73,4 +78,8 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
             row = {"partner_kind": kind, "type_i": a.type, "type_j": other if kind == SPHERE else 0}
             row["part_class"] = -1 if kind == SPHERE else other
             rows.append(pd.DataFrame({**row, "v_star": grid, "transfer_i": values}))
+    if not rows:
+        return pd.DataFrame(
+            columns=["partner_kind", "type_i", "type_j", "part_class", "v_star", "transfer_i"], dtype=float
+        )
     return pd.concat(rows, ignore_index=True)

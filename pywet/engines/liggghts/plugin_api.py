@@ -36,12 +36,22 @@ SLOTS = {
 """Kind of law -> the plugin's slots, in the order of `Law.functions`; a force has one slot for all of them."""
 
 
+NEWCOMER = np.dtype([("id", "<i4"), ("type", "<i4"), ("radius", "<f8"), ("mass", "<f8"), ("x", "<f8", 3)])
+"""A sphere of a script's engine: number, atom type, radius [m], mass [kg], centre [m]."""
+
+
 def _doubles(values: Any) -> Any:
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
 def _ints(values: Any) -> Any:
     return np.ascontiguousarray(values, dtype=np.int32)
+
+
+def _at(address: int, count: int, kind: np.dtype) -> np.ndarray:
+    """An array of the plugin's own."""
+    room: Any = (C.c_char * (count * kind.itemsize)).from_address(address)
+    return np.frombuffer(room, kind)
 
 
 def _pointer(array: np.ndarray) -> C.c_void_p:
@@ -53,7 +63,14 @@ class Plugin:
 
     def __init__(self, path: Path | None = None, version: str | None = None) -> None:
         self._library = C.CDLL(str(path or plugin_path()), mode=C.RTLD_GLOBAL)
-        for name in ("pywet_version", "pywet_set_law", "pywet_add_mesh", "pywet_attach", "pywet_resume"):
+        for name in (
+            "pywet_version",
+            "pywet_set_law",
+            "pywet_add_mesh",
+            "pywet_attach",
+            "pywet_resume",
+            "pywet_resume_script",
+        ):
             getattr(self._library, name).restype = C.c_char_p
         built_for = self._library.pywet_version().decode()
         installed = version or engine_version()
@@ -176,7 +193,7 @@ class Plugin:
     def know_script(self, engine: C.c_void_p, asked: Callable[[bytes], None]) -> Any:
         """Make the fix style `pywet` known to the engine; keep what is returned as long as that lives.
 
-        `asked` is called with the words of the line where the engine comes to it, and with none before every run.
+        `asked` is called with `line` where the engine comes to it, `run` before every run, `begin` once the first one is set up.
         """
         callback = C.CFUNCTYPE(None, C.c_char_p)(asked)
         self._library.pywet_know_script(engine, callback)
@@ -187,12 +204,41 @@ class Plugin:
         """What the engine holds now, as JSON."""
         return bytes(self._library.pywet_script_state())
 
-    def script_spheres(self, count: int) -> pd.DataFrame:
-        """Spheres that the engine holds: id, type, radius [m], mass [kg]."""
-        ids, types = np.zeros(count, np.int32), np.zeros(count, np.int32)
-        radii, masses = np.zeros(count), np.zeros(count)
-        self._library.pywet_script_spheres(_pointer(ids), _pointer(types), _pointer(radii), _pointer(masses))
-        return pd.DataFrame({"id": ids, "type": types, "radius": radii, "mass": masses})
+    def script_spheres(self, count: int) -> np.ndarray:
+        """Spheres that the engine holds, as `NEWCOMER`."""
+        rows = np.zeros(count, NEWCOMER)
+        self._library.pywet_script_spheres(_pointer(rows))
+        return rows
+
+    def script_triangles(self, mesh: str, count: int) -> np.ndarray:
+        """Corners of a mesh's triangles as they are now, (count, 3, 3) [m]."""
+        corners = np.zeros((count, 3, 3))
+        self._library.pywet_script_triangles(mesh.encode(), _pointer(corners))
+        return corners
+
+    def set_script(self, windows: int, enter: Callable[[np.ndarray, int], tuple[np.ndarray, np.ndarray]]) -> None:
+        """Contacts are logged for so many steps from each output on; `enter` gives types and films of spheres that come."""
+
+        def asked(n: int, step: int, rows: int, types: int, films: int) -> None:
+            kind, film = enter(_at(rows, n, NEWCOMER), step)
+            _at(types, n, np.dtype(np.int32))[:] = kind
+            _at(films, n, np.dtype(np.float64))[:] = film
+
+        callback = C.CFUNCTYPE(None, C.c_int, C.c_int64, C.c_void_p, C.c_void_p, C.c_void_p)(asked)
+        self._keep.append(callback)
+        self._library.pywet_set_script(C.c_int64(windows), callback)
+
+    def resume_script(self, count: int) -> None:
+        """Go on from so many numbers of the engine's restart file."""
+        numbers = np.zeros(count)
+        self._library.pywet_script_restored(_pointer(numbers))
+        self._check(self._library.pywet_resume_script(_pointer(numbers), count))
+
+    def add_classes(self, scene: Scene, known: int, tables: pd.DataFrame) -> None:
+        """Classes of a scene beyond those known, with the transfer tables of all."""
+        for c in scene.classes[known:]:
+            self._library.pywet_add_type(C.c_double(c.radius_m), C.c_double(c.contact_angle_rad))
+        self._set_transfer(tables)
 
     def set_every(self, steps: int, begin: int, skin: float, thickest: float) -> None:
         """Of a script: outputs every so many steps from `begin` on, ways [m] and films (over the radius) that lists see."""

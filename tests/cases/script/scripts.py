@@ -53,6 +53,8 @@ fix             shake all move/mesh mesh plate wiggle amplitude 0. 0. 0.0005 per
 fix             pts1""",
 )
 """The same with a plate below the spheres that vibrates."""
+PLATE_ALONE = "{plate: 30, x1: dry, x2: dry, y1: dry, y2: dry, z1: dry}"
+"""Its walls, of which the plate is wet."""
 CORNERS = ("-.019 -.019", ".019 -.019", ".019 .019", "-.019 .019")
 PLATE = "solid plate\n{}endsolid plate\n".format(
     "".join(
@@ -88,3 +90,8 @@ def run(folder: Path, *program: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*words, "-in", "in.script"], cwd=folder, capture_output=True, text=True, check=False, env=environment
     )
+
+
+def read(text: str) -> str:
+    """Output without the line breaks of a narrow terminal."""
+    return " ".join(text.split())

@@ -5,39 +5,44 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from pywet.cases.script.refusals import SENTENCES, of_state, refusal
-from pywet.cases.script.run import reach, scene_of
 from pywet.cases.script.scan import scan
+from pywet.cases.script.scene import Spheres, reach, too_thick
 from pywet.cases.script.wet import Wet
 from pywet.cli.app import app
 from pywet.config.loading import parse
+from pywet.engines.liggghts.plugin_api import NEWCOMER
 from pywet.errors import ConfigError, PywetError
-from tests.cases.script.scripts import AFTER, BEFORE, LINE, WET, write
+from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, write
 
 STATE: dict[str, Any] = {
-    "ranks": 1, "step": 1, "last": -1, "time_step": 1e-5, "spheres": 2, "map": 1, "newton": 0, "delay": 0, "every": 1,
+    "ranks": 1, "layers": 1, "ghost_velocity": 1, "least_radius": 2e-3, "largest_radius": 3e-3,
+    "step": 1, "last": -1, "time_step": 1e-5, "spheres": 2, "map": 1, "newton": 0, "delay": 0, "every": 1,
     "check": 1, "contact_distance_factor": 1.0, "skin": 2e-3, "periodic": 0, "coarsegraining": 0, "units": "si",
     "granular": 1, "cohesion": 0, "fixes": [{"id": "integr", "style": "nve/sphere", "all": 1, "later": 0}],
 }  # fmt: skip
-SPHERES = pd.DataFrame({"id": [1, 2], "type": [1, 1], "radius": [2e-3, 3e-3], "mass": [8.4e-5, 2.8e-4]})
+SPHERES = np.array([(1, 1, 2e-3, 8.4e-5, (0, 0, 0)), (2, 1, 3e-3, 2.8e-4, (0.01, 0, 0))], NEWCOMER)
+MESHES = {"walls": {"drum": 40, "lid": "dry"}}
 WRONG_STATES = [
-    ("wet.ranks", {"ranks": 2}), ("wet.units", {"units": "cgs"}), ("wet.atoms", {"granular": 0}), ("wet.map", {"map": 0}),
+    ("wet.layers", {"layers": 2}), ("wet.ghosts", {"ranks": 2, "ghost_velocity": 0}),
+    ("wet.units", {"units": "cgs"}), ("wet.atoms", {"granular": 0}), ("wet.map", {"map": 0}),
     ("wet.newton", {"newton": 1}), ("wet.periodic", {"periodic": 1}), ("wet.coarsegraining", {"coarsegraining": 1}),
     ("wet.pair", {"cohesion": -1}), ("wet.cohesion", {"cohesion": 1}), ("wet.neighbour", {"delay": 10}),
-    ("wet.contact_distance", {"contact_distance_factor": 1.2}), ("wet.spheres", {"spheres": 0}), ("wet.integrate", {"fixes": []}),
+    ("wet.contact_distance", {"contact_distance_factor": 1.2}), ("wet.integrate", {"fixes": []}),
 ]  # fmt: skip
 WRONG_FIXES = [
-    ("wet.insertion", "insert/stream", 0), ("wet.multisphere", "multisphere", 0), ("wet.walls", "wall/gran", 0),
-    ("wet.walls", "mesh/surface/stress", 0), ("wet.order", "gravity", 1), ("wet.frozen", "freeze", 0),
+    ("wet.multisphere", "multisphere", 0), ("wet.walls", "wall/gran", 0), ("wet.order", "gravity", 1),
+    ("wet.frozen", "freeze", 0),
 ]  # fmt: skip
 WRONG_SCRIPTS = [
     ("wet.no_line", {"line": ""}),
     ("wet.two_lines", {"line": f"{LINE}\n{LINE}"}),
-    ("wet.words", {"line": f"{LINE} windows 3"}),
+    ("wet.words", {"line": f"{LINE} window 3"}),
+    ("wet.windows", {"line": f"{LINE} windows 0"}),
     ("wet.words", {"line": "fix wet all pywet"}),
     ("wet.every", {"line": "fix wet all pywet liquid wet.yaml every 0"}),
     ("wet.group", {"line": LINE.replace("all", "fine")}),
@@ -47,11 +52,22 @@ WRONG_SCRIPTS = [
     ("wet.coarsegraining", {"before": f"coarsegraining 2\n{BEFORE}"}),
     ("wet.cohesion", {"before": BEFORE.replace("tangential history\npair", "tangential history cohesion sjkr\npair")}),
     ("wet.multisphere", {"before": BEFORE.replace("particletemplate/sphere", "particletemplate/multisphere")}),
-    ("wet.insertion", {"before": BEFORE.replace("unfix           ins", "")}),
-    ("wet.insertion", {"after": "fix more all insert/stream seed 1\n"}),
+    (
+        "wet.cohesion",
+        {"before": BEFORE.replace("tangential history primitive", "tangential history cohesion sjkr primitive")},
+    ),
+    ("wet.primitive", {"wet": WET.replace("dry", "{x1: dry, x2: dry, y1: dry, y2: dry, z1: 30}")}),
+    ("wet.primitive", {"wet": WET.replace("dry", "{x1: dry, x2: dry, y1: dry, y2: dry}")}),
+    (
+        "wet.wall_missing",
+        {"before": SHAKEN, "wet": WET.replace("dry", "{x1: dry, x2: dry, y1: dry, y2: dry, z1: dry}")},
+    ),
+    ("wet.wall_unknown", {"before": SHAKEN, "wet": f"{WET.replace('dry', PLATE_ALONE)}"[:-2] + ", drum: 40}\n"}),
+    ("wet.lost_wall", {"before": SHAKEN, "wet": WET.replace("dry", PLATE_ALONE), "after": f"{AFTER}unfix plate\n"}),
+    ("wet.compress", {"after": f"{AFTER}delete_atoms region gone\n"}),
+    ("wet.unfix", {"after": 'if "1 > 0" then "unfix wet"\n'}),
+    ("wet.clear", {"after": "run 1000 every 100 clear\n"}),
     ("wet.walls", {"wet": WET.replace("walls: dry\n", "")}),
-    ("wet.restart", {"after": f"restart 1000 a b\n{AFTER}"}),
-    ("wet.restart", {"before": f"restart 1000 a b\n{BEFORE}"}),
     ("wet.frozen", {"before": f"{BEFORE}fix still all freeze\n"}),
     ("wet.frozen", {"after": f"fix still all setforce 0 0 0\n{AFTER}"}),
     ("wet.exclude", {"before": f"neigh_modify exclude group all all\n{BEFORE}"}),
@@ -75,13 +91,13 @@ def first(problems: Any) -> PywetError:
 
 @pytest.mark.parametrize(("code", "wrong"), WRONG_STATES)
 def test_what_the_engine_says_is_judged(code: str, wrong: dict[str, Any]) -> None:
-    assert [p.code for p in of_state({**STATE, **wrong}, True)] == [code]
+    assert [p.code for p in of_state({**STATE, **wrong}, "dry")] == [code]
 
 
 @pytest.mark.parametrize(("code", "style", "later"), WRONG_FIXES)
 def test_fixes_that_do_not_go_with_liquid(code: str, style: str, later: int) -> None:
     fixes = [*STATE["fixes"], {"id": "f", "style": style, "all": 1, "later": later}]
-    found = list(of_state({**STATE, "fixes": fixes}, walls_are_dry=False))
+    found = list(of_state({**STATE, "fixes": fixes}, None))
     assert [p.code for p in found] == [code] and found[0].given == f"fix f ({style})"
 
 
@@ -109,39 +125,57 @@ def wet(**more: Any) -> Wet:
     return parse(Wet, {"liquid": {"percent": 1.0}, "contact_angle_deg": 15, **more}, "wet.yaml")
 
 
+def spheres(rows: Any = SPHERES, **more: Any) -> Spheres:
+    found = Spheres(wet(**more))
+    found.take_in(rows, 1)
+    return found
+
+
+def test_walls_by_what_the_liquid_says_of_each() -> None:
+    """A mesh whose surface alone moves cannot be wet; one that is not in any wall is none."""
+    fixes = [*STATE["fixes"], {"id": "w", "style": "wall/gran", "all": 1, "later": 0, "meshes": ["drum", "lid"]},
+             {"id": "drum", "style": "mesh/surface", "all": 1, "later": 0, "belt": 1},
+             {"id": "lid", "style": "mesh/surface", "all": 1, "later": 0, "belt": 1}]  # fmt: skip
+    found = list(of_state({**STATE, "fixes": fixes}, MESHES["walls"]))
+    assert [(p.code, p.given) for p in found] == [("wet.belt", "drum")]
+    found = list(of_state({**STATE, "fixes": fixes[:2]}, {**MESHES["walls"], "feeder": 10}))
+    assert [(p.code, p.given, p.expected) for p in found] == [("wet.wall_unknown", "feeder", "drum, lid")]
+
+
 def test_mistakes_in_the_spheres() -> None:
     with pytest.raises(PywetError) as error:
-        scene_of(wet(), STATE, SPHERES.assign(id=[1, 3]))
-    assert error.value.code == "wet.ids"
-    with pytest.raises(PywetError) as error:
-        scene_of(wet(contact_angle_deg={"2": 15}), STATE, SPHERES)
+        spheres(contact_angle_deg={"2": 15})
     assert (error.value.code, error.value.given) == ("wet.angle", 1)
-    many = pd.DataFrame({"id": range(1, 41), "type": 1, "radius": [1e-3 + 1e-6 * k for k in range(40)], "mass": 1e-5})
+    many = np.array([(k + 1, 1, 1e-3 + 1e-6 * k, 1e-5, (0, 0, 0)) for k in range(40)], NEWCOMER)
     with pytest.raises(PywetError) as error:
-        scene_of(wet(), STATE, many)
+        spheres(many)
     assert (error.value.code, error.value.given) == ("wet.sizes", 40)
 
 
 def test_classes_are_types_and_sizes_of_the_script() -> None:
-    spheres = pd.DataFrame(
-        {"id": [2, 1, 3], "type": [1, 2, 1], "radius": [2e-3, 2e-3, 3e-3], "mass": [8e-5, 8e-5, 3e-4]}
+    """Those of spheres that come later follow; films are of the type's and the place's own amount."""
+    rows = np.array(
+        [(1, 2, 2e-3, 8e-5, (0,) * 3), (2, 1, 2e-3, 8e-5, (0,) * 3), (3, 1, 3e-3, 3e-4, (1,) * 3)], NEWCOMER
     )
-    scene, table = scene_of(wet(contact_angle_deg={"1": 10, "2": 40}), STATE, spheres)
-    assert [(c.radius_m, c.count) for c in scene.classes] == [(2e-3, 1), (3e-3, 1), (2e-3, 1)]
-    assert table["type"].tolist() == [1, 3, 2]
-    assert table["film"].to_numpy() == pytest.approx(0.01 * spheres["mass"].to_numpy() / 1000.0)
-    assert scene.classes[2].contact_angle_rad == pytest.approx(0.6981317)
+    own = [{"low_mm": [500, 500, 500], "percent": 2}, {"type": 2, "film_um": 0}]
+    found = spheres(rows[:2], contact_angle_deg={"1": 10, "2": 40}, first_films=own)
+    come = found.take_in(rows[2:], 7)
+    assert [c.radius_m for c in found.classes] == [2e-3, 2e-3, 3e-3] and come["enters"].tolist() == [7]
+    assert found.table["type"].tolist() == [1, 2, 3]
+    assert found.table["film"].to_numpy() == pytest.approx([0, 8e-10, 6e-9])
+    assert found.classes[0].contact_angle_rad == pytest.approx(0.6981317)
 
 
 def test_the_skin_is_shared_between_films_and_ways() -> None:
-    scene, table = scene_of(wet(), STATE, SPHERES)
-    ways, thickest = reach(scene, table, 2e-3)
+    ways, thickest = reach(spheres(), STATE)
     assert ways + 6e-3 * thickest == pytest.approx(2e-3) and ways == pytest.approx(1e-3)
     with pytest.raises(PywetError) as error:
-        reach(scene, table, 1e-4)
+        reach(spheres(), {**STATE, "skin": 1e-4})
     assert error.value.code == "wet.skin"
-    assert reach(scene, table, float(error.value.expected))[0] >= 2e-4 * (1 - 1e-9)
-    assert reach(*scene_of(wet(liquid={"percent": 0}), STATE, SPHERES), 1e-4) == (1e-4, 0.0)
+    assert reach(spheres(), {**STATE, "skin": float(error.value.expected)})[0] >= 2e-4 * (1 - 1e-9)
+    assert reach(spheres(liquid={"percent": 0}), {**STATE, "skin": 1e-4}) == (1e-4, 0.0)
+    assert reach(spheres(SPHERES[:0]), STATE)[0] == pytest.approx(1e-3)
+    assert too_thick(spheres().table, thickest) is None and too_thick(spheres().table, 1e-3) == 1
 
 
 def test_every_refusal_is_one_sentence() -> None:
@@ -155,9 +189,9 @@ def test_check_says_all_that_is_in_the_way(tmp_path: Path, monkeypatch: pytest.M
     write(tmp_path)
     good = CliRunner().invoke(app, ["liggghts", "-in", "in.script", "--check"])
     assert good.exit_code == 0 and "5 wall/gran" in good.output and "rabinovich" in good.output
-    write(tmp_path, before=BEFORE.replace("unfix           ins", ""), after="restart 10 a b\n")
+    write(tmp_path, before=BEFORE.replace("newton          off", "newton on"), after="clear\n")
     bad = CliRunner().invoke(app, ["liggghts", "-in", "in.script", "--check"])
-    assert bad.exit_code == 1 and "insert/pack" in bad.stderr and "restart" in bad.stderr
+    assert bad.exit_code == 1 and "newton" in bad.stderr and "clear" in bad.stderr
 
 
 def test_included_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.cases.script.scripts import BEFORE, LINE, SHAKEN, WET, run, write
+from tests.cases.script.scripts import BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, run, write
 
 pytestmark = pytest.mark.engine
 
@@ -36,13 +36,13 @@ def test_with_liquid_bridges_form_as_the_law_says_and_nothing_is_lost(tmp_path: 
     write(tmp_path)
     done = run(tmp_path)
     assert done.returncode == 0, done.stderr
-    events, ledger = (pd.read_parquet(tmp_path / "wet" / f"{name}.parquet") for name in ("events", "ledger"))
+    events, ledger = (table(tmp_path, name) for name in ("events", "ledger"))
     formed = events[events["kind"] == 0]
     assert len(formed) > 50 and (events["kind"] == 1).sum() > 5
     assert ledger["step"].tolist() == list(range(1, 3002, 100))
     total = ledger["films"] + ledger["bridges"]
     assert np.abs(total / ledger["initial"] - 1).max() < 1e-12
-    films = pd.read_parquet(tmp_path / "wet" / "films.parquet")
+    films = table(tmp_path, "films")
     first = films[films["step"] == 1].set_index("id")["film"]
     radius = pd.Series(np.where(np.cbrt(first / (0.01 * 2.5) * 3 / (4 * np.pi)) < 0.0025, 0.002, 0.003), first.index)
     r_i, r_j = radius[formed["i"]].to_numpy(), radius[formed["j"]].to_numpy()
@@ -74,7 +74,28 @@ def test_a_run_that_is_refused_keeps_the_tables_of_the_one_before(tmp_path: Path
     write(tmp_path, after="run 500\ntimestep 0.000005\nrun 500\n")
     done = run(tmp_path)
     assert done.returncode == 1 and "time step" in done.stderr
-    assert pd.read_parquet(tmp_path / "wet" / "ledger.parquet")["step"].max() == 501
+    assert table(tmp_path, "ledger")["step"].max() == 501
+
+
+@pytest.mark.slow
+def test_films_on_a_mesh_that_vibrates(tmp_path: Path) -> None:
+    """Its triangles are the engine's, its pose at every step of an event is where the script's wiggle has it."""
+    write(tmp_path, before=SHAKEN, wet=WET.replace("dry", PLATE_ALONE))
+    done = run(tmp_path)
+    assert done.returncode == 0, done.stderr
+    events, ledger, poses = (table(tmp_path, name) for name in ("events", "ledger", "poses"))
+    assert (events["partner_kind"] == 1).sum() > 30 and ledger["walls"].iloc[-1] > 0
+    total = ledger["films"] + ledger["bridges"] + ledger["walls"]
+    assert np.abs(total / ledger["initial"] - 1).max() < 1e-12
+    z = 0.0005 * np.sin(2 * np.pi * poses["step"] * 1e-5 / 0.02)
+    first = poses["step"] == poses["step"].min()
+    assert poses["shift_z"].to_numpy() == pytest.approx(
+        (z - z[first].iloc[0]).to_numpy(), abs=1.6e-6
+    )  # a step of its speed
+
+
+def table(folder: Path, name: str) -> pd.DataFrame:
+    return pd.read_parquet(folder / "wet" / "history" / f"{name}.parquet")
 
 
 def test_state_of_a_script_is_json() -> None:
@@ -83,4 +104,6 @@ def test_state_of_a_script_is_json() -> None:
     from pywet.cases.script.refusals import of_state
     from tests.cases.script.test_refusals import STATE
 
-    assert all(f'\\"{key}\\":' in source for key in STATE) and list(of_state(json.loads(json.dumps(STATE)), True)) == []
+    assert (
+        all(f'\\"{key}\\":' in source for key in STATE) and list(of_state(json.loads(json.dumps(STATE)), "dry")) == []
+    )

@@ -17,7 +17,7 @@ TABLES = {
     "Event": ("events",), "Contact": ("contacts",), "Ledger": ("ledger",), "BridgeSnapshot": ("bridges",),
     "Energy": ("energy", "window_energy"), "Impulse": ("impulses",),
     "Film": ("films", "wall_films"), "Drop": ("drops",), "Felt": ("felt",), "WireContact": ("wire_springs",),
-    "RetiredSphere": ("retired",),
+    "RetiredSphere": ("retired",), "State": ("states",), "Pose": ("poses",),
 }  # fmt: skip
 
 

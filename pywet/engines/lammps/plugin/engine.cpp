@@ -79,7 +79,8 @@ void Engine::look() {
   at.mass = atom->rmass;
   int real, columns;
   at.liquid = atom->darray[atom->find_custom("liquid", real, columns)];
-  at.tag = atom->tag; at.mask = atom->mask;
+  at.tag = atom->tag; at.mask = atom->mask; at.type = atom->type;
+  at.radius = atom->radius;
   at.nlocal = atom->nlocal;
   at.nall = atom->nlocal + atom->nghost;
   at.dt = lmp_->update->dt;

@@ -12,6 +12,7 @@ class Clock {
   int64_t checkpoint_every = 0;         // steps; 0: none
   int64_t drop_every = 0;               // steps between looks at what drips
   int64_t output_every = 0, output_from = 0;  // of a run whose end is not known: every so many steps, in place of output_steps
+  int64_t window_steps = 0;             // then contacts are logged for so many steps from each output on
   int bridges_every = 1;                // steps from one evaluation of the bridges to the next
 
   int64_t now = -1;
@@ -27,6 +28,7 @@ class Clock {
   bool bridges_act() const { return now % bridges_every == 0; }
   bool drops_fall() const { return !again && now % drop_every == 0; }
   bool logs_contacts() const {
+    if (output_every > 0) return !again && (now - output_from) % output_every < window_steps;
     for (size_t k = 0; k < window_first.size() && !again; k++)
       if (now >= window_first[k] && now < window_last[k]) return true;
     return false;

@@ -108,7 +108,7 @@ static std::vector<std::pair<double, double> > gauss(int n) {
 double EnergyBook::stored(size_t bridge, double separation) const {
   static const std::vector<std::pair<double, double> > rule = gauss(24);
   const Laws &laws = world_.laws;
-  if (!laws.capillary || !world_.rules.energy) return 0;
+  if (!laws.capillary || !(world_.rules.energy || world_.rules.scripted)) return 0;
   const Bridge &b = standing_.bridges[bridge];
   const double low = std::sqrt(std::max(separation, 0.0)), high = std::sqrt(b.rupture_distance);
   const double same[ROWS] = {0, b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, 0};

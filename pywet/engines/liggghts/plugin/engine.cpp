@@ -130,7 +130,8 @@ void Engine::look() {
   at.f = atom->f; at.torque = atom->torque;
   at.mass = atom->rmass;
   at.liquid = liquid_->array_atom;
-  at.tag = atom->tag; at.mask = atom->mask;
+  at.tag = atom->tag; at.mask = atom->mask; at.type = atom->type;
+  at.radius = atom->radius;
   at.nlocal = atom->nlocal;
   at.nall = atom->nlocal + atom->nghost;
   at.dt = lmp_->update->dt;

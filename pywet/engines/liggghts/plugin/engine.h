@@ -37,7 +37,8 @@ struct View {
   double **x = nullptr, **v = nullptr, **omega = nullptr, **f = nullptr, **torque = nullptr;
   double *mass = nullptr;
   double **liquid = nullptr;
-  int *tag = nullptr, *mask = nullptr;
+  double *radius = nullptr;
+  int *tag = nullptr, *mask = nullptr, *type = nullptr;
   int nlocal = 0, nall = 0, free_group = 0;
   double dt = 0;
   bool free(int a) const { return mask[a] & free_group; }  // moved by its forces, not driven

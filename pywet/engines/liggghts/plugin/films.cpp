@@ -21,13 +21,18 @@ void Films::begin() {
   for (const Given &g : given) sum += g.film;
   initial = double(sum);
   for (int a = 0; a < at.nlocal; a++) {
+    if (world_.rules.scripted && at.liquid[a][ENTERS] > 0) continue;  // it has its film from a restart file
     const Given &g = given[at.tag[a]];
-    const double numbers[NUMBERS_TAKEN] = {g.film, g.film, double(g.enters), g.film, g.film};
-    std::copy(numbers, numbers + NUMBERS_TAKEN, at.liquid[a]);
+    enter(a, g.film, g.enters);
   }
   std::vector<Given>().swap(given);
   part_thickness_.assign(world_.walls.parts.size(), 0.0);
   part_thickness_then = part_thickness_;
+}
+
+void Films::enter(int a, double film, int64_t step) {
+  const double numbers[NUMBERS_TAKEN] = {film, film, double(step), film, film};
+  std::copy(numbers, numbers + NUMBERS_TAKEN, world_.engine.at.liquid[a]);
 }
 
 void Films::mark() {

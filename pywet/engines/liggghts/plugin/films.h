@@ -28,6 +28,7 @@ class Films {
   explicit Films(const World &world) : world_(world) {}
   void begin();                          // from `given`; the engine is there
   void mark();                           // growth counts from here
+  void enter(int a, double volume, int64_t step);  // of a sphere that has come
   void add(int id, double volume);       // nothing where the sphere is not
   double of(int id) const;               // 0 where it is not
   void add_to_wall(int triangle, double volume);

@@ -14,9 +14,11 @@ void Logs::open(const std::string &directory) {
   events_.open(directory + "/events" + end);
   film_.open(directory + "/films" + end);
   impulses_.open(directory + "/impulses" + end);
+  if (world_.rules.scripted) states_.open(directory + "/states" + end);
   if (!world_.ranks.first()) return;
   drops_.open(directory + "/drops" + end);
-  if (world_.rules.retires) retired_.open(directory + "/retired" + end);
+  if (world_.rules.scripted) poses_.open(directory + "/poses" + end);
+  if (world_.rules.retires || world_.rules.scripted) retired_.open(directory + "/retired" + end);
   ledger_.open(directory + "/ledger" + end);
   wall_film_.open(directory + "/wall_films" + end);
   felt_.open(directory + "/felt" + end);
@@ -59,7 +61,7 @@ void Logs::contact(const Bridge &b, const Geometry &g, const Terms &t, double we
   contacts_.write(c);
 }
 
-void Logs::ledger() {
+Ledger Logs::counted() const {
   Ledger l = {};
   l.step = world_.clock.now; l.time = world_.clock.time;
   const View &at = world_.engine.at;
@@ -77,7 +79,7 @@ void Logs::ledger() {
   sum[FORMED] = standing_.formations;
   sum[RUPTURED] = standing_.ruptures;
   world_.ranks.add_up(sum);
-  if (!world_.ranks.first()) return;
+  if (!world_.ranks.first()) return l;
   for (double w : films_.wall) wall += w;
   l.initial = double(films_.initial - sum[TO_COME]);
   l.films = double(sum[FILMS] - sum[TO_COME]); l.bridges = double(sum[BRIDGES]); l.walls = double(wall); l.left = films_.left;
@@ -85,7 +87,33 @@ void Logs::ledger() {
   l.spheres = world_.spheres.count;
   l.bridge_count = int64_t(sum[HOW_MANY]);
   l.formations = int64_t(sum[FORMED]); l.ruptures = int64_t(sum[RUPTURED]);
-  ledger_.write(l);
+  return l;
+}
+
+// At the end of the step, as the engine's second half of the kick makes it.
+void Logs::states() {
+  const View &at = world_.engine.at;
+  for (int a = 0; a < at.nlocal; a++) {
+    State s = {world_.clock.now, world_.clock.time, at.tag[a], world_.spheres.type_of[at.tag[a]], {}, {}, {}};
+    const double half = at.free(a) ? 0.5 * at.dt / at.mass[a] : 0.0;
+    store(Vec(at.x[a]), s.x);
+    store(Vec(at.v[a]) + half * Vec(at.f[a]), s.v);
+    store(Vec(at.omega[a]) + (half / (0.4 * at.radius[a] * at.radius[a])) * Vec(at.torque[a]), s.w);
+    states_.write(s);
+  }
+}
+
+void Logs::poses() {
+  if (!world_.ranks.first()) return;
+  for (size_t m = 0; m < world_.walls.meshes.size(); m++) {
+    const Mesh &mesh = world_.walls.meshes[m];
+    Pose p = {world_.clock.now, int32_t(m), 0, {}, {}, {}, {}, {}, {}};
+    store(mesh.shift, p.shift);
+    store(mesh.turn.x, p.turn_0); store(mesh.turn.y, p.turn_1); store(mesh.turn.z, p.turn_2);
+    store(mesh.velocity, p.velocity);
+    store(mesh.spin, p.spin);
+    poses_.write(p);
+  }
 }
 
 void Logs::energies_in_window() { energies(window_energies_); }
@@ -124,7 +152,9 @@ void Logs::snapshot() {
     bridges_.write(s);
   }
   energies(energies_);
-  ledger();
+  const Ledger now_held = counted();
+  if (world_.ranks.first()) ledger_.write(now_held);
+  if (world_.rules.scripted) states();
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++)
     if (!world_.spheres.is_retired(at.tag[a])) {
@@ -140,7 +170,7 @@ void Logs::snapshot() {
 
 void Logs::flush() {
   for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &felt_, &retired_, &ledger_, &film_, &wall_film_,
-                          &impulses_, &energies_, &window_energies_})
+                          &impulses_, &energies_, &window_energies_, &states_, &poses_})
     log->flush();
 }
 

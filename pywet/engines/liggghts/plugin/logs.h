@@ -20,6 +20,8 @@ class Logs {
   void write(const Felt &f);
   void write(const WireContact &c);
   void write(const RetiredSphere &s);
+  void poses();                          // of all meshes, of a script of the user's own
+  Ledger counted() const;                // now; known to the first rank; every rank takes part
   void contact(const Bridge &b, const Geometry &g, const Terms &t, double weight);
   void snapshot();                       // films, bridges, impulses, ledger, energy; every rank takes part
   void energies_in_window();             // of a step of a window; every rank takes part
@@ -35,9 +37,9 @@ class Logs {
   const EnergyBook &energy_;
   const ImpulseSums &sums_;
   std::string directory_;
-  RecordFile contacts_, bridges_, wires_, events_, drops_, felt_, retired_, ledger_, film_, wall_film_, impulses_, energies_, window_energies_;
+  RecordFile contacts_, bridges_, wires_, events_, drops_, felt_, retired_, ledger_, film_, wall_film_, impulses_, energies_, window_energies_, states_, poses_;
 
-  void ledger();
+  void states();
   void energies(RecordFile &file);
 };
 

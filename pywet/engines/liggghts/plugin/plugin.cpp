@@ -3,6 +3,7 @@
 #include <exception>
 #include <memory>
 
+#include "script.h"
 #include "step.h"
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
@@ -55,6 +56,33 @@ void assign(Function &slot, void *address) {
 }
 
 }  // namespace
+
+// What a script of the user's own can print of each sphere and of all, see script.cpp.
+namespace pywet {
+
+void tell_spheres(double **rows, int n) {
+  for (int a = 0; a < n; a++) rows[a][0] = state->films.volume(a), rows[a][1] = 0;
+  for (const Bridge &b : state->standing.bridges)
+    for (int a : {b.a, b.kind == SPHERE ? b.b : -1})
+      if (a >= 0 && a < n) rows[a][1] += 1;
+}
+
+std::vector<double> state_of_script() { return state->turnover.told(); }
+
+void tell_all(double (&sums)[ALL]) {
+  const World &world = state->world;
+  const Ledger l = state->logs.counted();
+  double stored[1] = {};
+  for (size_t k = 0; k < state->standing.bridges.size(); k++)
+    if (const Bridge &b = state->standing.bridges[k]; b.mine) stored[0] += state->energy.stored(k, state->standing.geometry(b).separation);
+  world.ranks.add_up(stored);
+  const double told[ALL] = {l.initial, l.films, l.bridges, l.walls, l.retired, double(l.bridge_count), double(l.formations),
+                            double(l.ruptures), stored[0]};
+  std::copy(told, told + ALL, sums);
+  MPI_Bcast(sums, ALL, MPI_DOUBLE, 0, world.ranks.all);
+}
+
+}  // namespace pywet
 
 EXPORT const char *pywet_version() { return PYWET_ENGINE_VERSION; }
 
@@ -168,6 +196,19 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
 EXPORT void pywet_set_output_every(int64_t steps, int64_t from) {
   state->world.clock.output_every = steps;
   state->world.clock.output_from = from;
+}
+
+// The engine reads a script of the user's own: contacts are logged for so many steps from each output on; `enter` gives spheres that
+// come their types and films.
+EXPORT void pywet_set_script(int64_t window_steps, pywet::Enter enter) {
+  state->world.rules.scripted = true;
+  state->world.clock.window_steps = window_steps;
+  state->turnover.enter = enter;
+}
+
+// After pywet_attach: go on from what state_of_script has told, `n` numbers.
+EXPORT const char *pywet_resume_script(const double *numbers, int n) {
+  return guarded([&] { state->turnover.resume(std::vector<double>(numbers, numbers + n)); });
 }
 
 // How far the neighbour list sees, where no deck says it: what ways of spheres may use up [m], films over the radius.

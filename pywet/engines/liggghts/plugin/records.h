@@ -72,6 +72,17 @@ struct WireContact {
   int32_t mesh, triangle, i, pad;
   double spring[3];
 };
+struct State {
+  int64_t step;
+  double time;
+  int32_t id, type;
+  double x[3], v[3], w[3];
+};
+struct Pose {
+  int64_t step;
+  int32_t mesh, pad;
+  double shift[3], turn_0[3], turn_1[3], turn_2[3], velocity[3], spin[3];
+};
 struct RetiredSphere {
   int64_t step;
   double time;
@@ -89,6 +100,8 @@ static_assert(sizeof(Impulse) == 40, "records must match pywet/schema.py");
 static_assert(sizeof(Drop) == 112, "records must match pywet/schema.py");
 static_assert(sizeof(Felt) == 72, "records must match pywet/schema.py");
 static_assert(sizeof(RetiredSphere) == 88, "records must match pywet/schema.py");
+static_assert(sizeof(State) == 96, "records must match pywet/schema.py");
+static_assert(sizeof(Pose) == 160, "records must match pywet/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/schema.py");
 
 // A number in a sentence: six digits whatever its size, where std::to_string would write a film's 3e-7 as 0.000000.

@@ -18,6 +18,7 @@ struct Rules {
   Vec gravity;
   bool batched = false;                 // contacts of spheres in batches, see contacts.h
   bool touches_faces = false;           // contacts with the triangles of walls are made here, see faces.h
+  bool scripted = false;                // the engine reads a script of the user's own, in which spheres come and go
   double largest_overlap = 0.5;         // of the smaller radius; beyond, the run stops
   bool moist = true;                    // false: nothing but contacts with prisms
   bool semi_implicit = false;

@@ -1,12 +1,16 @@
 // A fix style for scripts of the user's own, `fix ID all pywet WORDS`: the engine reads its script by itself and this style sets the
 // plugin up where its line stands. What is said there, and whether it can be done, is for pywet.cases.script to say.
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <sstream>
 #include <string>
 
 #include "contacts.h"
 #include "engine.h"
+#include "script.h"
+#include "turnover.h"
 
 // engine headers, in the order in which they compile outside the engine's own tree
 #include "mpi.h"
@@ -16,19 +20,32 @@
 #include "comm.h"
 #include "domain.h"
 #include "fix_external.h"
+#include "fix_mesh_surface.h"
 #include "force.h"
 #include "lammps.h"
+#include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
+#include "properties.h"
+#include "tri_mesh.h"
 #include "update.h"
+
+// see engine.cpp
+#define CONTACT_MODEL_CONSTANTS_H_
+namespace LIGGGHTS {
+namespace ContactModels {
+enum { NORMAL_OFF, TANGENTIAL_OFF, COHESION_OFF, ROLLING_OFF };
+}
+}  // namespace LIGGGHTS
+#include "fix_wall_gran.h"
 
 namespace pywet {
 namespace {
 
 using namespace LAMMPS_NS;
 
-// What is asked when the line is read (with its words) and before every run (without): a refusal ends the program there.
-typedef void (*Asked)(const char *words);
+// What is asked where the line is read, before every run, and where the first one begins: a refusal ends the program there.
+typedef void (*Asked)(const char *when);
 
 Asked asked = nullptr;
 LAMMPS *lmp_of_script = nullptr;
@@ -43,35 +60,111 @@ Styles *styles_of(Modify &modify);
 class FixWet : public FixExternal {
  public:
   int64_t last = -1;                    // step of the latest forces
+  std::vector<double> restored;         // from a restart file
 
-  FixWet(LAMMPS *lmp, int n, char **words, int same, char **as_external) : FixExternal(lmp, same, as_external) {
-    for (int k = 0; k < n; k++) words_ += std::string(k ? "\n" : "") + words[k];
+  FixWet(LAMMPS *lmp, int same, char **as_external) : FixExternal(lmp, same, as_external) {
+    restart_global = 1;
+    peratom_flag = vector_flag = peratom_freq = global_freq = 1;
+    size_peratom_cols = OF_SPHERE;
+    size_vector = ALL;
+    extvector = 0;
+    FixWet::grow_arrays(atom->nmax);
+  }
+  ~FixWet() { memory->destroy(told_); }
+  void grow_arrays(int n) override {
+    FixExternal::grow_arrays(n);
+    memory->grow(told_, n, OF_SPHERE, "pywet:told");
+    array_atom = told_;
+  }
+  double compute_vector(int k) override {
+    if (last < 0) return 0;
+    if (summed_ != last) tell_all(sums_);
+    summed_ = last;
+    return sums_[k];
   }
   void post_create() override {
-    const char *held[8 + NUMBERS_TAKEN] = {"p_liquid", "all", "property/atom", "pywet_liquid", "vector", "no", "yes", "no"};
-    std::fill_n(held + 8, int(NUMBERS_TAKEN), "none");
+    const char *held[8 + NUMBERS_TAKEN] = {"p_liquid", "all", "property/atom", "pywet_liquid", "vector", "yes", "yes", "no"};
+    std::fill_n(held + 8, int(NUMBERS_TAKEN), "0.");  // also of spheres that come
     modify->add_fix(8 + NUMBERS_TAKEN, const_cast<char **>(held));
-    asked(words_.c_str());
+    asked("line");
   }
   void init() override {
-    asked("");
-    FixExternal::init();
+    asked("run");
+    if (last >= 0) FixExternal::init();
   }
-  void setup(int flags) override { post_force(flags); }
+  void setup(int flags) override {
+    if (last < 0) asked("begin");         // meshes and inserted spheres are there now
+    post_force(flags);
+  }
+  // The engine hands on what follows the size, without it.
+  void write_restart(FILE *file) override {
+    std::vector<double> told{0};
+    if (last >= 0) {
+      const std::vector<double> all = state_of_script();
+      told[0] = double(all.size());
+      told.insert(told.end(), all.begin(), all.end());
+    }
+    const int size = int(told.size() * sizeof(double));
+    if (comm->me != 0) return;
+    fwrite(&size, sizeof(int), 1, file);
+    fwrite(told.data(), sizeof(double), told.size(), file);
+  }
+  void restart(char *told) override {
+    double count;
+    std::memcpy(&count, told, sizeof count);
+    restored.resize(size_t(count));
+    std::memcpy(restored.data(), told + sizeof count, sizeof(double) * restored.size());
+  }
   void post_force(int flags) override {
     last = update->ntimestep;
+    const int n = atom->nlocal;
+    for (int a = 0; a < n; a++) std::copy(atom->f[a], atom->f[a] + 3, told_[a] + 2);
     FixExternal::post_force(flags);
+    for (int a = 0; a < n; a++)
+      for (int k = 0; k < 3; k++) told_[a][2 + k] = atom->f[a][k] - told_[a][2 + k];
+    tell_spheres(told_, n);
   }
 
  private:
-  std::string words_;
+  double **told_ = nullptr;             // of each sphere, as script.h says
+  double sums_[ALL] = {};
+  int64_t summed_ = -1;                 // step of these
 };
 
 FixWet *wet = nullptr;
 
+LAMMPS_NS::FixMeshSurface *mesh_of(const char *id) {
+  return dynamic_cast<LAMMPS_NS::FixMeshSurface *>(lmp_of_script->modify->find_fix_id(id));
+}
+
+// Of a wall its meshes (none: it is primitive), of a mesh its triangles and which one it is.
+void say_walls(std::ostream &out, LAMMPS_NS::Fix *fix) {
+  if (LAMMPS_NS::FixWallGran *wall = dynamic_cast<LAMMPS_NS::FixWallGran *>(fix)) {
+    out << ",\"meshes\":[";
+    for (int k = 0; wall->is_mesh_wall() && k < wall->n_meshes(); k++) out << (k ? ",\"" : "\"") << wall->mesh_list()[k]->id << "\"";
+    out << "]";
+  }
+  if (LAMMPS_NS::FixMeshSurface *mesh = dynamic_cast<LAMMPS_NS::FixMeshSurface *>(fix))
+    out << ",\"triangles\":" << mesh->triMesh()->sizeGlobal() << ",\"belt\":" << mesh->surfaceVel() << ",\"is\":\"" << mesh << "\"";
+}
+
+std::vector<Newcomer> spheres_now() {
+  const LAMMPS_NS::Atom &atom = *lmp_of_script->atom;
+  std::vector<Newcomer> mine(atom.nlocal);
+  for (int a = 0; a < atom.nlocal; a++) {
+    mine[a] = Newcomer{atom.tag[a], atom.type[a], atom.radius[a], atom.rmass[a], {}};
+    store(Vec(atom.x[a]), mine[a].x);
+  }
+  Ranks ranks;
+  ranks.join(lmp_of_script->world);
+  std::vector<Newcomer> all = ranks.gathered(mine);
+  std::sort(all.begin(), all.end(), [](const Newcomer &p, const Newcomer &q) { return p.id < q.id; });
+  return all;
+}
+
 Fix *made(LAMMPS *lmp, int n, char **words) {
   const char *same[6] = {words[0], words[1], "external", "pf/callback", "1", "1"};
-  return wet = new FixWet(lmp, n, words, 6, const_cast<char **>(same));
+  return wet = new FixWet(lmp, 6, const_cast<char **>(same));
 }
 
 }  // namespace
@@ -96,13 +189,17 @@ EXPORT const char *pywet_script_state() {
   static std::string text;
   LAMMPS_NS::LAMMPS &lmp = *lmp_of_script;
   const LAMMPS_NS::Neighbor &lists = *lmp.neighbor;
+  LAMMPS_NS::Properties *properties = lmp.atom->get_properties();
   std::ostringstream out;
   out.precision(17);
   out << "{\"ranks\":" << lmp.comm->nprocs << ",\"step\":" << lmp.update->ntimestep << ",\"last\":" << (wet ? wet->last : -1)
+      << ",\"restored\":" << (wet ? wet->restored.size() : 0)
       << ",\"time_step\":" << lmp.update->dt << ",\"spheres\":" << lmp.atom->natoms << ",\"map\":" << lmp.atom->map_style
       << ",\"newton\":" << lmp.force->newton << ",\"delay\":" << lists.delay << ",\"every\":" << lists.every
       << ",\"check\":" << lists.dist_check << ",\"contact_distance_factor\":" << lists.contactDistanceFactor
-      << ",\"skin\":" << lists.skin << ",\"periodic\":"
+      << ",\"skin\":" << lists.skin << ",\"least_radius\":" << properties->min_radius() << ",\"largest_radius\":"
+      << properties->max_radius() << ",\"layers\":" << lmp.comm->procgrid[2] << ",\"ghost_velocity\":" << lmp.comm->ghost_velocity
+      << ",\"periodic\":"
       << (lmp.domain->xperiodic || lmp.domain->yperiodic || lmp.domain->zperiodic) << ",\"coarsegraining\":"
       << lmp.force->cg_active() << ",\"units\":\"" << lmp.update->unit_style << "\",\"granular\":"
       << (lmp.atom->radius_flag && lmp.atom->rmass_flag) << ",\"cohesion\":" << int(cohesion(&lmp)) << ",\"fixes\":[";
@@ -111,20 +208,32 @@ EXPORT const char *pywet_script_state() {
     if (fix == wet) own = k;
     const bool later = k > own && (lmp.modify->fmask[k] & LAMMPS_NS::FixConst::POST_FORCE);
     out << (k ? "," : "") << "{\"id\":\"" << fix->id << "\",\"style\":\"" << fix->style << "\",\"all\":" << (fix->igroup == 0)
-        << ",\"later\":" << later << "}";
+        << ",\"later\":" << later;
+    say_walls(out, fix);
+    out << "}";
   }
   out << "]}";
   text = out.str();
   return text.c_str();
 }
 
-// Of the spheres, as many as the state says.
-EXPORT void pywet_script_spheres(int *id, int *type, double *radius, double *mass) {
-  const LAMMPS_NS::Atom &atom = *pywet::lmp_of_script->atom;
-  for (int a = 0; a < atom.nlocal; a++) {
-    id[a] = atom.tag[a];
-    type[a] = atom.type[a];
-    radius[a] = atom.radius[a];
-    mass[a] = atom.rmass[a];
-  }
+// What a restart file held of the liquid, as many numbers as the state says.
+EXPORT void pywet_script_restored(double *numbers) {
+  std::copy(pywet::wet->restored.begin(), pywet::wet->restored.end(), numbers);
+}
+
+// Of all spheres, as many as the state says, in order of their numbers.
+EXPORT void pywet_script_spheres(void *all) {
+  const std::vector<pywet::Newcomer> now = pywet::spheres_now();
+  std::copy(now.begin(), now.end(), static_cast<pywet::Newcomer *>(all));
+}
+
+// Corners of a mesh's triangles as they are now, 9 numbers each, in the order of their numbers; every rank takes part.
+EXPORT void pywet_script_triangles(const char *id, double *corners) {
+  using namespace pywet;
+  LAMMPS_NS::TriMesh *mesh = mesh_of(id)->triMesh();
+  std::vector<double> mine(9 * size_t(mesh->sizeGlobal()), -INF);
+  for (int k = 0; k < mesh->sizeLocal(); k++)
+    for (int corner = 0; corner < 3; corner++) mesh->node(k, corner, &mine[9 * size_t(mesh->id(k)) + 3 * corner]);
+  MPI_Allreduce(mine.data(), corners, int(mine.size()), MPI_DOUBLE, MPI_MAX, lmp_of_script->world);
 }

@@ -7,11 +7,13 @@ namespace pywet {
 void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   const std::vector<double> &radii = world.spheres.type_radius;
   world.ranks.join(processes(lmp));
-  world.walls.finish(0.05 * *std::min_element(radii.begin(), radii.end()));
+  const double least = radii.empty() ? world.engine.skin : *std::min_element(radii.begin(), radii.end());
+  world.walls.finish(0.05 * least);
   world.rules.touches_faces = world.rules.touches_faces && world.engine.leaves_faces();
   world.engine.attach(lmp, world.walls, world.rules.touches_faces || !wires.prisms.empty());
   world.engine.look();
   films.begin();
+  turnover.begin();
   faces.arrange();
   wires.arrange();
   weight.begin();
@@ -54,12 +56,13 @@ void Plugin::step(int64_t n) {
   if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && !touches_walls() && !feeding)
     return;
   if (clock.first || clock.again) engine.keep_skin();
+  if (rules.scripted && fresh) turnover.look();
   if (fresh && !world.ranks.alone()) {
     engine.find_neighbours(world.ranks);
     engine.tell_ghosts();
   }
   clock.time = n * engine.at.dt;
-  if (fresh) engine.check_box(world.spheres, world.ranks, n);
+  if (fresh && !rules.scripted) engine.check_box(world.spheres, world.ranks, n);
   energy.begin(engine.read_meshes(world.walls, world.ranks, fresh));
   weight.weigh(fresh);
   world.feed.hold(engine.at, rules, n);
@@ -82,7 +85,9 @@ void Plugin::step(int64_t n) {
   energy.add_up();
   shedding.shed();
   retirement.retire();
+  if (rules.scripted) turnover.book();
   if (rules.moist && clock.output()) logs.snapshot();
+  if (rules.scripted && !clock.again && (booking.any || clock.output() || clock.logs_contacts())) logs.poses();
   if (clock.logs_contacts()) logs.energies_in_window();
   if (clock.checkpoint()) checkpoint.save();
 }

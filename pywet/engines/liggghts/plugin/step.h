@@ -10,6 +10,7 @@
 #include "faces.h"
 #include "forces.h"
 #include "retirement.h"
+#include "turnover.h"
 
 namespace pywet {
 
@@ -32,6 +33,7 @@ class Plugin {
   Booking booking{world, films, standing, near, energy, weight, logs};
   Shedding shedding{world, films, weight, logs};
   Retirement retirement{world, films, standing, booking, logs};
+  Turnover turnover{world, films, standing, logs};
   Checkpoint checkpoint{world, films, standing, energy, faces, wires, weight, shedding, logs};
 
   Plugin() = default;

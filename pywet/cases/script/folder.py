@@ -1,0 +1,96 @@
+"""The folder of a script's run, laid out as that of a scene: what it starts from, and tables made of the raw logs at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pywet import run_folder
+from pywet.engines.liggghts.inputs import meta, transfer_tables
+from pywet.geometry import Surface, write_stl
+from pywet.geometry.initial import part_table, triangle_table
+from pywet.runs import tables
+from pywet.scene import Scene
+from pywet.util.files import read_json, read_table, write_json, write_parts, write_table
+
+SCRIPT = "script.json"
+"""That a run is one of a script's: its output steps, steps of contact windows, whether it goes on from a restart file."""
+COME = "come.bin"
+"""Raw: spheres as they came."""
+OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])
+
+
+def begin(log: Path, surfaces: Sequence[Surface], scene: Scene, restored: bool) -> None:
+    """Write what does not change: walls as they are at the line."""
+    run_folder.claim(log)
+    (log / "engine").mkdir(exist_ok=True)
+    write_json(log / SCRIPT, {"restored": restored})
+    for surface, wall in zip(surfaces, scene.walls, strict=True):
+        write_stl(surface, log / wall.stl)
+    if surfaces:
+        write_table(triangle_table(surfaces), log / "history" / "triangles.parquet")
+        write_table(part_table(scene, surfaces), log / "history" / "parts.parquet")
+
+
+def write_scene(log: Path, scene: Scene) -> None:
+    """Write what changes where spheres of another class come."""
+    write_json(log / "scene.json", scene.model_dump(mode="json"))
+    write_table(transfer_tables(scene), log / "history" / "transfer.parquet")
+    write_json(log / "history" / "meta.json", meta(scene, []))
+
+
+def note(log: Path, come: pd.DataFrame) -> None:
+    """Append spheres that have come, so that they are known whatever becomes of the engine."""
+    records = come[list(OF_COME.names or ())].to_records(index=False).astype(OF_COME)
+    with open(log / "engine" / COME, "ab") as file:
+        file.write(records.tobytes())
+
+
+def collect(log: Path, windows: int) -> None:
+    """Turn the raw logs into tables; the raw ones go."""
+    raw, history = log / "engine", log / "history"
+    come = pd.DataFrame(np.fromfile(raw / COME, OF_COME)).sort_values("id", ignore_index=True)
+    write_table(come, history / "spheres.parquet")
+    tables.convert(raw, history)
+    for name in ("retired", "poses"):
+        write_parts(map(tables.to_columns, tables.raw_parts(raw, name)), history / f"{name}.parquet")
+    if names := [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]]:
+        _mesh_motion(log, names)
+    write_parts(_trajectory(raw), log / "trajectory.parquet")
+    ledger = read_table(history / "ledger.parquet")
+    outputs = [int(step) for step in ledger["step"]]
+    scene = dict(read_json(log / "scene.json", "run the script again"))
+    count = come["type"].value_counts()
+    for of in scene["classes"]:
+        of["count"] = int(count.get(of["type"], 0))
+    scene["duration_s"] = max([1, *outputs]) * scene["time_step_s"]
+    write_json(log / "scene.json", scene)
+    told = dict(read_json(history / "meta.json", "run the script again"))
+    write_json(history / "meta.json", {**told, "output_steps": outputs})
+    said = dict(read_json(log / SCRIPT, "run the script again"))
+    contacts = read_table(history / "contacts.parquet", columns=["step"])["step"]
+    last = max([0, *outputs, *contacts.tail(1)])
+    write_json(log / SCRIPT, {**said, "output_steps": outputs, "window_steps": windows, "last_step": int(last)})
+    for path in raw.glob("*.bin"):
+        path.unlink()
+
+
+def _mesh_motion(log: Path, names: list[str]) -> None:
+    """How far meshes are from where they were at the line, at the outputs."""
+    poses = read_table(log / "history" / "poses.parquet")
+    steps = read_table(log / "history" / "ledger.parquet", columns=["step"])["step"]
+    rows = poses[poses["step"].isin(steps)].sort_values(["step", "mesh"])
+    moved = {f"d{axis}": rows[f"shift_{axis}"] for axis in "xyz"}
+    table = pd.DataFrame({"step": rows["step"], "mesh": [names[k] for k in rows["mesh"]], **moved})
+    write_table(table.reset_index(drop=True), log / "mesh_motion.parquet")
+
+
+def _trajectory(raw: Path) -> Iterator[dict[str, np.ndarray]]:
+    for part in tables.raw_parts(raw, "states"):
+        columns = tables.to_columns(tables.in_order(part, ["step", "id"]))
+        names = {**{f"x_{a}": a for a in "xyz"}, **{f"{q}_{a}": f"{q}{a}" for q in "vw" for a in "xyz"}}
+        found = {names.get(name, name): values for name, values in columns.items()}
+        yield {**found, **{name: found[name].astype(np.int64) for name in ("id", "type")}}

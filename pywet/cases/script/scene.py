@@ -1,0 +1,139 @@
+"""What the plugin and the replay take from a script's engine: classes of spheres, walls of its meshes, how far lists see."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.cases.script.refusals import refusal
+from pywet.cases.script.wet import Wet
+from pywet.engines.liggghts.deck import FILM_GROWTH
+from pywet.geometry.faces import FEATURE_ANGLE_DEG, face_of, half_width
+from pywet.geometry.surface import Floats, Surface
+from pywet.laws.contact import film_thickness
+from pywet.scene import Liquid, Output, Scene, SphereClass, WallMesh
+
+KINDS = 32
+"""Kinds of spheres: each pair of them has a table."""
+LEAST_SKIN = 0.1
+"""Way of a sphere, over the least radius, that the neighbour list has to leave in addition to films."""
+
+
+class Spheres:
+    """Classes by atom type, radius and density, as spheres of them come; and the table of all that have come."""
+
+    def __init__(self, wet: Wet) -> None:
+        self.wet = wet
+        self.classes: list[SphereClass] = []
+        self.come: list[pd.DataFrame] = []
+        self._known: dict[tuple[int, float, float], int] = {}
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """id, type (the class), radius, film and the step `enters` of all that have come, in order of their numbers."""
+        return pd.concat(self.come, ignore_index=True).sort_values("id", ignore_index=True)
+
+    def take_in(self, rows: np.ndarray, step: int) -> pd.DataFrame:
+        """Classes and films of records of the plugin."""
+        for row in rows:
+            self._known.setdefault(_kind(row), len(self._known) + 1)
+        if len(self._known) > KINDS:
+            raise refusal("wet.sizes", len(self._known))
+        for k, (atom_type, radius, density) in enumerate(self._known, start=1):
+            if k <= len(self.classes):
+                continue
+            angle = self.wet.angle_deg(atom_type)
+            if angle is None:
+                raise refusal("wet.angle", atom_type)
+            name = f"type {atom_type}, {2e3 * radius:.6g} mm, {density:.6g} kg per m3"
+            self.classes.append(
+                SphereClass(
+                    name=name, type=k, radius_m=radius, count=0, density_kg_per_m3=density,
+                    contact_angle_rad=math.radians(angle),
+                )
+            )  # fmt: skip
+        films = [self.wet.film_m3(int(r["type"]), float(r["mass"]), float(r["radius"]), tuple(r["x"])) for r in rows]
+        table = pd.DataFrame(
+            {
+                "id": rows["id"].astype(np.int64), "type": [self._known[_kind(row)] for row in rows],
+                "radius": rows["radius"], "film": films, "enters": step,
+            }
+        ).astype({"type": np.int64, "film": float, "enters": np.int64})  # fmt: skip
+        self.come.append(table)
+        return table
+
+
+def _kind(row: Any) -> tuple[int, float, float]:
+    """Atom type, radius, density [kg/m3], to nine digits: it comes from the mass."""
+    density = float(row["mass"]) / (4.0 / 3.0 * math.pi * float(row["radius"]) ** 3)
+    return int(row["type"]), float(row["radius"]), float(f"{density:.9g}")
+
+
+def surface(name: str, corners: Floats) -> Surface:
+    """A mesh as the engine has it, (n, 3, 3) [m], in the order of its triangles; open or closed, as users' are."""
+    part = face_of(corners)
+    widths = tuple(half_width(corners[part == k]) for k in range(int(part.max()) + 1))
+    triangles = np.arange(3 * len(corners)).reshape(-1, 3)
+    return Surface(name, "wall", corners.reshape(-1, 3), triangles, part, widths)
+
+
+def scene_of(wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface]) -> Scene:
+    """Scene as the plugin wants it; dry contacts, motion and forces stay the script's own: it has none of them.
+
+    It is not checked as a whole.
+    """
+    liquid = wet.liquid
+    walls = tuple(
+        WallMesh(
+            name=s.name, holder="wall", stl=Path("stl") / f"{s.name}.stl", feature_angle_deg=FEATURE_ANGLE_DEG,
+            contact_angle_rad=math.radians(wet.wet_walls[s.name]), triangle_part=tuple(int(p) for p in s.part),
+            part_half_width_m=s.part_half_width,
+        )
+        for s in surfaces
+    )  # fmt: skip
+    far = max([1.0, *(float(np.abs(s.vertices).max()) for s in surfaces)])
+    return Scene.model_construct(
+        name="script", seed=0, classes=tuple(spheres.classes), pairs=(), hertz=None, walls=walls, vibration=None, slide=None,
+        rotation=None, effects=wet.effects,
+        liquid=Liquid(
+            surface_tension_N_per_m=liquid.surface_tension_N_per_m, viscosity_Pa_s=liquid.viscosity_Pa_s,
+            density_kg_per_m3=liquid.density_kg_per_m3, initial_film_thickness_m=0.0,
+        ),
+        viscous_integration=wet.viscous_integration, bridges_every=1, contacts="stock", wall_film=wet.wall_film,
+        largest_overlap=0.5, transfer_nodes=201, gravity_m_per_s2=(0.0, 0.0, 0.0), box_low_m=(-far,) * 3,
+        box_high_m=(far,) * 3, spheres_file=Path("spheres.parquet"), time_step_s=time_step, duration_s=time_step,
+        output=Output(interval_s=time_step, contact_windows=0, energy=False), screen_z_m=0.0, bin_z_m=-far, retire=False,
+        outlets=(),
+    )  # fmt: skip
+
+
+def reach(spheres: Spheres, state: dict[str, Any]) -> tuple[float, float]:
+    """How the skin of the script is shared: what is left for the ways of spheres [m], films that it sees, over the radius.
+
+    Films may grow as in a scene; where the skin has more to give they get half of it. Without any liquid all is left for ways.
+    """
+    skin = float(state["skin"])
+    table = spheres.table
+    radius = table["radius"].to_numpy()
+    first = float((film_thickness(table["film"].to_numpy(), radius) / radius).max()) if len(table) else 0.0
+    wet = spheres.wet
+    said = [(a.percent, a.film_um) for a in wet.first_films]
+    if first == 0.0 and not any(map(any, [*said, (wet.liquid.percent, wet.liquid.film_um)])):
+        return skin, 0.0
+    most, least = 2.0 * float(state["largest_radius"]), LEAST_SKIN * float(state["least_radius"])
+    needed = FILM_GROWTH * first * most + least
+    if skin < needed or skin < 2.0 * least:
+        raise refusal("wet.skin", skin, f"{math.ceil(1e6 * max(needed, 2.0 * least)) / 1e6:g}")
+    films = min(max(needed - least, 0.5 * skin), skin - least)
+    return skin - films, films / most
+
+
+def too_thick(come: pd.DataFrame, thickest: float) -> int | None:
+    """The first sphere that comes with a film thicker than lists see."""
+    radius = come["radius"].to_numpy()
+    over = FILM_GROWTH * film_thickness(come["film"].to_numpy(), radius) > thickest * radius
+    return int(come["id"].to_numpy()[over][0]) if over.any() else None

@@ -1,0 +1,205 @@
+// Liquid is booked at the end of the step in which a sphere was missed, after all other events: these draw on the films at its start.
+#include "turnover.h"
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+
+namespace pywet {
+
+static const auto BY_ID = [](const RetiredSphere &p, const RetiredSphere &q) { return p.id < q.id; };
+
+// The number of a record in a list by ids, or null.
+static RetiredSphere *among(std::vector<RetiredSphere> &list, int id) {
+  RetiredSphere wanted = {};
+  wanted.id = id;
+  const auto found = std::lower_bound(list.begin(), list.end(), wanted, BY_ID);
+  return found != list.end() && found->id == id ? &*found : nullptr;
+}
+
+RetiredSphere *Turnover::went(int id) { return among(gone_, id); }
+
+void Turnover::begin() {
+  if (!world_.rules.scripted) return;
+  const View &at = world_.engine.at;
+  for (int a = 0; a < at.nlocal; a++) at.liquid[a][ENTERS] = 1;
+  keep();
+}
+
+void Turnover::keep() {
+  const View &at = world_.engine.at;
+  kept_.resize(at.nlocal);
+  for (int a = 0; a < at.nlocal; a++) {
+    RetiredSphere &s = kept_[a];
+    s.id = at.tag[a];
+    s.type = world_.spheres.type_of[s.id];
+    s.film = films_.volume(a);
+    store(Vec(at.x[a]), s.x);
+    store(Vec(at.v[a]), s.v);
+  }
+}
+
+void Turnover::look() {
+  const View &at = world_.engine.at;
+  std::vector<Newcomer> come;
+  for (int a = 0; a < at.nlocal; a++)
+    if (!known(a)) {
+      come.push_back(Newcomer{at.tag[a], at.type[a], at.radius[a], at.mass[a], {}});
+      store(Vec(at.x[a]), come.back().x);
+    }
+  int64_t here[2] = {at.nlocal, int64_t(come.size())}, all[2] = {here[0], here[1]};
+  if (!world_.ranks.alone()) MPI_Allreduce(here, all, 2, MPI_INT64_T, MPI_SUM, world_.ranks.all);
+  if (all[0] - all[1] != present()) find_gone();
+  if (all[1] > 0) take_in(world_.ranks.gathered(come));
+}
+
+void Turnover::find_gone() {
+  const View &at = world_.engine.at;
+  std::vector<int> mine(world_.spheres.ids(), 0), seen(mine.size(), 0);
+  for (int a = 0; a < at.nlocal; a++)
+    if (known(a)) mine[at.tag[a]] = 1;
+  MPI_Allreduce(mine.data(), seen.data(), int(mine.size()), MPI_INT, MPI_MAX, world_.ranks.all);
+  std::vector<RetiredSphere> gone;
+  for (const RetiredSphere &s : kept_)
+    if (!seen[s.id]) gone.push_back(s);
+  gone = world_.ranks.gathered(gone);
+  std::sort(gone.begin(), gone.end(), BY_ID);
+  std::sort(kept_.begin(), kept_.end(), BY_ID);
+  end_bridges(gone);
+  gone_.insert(gone_.end(), gone.begin(), gone.end());
+  std::sort(gone_.begin(), gone_.end(), BY_ID);
+  std::vector<int64_t> &retired = world_.spheres.retired;
+  for (const RetiredSphere &s : gone) retired.push_back(s.id);
+  std::sort(retired.begin(), retired.end());
+  world_.spheres.count -= int64_t(gone.size());
+}
+
+// Who counted a bridge in the last step tells all of it, with its ends as they were then.
+void Turnover::end_bridges(const std::vector<RetiredSphere> &gone) {
+  std::vector<Event> ended;
+  std::vector<RetiredSphere> lost = gone;
+  for (const Bridge &b : standing_.bridges) {
+    if (!b.mine || !(among(lost, b.i) || (b.kind == SPHERE && among(lost, b.j)))) continue;
+    const RetiredSphere *i = among(kept_, b.i), *j = b.kind == SPHERE ? among(kept_, b.j) : nullptr;
+    if (b.kind == SPHERE && !j) j = among(lost, b.j);
+    Event e = {};
+    e.time = world_.clock.time; e.kind = RETIREMENT; e.partner_kind = b.kind;
+    e.i = b.i; e.j = b.j; e.triangle = -1;
+    e.volume = b.volume;
+    e.share_i = standing_.share(b);
+    e.share_j = b.volume - e.share_i;
+    e.rupture_distance = b.rupture_distance;
+    if (b.kind != SPHERE) {
+      const Closest closest = world_.walls.closest(Vec(i->x), standing_.sites[b.site]);
+      e.triangle = closest.triangle;
+      e.separation = closest.distance - b.radius_i;
+      e.speed = norm(Vec(i->v) - world_.walls.mesh_of(b.j).velocity_at(closest.point));
+    } else if (j) {  // else the other end was a ghost and is there still
+      e.separation = norm(Vec(i->x) - Vec(j->x)) - b.radius_i - b.radius_j;
+      e.speed = norm(Vec(i->v) - Vec(j->v));
+    }
+    ended.push_back(e);
+    standing_.ruptures++;
+  }
+  ended = world_.ranks.gathered(ended);
+  for (const Event &e : ended)
+    if (const int k = standing_.find(e.partner_kind, e.i, e.j); k >= 0) standing_.remove(k);
+  ended_.insert(ended_.end(), ended.begin(), ended.end());
+}
+
+void Turnover::take_in(std::vector<Newcomer> all) {
+  Spheres &spheres = world_.spheres;
+  std::sort(all.begin(), all.end(), [](const Newcomer &p, const Newcomer &q) { return p.id < q.id; });
+  for (const Newcomer &s : all)
+    if (size_t(s.id) < spheres.ids() && spheres.exists(s.id))
+      throw Stop("sphere " + std::to_string(s.id) + " came before step " + std::to_string(world_.clock.now) +
+                 " with the number of one that has been there; expected new numbers: insert before the newest spheres are deleted");
+  const int64_t from = world_.clock.now + (world_.clock.again ? 1 : 0);
+  std::vector<int> types(all.size());
+  std::vector<double> films(all.size());
+  enter(int(all.size()), from, all.data(), types.data(), films.data());
+  long double sum = films_.initial;
+  for (size_t k = 0; k < all.size(); k++) {
+    spheres.type_of.resize(std::max(spheres.ids(), size_t(all[k].id) + 1));
+    spheres.type_of[all[k].id] = types[k];
+    sum += films[k];
+    if (const int a = world_.engine.local(all[k].id); world_.engine.at.owned(a)) films_.enter(a, films[k], std::max(from, int64_t(1)));
+  }
+  films_.initial = double(sum);
+  spheres.count += int64_t(all.size());
+}
+
+// Counts, wall films, bridges, in this order; the films on spheres are in p_liquid.
+std::vector<double> Turnover::told() const {
+  int64_t here[2] = {standing_.formations, standing_.ruptures}, all[2];
+  MPI_Allreduce(here, all, 2, MPI_INT64_T, MPI_SUM, world_.ranks.all);
+  const std::vector<Told> bridges = world_.ranks.told_first(standing_.mine());
+  const size_t walls = films_.wall.size(), each = sizeof(Told) / sizeof(double);
+  std::vector<double> told{films_.initial, films_.left, films_.retired, double(all[0]), double(all[1]), double(walls)};
+  told.insert(told.end(), films_.wall.begin(), films_.wall.end());
+  told.resize(told.size() + each * bridges.size());
+  if (!bridges.empty()) std::memcpy(&told[told.size() - each * bridges.size()], bridges.data(), sizeof(Told) * bridges.size());
+  return told;
+}
+
+void Turnover::resume(const std::vector<double> &told) {
+  const size_t walls = size_t(told[5]), each = sizeof(Told) / sizeof(double), n = (told.size() - 6 - walls) / each;
+  if (walls != films_.wall.size())
+    throw std::runtime_error("the restart file holds films on " + std::to_string(walls) + " triangles of walls; expected the " +
+                             std::to_string(films_.wall.size()) + " of this script: name the same walls in the liquid's file");
+  films_.initial = told[0]; films_.left = told[1]; films_.retired = told[2];
+  if (world_.ranks.first()) standing_.formations = int64_t(told[3]), standing_.ruptures = int64_t(told[4]);
+  std::copy(&told[6], &told[6] + walls, films_.wall.begin());
+  std::shared_ptr<Told> bridges(new Told[n + 1], std::default_delete<Told[]>());
+  std::memcpy(static_cast<void *>(bridges.get()), told.data() + 6 + walls, sizeof(Told) * n);
+  standing_.expect(bridges, int64_t(n));
+}
+
+// What a wall gets is known to all ranks; whoever has the end that is still there writes the event, else the first rank.
+void Turnover::book() {
+  if (world_.clock.again) return;
+  const Engine &engine = world_.engine;
+  const auto film = [&](int id) {
+    const RetiredSphere *s = went(id);
+    return s ? s->film : films_.of(id);
+  };
+  const auto other = [&](const Event &e) { return e.partner_kind == SPHERE ? film(e.j) : films_.at_wall(e.triangle); };
+  std::sort(ended_.begin(), ended_.end(), [](const Event &a, const Event &b) {
+    if (a.partner_kind != b.partner_kind) return a.partner_kind < b.partner_kind;
+    return a.i != b.i ? a.i < b.i : a.j < b.j;
+  });
+  for (Event &e : ended_) {
+    e.step = world_.clock.now;
+    e.time = world_.clock.time;
+    e.film_i_before = film(e.i);
+    e.film_j_before = other(e);
+  }
+  const auto give = [&](int id, double volume) {
+    if (RetiredSphere *s = went(id)) s->film += volume;
+    else films_.add(id, volume);
+  };
+  for (const Event &e : ended_) {
+    give(e.i, e.share_i);
+    if (e.partner_kind == SPHERE) give(e.j, e.share_j);
+    else films_.add_to_wall(world_.walls.film_of[e.triangle], e.share_j);
+  }
+  for (Event &e : ended_) {
+    e.film_i_after = film(e.i);
+    e.film_j_after = other(e);
+    const int left = !went(e.i) ? e.i : e.partner_kind == SPHERE && !went(e.j) ? e.j : 0;
+    if (left ? engine.at.owned(engine.local(left)) : world_.ranks.first()) logs_.write(e);
+  }
+  long double sum = films_.retired;
+  for (RetiredSphere &s : gone_) {
+    s.step = world_.clock.now;
+    s.time = world_.clock.time;
+    sum += s.film;
+    logs_.write(s);
+  }
+  films_.retired = double(sum);
+  ended_.clear();
+  gone_.clear();
+  keep();
+}
+
+}  // namespace pywet

@@ -1,0 +1,81 @@
+"""Runs of a user's own script: what script.json and the tables say in place of a scene's plan and motions.
+
+Spheres come (column `enters` of spheres.parquet) and go (retired.parquet); at the step at which one goes it is no longer there.
+Meshes are where poses.parquet has them, at every step at which something is logged.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reference_impl.replay import io
+from reference_impl.replay.arrays import Floats, vectors
+from reference_impl.replay.io import ReplayError
+
+FILE = "script.json"
+OF_POSE = ("shift", "turn_0", "turn_1", "turn_2", "velocity", "spin")
+NOT_CHECKED = (
+    "dry contacts, gravity, insertion, motion of the meshes: the script's own, of which the logs hold the outcome",
+    "first films against the liquid's file; radii, densities and triangles are taken as the engine reported them",
+)
+
+
+def of(folder: Path) -> dict[str, Any] | None:
+    """What script.json says; None where the run is that of a scene."""
+    path = Path(folder) / FILE
+    if not path.exists():
+        return None
+    try:
+        said = json.loads(path.read_text())
+        _ = [int(s) for s in said["output_steps"]], int(said["window_steps"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ReplayError(
+            f"{path} cannot be read ({error!r}); expected what the run wrote: run the script again"
+        ) from error
+    if said.get("restored"):
+        raise ReplayError(f"{Path(folder)} goes on from a restart file, whose bridges no log of it holds; expected a run from "
+                          "its first films on: replay the one before it")  # fmt: skip
+    return dict(said)
+
+
+def windows(said: dict[str, Any], last: int) -> tuple[tuple[int, int], ...]:
+    """Half-open windows of the contact log: from each output on, to the last step at most."""
+    return tuple((step, min(step + int(said["window_steps"]), last + 1)) for step in map(int, said["output_steps"]))
+
+
+def present(folder: Path, steps: Floats) -> Floats:
+    """How many spheres are there at each step."""
+    come = np.sort(io.columns(folder / "history" / "spheres.parquet", ["enters"])["enters"].to_numpy())
+    gone = np.sort(io.columns(folder / "history" / "retired.parquet", ["step"])["step"].to_numpy())
+    return np.asarray(np.searchsorted(come, steps, "right") - np.searchsorted(gone, steps, "right"))
+
+
+class Poses:
+    """Where each mesh is at the steps that are logged."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / "history" / "poses.parquet"
+        names = [f"{name}_{axis}" for name in OF_POSE for axis in "xyz"]
+        table = io.columns(self._path, ["step", "mesh", *names]).sort_values(["mesh", "step"])
+        self._rows = {int(str(mesh)): rows for mesh, rows in table.groupby("mesh")}
+
+    def at(self, mesh: int, steps: Any) -> dict[str, Floats]:
+        """Numbers of OF_POSE at some steps, a row for each."""
+        rows = self._rows.get(mesh)
+        known = rows["step"].to_numpy() if rows is not None else np.zeros(0, int)
+        wanted = np.atleast_1d(steps)
+        place = np.minimum(np.searchsorted(known, wanted), max(len(known) - 1, 0))
+        if rows is None or (known[place] != wanted).any():
+            raise ReplayError(
+                f"{self._path} lacks mesh {mesh} at a step that is logged; expected all: run the script again"
+            )
+        return {name: vectors(rows, name)[place] for name in OF_POSE}
+
+    def fastest(self) -> float:
+        """Largest spin of any mesh [rad/s]."""
+        spins = [float(np.linalg.norm(vectors(r, "spin"), axis=1).max(initial=0.0)) for r in self._rows.values()]
+        return max(spins, default=0.0)
