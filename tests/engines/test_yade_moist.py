@@ -149,7 +149,7 @@ def test_a_moist_bed_is_replayed(tmp_path: Path) -> None:
     )  # fmt: skip
     small.run(tmp_path, poured, engine="yade")
     counts = {name: q["count"] for name, q in agrees(tmp_path)["quantities"].items()}
-    assert min(counts[n] for n in ("formation_missed", "capillary", "event_triangle", "share_i")) > 100
+    assert min(counts[n] for n in ("formation_missed", "capillary", "snapshot_triangle", "share_i")) > 100
 
 
 @needs_yade

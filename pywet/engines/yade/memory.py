@@ -44,7 +44,7 @@ class Given(C.Structure):
             "rolling", "low", "high", "gravity",
         )),
         *((name, C.c_double) for name in ("dt", "skin", "thickest_film")),
-        ("at", Layout),
+        ("at", Layout), ("recorded", C.c_void_p),
     ]  # fmt: skip  # noqa: RUF012
 
 

@@ -39,6 +39,9 @@ class Host:
         classes = scene.classes
         moving = {name for name in walls if name in {*task["vibrates"], *task["turns"], *task["slides"]}}
         states = [memory.address(O.bodies[walls[w.name][0]].state) if w.name in moving else 0 for w in scene.walls]
+        recorded = np.zeros(scene.steps + 1, np.int8)
+        for first, last in schedule.recorded(scene):
+            recorded[first:last] = 1
         self._keep = {
             "state": np.array([memory.address(O.bodies[i].state) for i in spheres], np.uint64),
             "tag": rows[:, 0].astype(np.int32),
@@ -49,6 +52,7 @@ class Host:
             "mass": np.array([classes[k - 1].mass_kg for k in kind]),
             "radius": np.array([classes[k - 1].radius_m for k in kind]),
             "rolling": rolling(scene),
+            "recorded": recorded,
             "low": np.array(scene.box_low_m),
             "high": np.array(scene.box_high_m),
             "gravity": np.array(scene.gravity_m_per_s2, float),

@@ -45,7 +45,7 @@ class LAMMPS {
   std::vector<pywet::Vec> wall_start;                   // place of the body that moves with a wall, and its axes
   std::vector<pywet::Turn> wall_turned;
   bool sorted = true;                                   // YADE has looked for neighbours anew in this step
-  FILE *trajectory = nullptr;
+  FILE *trajectory = nullptr, *states = nullptr;
 
   explicit LAMMPS(const pywet::Given &g) : given(g) {
     const size_t n = g.spheres;
@@ -140,15 +140,22 @@ class LAMMPS {
     return mask[a] ? pywet::Vec(omega[a]) + (half * given.dt / (0.4 * mass[a] * r * r)) * pywet::Vec(torque[a]) : pywet::Vec(omega[a]);
   }
 
-  void frame(int64_t step) const {
-    fprintf(trajectory, "ITEM: TIMESTEP\n%lld\nITEM: NUMBER OF ATOMS\n%zu\nITEM: BOX BOUNDS ff ff ff\n", (long long)step, x.size());
-    for (int k = 0; k < 3; k++) fprintf(trajectory, "%.17g %.17g\n", given.low[k], given.high[k]);
-    fprintf(trajectory, "ITEM: ATOMS id type x y z vx vy vz omegax omegay omegaz\n");
+  // As the engine's text dumps; `forces`: force and torque in place of the type.
+  void frame(FILE *file, int64_t step, bool forces) const {
+    fprintf(file, "ITEM: TIMESTEP\n%lld\nITEM: NUMBER OF ATOMS\n%zu\nITEM: BOX BOUNDS ff ff ff\n", (long long)step, x.size());
+    for (int k = 0; k < 3; k++) fprintf(file, "%.17g %.17g\n", given.low[k], given.high[k]);
+    fprintf(file, "ITEM: ATOMS id%s x y z vx vy vz omegax omegay omegaz%s\n", forces ? "" : " type", forces ? " fx fy fz tqx tqy tqz" : "");
     const double half = step == 0 ? 0.0 : 0.5;          // the first velocities are those of the start itself
+    auto put = [file](const pywet::Vec &u) { fprintf(file, " %.17g %.17g %.17g", u.x, u.y, u.z); };
     for (size_t a = 0; a < x.size(); a++) {
-      const pywet::Vec u = kicked(int(a), half), w = spun(int(a), half);
-      fprintf(trajectory, "%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", tag[a], given.kind[a], x[a][0], x[a][1],
-              x[a][2], u.x, u.y, u.z, w.x, w.y, w.z);
+      fprintf(file, "%d", tag[a]);
+      if (!forces) fprintf(file, " %d", given.kind[a]);
+      put(pywet::Vec(x[a]));
+      put(kicked(int(a), half));
+      put(spun(int(a), half));
+      if (forces) put(pywet::Vec(f[a]) + mass[a] * pywet::Vec(given.gravity));
+      if (forces) put(pywet::Vec(torque[a]));
+      fputc('\n', file);
     }
   }
 
@@ -277,12 +284,17 @@ EXPORT void pywet_yade_step(void *engine, int64_t n, int sorted) {
   host.look();
   if (host.given.rolling) host.roll();
   host.callback(nullptr, n, 0, nullptr, nullptr, nullptr);
-  if (n % host.given.every == 0) host.frame(n);
+  if (n % host.given.every == 0) host.frame(host.trajectory, n, false);
+  if (host.given.recorded[n]) {
+    if (!host.states) host.states = fopen("states.txt", "w");
+    host.frame(host.states, n, true);
+  }
   if (n == 0) host.take_back();
 }
 
 EXPORT void pywet_yade_close(void *engine) {
   LAMMPS_NS::LAMMPS *host = static_cast<LAMMPS_NS::LAMMPS *>(engine);
-  fclose(host->trajectory);
+  for (FILE *file : {host->trajectory, host->states})
+    if (file) fclose(file);
   delete host;
 }

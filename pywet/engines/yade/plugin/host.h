@@ -24,6 +24,7 @@ struct Given {
   const double *low, *high, *gravity;
   double dt, skin, thickest_film;
   Layout at;
+  const char *recorded;                                 // of each step whether motion is recorded: 1
 };
 
 }  // namespace pywet
