@@ -29,7 +29,7 @@ CONFIG = Path(config.pop("config_dir", "config"))
 config.yaml."""
 try:
     CONFIGURED = stages.resolved(CONFIG, engine=ENGINE)
-    CHOSEN = settings.chosen(CONFIGURED.settings, config)
+    CHOSEN = settings.chosen(settings.load(CONFIG).settings, config)
     engine_of(ENGINE, CHOSEN.ranks)
     CASES = {CONFIGURED.case(number).name: number for number in CHOSEN.cases}
     CONFIGURED.scale(CHOSEN.scale)
