@@ -29,8 +29,8 @@ from pywet.scene import Rotation, Scene, Slide, Vibration
 from pywet.util.files import read_table, write_json
 
 WORKER = ["-m", worker.__name__]
-SKIN = 0.3
-"""Margin of the bodies' boxes over the smallest radius, between two sorts of the collider."""
+SKIN = 0.1
+"""Margin of the bodies' boxes over the smallest radius, between two sorts of the collider; of 0.3, 0.1 and 0.03 the quickest."""
 
 
 def run(
