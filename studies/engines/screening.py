@@ -1,7 +1,7 @@
 """Dry screening in both engines: runs of several seeds, for `pywet compare` and the table of agreement.
 
-Rolling resistance is off in both engines: contacts are the programs' own. A seed is that of the first arrangement of the spheres, so
-both engines start from the same places; contacts make the two courses independent within a tenth of a second.
+Rolling resistance is off in both engines: contacts are the programs' own. A seed is that of the first arrangement of the
+spheres, so both engines start from the same places; contacts make the two courses independent within a tenth of a second.
 """
 
 from __future__ import annotations

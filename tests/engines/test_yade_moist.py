@@ -60,7 +60,16 @@ def test_free_wet_spheres_are_replayed(tmp_path: Path) -> None:
     assert read_json(tmp_path / "engine" / "run.json", "")["engine"] == "YADE"
     found = agrees(tmp_path)
     counts = {name: q["count"] for name, q in found["quantities"].items()}
-    looked_at = ("volume", "share_i", "force", "torque_i", "ledger", "energy_budget", "flight_place", "between_momentum")
+    looked_at = (
+        "volume",
+        "share_i",
+        "force",
+        "torque_i",
+        "ledger",
+        "energy_budget",
+        "flight_place",
+        "between_momentum",
+    )
     assert min(counts[name] for name in looked_at) > 0
     linear, _, (size, _) = momenta(read_table(tmp_path / "trajectory.parquet"), CLASSES)
     assert np.abs(linear - linear[0]).max() < 1e-12 * size
@@ -82,7 +91,7 @@ def test_a_vibrating_plate_and_one_that_is_drawn_away(tmp_path: Path) -> None:
     square = 0.012 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     walls = (
         make_surface("table", "wires", plate(square, -0.002, 0.0), "vibrates"),
-        make_surface("belt", "slide", plate(square + [0.03, 0.0], -0.002, 0.0), "slides"),
+        make_surface("belt", "slide", plate(square + np.array([0.03, 0.0]), -0.002, 0.0), "slides"),
     )
     spheres = [small.Sphere(1, (x, 0.001, R + 1e-5)) for x in (0.0, 0.03)] + [small.Sphere(2, (0.004, 0.0, 2.2e-3))]
     small.prepare(
@@ -118,7 +127,10 @@ def test_rolling_resistance_has_a_constant_torque(tmp_path: Path) -> None:
     """A sphere that rolls on a floor loses 5/7 g mu_r/r per second, whatever its speed, as in LIGGGHTS; one that rests stays."""
     rest = R - CLASSES[0].mass_kg * 9.81 / 1e3
     mu, speed, ends = 2e-4, 0.1, []
-    spheres = [small.Sphere(1, (0.0, 0.0, rest), (speed, 0.0, 0.0), (0.0, speed / R, 0.0)), small.Sphere(1, (0.0, 0.03, rest))]
+    spheres = [
+        small.Sphere(1, (0.0, 0.0, rest), (speed, 0.0, 0.0), (0.0, speed / R, 0.0)),
+        small.Sphere(1, (0.0, 0.03, rest)),
+    ]
     for engine in ("yade", "liggghts"):
         small.prepare(
             tmp_path / engine, CLASSES, spheres, contacts(2, 1e3, friction=0.5, rolling_m=mu), walls=(small.floor(),),
@@ -137,8 +149,8 @@ def test_rolling_resistance_has_a_constant_torque(tmp_path: Path) -> None:
 @needs_yade
 @pytest.mark.engine
 def test_a_moist_bed_is_replayed(tmp_path: Path) -> None:
-    """Sixty spheres fall into a box: neighbours by YADE's sorts, no formation missed, liquid kept; Newton's law of those that touch
-    nothing, and of all how forces change the motion."""
+    """Sixty spheres fall into a box: neighbours by YADE's sorts, no formation missed, liquid kept; Newton's law of those that
+    touch nothing, and of all how forces change the motion."""
     poured, vessel = bodies.loose_box(60, 1.5e-3, 1)
     sphere = sphere_classes(1.5e-3, counts=60)
     walls: tuple[Surface, ...] = (vessel,)
@@ -161,7 +173,7 @@ def test_another_layout_of_memory_is_refused(tmp_path: Path, monkeypatch: pytest
         small.prepare(folder, CLASSES, one, contacts(2, 1e4), steps=10)
         command = f"from pywet.engines.yade import memory, worker; memory.LAYOUT[{name!r}] += 8; worker.main()"
         monkeypatch.setattr(driver, "WORKER", ["-c", command])
-        with pytest.raises(StoppedRun, match="YADE's memory holds .*; expected .*Debian 12's build of 2023.02a"):
+        with pytest.raises(StoppedRun, match=r"YADE's memory holds .*; expected .*Debian 12's build of 2023.02a"):
             small.run(folder, one, engine="yade")
 
 

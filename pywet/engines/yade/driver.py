@@ -33,9 +33,7 @@ SKIN = 0.1
 """Margin of the bodies' boxes over the smallest radius, between two sorts of the collider; of 0.3, 0.1 and 0.03 the quickest."""
 
 
-def run(
-    run_dir: Path, progress: bool = True, *, driven: tuple[int, ...] = (), allow_unstable: bool = False
-) -> RunInfo:
+def run(run_dir: Path, progress: bool = True, *, driven: tuple[int, ...] = (), allow_unstable: bool = False) -> RunInfo:
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
     Raises `PywetError` where YADE is missing, of another version, or cannot do what the scene asks for; `driven`: spheres held at

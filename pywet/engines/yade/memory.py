@@ -31,7 +31,7 @@ HOLDER, HELD = 40, 16
 class Layout(C.Structure):
     """The host's struct of the same name."""
 
-    _fields_ = [(name, C.c_int64) for name in LAYOUT]  # noqa: RUF012
+    _fields_ = [(name, C.c_int64) for name in LAYOUT]
 
 
 class Given(C.Structure):
@@ -45,7 +45,7 @@ class Given(C.Structure):
         )),
         *((name, C.c_double) for name in ("dt", "skin", "thickest_film")),
         ("at", Layout), ("recorded", C.c_void_p),
-    ]  # fmt: skip  # noqa: RUF012
+    ]  # fmt: skip
 
 
 def read(address: int, kind: str, count: int = 1) -> list[Any]:
@@ -54,7 +54,9 @@ def read(address: int, kind: str, count: int = 1) -> list[Any]:
         with open("/proc/self/mem", "rb", 0) as memory:
             return list(struct.unpack(f"{count}{kind}", os.pread(memory.fileno(), 8 * count, address)))
     except (OSError, OverflowError, struct.error) as error:
-        raise EngineError(_other(f"nothing at the address {address:#x}", "an object of YADE"), code="yade.memory") from error
+        raise EngineError(
+            _other(f"nothing at the address {address:#x}", "an object of YADE"), code="yade.memory"
+        ) from error
 
 
 def address(held: object) -> int:
@@ -88,7 +90,9 @@ def check() -> None:
     inside = [read(at + LAYOUT[name], POINTER)[0] for name in ("geometry", "physics")]
     _same("an Interaction", [*bodies.tolist(), *inside], [pair.id1, pair.id2, address(pair.geom), address(pair.phys)])
     for contact in (pair, O.interactions[1, 2]):
-        compare("ScGeom", address(contact.geom), {"normal": contact.geom.normal, "depth": [contact.geom.penetrationDepth]})
+        compare(
+            "ScGeom", address(contact.geom), {"normal": contact.geom.normal, "depth": [contact.geom.penetrationDepth]}
+        )
     O.reset()
 
 

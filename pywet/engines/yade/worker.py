@@ -61,7 +61,8 @@ class Host:
             len(spheres), len(walls), len(O.bodies), len(classes), scene.output_every,
             **{name: array.ctypes.data for name, array in self._keep.items()},
             scene=memory.address(O.forces), interactions=memory.address(O.interactions),
-            dt=scene.time_step_s, skin=2.0 * task["skin"], thickest_film=task["reach"] - 1.0, at=memory.Layout(*memory.LAYOUT.values()),
+            dt=scene.time_step_s, skin=2.0 * task["skin"], thickest_film=task["reach"] - 1.0,
+            at=memory.Layout(*memory.LAYOUT.values()),
         )  # fmt: skip
         if not scene.effects.rolling:
             given.rolling = None
