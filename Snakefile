@@ -4,6 +4,7 @@
 #   snakemake --cores 2 --config scale=reduced   the same at another scale
 #   snakemake --cores 2 --config cases=[2,11]    only these cases; cases=2 for one
 #   snakemake --cores 2 --config seed=7          another first arrangement of the spheres
+#   snakemake --cores 2 --config engine=yade     in another engine, in results/<scale>_yade
 #
 # A case that fails does not stop the others: each stage leaves results/<scale>/<case>/status/<stage>.json, the report names
 # the reason, and rule verdict ends the call with an error. The next call tries the failed cases again.

@@ -87,7 +87,7 @@ def run(
     scale: ScaleName = None,
     ranks: Ranks = 1,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/SCALE/caseNN.")] = None,
-    engine: Annotated[str, typer.Option(help="liggghts, or yade: dry cases, no rolling resistance.")] = "liggghts",
+    engine: Annotated[str, typer.Option(help="liggghts or yade.")] = "liggghts",
     config: ConfigDir = CONFIG,
     seed: Annotated[
         int | None, number("--seed", LIMITS["seed"], "Of the first arrangement; default: that of config.yaml")

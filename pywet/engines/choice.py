@@ -32,7 +32,7 @@ ENGINES = {
     engine.name: engine
     for engine in (
         Engine("liggghts", retires=True),
-        Engine("yade", rolling=False, parallel=False),
+        Engine("yade", parallel=False),
         Engine("lammps", rolling=False, parallel=False),
     )
 }

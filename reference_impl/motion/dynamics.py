@@ -42,7 +42,7 @@ def check(
     if not window.recorded(folder):
         return found, more
     found += kept_tables.velocities(setup)
-    works = run is not None and budget.judged(run)
+    works = run is not None and not setup.foreign and budget.judged(run)
     shares, counts = contributions.Shares(setup, run), Counter[str]()
     parts: dict[str, list[Quantity]] = {}
     waiting: list[newton.Compared] = []  # of short windows, which are compared together
@@ -50,7 +50,7 @@ def check(
     for f in newton.each(setup, run):  # a window's forces are large: one at a time
         io.note(f"window from step {f.window.steps[0]}")
         shares.add(f)
-        counts.update(f.counts)
+        counts.update({"foreign": len(f.touches)} if setup.foreign else f.counts)
         first, last = shares.windows[-1]
         if small is not None:
             table = small[(small["step"] >= first) & (small["step"] <= last)]
@@ -71,7 +71,8 @@ def check(
     for q in newton.quantities(setup, waiting):
         parts.setdefault(q.name, []).append(q)
     found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
-    io.write_json(folder / "contributions.json", shares.result(moved))
+    if not setup.foreign:
+        io.write_json(folder / "contributions.json", shares.result(moved))
     driven = int((~setup.free).sum())
     more["newton"] = {"windows": shares.windows, "spheres": len(setup.ids), "driven": driven, **counts}
     return found, more
@@ -82,6 +83,8 @@ def named(run_dir: Path, run: io.Run | None, failed: list[str]) -> dict[str, Any
     if not set(failed) & MOTION or not window.recorded(Path(run_dir)):
         return None
     setup = window.read(Path(run_dir))
+    if setup.foreign:
+        return None
     return diagnosis.diagnose(links_motion.links(setup, newton.forces(setup, run), failed), failed)
 
 
@@ -132,7 +135,12 @@ def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
     found = [f"forces and motion: steps outside the windows, {outside} of {every}"] if outside else []
     if law is None:
         found.append(NOT_RECORDED)
-    elif law["no_rolling_direction"]:
+    elif law.get("foreign"):
+        found.append(
+            f"newton: forces on spheres in {law['foreign']} dry contacts, which follow the engine's own law; those of all others "
+            "are checked, and of all how forces change the motion"
+        )
+    elif law.get("no_rolling_direction"):
         found.append(
             f"newton: rolling resistance of {law['no_rolling_direction']} contacts, where the spin is lost in the rounding of "
             "the step's kick and has no direction"

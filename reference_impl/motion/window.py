@@ -5,6 +5,7 @@ Reads files only; nothing here is physics but the masses, the dashpots and how w
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -19,7 +20,7 @@ from reference_impl.replay import retired, script
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import ReplayError, every, masses
 from reference_impl.replay.io import scene as read_scene
-from reference_impl.replay.plans import entered
+from reference_impl.replay.plans import OWN_CONTACTS, engine, entered
 
 SAID = "said"
 """Motion of the walls of a script's run: where poses.parquet has them."""
@@ -97,6 +98,8 @@ class Setup:
     """Last step at which each sphere takes part; after it, it has been retired."""
     broken: frozenset[int]
     """Steps after which the engine set itself up anew: the forces that follow are not those that were recorded."""
+    foreign: bool = False
+    """Whether dry contacts follow a law of the engine's own, which is not recomputed."""
 
     @property
     def step(self) -> float:
@@ -115,8 +118,8 @@ class Setup:
 
     @property
     def memory(self) -> bool:
-        """Whether friction is a spring that remembers the slip, or a drag."""
-        return bool(self.scene["effects"].get("tangential_history", True))
+        """Whether friction is a spring that remembers the slip and is recorded, or a drag."""
+        return not self.foreign and bool(self.scene["effects"].get("tangential_history", True))
 
     @property
     def moist(self) -> bool:
@@ -165,10 +168,11 @@ def _read(folder: Path) -> Setup:
     mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
     ids = spheres["id"].to_numpy()
     walls, corners, part = _walls(folder, scene, said)
+    foreign = engine(folder) in OWN_CONTACTS
     return Setup(
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
         dry_contacts(scene, mass_of), walls, corners, part, entered(scene, spheres),
-        retired.leaves(folder, ids), _broken(scene),
+        retired.leaves(folder, ids), frozenset() if foreign else _broken(scene), foreign,
     )  # fmt: skip
 
 
@@ -254,7 +258,10 @@ def _walls(folder: Path, scene: dict[str, Any], said: bool) -> tuple[tuple[Wall,
 
 
 def _driven(folder: Path) -> set[int]:
-    """Spheres that the deck moves whatever acts on them."""
+    """Spheres that the deck, or YADE's task, moves whatever acts on them."""
+    task = folder / "engine" / "task.json"
+    if task.exists():
+        return set(json.loads(task.read_text())["driven"])
     decks = [deck for name in ("setup.liggghts", "in.lammps") if (deck := folder / "engine" / name).exists()]
     found = re.search(r"^group driven id (.*)$", decks[0].read_text(errors="replace"), re.MULTILINE) if decks else None
     return {int(word) for word in found.group(1).split()} if found else set()

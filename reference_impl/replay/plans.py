@@ -62,8 +62,9 @@ def plan(folder: Path) -> Plan:
         first = [int(steps * (k + 0.5) / count) - length // 2 for k in range(count)]
     windows = tuple((max(0, a), min(a + length, steps + 1)) for a in first)
     recorded: tuple[str, ...] = ()
-    if windows and out.get("window_trajectories", False) and _engine(folder) == "LIGGGHTS":
+    if windows and out.get("window_trajectories", False) and engine(folder) != "LAMMPS":
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
+        springs = () if engine(folder) in OWN_CONTACTS else springs
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
     outputs, energy = np.arange(0, steps + 1, outputs_every(scene)), bool(out.get("energy", True))
     return Plan(
@@ -130,8 +131,12 @@ def impulse(scene: dict[str, Any]) -> int:
     return int(scene.get("bridges_every", 1))
 
 
-def _engine(folder: Path) -> str:
-    """The engine of a run; other engines than LIGGGHTS record no motion in windows."""
+OWN_CONTACTS = ("YADE",)
+"""Engines whose dry contacts are not those of LIGGGHTS, and whose springs are not recorded."""
+
+
+def engine(folder: Path) -> str:
+    """The engine of a run; LAMMPS records no motion in windows."""
     path = Path(folder) / "engine" / "run.json"
     try:
         return str(json.loads(path.read_text()).get("engine", "LIGGGHTS")) if path.exists() else "LIGGGHTS"

@@ -1,7 +1,7 @@
 """Dry screening in both engines: runs of several seeds, for `pywet compare` and the table of agreement.
 
-Rolling resistance is off in both engines, because YADE's differs. A seed is that of the first arrangement of the spheres, so
-both engines start from the same places; contacts make the two courses independent within a tenth of a second.
+Rolling resistance is off in both engines: contacts are the programs' own. A seed is that of the first arrangement of the
+spheres, so both engines start from the same places; contacts make the two courses independent within a tenth of a second.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pywet.scene import Scene
 
 def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -> Scene:
     """The case without rolling resistance, with this seed of the first arrangement; writes the run directory."""
-    return cases.build(stages.resolved(config_dir, engine="yade", seed=seed), case, scale, run_dir)
+    return cases.build(stages.resolved(config_dir, engine="yade", seed=seed).without_rolling(), case, scale, run_dir)
 
 
 def simulate(run_dir: Path, engine: str) -> None:

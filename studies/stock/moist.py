@@ -15,8 +15,8 @@ from typing import Any
 
 import pandas as pd
 
-from pywet.engines.process import installed
-from pywet.engines.yade.driver import PROGRAM, build_task, execute, finish
+from pywet.engines.yade.build import engine_version
+from pywet.engines.yade.driver import build_task, execute
 from pywet.errors import PywetError
 from pywet.laws.contact import leapfrog_damping, pair_mass
 from pywet.scene import ContactPair, Scene
@@ -50,7 +50,7 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
         raise PywetError(
             f"the moist scene {scene.name} has Hertz contacts; expected linear springs, which it runs with"
         )
-    version = installed(*PROGRAM)
+    engine_version()
     task = build_task(scene, run_dir)
     # the largest rupture distance of YADE's rule, r (1 + theta/2)(V*^1/3 + 0.1 V*^2/3), with a margin
     radius = scene.classes[0].radius_m
@@ -64,9 +64,8 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
         "angle_deg": math.degrees(liquid.contact_angle_rad),
         "materials": materials(scene),
     }
-    wall = execute(run_dir, scene, task, progress)
-    bridges = read_json(run_dir / "engine.partial" / "bridges.json")
-    finish(run_dir, task, version, wall, law=liquid.law)
+    execute(run_dir, scene, task, progress)
+    bridges = read_json(run_dir / "engine" / "bridges.json")
     return pd.DataFrame(bridges, columns=["volume", "gap", "wall", "rupture"])
 
 

@@ -15,6 +15,7 @@ from pywet import config, stages
 from pywet.cases.screening import cases
 from pywet.cases.screening.results import write_results
 from pywet.cases.small import small
+from pywet.cases.small.bodies import water
 from pywet.engines import process
 from pywet.engines.yade import contacts, driver, solids
 from pywet.errors import PywetError
@@ -235,17 +236,18 @@ def test_another_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_what_yade_lacks_is_refused(tmp_path: Path) -> None:
-    """Liquid and rolling resistance in one sentence; ranks and unknown engines before anything runs."""
-    tiny(tmp_path / "rolling", effects=small.DRY)
-    with pytest.raises(PywetError, match="it lacks rolling resistance with a constant torque"):
-        driver.run(tmp_path / "rolling", progress=False)
-    bed.prepare(tmp_path / "moist", bed.Bed(spheres=8))
-    with pytest.raises(PywetError, match="it lacks liquid that moves between films and bridges"):
-        driver.run(tmp_path / "moist", progress=False)
+    """What its host does not have, by name; ranks and unknown engines before anything runs."""
+    weighing = small.PAPER.model_copy(update={"liquid_weight": True})
+    tiny(tmp_path / "weight", effects=weighing, liquid=water(1e-4))
+    with pytest.raises(PywetError, match="it lacks spheres whose mass changes"):
+        driver.run(tmp_path / "weight", progress=False)
+    tiny(tmp_path / "friction", effects=DRY.model_copy(update={"tangential_history": False}))
+    with pytest.raises(PywetError, match="it lacks friction without memory"):
+        driver.run(tmp_path / "friction", progress=False)
     with pytest.raises(PywetError, match="2 ranks were asked for; expected 1"):
-        stages.simulate(tmp_path / "rolling", 2, False, "yade")
+        stages.simulate(tmp_path / "friction", 2, False, "yade")
     with pytest.raises(PywetError, match="there is no engine mfix; expected liggghts or yade"):
-        stages.simulate(tmp_path / "rolling", 1, False, "mfix")
+        stages.simulate(tmp_path / "friction", 1, False, "mfix")
 
 
 def test_restitution_beyond_one_damping_per_material(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ rule scene:
         number=lambda wildcards: RUNS[wildcards.case][0],
         preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,
+        engine=ENGINE,
         seed=lambda wildcards: RUNS[wildcards.case][2],
     log:
         f"{LOGS}/{{case}}/scene.log",
@@ -26,6 +27,7 @@ rule simulate:
         status=f"{ROOT}/{{case}}/status/simulate.json",
     params:
         ranks=CHOSEN.ranks,
+        engine=ENGINE,
     log:
         f"{LOGS}/{{case}}/simulate.log",
     threads: CHOSEN.ranks

@@ -7,6 +7,8 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import validate
 
 from pywet import config as settings
+from pywet import stages
+from pywet.engines.choice import chosen as engine_of
 from pywet.errors import PywetError
 from pywet.cost.needs import need
 from pywet.runs.second import word
@@ -18,14 +20,17 @@ STUDIES_HERE = open_studies()
 STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 
+ENGINE = str(config.pop("engine", "liggghts"))
+"""In which the cases run, `--config engine=yade`; not part of config.yaml."""
 SWEEP = config.pop("sweep", None)
 """File of a sweep, `--config sweep=FILE`; not part of config.yaml."""
 CONFIG = Path(config.pop("config_dir", "config"))
 """Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets, seed and seeds of its
 config.yaml."""
 try:
-    CONFIGURED = settings.load(CONFIG)
-    CHOSEN = settings.chosen(CONFIGURED.settings, config)
+    CONFIGURED = stages.resolved(CONFIG, engine=ENGINE)
+    CHOSEN = settings.chosen(settings.load(CONFIG).settings, config)
+    engine_of(ENGINE, CHOSEN.ranks)
     CASES = {CONFIGURED.case(number).name: number for number in CHOSEN.cases}
     CONFIGURED.scale(CHOSEN.scale)
 except PywetError as error:
@@ -68,8 +73,9 @@ RUNS = {
 """Folder name of a run -> (number of its case, preset where it is another, seed)."""
 SCALE = CHOSEN.scale
 OWN = "" if CONFIG == Path("config") else f"{CONFIG.resolve().name}/"
-ROOT = f"results/{OWN}{SCALE}"
-"""All results of this call; one folder for each case. Those of another folder of the configuration have one of its name."""
+ROOT = f"results/{OWN}{SCALE}" + ("" if ENGINE == "liggghts" else f"_{ENGINE}")
+"""All results of this call; one folder for each case. Those of another folder of the configuration, or of another engine, have
+one of its name."""
 PART = "" if set(CHOSEN.cases) == set(CONFIGURED.settings.cases) else "_cases" + "-".join(map(str, CHOSEN.cases))
 """After the name of report, picture and verdict where only some cases are asked for: those of all cases stay as they are."""
 SAID = f"The report is in {ROOT}/report{PART}.html"
@@ -81,7 +87,7 @@ CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
 def fingerprint(case):
     """File with the fingerprint that a run must have; newer than the run where the run there, whoever made it, has another."""
     number, preset, seed = RUNS[case]
-    word = f"liggghts {told(CONFIGURED.with_seed(seed), number, SCALE, preset)}"
+    word = f"{ENGINE} {told(CONFIGURED.with_seed(seed), number, SCALE, preset)}"
     return str(expect(Path(ROOT) / case, word, Path(".snakemake") / "fingerprints" / ROOT / case))
 
 

@@ -10,8 +10,8 @@ run_dir = Path(snakemake.output.status).parent.parent
 
 
 def build() -> None:
-    config = stages.resolved(Path(given.config), given.preset, seed=given.seed)
-    stages.build(config, given.number, given.scale, run_dir)
+    config = stages.resolved(Path(given.config), given.preset, given.engine, given.seed)
+    stages.build(config, given.number, given.scale, run_dir, given.engine)
 
 
 with stages.logged(Path(snakemake.log[0])), identity.held(run_dir, Path(snakemake.input.fingerprint).read_text()):

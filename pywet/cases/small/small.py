@@ -15,6 +15,7 @@ import pandas as pd
 
 from pywet.engines.lammps import driver as lammps
 from pywet.engines.liggghts import driver
+from pywet.engines.yade import driver as yade
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.solids import plate, square
 from pywet.geometry.surface import Surface, make_surface
@@ -130,7 +131,10 @@ def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
 def run(
     run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False, engine: str = "liggghts"
 ) -> driver.RunInfo:
-    """Run a prepared small scene in `engine`, liggghts or lammps."""
+    """Run a prepared small scene in `engine`: liggghts, lammps, or yade, in which driven spheres do not wiggle."""
+    if engine == "yade":
+        driven = tuple(k for k, s in enumerate(spheres, start=1) if s.driven)
+        return yade.run(run_dir, progress=False, driven=driven, allow_unstable=allow_unstable)
     extra, free = drive(spheres)
     start = lammps.run if engine == "lammps" else driver.run
     return start(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)

@@ -1,16 +1,10 @@
-"""Runs inside YADE (`yade -j1 -x -n in_yade.py task.json`), not in pywet: one scene from its task, which is plain numbers.
+"""The bodies and engines of a scene in YADE, from its task, which is plain numbers. Imported by the worker where YADE can be."""
 
-Leaves frames.bin (rows of 12 doubles: step, id, type, x, y, z, vx, vy, vz, wx, wy, wz), walls.json (how far each wall is from
-its start at each frame), bridges.json for a scene with liquid, progress.txt. Velocities are half a step old, as YADE's
-leapfrog has them.
-"""
+from __future__ import annotations
 
-import json
 import math
-import os
-import sys
+from typing import Any
 
-import numpy as np
 from yade import (  # type: ignore[import-not-found]
     Bo1_Polyhedra_Aabb,
     Bo1_Sphere_Aabb,
@@ -28,6 +22,7 @@ from yade import (  # type: ignore[import-not-found]
     MatchMaker,
     NewtonIntegrator,
     O,
+    PyRunner,
     RotationEngine,
     Vector3,
     ViscElCapMat,
@@ -35,62 +30,61 @@ from yade import (  # type: ignore[import-not-found]
     utils,
 )
 
-with open(sys.argv[1]) as given:
-    TASK = json.load(given)
-DRY, LIQUID = TASK["contacts"], TASK["liquid"]
+Task = dict[str, Any]
+"""What driver.build_task makes."""
 
 
-def materials() -> list:
+def materials(task: Task) -> list[int]:
     """Numbers of YADE's materials: the walls', then each class's."""
-    found = []
-    for k, density in enumerate([1000.0, *TASK["density"]]):
-        if LIQUID:
+    dry, liquid, found = task["contacts"], task["liquid"], []
+    for k, density in enumerate([1000.0, *task["density"]]):
+        if liquid:
             kind = ViscElCapMat(
                 density=density,
                 Capillar=True,
-                CapillarType=LIQUID["law"],
-                Vb=LIQUID["volume"],
-                gamma=LIQUID["surface_tension"],
-                theta=LIQUID["angle_deg"],
-                **LIQUID["materials"][k],
+                CapillarType=liquid["law"],
+                Vb=liquid["volume"],
+                gamma=liquid["surface_tension"],
+                theta=liquid["angle_deg"],
+                **liquid["materials"][k],
             )
         else:
-            kind = FrictViscoMat(density=density, betan=DRY["damping_share"][k], frictionAngle=0.0)
+            kind = FrictViscoMat(density=density, betan=dry["damping_share"][k], frictionAngle=0.0)
         found.append(O.materials.append(kind))
     return found
 
 
-def matches(kinds: list, values: list) -> MatchMaker:
+def matches(task: Task, kinds: list[int], values: list[float]) -> Any:
     """A table per pair of materials."""
-    rows = [(kinds[a], kinds[b], float(v)) for (a, b), v in zip(DRY["pairs"], values, strict=True)]
+    rows = [(kinds[a], kinds[b], float(v)) for (a, b), v in zip(task["contacts"]["pairs"], values, strict=True)]
     return MatchMaker(matches=rows, val=float("nan"), algo="val")
 
 
-def laws(kinds: list) -> tuple:
+def laws(task: Task, kinds: list[int]) -> tuple[Any, Any]:
     """How a contact gets its numbers, and its law."""
-    if LIQUID:
+    dry = task["contacts"]
+    if task["liquid"]:
         return [Ip2_ViscElCapMat_ViscElCapMat_ViscElCapPhys()], [Law2_ScGeom_ViscElCapPhys_Basic()]
     numbers = Ip2_FrictViscoMat_FrictViscoMat_FrictViscoPhys(
-        kn=matches(kinds, DRY["stiffness"]),
-        kRatio=matches(kinds, DRY["ratio"]),
-        frictAngle=matches(kinds, [math.atan(mu) for mu in DRY["friction"]]),
+        kn=matches(task, kinds, dry["stiffness"]),
+        kRatio=matches(task, kinds, dry["ratio"]),
+        frictAngle=matches(task, kinds, [math.atan(mu) for mu in dry["friction"]]),
     )
     return [numbers], [Law2_ScGeom_FrictViscoPhys_CundallStrackVisco()]
 
 
-def bodies(kinds: list) -> tuple:
-    """Spheres, in order, and walls by name."""
-    g = Vector3(*TASK["gravity"])
+def bodies(task: Task, kinds: list[int]) -> tuple[list[int], dict[str, list[int]]]:
+    """Spheres, in order, and walls by name: YADE's numbers of them."""
     spheres = []
-    for row in TASK["spheres"]:
+    for row in task["spheres"]:
         kind = int(row[1])
-        body = utils.sphere(Vector3(*row[2:5]), TASK["radius"][kind - 1], material=kinds[kind])
-        # the leapfrog's velocity belongs to half a step before the start
-        body.state.vel = Vector3(*row[5:8]) - 0.5 * TASK["time_step"] * g
-        body.state.angVel = Vector3(*row[8:11])
+        body = utils.sphere(Vector3(*row[2:5]), task["radius"][kind - 1], material=kinds[kind])
+        body.state.vel, body.state.angVel = Vector3(*row[5:8]), Vector3(*row[8:11])
+        if row[0] in task["driven"]:
+            body.state.blockedDOFs = "xyzXYZ"
         spheres.append(O.bodies.append(body))
     walls = {}
-    for name, pieces in TASK["walls"].items():
+    for name, pieces in task["walls"].items():
         walls[name] = [
             O.bodies.append(
                 polyhedra_utils.polyhedra(O.materials[kinds[0]], v=[Vector3(*p) for p in piece], fixed=True)
@@ -100,69 +94,57 @@ def bodies(kinds: list) -> tuple:
     return spheres, walls
 
 
-def engines(kinds: list, vibrating: list, turning: list) -> list:
-    """The loop of a step."""
-    reach = TASK["reach"]
-    numbers, law = laws(kinds)
-    loop = [
-        ForceResetter(),
-        InsertionSortCollider(
-            [Bo1_Sphere_Aabb(aabbEnlargeFactor=reach), Bo1_Polyhedra_Aabb()],
-            verletDist=TASK["skin"],
-            allowBiggerThanPeriod=True,
-        ),
-        InteractionLoop(
-            [
-                Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=reach, avoidGranularRatcheting=False),
-                Ig2_Sphere_Polyhedra_ScGeom(),
-            ],
-            numbers,
-            law,
-        ),
-    ]
-    if TASK["vibration"] and vibrating:
+def movers(task: Task, walls: dict[str, list[int]]) -> list[Any]:
+    """Engines that set the walls' velocities."""
+    found = []
+    for name, v in task["vibrates"].items():
         # the velocity a cos is the engine's -A sin with the phase less a quarter; it moves the walls to the end of the step
-        v = TASK["vibration"]
-        ahead = 2.0 * math.pi * v["frequency"] * TASK["time_step"]
+        ahead = 2.0 * math.pi * v["frequency"] * task["time_step"]
         phase = Vector3(*[p - 0.5 * math.pi + ahead for p in v["phase"]])
         f = Vector3(1, 1, 1) * v["frequency"]
-        loop.append(HarmonicMotionEngine(A=Vector3(*v["amplitude"]), f=f, fi=phase, ids=vibrating))
-    if turning:
-        r = TASK["rotation"]
-        loop.append(
+        found.append(HarmonicMotionEngine(A=Vector3(*v["amplitude"]), f=f, fi=phase, ids=walls[name]))
+    for name, r in task["turns"].items():
+        found.append(
             RotationEngine(
                 rotateAroundZero=True,
                 zeroPoint=Vector3(*r["origin"]),
                 rotationAxis=Vector3(*r["axis"]).normalized(),
                 angularVelocity=2.0 * math.pi / r["period"],
-                ids=turning,
+                ids=walls[name],
             )
         )
-    return [*loop, NewtonIntegrator(damping=0, gravity=Vector3(*TASK["gravity"]))]
+    return found
 
 
-def frame(spheres: list) -> np.ndarray:
-    """Rows of all spheres now."""
-    rows = []
-    for ident, row in zip(spheres, TASK["spheres"], strict=True):
-        s = O.bodies[ident].state
-        rows.append((O.iter, row[0], row[1], *s.pos, *s.vel, *s.angVel))
-    return np.array(rows, dtype=float)
+def build(task: Task, command: str) -> tuple[list[int], dict[str, list[int]], Any]:
+    """Bodies and engines of a step, `command` between contacts and integration; spheres, walls, and who looks for neighbours."""
+    kinds = materials(task)
+    spheres, walls = bodies(task, kinds)
+    numbers, law = laws(task, kinds)
+    O.dt = task["time_step"]
+    collider = InsertionSortCollider(
+        [Bo1_Sphere_Aabb(aabbEnlargeFactor=task["reach"]), Bo1_Polyhedra_Aabb()],
+        verletDist=task["skin"],
+        allowBiggerThanPeriod=True,
+    )
+    reach = task["reach"] if task["liquid"] else 1.0
+    pairs = [
+        Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=reach, avoidGranularRatcheting=False),
+        Ig2_Sphere_Polyhedra_ScGeom(),
+    ]
+    O.engines = [
+        ForceResetter(),
+        collider,
+        InteractionLoop(pairs, numbers, law),
+        PyRunner(command=command, iterPeriod=1, initRun=True),
+        *movers(task, walls),
+        NewtonIntegrator(damping=0, gravity=Vector3(*task["gravity"])),
+    ]
+    return spheres, walls, collider
 
 
-def check_inside(table: np.ndarray) -> None:
-    """A sphere that left the box would be an error in LIGGGHTS as well."""
-    low, high = np.array(TASK["box_low"]), np.array(TASK["box_high"])
-    out = ~((table[:, 3:6] > low) & (table[:, 3:6] < high)).all(axis=1)
-    if out.any():
-        where = f"sphere {int(table[out][0, 1])} left the simulated box before step {O.iter}"
-        print(f"ERROR: {where}; expected walls or a tray that keep it, or a smaller time step", flush=True)
-        sys.stdout.flush()
-        raise SystemExit(3)
-
-
-def bridges() -> list:
-    """Standing liquid bridges at the end: bodies, volume, gap, whether it is to a wall."""
+def bridges() -> list[dict[str, Any]]:
+    """Standing bridges of YADE's own law at the end: volume, gap, whether it is to a wall, its rupture distance."""
     found = []
     for i in O.interactions:
         if i.isReal and i.phys.liqBridgeCreated:
@@ -176,50 +158,3 @@ def bridges() -> list:
                 }
             )
     return found
-
-
-def main() -> None:
-    """Build, run, write."""
-    kinds = materials()
-    spheres, walls = bodies(kinds)
-    O.dt = TASK["time_step"]
-    O.engines = engines(kinds, *([b for name in TASK[way] for b in walls[name]] for way in ("vibrates", "turns")))
-    sliding = [b for name in TASK["slides"] for b in walls[name]]
-    at_start = {name: O.bodies[pieces[0]].state.pos for name, pieces in walls.items()}
-    motion = []
-    stops = sorted({*range(0, TASK["steps"] + 1, TASK["every"]), *TASK["slide_steps"], TASK["steps"], *TASK["marks"]})
-    with open("frames.bin", "wb") as frames:
-        for stop in stops:
-            # O.run waits for its thread in naps of 50 ms, which short runs are full of
-            for _ in range(stop - O.iter):
-                O.step()
-            if stop in TASK["slide_steps"]:
-                moving = stop == TASK["slide_steps"][0]
-                for b in sliding:
-                    O.bodies[b].state.vel = Vector3(*TASK["slide_velocity"]) if moving else Vector3(0, 0, 0)
-            if stop % TASK["every"] == 0:
-                table = frame(spheres)
-                check_inside(table)
-                table.tofile(frames)
-                motion += [
-                    # a wall that turns has no shift
-                    (
-                        O.iter,
-                        name,
-                        *(Vector3(0, 0, 0) if name in TASK["turns"] else O.bodies[b[0]].state.pos - at_start[name]),
-                    )
-                    for name, b in walls.items()
-                ]
-            with open("progress.new", "w") as progress:
-                progress.write(str(O.iter))
-            os.replace("progress.new", "progress.txt")
-    with open("walls.json", "w") as result:
-        json.dump(motion, result)
-    if LIQUID:
-        with open("bridges.json", "w") as result:
-            json.dump(bridges(), result)
-    with open("done", "w") as mark:
-        mark.write(str(O.iter))
-
-
-main()

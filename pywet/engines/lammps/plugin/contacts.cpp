@@ -1,4 +1,4 @@
-// LAMMPS makes its contacts itself.
+// LAMMPS and YADE make their contacts themselves.
 #include "engine.h"
 
 namespace pywet {

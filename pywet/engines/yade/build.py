@@ -1,0 +1,35 @@
+"""Where YADE's modules are, and the plugin built for it: the sources of engines/liggghts but for what asks the engine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pywet.engines import process
+from pywet.engines.lammps.build import SOURCES as OTHER
+from pywet.engines.liggghts import build
+from pywet.util import caches
+
+PROGRAM = ("YADE", "2023.02a", "make peers")
+"""Its name, its version, and what installs it."""
+SOURCES = Path(__file__).parent / "plugin"
+PACKAGES = ["/usr/lib/x86_64-linux-gnu/yade-double/py", "/usr/lib/python3/dist-packages"]
+"""Folders of its modules, and of those that they import."""
+
+
+def engine_version() -> str:
+    """Version of Debian's package; `EngineError` where it is missing or another."""
+    return process.installed(*PROGRAM)
+
+
+def plugin_path() -> Path:
+    """The plugin, built where it is not yet whole in the cache (some seconds)."""
+    version, own = engine_version(), [*sorted(SOURCES.glob("*")), OTHER / "contacts.cpp", OTHER / "meshes.cpp"]
+    not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in own))}
+    shared = sorted(set(build.SOURCES.glob("*")) - not_here)
+    target = caches.folder() / f"libpywet-yade-{build.hash_of([*shared, *own], version)}.so"
+    if not caches.whole(target):
+        mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
+        before = [f'-DPYWET_ENGINE_VERSION="{version}"', f"-I{build.SOURCES}", f"-I{SOURCES}", *mpi[0]]
+        sources = [path for path in (*shared, *own) if path.suffix == ".cpp"]
+        build.compile_to(target, before, sources, mpi[1], f"YADE {version}")
+    return target

@@ -1,0 +1,197 @@
+"""Faults planted in the host that YADE has for the plugin: a patched copy of its source in which each is switched on by its name.
+
+Every replacement must fit exactly one place, so that a change of the host cannot make a fault vanish unseen. Run as a program it
+answers lines `FAULT<tab>RUN_DIR<tab>ENGINE_FOLDER` with the exit status of each, one forked process a scene.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pywet.cases.small import small
+from pywet.cases.small.bodies import contacts, sphere_classes, water
+from pywet.engines.process import Usage
+from pywet.engines.yade import build, driver, worker
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import make_surface
+from pywet.scene import Output, Slide, Vibration
+from tests.engines.liggghts.planted import SWITCH
+
+R = 2.5e-3
+PATCHES: tuple[tuple[str, str], ...] = (
+    ('#include "host.h"', '#include "host.h"\n#include "planted.h"'),
+    ("f[a] = pushed + 3 * a;",
+     'static std::vector<double> nowhere(f.size() * 3, 0.0);\n'
+     '      f[a] = planted("forces lost") ? &nowhere[3 * a] : pushed + 3 * (planted("forces of the next sphere") ? a ^ 1 : a);'),
+    ("torque[a] = twisted + 3 * a;", 'torque[a] = (planted("torques into the forces") ? pushed : twisted) + 3 * a;'),
+    ("std::memcpy(v[a], given.state[a] + given.at.velocity, 3 * sizeof(double));",
+     'std::memcpy(v[a], given.state[a] + (planted("spin for velocity") ? given.at.spin : given.at.velocity),'
+     " 3 * sizeof(double));"),
+    ("std::memcpy(x[a], given.state[a] + given.at.position, 3 * sizeof(double));",
+     'static int times = 0;\n'
+     '      if (!planted("places every second step") || times++ / int(x.size()) % 2 == 0)\n'
+     "        std::memcpy(x[a], given.state[a] + given.at.position, 3 * sizeof(double));"),
+    ("mesh.shift = place - lmp_->wall_start[m];", 'if (!planted("walls at rest")) mesh.shift = place - lmp_->wall_start[m];'),
+    ("mesh.velocity = velocity;", 'if (!planted("walls without speed")) mesh.velocity = velocity;'),
+    ("const char *state = given.wall_state[m];", 'const char *state = given.wall_state[planted("walls exchanged") ? m ^ 1 : m];'),
+    ("if (a >= 0 && b >= 0) pairs.push_back({a, b});",
+     'if (a >= 0 && b >= 0 && !(planted("a pair left out") && (a + b) % 2)) pairs.push_back({a, b});'),
+    ("host.sorted = sorted != 0;", 'host.sorted = sorted != 0 && !(planted("lists of the start") && n > 0);'),
+    ("if (n == 0) host.take_back();", 'if (n == 0 && !planted("no half kick at the start")) host.take_back();'),
+    ("const double half = step == 0 ? 0.0 : 0.5;",
+     'const double half = step == 0 || planted("speeds of half a step") ? 0.0 : 0.5;'),
+    ('fprintf(file, "%d", tag[a]);', 'fprintf(file, "%d", tag[planted("numbers exchanged") && !forces ? a ^ 1 : a]);'),
+    ("return pywet::Vec(v[a]) + (half * given.dt)",
+     'return pywet::Vec(v[a]) + ((planted("mass of another") && a % 2 ? 1.1 : 1.0) * half * given.dt)'),
+)  # fmt: skip
+"""Text that must be there once, text in its place."""
+FAULTS = {
+    "forces lost": "newton_force",
+    "forces of the next sphere": "newton_force",
+    "torques into the forces": "newton_torque",
+    "spin for velocity": "newton_drift",
+    "places every second step": "newton_drift",
+    "walls at rest": "wall_closest_point",
+    "walls without speed": "wall_velocity",
+    "walls exchanged": "wall_closest_point",
+    "a pair left out": "formation_missed",
+    "lists of the start": "formation_missed",
+    "no half kick at the start": "newton_kick",
+    "speeds of half a step": "window_velocity",
+    "numbers exchanged": "trajectory_in_windows",
+    "mass of another": "newton_kick",
+}
+"""Fault, and the quantity in which the replay sees it."""
+
+
+def scene(run_dir: Path) -> None:
+    """A sphere on a vibrating plate, one on a plate that is drawn away, and four that meet in flight; motion in every step."""
+    square = 0.008 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    walls = (
+        make_surface("table", "wires", plate(square, -0.002, 0.0), "vibrates"),
+        make_surface("belt", "slide", plate(square + np.array([0.03, 0.0]), -0.002, 0.0), "slides"),
+    )
+    gap = 2 * R + 4e-4
+    bodies = [
+        small.Sphere(1, (0.0, 0.001, R + 3e-5)),
+        small.Sphere(1, (0.03, 0.0, R + 3e-5)),
+        small.Sphere(1, (-0.02, 0.0, 0.03), (0.05, 0.0, 0.0), (0.0, 20.0, 3.0)),
+        small.Sphere(1, (-0.02 + gap, 0.001, 0.03), (-0.05, 0.0, 0.02)),
+        small.Sphere(1, (-0.02, 0.02, 0.03), (0.0, 0.0, 0.0)),
+        small.Sphere(1, (-0.02, 0.02 + 3 * R, 0.03), (0.0, -0.2, 0.0), (5.0, 0.0, 0.0)),
+    ]
+    steps = 700
+    small.prepare(
+        run_dir, sphere_classes(R), bodies, contacts(1, 1e3, friction=0.2, rolling_m=2e-5), liquid=water(1e-4),
+        effects=small.PAPER, walls=walls, wall_angle_rad=math.radians(45.0), gravity=(0.0, 0.0, -9.81),
+        time_step_s=2e-5, steps=steps,
+        output=Output(interval_s=2e-3, contact_windows=1, contact_window_steps=2 * steps, energy=False, window_trajectories=True),
+        vibration=Vibration(amplitude_m=(2e-4, 0.0, 3e-4), phase_rad=(0.3, 0.0, 0.1), frequency_Hz=50.0),
+        slide=Slide(velocity_m_per_s=(0.3, 0.0, 0.0), opens_at_s=0.004, travel_s=0.006),
+    )  # fmt: skip
+
+
+def patched(folder: Path) -> Path:
+    """A copy of the host's sources with the switches planted."""
+    shutil.copytree(build.SOURCES, folder)
+    text = (folder / "engine.cpp").read_text()
+    for old, new in PATCHES:
+        if text.count(old) != 1:
+            raise AssertionError(f"engine.cpp holds {text.count(old)} places like `{old}`; expected 1: mend PATCHES")
+        text = text.replace(old, new)
+    (folder / "engine.cpp").write_text(text)
+    (folder / "planted.h").write_text(SWITCH.replace("static const double PI", "static const double PLANTED_PI"))
+    return folder
+
+
+class Foundry:
+    """Runs scenes with the patched host; one process that loads YADE and the laws once and forks for each run."""
+
+    def __init__(self, folder: Path) -> None:
+        environment = {
+            **os.environ,
+            "OMP_NUM_THREADS": "1",
+            "OMPI_ALLOW_RUN_AS_ROOT": "1",
+            "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        }
+        command = [sys.executable, "-m", __name__, str(patched(folder / "sources"))]
+        self._worker = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            cwd=Path(__file__).parents[2],
+        )
+        while self._answer() != "ready":
+            pass
+
+    def _answer(self) -> str:
+        assert self._worker.stdout is not None
+        line = self._worker.stdout.readline().strip()
+        assert line, "the patched host does not build or its worker has died"
+        return line
+
+    def run(self, run_dir: Path, fault: str) -> None:
+        """Run a prepared scene with one fault switched on."""
+
+        def watch(run_dir: Path, folder: Path, *_: object) -> Usage:
+            assert self._worker.stdin is not None
+            print(fault, run_dir, folder, sep="\t", file=self._worker.stdin, flush=True)
+            assert self._answer() == "0", (folder / "output.log").read_text()[-1000:]
+            return Usage(0.0, None)
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(driver, "_watch", watch)
+            driver.run(run_dir, progress=False)
+
+    def close(self) -> None:
+        """End the process."""
+        assert self._worker.stdin is not None
+        self._worker.stdin.close()
+        self._worker.wait(timeout=30)
+
+
+def one(fault: str, run_dir: str, folder: str) -> int:
+    """Run a scene in a child of this process; its exit status."""
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            os.environ["PYWET_PLANTED"] = fault
+            os.chdir(folder)
+            output = os.open("output.log", os.O_WRONLY | os.O_CREAT)
+            os.dup2(output, 1)
+            os.dup2(output, 2)
+            worker.run(Path(run_dir), Path(folder))
+            status = 0
+        except Exception as error:
+            print(f"ERROR: {error}", file=sys.stderr, flush=True)
+        finally:
+            os._exit(status)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def main() -> None:
+    """Build, then answer until the input ends."""
+    from pywet.engines.liggghts import build as compiler
+
+    build.SOURCES = Path(sys.argv[1])
+    compiler.FLAGS = ["-O1" if flag == "-O3" else flag for flag in compiler.FLAGS]
+    build.plugin_path()
+    worker.reach_yade()
+    print("ready", flush=True)
+    for line in sys.stdin:
+        print(one(*line.rstrip("\n").split("\t")), flush=True)
+
+
+if __name__ == "__main__":
+    main()
