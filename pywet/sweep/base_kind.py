@@ -41,7 +41,7 @@ class Kind(ABC):
 
     @abstractmethod
     def cost(self, built: Built) -> Cost:
-        """What a run takes."""
+        """Predict time, memory and disk of a run."""
 
     @abstractmethod
     def known(self, built: Built) -> list[str]:

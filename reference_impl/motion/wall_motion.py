@@ -53,7 +53,7 @@ class Motion:
         return points - self.shift(wall, step)
 
     def to_world(self, wall: Wall, step: int, points: Floats) -> Floats:
-        """The way back."""
+        """Convert points from a wall's frame at rest to the frame of the scene."""
         if wall.motion == "turns" and wall.way:
             return self._turned(wall, points, 1.0, step)
         return points + self.shift(wall, step)

@@ -105,7 +105,7 @@ class Count:
         return ledger, (logged, own), (amounts, held), size
 
     def check(self, run: Run) -> list[Quantity]:
-        """The same compared."""
+        """Compare the stored tables of films and ledger with the recomputed values."""
         ledger, (logged, own), (liquid, held), size = self.values(run)
         one = np.ones(len(ledger))
         return [

@@ -45,8 +45,8 @@ METHOD = """
 ## Method
 
 The 18 screening cases of Elskamp & Kruggel-Emden (2018) on a 200 mm sieve for 20 s from the opening of the slide. The time step is
-a tenth of the shortest collision, the contact stiffness {stiffness} ([errors of these settings](accuracy.md)). `make full` runs the
-cases; `python -m studies.full_scale.page` makes this page from their tables. Every run with its settings, cost and results:
+a tenth of the shortest collision, the contact stiffness {stiffness} ([errors of these settings](accuracy.md)). `make full` runs
+the cases; `python -m studies.full_scale.page` makes this page from their tables. Every run with its settings, cost and results:
 [runs.csv](full_scale/runs.csv).
 """
 
@@ -71,7 +71,7 @@ SWITCHED = ("shedding", "liquid_weight")
 
 
 def honest(runs: Runs) -> str:
-    """What the page can be trusted with."""
+    """Write the limits of the page."""
     seeded = [str(n) for n in sorted(runs) if len(runs[n]) > 1]
     several = f"Cases {', '.join(seeded)} have several seeds, all others one" if seeded else "One seed of each case"
     return f"""## Limits

@@ -97,7 +97,7 @@ def collect(log: Path) -> Outcome:
 
 
 class _Script:
-    """The script under way."""
+    """State of a LIGGGHTS script while its lines are executed."""
 
     def __init__(self, found: Found, plugin: Plugin, engine: C.c_void_p) -> None:
         self.wet, self.line = found.wet, found.line
@@ -125,7 +125,7 @@ class _Script:
         self.time_step = scene.time_step_s
 
     def check(self) -> None:
-        """A run begins."""
+        """Check at the start of a `run` that the script still fits the liquid's settings."""
         state = json.loads(self._plugin.script_state())
         self._refuse(state)
         if state["time_step"] != self.time_step:

@@ -61,7 +61,7 @@ def materials() -> list:
 
 
 def matches(kinds: list, values: list) -> MatchMaker:
-    """A table per pair of materials."""
+    """Make YADE's table of a contact parameter for each pair of materials."""
     rows = [(kinds[a], kinds[b], float(v)) for (a, b), v in zip(DRY["pairs"], values, strict=True)]
     return MatchMaker(matches=rows, val=float("nan"), algo="val")
 
@@ -101,7 +101,7 @@ def bodies(kinds: list) -> tuple:
 
 
 def engines(kinds: list, vibrating: list, turning: list) -> list:
-    """The loop of a step."""
+    """Build the list of YADE engines that make up one time step."""
     reach = TASK["reach"]
     numbers, law = laws(kinds)
     loop = [
@@ -142,7 +142,7 @@ def engines(kinds: list, vibrating: list, turning: list) -> list:
 
 
 def frame(spheres: list) -> np.ndarray:
-    """Rows of all spheres now."""
+    """Collect position, velocity and spin of all spheres at the current step."""
     rows = []
     for ident, row in zip(spheres, TASK["spheres"], strict=True):
         s = O.bodies[ident].state
@@ -179,7 +179,7 @@ def bridges() -> list:
 
 
 def main() -> None:
-    """Build, run, write."""
+    """Build the scene in YADE, run it and write its tables."""
     kinds = materials()
     spheres, walls = bodies(kinds)
     O.dt = TASK["time_step"]
