@@ -65,7 +65,7 @@ def __dir__() -> list[str]:
 
 
 def _version() -> str:
-    """That of the installed package."""
+    """Read the version of the installed package."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -10,7 +10,7 @@ from pywet.strict import Strict
 
 
 def _law(text: str) -> str:
-    """A law's name, or path/to/file.py:function."""
+    """Check the form of a law's name: a built-in name or path/to/file.py:function."""
     if not text or len(text) > 1000 or not text.isprintable():
         raise ValueError("a law's name, or path/to/file.py:function, on one line of at most 1000 characters")
     return text

@@ -417,7 +417,7 @@ class Scene(Strict):
 
     @property
     def is_fed(self) -> bool:
-        """Whether spheres enter during the run."""
+        """Whether spheres enter the scene during the run."""
         return self.insertion_s is not None
 
     @property

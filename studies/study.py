@@ -44,12 +44,12 @@ class Run:
 
     @property
     def key(self) -> str:
-        """Hash of what was given."""
+        """Hash of the data that define a run."""
         return hashlib.sha256(json.dumps(self.given, sort_keys=True).encode()).hexdigest()[:16]
 
 
 class Kept(TypedDict):
-    """The file of a run."""
+    """Stored rows of a run, in a JSON file."""
 
     key: str
     rows: list[dict[str, Any]]
@@ -77,7 +77,7 @@ class Study(ABC):
         return self.folder.with_suffix(".html")
 
     def file(self, run: Run) -> Path:
-        """Where a run is stored."""
+        """Path of the file in which a run is stored."""
         return self.folder / "runs" / f"{run.name}.json"
 
     def kept(self, run: Run) -> list[Row] | None:

@@ -140,13 +140,13 @@ page and its CSV file from the tests; `pytest -m slow` runs the long ones.
 
 ## Coverage
 
-- **Late formation or rupture**: every event. A film a few per cent too thin is detected where a sphere approaches slowly (5 % of
-  30 µm at 15 mm/s and a step of 2e-5 s). Near an edge a late formation is accepted if the sphere may have been at another
-  triangle one step before.
-- **Missed formation, triangle, end, gap**: every output, and every step of the detailed-logging intervals.
-- **Forces outside those intervals**: groups of spheres without new neighbours between outputs, up to 2000 steps in all; without
-  walls, dry contacts, semi-implicit drag and `bridges_every`.
-- **Energy budget**: its sum at every output, and its terms where an interval holds two outputs.
+- **Late formations and ruptures** are looked for in every event. The replay detects a film that is a few per cent too thin if a sphere
+  approaches slowly (5 % of 30 µm at 15 mm/s and a step of 2e-5 s). Near an edge it accepts a formation that is one step late.
+- **Missed formations and wrong triangles, bridge ends or gaps** are looked for at every output and in every step of the
+  detailed-logging intervals.
+- **Forces outside those intervals** are recomputed for groups of spheres that get no new neighbours between two outputs, in up to
+  2000 steps in all, but not at walls, in dry contacts, with semi-implicit drag or with `bridges_every`.
+- **The energy budget** is checked as a sum at every output, and term by term in intervals that contain two outputs.
 
 ## Limits
 

@@ -148,6 +148,12 @@ def test_index_names_every_page() -> None:
     assert pages - named == set()
 
 
+def test_the_documentation_has_at_most_35000_words() -> None:
+    """A word has a letter or a digit; bars and rules of tables are none."""
+    pages = {page.name: [w for w in page.read_text().split() if re.search(r"\w", w)] for page in PAGES[1:]}
+    assert sum(map(len, pages.values())) <= 35_000, {name: len(found) for name, found in pages.items()}
+
+
 def test_no_page_has_the_name_of_a_page_that_sphinx_writes() -> None:
     """Sphinx's own search and indices would replace it without a warning."""
     assert {page.stem for page in PAGES} & {"search", "genindex", "py-modindex"} == set()

@@ -111,7 +111,7 @@ class Experiment:
 
     @property
     def of_chance(self) -> bool:
-        """Whether it is run in an engine."""
+        """Whether the experiment is run in an engine, with a random initial arrangement."""
         return KINDS[self.kind].of_chance
 
     def built(self, settings: Mapping[str, float], seed: int = 0) -> Any:
@@ -126,7 +126,7 @@ class Experiment:
             raise ConfigError(f"{error} ({cure})", file=self.file) from error
 
     def value(self, quantity: str, settings: Mapping[str, float]) -> float:
-        """A number of an experiment without chance."""
+        """Compute the value of an experiment that needs no engine."""
         return _number(KINDS[self.kind].quantities[quantity](self.built(settings)), quantity, settings)
 
     def run(self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int) -> Kept:

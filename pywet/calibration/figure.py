@@ -16,7 +16,7 @@ PLACES = 25
 
 
 def draw(question: Question, found: Found, path: Path) -> None:
-    """Write it as SVG."""
+    """Draw responses, targets and likelihoods of a calibration as an SVG file."""
     rows, columns = len(question.targets) + 1, len(question.parameters)
     with plt.rc_context(STYLE):
         figure, axes = panels(rows * columns, columns, (4.6, 2.6))

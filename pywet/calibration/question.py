@@ -50,7 +50,7 @@ class Target(Limited):
 
     @property
     def error(self) -> float:
-        """Standard error of `value`."""
+        """Standard error of the mean of the repeated measurements."""
         return self.scatter / math.sqrt(self.repeats)
 
     @property
@@ -82,7 +82,7 @@ class Parameter(Strict):
 
 
 class Question(Strict):
-    """The file."""
+    """Describe a calibration as in its YAML file: targets, parameters, numbers of runs."""
 
     name: Title
     targets: Annotated[tuple[Target, ...], Field(min_length=1, max_length=20)]

@@ -102,7 +102,7 @@ def _difference(row: verdict.Row) -> str:
 
 
 def _against(runs: Sequence[Path], file: Path) -> int:
-    """Runs against a digest."""
+    """Compare runs with a stored digest."""
     if not runs:
         raise PywetError(f"no run was given to hold against {file}; expected RUN_DIR …")
     stored = digest.load(file)

@@ -60,7 +60,7 @@ class Digest:
 
 @dataclass(frozen=True)
 class Row:
-    """A run's number against the digest."""
+    """One number of a run compared with the digest."""
 
     run: str
     quantity: str

@@ -92,25 +92,25 @@ class Entry(Sourced):
 
 
 class PositiveEntry(Entry):
-    """A number above zero."""
+    """A configured number above zero, with its source."""
 
     value: Positive
 
 
 class NonNegativeEntry(Entry):
-    """Zero or more."""
+    """A configured number of zero or more, with its source."""
 
     value: NonNegative
 
 
 class RatioEntry(Entry):
-    """Above zero, up to one."""
+    """A configured number above zero and up to one, with its source."""
 
     value: Annotated[float, Field(gt=0, le=1)]
 
 
 class FrictionEntry(Entry):
-    """Zero to ten."""
+    """A configured coefficient of friction from zero to ten, with its source."""
 
     value: Annotated[float, Field(ge=0, le=10)]
 
@@ -128,7 +128,7 @@ class AngleEntry(Entry):
 
 
 class CountEntry(Sourced):
-    """A whole number above zero."""
+    """A configured whole number above zero, with its source."""
 
     value: Annotated[int, Field(ge=1)]
 

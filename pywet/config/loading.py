@@ -42,7 +42,7 @@ FILES: dict[str, type[BaseModel]] = {
 
 @dataclass(frozen=True)
 class Config:
-    """Everything configured; `cases` by number."""
+    """Contents of all files of the configuration, checked; `cases` by number."""
 
     folder: Path
     settings: Settings
@@ -109,7 +109,7 @@ class Config:
         return known[key]
 
     def with_preset(self, name: str) -> Config:
-        """The same with another preset of laws, and no law named besides."""
+        """Return a copy of the configuration with another preset of laws and no laws chosen one by one."""
         if name not in PRESETS:
             raise ConfigError(
                 f"there is no preset {name and one_line(name)!r}; expected one of {', '.join(PRESETS)}",
@@ -122,20 +122,20 @@ class Config:
         return replace(self, settings=self.settings.model_copy(update={"laws": chosen}))
 
     def with_seed(self, seed: int) -> Config:
-        """The same with another seed of the spheres' first arrangement."""
+        """Return a copy of the configuration with another seed of the spheres' initial arrangement."""
         return replace(self, settings=self.settings.model_copy(update={"seed": seed}))
 
     def without_retirement(self) -> Config:
-        """The same with every sphere kept to the end, for engines that cannot take any out."""
+        """Return a copy of the configuration that retires no sphere, for engines that cannot remove any."""
         return replace(self, settings=self.settings.model_copy(update={"retire": False}))
 
     def without_rolling(self) -> Config:
-        """The same with rolling resistance off, for engines that do not have it."""
+        """Return a copy of the configuration without rolling resistance, for engines that do not have it."""
         effects = self.settings.effects.model_copy(update={"rolling": "off"})
         return replace(self, settings=self.settings.model_copy(update={"effects": effects}))
 
     def resolved(self, number: int, scale: str) -> dict[str, Any]:
-        """What concerns one run, with the source of every number, as plain data."""
+        """Collect the configuration of one run, with the source of every number, as plain data."""
         liquid = self.materials.liquid_named(self.case(number).liquid)
         materials = self.materials.model_copy(update={"liquid": liquid, "liquids": {}})
         return {

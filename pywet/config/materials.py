@@ -44,7 +44,7 @@ class Size(Limited):
 
     @property
     def sphere_mass_kg(self) -> float:
-        """Density times volume [kg]."""
+        """Mass of a sphere of this size [kg]: density times volume."""
         return self.density_kg_per_m3.value * 4.0 / 3.0 * math.pi * self.radius_m**3
 
     @property
@@ -92,7 +92,7 @@ class SphereMaterial(Limited):
 
 
 class WallMaterial(Limited):
-    """A material of walls."""
+    """Properties of a material of walls."""
 
     density_kg_per_m3: PositiveEntry
     youngs_modulus_Pa: PositiveEntry
@@ -111,12 +111,12 @@ class Contact(Limited):
 
     @property
     def numbers(self) -> tuple[float, float, float]:
-        """Friction, rolling friction [m], restitution."""
+        """Friction, rolling friction [m] and restitution of a pair of materials."""
         return self.friction.value, self.rolling_friction_m.value, self.restitution.value
 
 
 class LiquidData(Limited):
-    """The liquid."""
+    """Properties of a liquid."""
 
     surface_tension_N_per_m: PositiveEntry
     viscosity_Pa_s: NonNegativeEntry
@@ -124,7 +124,7 @@ class LiquidData(Limited):
 
 
 class Screen(Limited):
-    """One screen: aperture and wire."""
+    """Aperture and wire diameter of a screen."""
 
     aperture_mm: PositiveEntry
     wire_diameter_mm: PositiveEntry
@@ -179,7 +179,7 @@ class WallMaterials(Strict):
 
 
 class Materials(Limited):
-    """The whole of materials.yaml."""
+    """Content of materials.yaml."""
 
     spheres: dict[str, SphereMaterial]
     walls: dict[str, WallMaterial]

@@ -132,7 +132,7 @@ def _model_at(model: type[BaseModel], loc: Loc) -> type[BaseModel] | None:
 
 
 def _bare(annotation: Any) -> Any:
-    """Annotation without Annotated and None."""
+    """Remove Annotated and None from an annotation of a type."""
     if typing.get_origin(annotation) is typing.Annotated:
         return _bare(typing.get_args(annotation)[0])
     if typing.get_origin(annotation) in (typing.Union, types.UnionType):

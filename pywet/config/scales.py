@@ -75,7 +75,7 @@ class Scale(Limited):
 
 
 class Scales(Strict):
-    """The whole of scales.yaml."""
+    """Content of scales.yaml."""
 
     apparatus: Apparatus
     scales: Annotated[dict[Word, Scale], Field(min_length=1)]

@@ -1,4 +1,4 @@
-"""What to run and how: config.yaml."""
+"""Settings of config.yaml: what to run and how."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class OutputSettings(Limited):
 
 
 class Settings(Limited):
-    """The whole of config.yaml."""
+    """Content of config.yaml."""
 
     scale: Word
     cases: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(min_length=1)]

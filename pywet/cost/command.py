@@ -97,7 +97,7 @@ def predicted(config: Config, case: int, scale: str) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time in words.
+    """Write a time in seconds, minutes or hours as words.
 
     >>> duration(75), duration(12.3), duration(9000)
     ('1.2 min', '12 s', '2.5 h')

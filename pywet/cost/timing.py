@@ -37,7 +37,7 @@ def timed(folder: Path, begin: Callable[[], driver.RunInfo]) -> dict[str, Any]:
 
 
 def machine() -> dict[str, Any]:
-    """What the times were measured on."""
+    """Describe the machine on which the times were measured."""
     model = ""
     info = Path("/proc/cpuinfo")
     if info.exists():

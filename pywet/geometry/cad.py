@@ -192,7 +192,7 @@ class _Mesh:
         return self._free(self._edges()[0])
 
     def not_closed(self) -> str:
-        """Where the surface is open."""
+        """Find two positions at which a surface is open."""
         edges = self.open_edges()
         middle = self.points[edges].mean(axis=1)
         places = " and ".join(self._at(p) for p in middle[[0, -1]][: len(edges)])

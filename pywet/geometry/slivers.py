@@ -66,7 +66,7 @@ class _Mesh:
         self.touched = set(self.sharp())
 
     def sharp(self) -> list[int]:
-        """Triangles below the limit."""
+        """List the triangles whose smallest angle is below the limit of the engine."""
         if not self.triangles:
             return []
         least = angles_deg(np.array(self.points)[np.array(self.triangles)]).min(axis=1)
@@ -131,7 +131,7 @@ class _Mesh:
         return edge if self._length(edges[-1]) > SHORTEST_M else None
 
     def _inside(self, edge: Edge) -> bool:
-        """Whether an edge lies within a plane."""
+        """Check whether an edge lies within a plane."""
         pair = sorted(self.of_edge[edge])
         return len(pair) == 2 and self._in_plane(
             self.triangles[pair[0]], next(p for p in self.triangles[pair[1]] if p not in edge)

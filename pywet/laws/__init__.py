@@ -11,7 +11,7 @@ from typing import Any
 
 
 def __getattr__(name: str) -> Any:
-    """A module of laws, imported now."""
+    """Import a module of laws at its first use."""
     if name.startswith("_") or find_spec(f"pywet.laws.{name}") is None:
         raise AttributeError(f"module {__name__} has no attribute {name}")
     return import_module(f"pywet.laws.{name}")

@@ -114,7 +114,7 @@ def _order(radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignor
 
 @inline
 def _along(data, at, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
-    """Four coefficients under four weights."""
+    """Sum of four successive coefficients of a spline with their weights."""
     return x0 * data[at] + x1 * data[at + 1] + x2 * data[at + 2] + x3 * data[at + 3]
 
 

@@ -56,7 +56,7 @@ class AuditRow:
 
 @dataclass(frozen=True)
 class _Audit:
-    """The content of audit.json."""
+    """Content of audit.json: effects of the plan compared with their measured shares."""
 
     plan_right: bool
     rows: list[AuditRow]

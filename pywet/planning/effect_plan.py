@@ -104,7 +104,7 @@ class EffectPlan:
         return next(row for row in self.rows if row.effect == effect)
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, as in plan.json."""
+        """Convert the plan to plain data, as in plan.json."""
         amounts = [{**asdict(a), "made_kg": a.made_kg} for a in self.amounts]
         return {"rows": [asdict(row) for row in self.rows], "effects": self.effects.model_dump(), "amounts": amounts}
 

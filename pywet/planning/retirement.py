@@ -30,7 +30,7 @@ class Retirement:
 
     @property
     def lines(self) -> list[str]:
-        """For `pywet plan`, in 80 columns."""
+        """Lines on retirement for `pywet plan`, in 80 columns."""
         saving = f"saves about {100 * self.saves:.0f} % of the processor time: " if self.on else ""
         start = f"{'retire':<19}{'on' if self.on else 'off':<5}"
         return textwrap.wrap(

@@ -59,7 +59,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Advice:
-    """All limits, the smallest first."""
+    """List all limits of the time step, the smallest first."""
 
     time_step_s: float
     limits: tuple[Limit, ...]

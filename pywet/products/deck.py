@@ -70,7 +70,7 @@ class Beneath(Excusable):
 
     @property
     def pitch_mm(self) -> float:
-        """Between the axes of wires."""
+        """Distance between the axes of neighbouring wires [mm]."""
         return self.aperture_mm + self.wire_mm
 
 
@@ -117,12 +117,12 @@ class Deck(Excusable):
 
     @property
     def pitch_mm(self) -> float:
-        """Between the axes of wires."""
+        """Distance between the axes of neighbouring wires [mm]."""
         return self.aperture_mm + self.wire_mm
 
     @property
     def gravity(self) -> Vector:
-        """In the frame of the deck [m/s2]."""
+        """Gravity in the frame of the deck [m/s2]."""
         angle = math.radians(self.inclination_deg)
         return G * math.sin(angle), 0.0, -G * math.cos(angle)
 

@@ -51,7 +51,7 @@ class Outlet(Excusable):
         return self
 
     def moved(self, origin: Vector) -> Self:
-        """The same, counted from another origin [mm]."""
+        """Return the outlet with positions counted from another origin [mm]."""
         low, high = (
             tuple(None if v is None else v - o for v, o in zip(corner, origin, strict=True))
             for corner in (self.low_mm, self.high_mm)
@@ -59,7 +59,7 @@ class Outlet(Excusable):
         return self.model_copy(update={"low_mm": low, "high_mm": high})
 
     def region(self) -> typed.Outlet:
-        """As an engine takes it, in m."""
+        """Convert the outlet to the region that an engine uses [m]."""
         named = next((p for p in PRODUCTS if self.name.startswith(p)), None)
         product = self.product or named
         return typed.Outlet(name=self.name, low_m=_in_m(self.low_mm), high_m=_in_m(self.high_mm), product=product)

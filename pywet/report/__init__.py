@@ -1,1 +1,1 @@
-"""What every page and picture shares."""
+"""Pages, pictures, VTK files and 3-D scenes of runs."""

@@ -16,7 +16,7 @@ from pywet.runs.spread import difference, with_interval
 
 @dataclass(frozen=True)
 class Passed:
-    """One case at its end."""
+    """Result of one screening case at its end."""
 
     case: int
     liquid_percent: float
@@ -38,7 +38,7 @@ class Passed:
 
     @property
     def name(self) -> str:
-        """Its liquid in words."""
+        """Name of the case by its liquid, such as "5 % liquid" or "dry"."""
         return f"{self.liquid_percent:g} % liquid" if self.liquid_percent else "dry"
 
 
@@ -83,7 +83,7 @@ def _row(group: Sequence[CaseResult]) -> Row:
 
 
 def sentence(table: Sequence[Row]) -> str:
-    """What passes and how moisture changes it."""
+    """State which share of the feed passes and how moisture changes it."""
     if not table:
         return "No case has results yet."
     shares: dict[str, list[Passed]] = {}

@@ -54,5 +54,5 @@ class Server(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """What to open."""
+        """Address that a browser opens to show the runs."""
         return f"http://{HOST}:{self.server_port}/"

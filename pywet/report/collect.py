@@ -51,7 +51,7 @@ class CaseResult:
 
     @property
     def moist(self) -> bool:
-        """Liquid was put in."""
+        """Whether the case has liquid."""
         return self.case.liquid_percent > 0
 
     @property

@@ -50,7 +50,7 @@ def rows(results: Sequence[CaseResult]) -> list[Row]:
 
 
 def wrong(results: Sequence[CaseResult]) -> list[str]:
-    """A sentence for every wrong plan."""
+    """Write a sentence for every effect that the plan left out wrongly."""
     return [
         f"Case {r.case.case}, {row.effect.replace('_', ' ')}: {row.text}."
         for r in results

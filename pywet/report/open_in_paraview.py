@@ -21,7 +21,7 @@ INK = [0.15, 0.2, 0.24]
 
 
 def rgb(text: str) -> list[float]:
-    """#rrggbb as three numbers."""
+    """Convert a colour #rrggbb to three numbers from 0 to 1."""
     return [int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
 
 

@@ -72,7 +72,7 @@ Rows = list[list[Cell | str]]
 
 
 def left(text: object, grade: Grade = "") -> Cell:
-    """A cell of words."""
+    """Make a table cell with left-aligned text."""
     return Cell(str(text), grade, left=True)
 
 
@@ -158,7 +158,7 @@ def templates(*folders: Path) -> jinja2.Environment:
 
 
 def text(title: str, lead: str, sections: Sequence[Section], cards: Sequence[Card] = (), footer: str = "") -> str:
-    """The page as HTML."""
+    """Render the page as HTML."""
     frame = templates().get_template(TEMPLATE.name)
     return frame.render(title=title, lead=lead, sections=sections, cards=cards, footer=footer)
 

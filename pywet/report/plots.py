@@ -135,7 +135,7 @@ def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[dict
 
 
 def title(result: CaseResult) -> str:
-    """A configuration in a few words."""
+    """Name a configuration of material, sizes, screen and amplitude."""
     case = result.case
     sizes = "/".join(f"{d:g}" for d in case.diameters_mm)
     return f"{case.material} {sizes} mm, a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm"

@@ -136,7 +136,7 @@ def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[
 
 
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
-    """What the template shows."""
+    """Collect the values that the report's template needs."""
     moist = [r for r in results if r.bridged]
     passed, proof = answer.rows(results), answer.proof(results)
     replayed = [r for r in results if r.agreement]

@@ -185,7 +185,7 @@ def write(folder: Path, numbers: dict[str, Any]) -> Path:
 
 
 def page_of(folder: Path, deck: int) -> Path:
-    """Where the page of a deck is."""
+    """Path of the page of a deck."""
     return folder / f"{of_deck(PAGE, deck)}.html"
 
 

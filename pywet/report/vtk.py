@@ -179,5 +179,5 @@ def run_writer(writer: Any, path: Path) -> None:
 
 
 def unwritten(path: Path) -> PywetError:
-    """A file that VTK could not write."""
+    """Make the error for a file that VTK could not write."""
     return PywetError(f"{path} cannot be written; expected room on the disk and a folder that may be written to")

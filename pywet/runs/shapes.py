@@ -27,7 +27,7 @@ class BridgesOn(TypedDict):
 
 
 class Events(TypedDict):
-    """Of the liquid's events, what is shown."""
+    """Counts of the liquid's events in a summary."""
 
     formations: int
     ruptures: int
@@ -51,14 +51,14 @@ class RunSummary(TypedDict):
 
 
 class Summary(RunSummary):
-    """summary.json of a screening case."""
+    """Content of summary.json of a screening case."""
 
     fraction_retained_end: float
     coarse_share: float
 
 
 class EngineRun(TypedDict, total=False):
-    """engine/run.json."""
+    """Content of engine/run.json: how the engine's run ended."""
 
     wall_s: float | None
     resumed_at_step: int | None
@@ -71,7 +71,7 @@ class EngineRun(TypedDict, total=False):
 
 
 class Deviation(TypedDict):
-    """One quantity of replay.json."""
+    """Deviation of one quantity in replay.json."""
 
     scale: str
     count: int
@@ -81,7 +81,7 @@ class Deviation(TypedDict):
 
 
 class Finding(TypedDict):
-    """What the diagnosis of a disagreement says."""
+    """Fault that the diagnosis of the replay names."""
 
     sentence: str
 
@@ -91,7 +91,7 @@ class Diagnosis(TypedDict):
 
 
 class Replay(TypedDict):
-    """replay.json."""
+    """Content of replay.json."""
 
     ok: NotRequired[bool]
     contacts: NotRequired[int]
@@ -102,7 +102,7 @@ class Replay(TypedDict):
 
 
 class PlanRow(TypedDict):
-    """One effect of plan.json."""
+    """Row of plan.json: one effect with its number and reason."""
 
     effect: str
     on: bool
@@ -123,7 +123,7 @@ class AmountRow(TypedDict):
 
 
 class Plan(TypedDict):
-    """plan.json."""
+    """Content of plan.json."""
 
     rows: list[PlanRow]
     amounts: NotRequired[list[AmountRow]]
@@ -148,6 +148,6 @@ def _with_forces(effects: dict[str, Contribution]) -> dict[str, Contribution]:
 
 
 class Contributions(TypedDict):
-    """contributions.json."""
+    """Content of contributions.json."""
 
     effects: Annotated[dict[str, Contribution], AfterValidator(_with_forces)]

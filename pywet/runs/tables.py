@@ -67,7 +67,7 @@ class _Log:
 
     @property
     def ended(self) -> bool:
-        """Whether all of it is ready."""
+        """Whether the raw file is complete."""
         return self.read == self.count
 
     def fill(self, block: int) -> None:
@@ -82,7 +82,7 @@ class _Log:
             )
 
     def take(self, last: int) -> np.ndarray:
-        """What is ready up to a step."""
+        """Take the records that are complete up to a step."""
         end = int(np.searchsorted(self.ready["step"], last, "right"))
         taken, self.ready = self.ready[:end], self.ready[end:]
         return taken
@@ -121,7 +121,7 @@ def read_raw(folder: Path, name: str) -> np.ndarray:
 
 
 def to_frame(records: np.ndarray) -> pd.DataFrame:
-    """Records -> columns, as `to_columns`."""
+    """Convert raw records to a data frame with the columns of `to_columns`."""
     return pd.DataFrame(to_columns(records), copy=False)
 
 

@@ -42,7 +42,7 @@ class Kind(ABC):
 
     @abstractmethod
     def cost(self, built: Built) -> Cost:
-        """What a run takes."""
+        """Predict time, memory and disk of a run."""
 
     def subject(self, folder: Path) -> Any:
         """What a user's function of a run is called with: its tables."""

@@ -103,7 +103,7 @@ class Bridge(Kind):
 
 
 class OfScene(Kind):
-    """A user-defined scene in the engine."""
+    """Sweep of a user-defined scene that runs in the engine."""
 
     @cached_property
     def file(self) -> Path:

@@ -191,7 +191,7 @@ class Goal(Strict):
 
 
 class Sweep(Strict):
-    """The file."""
+    """Describe a sweep as in its YAML file."""
 
     name: Title
     base: Base
@@ -267,7 +267,7 @@ def read(file: Path) -> Sweep:
 
 
 def parsed(sweep: Sweep, file: Path) -> list[Constraint]:
-    """The constraints of a sweep."""
+    """Parse the constraints of a sweep on its axes."""
     try:
         return [constraints.read(text, list(sweep.axes)) for text in sweep.constraints]
     except ConfigError as error:

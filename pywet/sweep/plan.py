@@ -49,7 +49,7 @@ class Plan:
 
     @property
     def added(self) -> list[Point]:
-        """Points of adaptive sampling."""
+        """Points that adaptive sampling has added to the sweep."""
         path = self.folder / ADDED
         found = list(read_if_there(path, "remove the file", list[dict[str, description.Value]]) or [])
         if any(point.keys() != self.sweep.axes.keys() for point in found):
@@ -64,7 +64,7 @@ class Plan:
 
     @cached_property
     def gather(self) -> list[str | Function]:
-        """Results in their order."""
+        """Results to be collected of each point, in the order of the table."""
         return list(self.sweep.gather or self.kind.results)
 
     @property
@@ -207,7 +207,7 @@ def refuse_untrusted(file: Path, function: Function) -> None:
 
 
 def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
-    """What is printed before anything runs."""
+    """Lines of the plan that are printed before anything runs."""
     runs, points_, seeds = len(plan.runs), len(plan.points), plan.sweep.seeds
     left_out = plan.sweep.count // seeds + len(plan.added) - points_
     seconds, disk = sum(c.seconds for _, c in costs), sum(c.disk_B for _, c in costs)

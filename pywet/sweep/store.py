@@ -37,12 +37,12 @@ class Took(TypedDict):
 
 @dataclass(frozen=True)
 class Store:
-    """The folder of all points."""
+    """Folder that stores the runs of all points of a sweep."""
 
     folder: Path
 
     def place(self, name: str) -> Path:
-        """Folder of a point."""
+        """Folder in which the run of a point is stored."""
         return self.folder / name
 
     def numbers(self, name: str, engine: bool) -> dict[str, float | None] | None:

@@ -16,7 +16,7 @@ TEXT = (".py", ".cpp", ".h", ".j2")
 
 
 def of(packages: Iterable[str]) -> list[Path]:
-    """All source files of packages."""
+    """List all source files of the given packages."""
     return sorted(path for name in packages for path in (PACKAGE / name).rglob("*") if path.suffix in TEXT)
 
 

@@ -164,7 +164,7 @@ def apart(a: State, b: State, weight: Floats) -> float:
 
 
 def moved(state: State, direction: Floats, step: float) -> State:
-    """A guess further along the branch."""
+    """Extrapolate a solution along the branch as a guess."""
     return State(state.x + step * direction[:-1], state.separation + step * float(direction[-1]))
 
 

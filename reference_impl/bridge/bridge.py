@@ -104,7 +104,7 @@ def branch(volume: float, radius_i: float, radius_j: float, theta_i: float, thet
 
 
 def _scaled(volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float) -> tuple[float, Problem]:
-    """Lengths by the smaller radius."""
+    """Scale a bridge by the radius of the smaller body."""
     if not (radius_i > 0.0 and radius_j > 0.0 and min(radius_i, radius_j) < math.inf):
         raise ValueError(f"radii {radius_i} and {radius_j} m were given; expected both > 0, at most one infinite")
     if not (0.0 <= theta_i < math.pi / 2 and 0.0 <= theta_j < math.pi / 2):
@@ -225,7 +225,7 @@ def _reach(problem: Problem, target: float) -> tuple[Problem, State]:
 
 
 def _bridge(problem: Problem, state: State, unit: float) -> Bridge:
-    """Results in metres."""
+    """Convert the scaled solution of a bridge to metres."""
     neck = narrowest(state)
     row = interpolation(grid(state.n - 1).nodes, np.array([neck]))[0]
     force = 2.0 * math.pi * state.r * np.sin(state.psi) - math.pi * state.r**2 * state.pressure

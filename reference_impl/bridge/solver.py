@@ -136,7 +136,7 @@ def liquid_volume(problem: Problem, state: State) -> float:
 
 
 def residual(problem: Problem, state: State) -> Floats:
-    """All equations; zero for a bridge."""
+    """Residual of all equations; zero for a bridge."""
     g, half = grid(state.n - 1), 0.5 * state.length
     rg, psig = g.value @ state.r, g.value @ state.psi
     (ri, hi), (rj, hj) = body(problem.kappa_i, state.arc_i), body(problem.kappa_j, state.arc_j)

@@ -22,7 +22,7 @@ TIGHT = 1e-3
 
 
 def links(run: Run) -> Iterator[Link]:
-    """Those of the quantities of `motion.between`."""
+    """Diagnose the quantities of `motion.between`."""
     unseen: Between = run.known["between"]
     tables = {name: pd.concat(parts, ignore_index=True) for name, parts in unseen.rows.items() if parts}
     for name, make in (("capillary", _capillary), ("drag", _drag), ("momentum", _momentum)):

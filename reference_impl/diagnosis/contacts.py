@@ -21,7 +21,7 @@ from reference_impl.replay.io import Run
 
 
 def marks(c: Contacts) -> dict[str, Floats]:
-    """Groups of contacts by name."""
+    """Group the rows of the contact log by kind of partner and other properties."""
     kind = c.table["partner_kind"].to_numpy()
     unlike = ~c.wall & (c.ri != c.rj)
     return {

@@ -112,7 +112,7 @@ class Finding:
         return f"{what} ({place}; next best: {name}, {100.0 * part:.3g} %)"
 
     def as_dict(self) -> dict[str, Any]:
-        """For replay.json."""
+        """Convert the diagnosis to plain data for replay.json."""
         other = None if self.next_best is None else {"fault": self.next_best[0], "share": self.next_best[1]}
         return {
             "known": self.known, "sentence": self.sentence, "what": self.what, "quantities": list(self.quantities),

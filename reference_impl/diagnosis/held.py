@@ -54,7 +54,7 @@ class Held:
 
     @property
     def wrong(self) -> bool:
-        """Beyond the tolerance."""
+        """Whether the deviation exceeds the tolerance."""
         return not self.off <= TOLERANCE
 
 
@@ -90,7 +90,7 @@ class Section:
             self.findings.append(finding(self.name, quantity, h, what_is_wrong, len(wrong), len(held)))
 
     def as_dict(self) -> dict[str, Any]:
-        """For replay.json."""
+        """Convert the comparison to plain data for replay.json."""
         return {
             "checked": self.any,
             "ok": all(q.ok for q in self.quantities) if self.any else None,
@@ -159,7 +159,7 @@ def of_factor(ratio: float) -> str:
 
 
 def shown(value: Any) -> str:
-    """A value as a sentence shows it."""
+    """Format a value for a message."""
     if value is None or isinstance(value, bool | np.bool_ | str):
         return "none" if value is None else str(value).lower() if isinstance(value, bool | np.bool_) else value
     return f"{value:.9g}" if _is_number(value) else str(value)

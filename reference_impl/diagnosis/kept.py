@@ -72,7 +72,7 @@ def felt_films(run: Run) -> Iterator[Link]:
 
 
 def walls(setup: window.Setup) -> Link:
-    """Where each mesh is at the outputs."""
+    """Diagnose the positions of the meshes at the outputs."""
     table, own = kept_tables.wall_shifts(setup)
     logged, size = table[kept_tables.SHIFT].to_numpy(float), np.full(len(table), kept_tables.reach(setup))
     motion, names = Motion(setup), table["mesh"].to_numpy()
@@ -121,7 +121,7 @@ def _one_axis(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
 
 
 def times(run: Run, setup: window.Setup) -> Link:
-    """Column `time` of every table."""
+    """Diagnose column `time` of every table against its steps."""
     rows = kept_tables.all_times(setup, True)
     logged, own = rows["time"].to_numpy(float), rows["step"].to_numpy(float) * setup.step
 

@@ -44,11 +44,11 @@ class Events:
     """Of the films that a wall would have if these were other parts of it."""
 
     def column(self, name: str) -> Floats:
-        """A logged column."""
+        """Return a column of the event log."""
         return self.table[name].to_numpy(float)
 
     def marks(self) -> dict[str, Floats]:
-        """Groups of events by name."""
+        """Group the events by kind, partner and other properties."""
         sphere, form = self.kind == laws.SPHERE, self.formation
         groups = {
             "between spheres": sphere, "between unequal spheres": sphere & (self.pair.ri != self.pair.rj),

@@ -156,7 +156,7 @@ def _said(name: str, f: float) -> str:
 
 
 def _shift(logged: Floats, own: Floats) -> Callable[[Floats], Iterator[Suspect]]:
-    """The same way off everywhere."""
+    """Suspect that all values are shifted by the same amount."""
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         d = np.median((logged - own)[rows], axis=0)

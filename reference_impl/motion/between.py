@@ -84,7 +84,7 @@ class Between:
         }
 
     def add(self, part: Run, lives: Lives) -> list[Quantity]:
-        """A part of the logs."""
+        """Compare the impulses between the outputs of one chunk of the logs."""
         now = {name: part.table(name) for name in ("trajectory", "bridges", "films", "impulses", "events")}
         both = {n: pd.concat([self.last[n], now[n]], ignore_index=True) if n in self.last else now[n] for n in now}
         shots, self.formed = now["bridges"], self.formed + int((now["events"]["kind"] == FORMATION).sum())

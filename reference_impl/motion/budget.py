@@ -172,7 +172,7 @@ class Budget:
 
     @staticmethod
     def size(name: str, both: pd.DataFrame, turnover: Floats) -> Floats:
-        """What a value is held against."""
+        """Energy to which the deviations of the budget refer."""
         if name == "gravity":
             return both["gravity_size"].to_numpy(float)
         if name in OF_BRIDGES:
@@ -180,7 +180,7 @@ class Budget:
         return turnover
 
     def check(self) -> list[Quantity]:
-        """Everything but the windows."""
+        """Compare the energy budget at the outputs, sampling windows excepted."""
         if not self.rows:
             return []
         both, turnover = self.both()
@@ -292,7 +292,7 @@ def _of_rounding(setup: Setup, f: Forces) -> Floats:
 
 
 def in_window(setup: Setup, f: Forces, run: Run) -> list[Quantity]:
-    """The same compared."""
+    """Compare the logged energy terms of a sampling window with the recomputed ones."""
     works = works_in_window(setup, f)
     if works is None:
         return []

@@ -41,7 +41,7 @@ class Shares:
         self._steps, self._long = 0, 0.0
 
     def add(self, f: Forces) -> None:
-        """One window."""
+        """Add the impulses and energies of one sampling window."""
         self.windows.append([int(f.window.steps[0]), int(f.window.steps[-1])])
         self._steps += len(f.window.steps)
         if f.bridges is not None:
@@ -135,7 +135,7 @@ class Sum:
         self.value = 0.0
 
     def add(self, terms: Floats) -> None:
-        """Some more terms."""
+        """Add terms to a running sum, one after the other."""
         self.value = float(np.cumsum(np.concatenate([[self.value], terms]))[-1])
 
 
@@ -152,7 +152,7 @@ class Moved:
     beyond: int = 0
 
     def add(self, run: Run, events: pd.DataFrame, p: Pairs) -> None:
-        """A part of the log."""
+        """Add the liquid that the events of one chunk of the log exchange."""
         volume, share, drawn = (events[name].to_numpy(float) for name in ("volume", "share_i", "share_j"))
         broke = events["kind"].to_numpy() == RUPTURE
         shared = broke & ~p.wall

@@ -42,15 +42,15 @@ class Contacts:
     """How far it may be off [N m], because a spin that is lost in the rounding of the step's kick has no direction."""
 
     def force(self, n: Floats) -> Floats:
-        """Whole force on a."""
+        """Total force of a dry contact on body a."""
         return np.asarray((self.elastic + self.damping)[:, None] * n + self.tangential)
 
     def torque_a(self, n: Floats) -> Floats:
-        """Whole torque on a."""
+        """Total torque of a dry contact on body a."""
         return np.asarray(-self.arm_a[:, None] * cross(n, self.tangential) + self.rolling)
 
     def torque_b(self, n: Floats) -> Floats:
-        """Whole torque on b."""
+        """Total torque of a dry contact on body b."""
         return np.asarray(-self.arm_b[:, None] * cross(n, self.tangential) - self.rolling)
 
 

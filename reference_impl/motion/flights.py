@@ -56,7 +56,7 @@ class Flights:
     tj: Floats
 
     def of(self, rows: Floats) -> Flights:
-        """Some of the spheres, whole groups."""
+        """Select some of the spheres with their free flights."""
         number, keep = np.cumsum(rows) - 1, rows[self.i]
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         bridges = {n: values[n][keep] for n in BRIDGES}
@@ -135,7 +135,7 @@ class Hangar:
         self.flights.append(whole.of(fly))
 
     def all(self) -> Flights | None:
-        """Of all intervals together."""
+        """Join the free flights of all intervals between outputs."""
         some = [f for f in self.flights if len(f.id)]
         if not some:
             return None

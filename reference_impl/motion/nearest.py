@@ -182,7 +182,7 @@ def _look(y: Any, part: int, shape: Any, best: float, apart: Any, q: Any, point:
 
 @compiled
 def _closest(y: Any, part: Any, shape: Any, distance: Any, point: Any, triangle: Any) -> None:
-    """Row by row."""
+    """Find the closest point and triangle of a wall part for each point."""
     first, order = shape[0], shape[1]
     apart, q = np.empty(len(order)), np.empty(3)
     for n in range(len(y)):
@@ -227,7 +227,7 @@ def _within(
 
 
 def parts(run: Run) -> Parts:
-    """Those of a run, made once."""
+    """Return the wall parts of a run, made at the first call."""
     if "parts" not in run.known:
         run.known["parts"] = Parts(window.read(run.folder))
     found: Parts = run.known["parts"]

@@ -62,12 +62,12 @@ Compared = dict[str, tuple[Any, ...]]
 
 
 def forces(setup: Setup, run: Run | None) -> list[Forces]:
-    """Own forces in every window."""
+    """Recompute all forces in every sampling window, as a list."""
     return list(each(setup, run))
 
 
 def each(setup: Setup, run: Run | None) -> Iterator[Forces]:
-    """The same one by one."""
+    """Recompute all forces window by window, without holding all windows in memory."""
     motion = Motion(setup)
     shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.analytic) for w in setup.walls}
     logs = touching.Springs(springs(setup, "pair_springs"), len(setup.ids) + len(setup.corners))
@@ -228,7 +228,7 @@ def compared(setup: Setup, f: Forces) -> Compared:
 
 
 def quantities(setup: Setup, found: list[Compared]) -> list[Quantity]:
-    """The quantities of several windows."""
+    """Join the quantities of several sampling windows."""
     rows: dict[str, list[tuple[Any, ...]]] = {}
     for parts in found:
         for name, part in parts.items():

@@ -41,7 +41,7 @@ class Touches:
 
 
 def join(parts: list[Touches]) -> Touches:
-    """All rows of several tables."""
+    """Join all rows of several contact tables."""
     return Touches(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Touches)))
 
 
@@ -89,7 +89,7 @@ def travel(x: Floats) -> float:
 
 
 def of_pairs(setup: Setup, window: Window) -> Touches:
-    """Spheres that overlap."""
+    """Find pairs of spheres that overlap."""
     reach = setup.radius + travel(window.x) * 1.01
     a, b = near_pairs(window.x[0], reach)
     touch = setup.radius[a] + setup.radius[b]

@@ -38,7 +38,7 @@ def of_events(events: pd.DataFrame, run: Run, tables: Tables) -> pd.DataFrame:
 
 
 def of_drops(drops: pd.DataFrame) -> pd.DataFrame:
-    """The same of drops."""
+    """Changes of the liquid on spheres by the drops that they catch or shed."""
     on = drops[drops["partner_kind"] == laws.SPHERE]
     return pd.DataFrame(
         {

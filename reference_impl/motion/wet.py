@@ -45,7 +45,7 @@ class Bridges:
     acting: dict[str, bool]
 
     def force(self) -> Floats:
-        """Whole force on a."""
+        """Total force of a bridge on body a."""
         zero = np.zeros(len(self.k))
         pull = self.capillary if self.acting["capillary"] else zero
         drag = self.normal if self.acting["viscous_normal"] else zero
@@ -60,7 +60,7 @@ class Bridges:
 
 
 def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
-    """All bridges of one window."""
+    """Recompute the forces of all bridges in one sampling window."""
     table = run.rows("contacts", int(window.steps[0]), int(window.steps[-1]))
     wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
     k = np.searchsorted(window.steps, table["step"].to_numpy())

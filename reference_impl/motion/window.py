@@ -154,7 +154,7 @@ def recorded(run_dir: Path) -> bool:
 
 
 def read(run_dir: Path) -> Setup:
-    """Everything but the motion."""
+    """Read what a replay of the motion needs of a run, the motion itself excepted."""
     with reading(f"{run_dir}: scene.json with history/", "the scene of a run and its tables: run the case again"):
         return _read(Path(run_dir))
 

@@ -34,15 +34,15 @@ class Columns:
         return iter(self.by_name)
 
     def items(self) -> ItemsView[str, Floats]:
-        """Name and values of each."""
+        """Name and values of each column."""
         return self.by_name.items()
 
     def cut(self, first: int, last: int) -> Columns:
-        """Some rows, no copies."""
+        """Select a range of rows without copying them."""
         return Columns({name: values[first:last] for name, values in self.by_name.items()})
 
     def frame(self) -> pd.DataFrame:
-        """The same for pandas."""
+        """Convert the columns to a data frame of pandas."""
         return pd.DataFrame(dict(self.by_name), copy=False)
 
 
@@ -62,18 +62,18 @@ def column(table: Table, name: str) -> Floats:
 
 
 def vectors(table: Table, name: str) -> Floats:
-    """Three columns of a vector."""
+    """Read a vector from three columns of a table."""
     return np.array([np.asarray(table[f"{name}_{axis}"]) for axis in "xyz"], dtype=np.float64).T
 
 
 def apart(table: Table, one: str, other: str) -> Floats:
-    """The difference of two vectors."""
+    """Norm of the difference of two vectors in each row."""
     pairs = ((np.asarray(table[f"{one}_{axis}"]), np.asarray(table[f"{other}_{axis}"])) for axis in "xyz")
     return np.array([a - b for a, b in pairs], dtype=np.float64).T
 
 
 def dot(a: Floats, b: Floats) -> Floats:
-    """Row by row."""
+    """Scalar product of two vectors in each row."""
     return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
@@ -83,6 +83,6 @@ def size(a: Floats) -> Floats:
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Row by row."""
+    """Vector product of two vectors in each row."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]).T

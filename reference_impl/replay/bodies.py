@@ -42,7 +42,7 @@ class Bodies:
         return np.asarray(self.area[triangle] / self.film_area[triangle])
 
     def liquid(self) -> Floats:
-        """What every holder has at the start."""
+        """Liquid of every reservoir at the start."""
         return np.concatenate([np.nan_to_num(self.film), np.zeros(len(self.area))])
 
 

@@ -22,7 +22,7 @@ from reference_impl.replay.transfer import Tables
 
 
 class Columns(NamedTuple):
-    """What is recomputed of every event."""
+    """Columns that are recomputed for every event."""
 
     volume: Floats
     share_i: Floats
@@ -88,7 +88,7 @@ def asks(table: pd.DataFrame, p: Pairs, fixed: Bodies, logged: bool) -> tuple[As
 
 
 def packed(tables: Tables) -> Ratios:
-    """The table as arrays."""
+    """Pack the table of events into arrays for compiled code."""
     rows = tables.rows().values()
     first = np.cumsum([0, *(len(nodes) for nodes, _ in rows)])
     return Ratios(first, *(np.concatenate([np.zeros(0), *(r[c] for r in rows)]) for c in (0, 1)))

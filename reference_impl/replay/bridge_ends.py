@@ -73,7 +73,7 @@ class Ends:
         return compare(name, "radius", self.off[w], 0.0 * self.off[w], self.radius[w], self.table.iloc[w])
 
     def separation(self, name: str) -> Quantity:
-        """The logged gap."""
+        """Separation of a bridge as logged."""
         return compare(name, "radius", self.table["separation"].to_numpy(float), self.gap, self.radius, self.table)
 
 
@@ -90,7 +90,7 @@ def of_snapshots(run: Run) -> Ends:
 
 
 def check(run: Run) -> list[Quantity]:
-    """Of a part of the log."""
+    """Check the ends of the bridges in one chunk of the log."""
     known = len(run.tables.get("trajectory", [])) or where(run.folder, "trajectory").exists()
     if not known:
         return []

@@ -57,7 +57,7 @@ def nothing_to_replay(folder: Path) -> bool:
 
 
 def line(found: dict[str, Any], width: int) -> str:
-    """One run in one line."""
+    """Summarise the replay of one run in one line."""
     start = f"{found['run_dir']:{width}s}  {found['status']:10s}"
     if found["reason"]:
         return f"{start}  {found['reason']}"

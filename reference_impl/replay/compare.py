@@ -34,12 +34,12 @@ class Deviations:
 
     @property
     def count(self) -> int:
-        """Number of records."""
+        """Number of deviations in the histogram."""
         return len(self.each) + self.classed
 
     @property
     def median(self) -> float:
-        """Zero of none."""
+        """Median of the deviations; 0 if there are none."""
         if self.classes is None:
             return float(np.median(self.each)) if len(self.each) else 0.0
         at = int(np.searchsorted(np.cumsum(self.classes), (self.count + 1) // 2))
@@ -85,7 +85,7 @@ class Quantity:
 
     @cached_property
     def median(self) -> float:
-        """Of all deviations."""
+        """Median of all deviations of a quantity."""
         return self.deviations.median
 
     @property
@@ -99,7 +99,7 @@ class Quantity:
         return bool(self.largest <= self.tolerance < np.inf)
 
     def as_dict(self) -> dict[str, Any]:
-        """For replay.json."""
+        """Convert the quantity to plain data for replay.json."""
         return {
             "scale": self.scale,
             "count": self.count,
@@ -113,7 +113,7 @@ class Quantity:
 
 
 def plain(row: Mapping[Any, Any] | pd.Series) -> dict[str, Any]:
-    """A table's row as JSON values."""
+    """Convert a row of a table to values for JSON."""
     return {str(k): number(v.item() if hasattr(v, "item") else v) for k, v in row.items()}
 
 

@@ -25,7 +25,7 @@ class Exact:
     """Sum of what is not finite."""
 
     def add(self, values: Floats) -> None:
-        """More summands."""
+        """Add numbers to the sum without round-off."""
         finite = np.isfinite(values)
         if not finite.all():
             self.odd += float(values[~finite].sum())
@@ -38,5 +38,5 @@ class Exact:
 
     @property
     def value(self) -> float:
-        """The sum so far."""
+        """Sum of all numbers so far, rounded once."""
         return float(sum(n * Fraction(2) ** (e - HIGH - LOW) for e, n in self.high.items())) + self.odd

@@ -46,7 +46,7 @@ class Contacts:
         return push, dot(push, self.n), size(push)
 
     def column(self, name: str) -> Floats:
-        """A logged column."""
+        """Return a column of the contact log."""
         return column(self.table, name)
 
 

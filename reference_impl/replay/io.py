@@ -97,7 +97,7 @@ def refuse_special(folder: Path) -> None:
 
 
 def where(folder: Path, name: str) -> Path:
-    """The file of a table."""
+    """Path of the file of a table."""
     return folder / f"{name}.parquet" if name == "trajectory" else folder / "history" / f"{name}.parquet"
 
 
@@ -152,7 +152,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
 
 
 def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = None) -> pd.DataFrame:
-    """One table, complete."""
+    """Read a table with all of its rows."""
     with readable(path):
         found = parquet_table(path, filters=filters)
     complete(path, found, NEEDED[name])
@@ -201,7 +201,7 @@ def numbers(path: Path, table: AnyTable) -> AnyTable:
 
 
 def every(path: Path) -> pd.DataFrame:
-    """All columns of a table."""
+    """Read all columns of a Parquet file."""
     with readable(path):
         return numbers(path, parquet_table(path))
 

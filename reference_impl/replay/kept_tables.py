@@ -109,7 +109,7 @@ class Count:
         return script.present(run.folder, step) if self.script else np.full(len(step), self.spheres)
 
     def check(self, run: Run) -> list[Quantity]:
-        """The same compared."""
+        """Compare the stored tables of films and ledger with the recomputed values."""
         ledger, (logged, own), (liquid, held), size = self.values(run)
         one = np.ones(len(ledger))
         return [

@@ -22,7 +22,7 @@ FASTER = 1.1, 0.2
 
 
 def total(run: Run) -> float:
-    """What was put in [m3]."""
+    """Liquid put in at the start [m3]."""
     return float(run.table("spheres")["film"].sum())
 
 
@@ -86,7 +86,7 @@ def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
 
 
 def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:
-    """Rows of one step."""
+    """Select the rows of one step."""
     return table[table["step"] == step]
 
 

@@ -38,12 +38,12 @@ class Standing:
         return len(self.key)
 
     def of(self, at: Floats) -> Standing:
-        """Some of them."""
+        """Select some of the active bridges."""
         return Standing(*(getattr(self, name)[at] for name in Standing.__dataclass_fields__))
 
 
 def none() -> Standing:
-    """The start of a run."""
+    """Make an empty list of active bridges, as at the start of a run."""
     whole, real = np.zeros(0, np.int64), np.zeros(0)
     return Standing(whole, whole, whole, real, real, real)
 

@@ -75,7 +75,7 @@ class Frames:
 
 
 def _frames(run: Run, places: pd.DataFrame) -> Frames:
-    """Without the liquid."""
+    """Arrange positions by step, without films."""
     table = places.sort_values(["step", "id"])
     step = np.unique(table["step"].to_numpy(np.int64))
     ids, area = np.sort(run.table("spheres")["id"].to_numpy(np.int64)), bodies(run).area
@@ -166,7 +166,7 @@ def _at_neighbour(
     own, radius = parts.closest(np.array([step]), x[None], np.array([part])), float(bodies(run).radius[i])
 
     def off(points: Floats, of: Floats) -> Floats:
-        """How far points are off parts."""
+        """Distance of points from wall parts."""
         return parts.closest(np.full(len(of), step), np.broadcast_to(points, (len(of), 3)).copy(), of).distance
 
     others = others[off(x, others) < own.distance[0] + 2.0 * radius]
@@ -181,7 +181,7 @@ def _at_neighbour(
 
 
 def _place(step: Any, number: Any) -> Floats:
-    """Two numbers as one."""
+    """Combine a step and a number into one integer key."""
     return (np.asarray(step, np.int64) << 31) | np.asarray(number, np.int64)
 
 

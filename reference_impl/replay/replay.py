@@ -102,7 +102,7 @@ def _dry(folder: Path) -> bool:
 
 
 def _of_dry(folder: Path) -> Logged:
-    """Newton's law and contributions."""
+    """Check Newton's law and the contributions of a dry run."""
     quantities, motion = dynamics.check(folder, None)
     quantities += retired.of_dry(folder)
     none = {"events": 0, "contacts": 0, "unchecked": [], "events_per_s": 0.0, "contacts_per_s": 0.0}
@@ -166,7 +166,7 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
 
 
 def table(result: dict[str, Any]) -> str:
-    """The result as text."""
+    """Print the quantities of a replay as a table."""
     lines = [f"{'quantity':24s} {'count':>9s} {'largest':>9s} {'median':>9s} {'limit':>8s}"]
     for name, q in result["quantities"].items():
         marks = f"  sample of {q['sample_of']}" if q["sample_of"] is not None else ""

@@ -166,7 +166,7 @@ class Count:
 
 
 def of_dry(folder: Path) -> list[Quantity]:
-    """The same of a dry run."""
+    """Check the retired spheres of a dry run."""
     law = rule(folder)
     trajectory = io.columns(folder / "trajectory.parquet", OF_PLACES) if law else pd.DataFrame()
     return [*map(_quantity, of_places(law, table(folder), trajectory))] if law else []

@@ -52,7 +52,7 @@ class Samples:
             self._ratios.append((name, v_star[use], (first + use).astype(np.int64)))
 
     def add_contacts(self, c: Contacts, first: int) -> None:
-        """A part of the contact log."""
+        """Add one chunk of the contact log."""
         self.contacts += len(c.table)
         if coverage.solved(self.run, "capillary"):
             part = np.maximum(c.gap, 0.0) / c.column("rupture_distance")

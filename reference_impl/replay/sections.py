@@ -17,7 +17,7 @@ def any_there(folder: Path) -> bool:
 
 
 def check(folder: Path) -> list[Section]:
-    """Both sections."""
+    """Check the sections `scene` and `results` of a run."""
     return [scene.check(folder), results.check(folder)]
 
 

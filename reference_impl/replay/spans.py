@@ -58,7 +58,7 @@ class Before:
 
 @dataclass
 class Found:
-    """What the parts said, together."""
+    """Quantities found in all chunks of a log, joined."""
 
     events: int = 0
     contacts: int = 0
@@ -72,7 +72,7 @@ class Found:
     """Log -> before the first part in which it disagrees."""
 
     def add(self, group: str, quantities: list[Quantity], log: str = "events") -> None:
-        """Some quantities of a part."""
+        """Add the quantities of one chunk to those found before."""
         so_far = self.quantities.setdefault(group, {})
         for q in quantities:
             so_far[q.name] = merged([so_far[q.name], q] if q.name in so_far else [q])
@@ -80,7 +80,7 @@ class Found:
                 self.broke.setdefault(log, self.now)
 
     def of(self, group: str) -> list[Quantity]:
-        """Those of a group."""
+        """Return the quantities of a group."""
         return list(self.quantities.get(group, {}).values())
 
 

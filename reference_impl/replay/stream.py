@@ -98,7 +98,7 @@ class Rows:
             yield rows.cut(0, end)
 
     def until(self, step: int) -> pd.DataFrame:
-        """All rows up to a step."""
+        """Read all rows up to a step."""
         return joined(list(self.parts(step, BATCH)) or [self.none]).frame()
 
 

@@ -57,7 +57,7 @@ class Tables:
         return result
 
     def rows(self) -> dict[tuple[int, int, int], tuple[Floats, Floats]]:
-        """All rows."""
+        """Return all rows of the transfer table by pair of bodies."""
         return self._rows
 
 

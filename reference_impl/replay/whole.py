@@ -49,7 +49,7 @@ def check(folder: Path) -> dict[str, Any]:
 
 
 def said(held: dict[str, Any]) -> str:
-    """The same in one sentence."""
+    """State in one sentence how many rows each table of a run has."""
     rows = ", ".join(f"{name} {count}" for name, count in held["rows"].items())
     return (
         f"compared: all {held['outputs']} output steps to step {held['steps']}, {len(held['windows'])} windows of "

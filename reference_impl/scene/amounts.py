@@ -19,7 +19,7 @@ SMALLEST_GAP = 1e-3
 
 @dataclass(frozen=True)
 class Class:
-    """One size class."""
+    """Number, size and density of the spheres of one size class."""
 
     name: str
     radius: float
@@ -29,7 +29,7 @@ class Class:
 
     @property
     def mass(self) -> float:
-        """Of one sphere [kg]."""
+        """Mass of one sphere of the class [kg]."""
         return self.density * math.pi / 6.0 * (2.0 * self.radius) ** 3
 
 

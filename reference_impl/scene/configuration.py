@@ -43,7 +43,7 @@ def reading(config: Mapping[str, Any], key: str, default: str) -> str:
 
 
 def number(group: Mapping[str, Any], key: str) -> float:
-    """The value of an entry."""
+    """Return the value of a configured number."""
     entry = group[key]
     return float(entry["value"] if isinstance(entry, Mapping) else entry)
 
@@ -65,7 +65,7 @@ def pitch_m(config: Mapping[str, Any]) -> float:
 
 
 def screen(config: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The case's screen."""
+    """Return the screen that a case uses."""
     return near(config["materials"]["screens"], "aperture_mm", float(config["case"]["aperture_mm"]))
 
 

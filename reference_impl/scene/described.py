@@ -66,7 +66,7 @@ def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> 
 
 
 def not_held(written: Mapping[str, Any], scene: Mapping[str, Any]) -> str:
-    """What is not compared, in words."""
+    """Name what of a user-defined scene is not compared."""
     return ", ".join([NOT_HELD, *expanded.not_held(written, scene)])
 
 

@@ -118,7 +118,7 @@ def _outlets(deck: Said) -> Iterator[dict[str, Any]]:
 
 
 def _spheres(feed: Said, scene: Said) -> Iterator[dict[str, Any]]:
-    """An entry of each size."""
+    """Make an entry of spheres for each size of a feed."""
     moist = feed["moisture_percent"]
     if moist is not None and feed["moisture_of"] == "moist":
         moist = 100.0 / (100.0 / moist - 1.0) if moist else 0.0

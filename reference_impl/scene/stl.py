@@ -135,7 +135,7 @@ def _normals(corners: Floats) -> Floats:
 
 
 def area(corners: Floats) -> Floats:
-    """Of every triangle [m2]."""
+    """Area of every triangle [m2]."""
     return np.asarray(0.5 * np.sqrt((_normals(corners) ** 2).sum(axis=1)))
 
 

@@ -85,7 +85,7 @@ class Runs:
         return self.done(number) and bool(json.loads(scene.read_text())["effects"]["bridges"])
 
     def row(self, number: int) -> dict[str, str]:
-        """A case in the list of cases."""
+        """Check the row of a case in the list of cases."""
         return next(row for row in self.rows if int(row["case"]) == number)
 
     def configuration(self, number: int) -> str:
@@ -166,7 +166,7 @@ def meant(runs: Runs, figure: str, panel: Panel, label: str) -> tuple[int | str,
 
 
 def _panel(runs: Runs, figure: str, panel: Panel) -> Iterator[str]:
-    """What is wrong in one panel."""
+    """List the errors in one panel of a figure."""
     wanted = AXES.get(figure, (TIME, "fraction retained Y"))
     if (panel.x_label, panel.y_label) != wanted:
         yield f"the axes are called {panel.x_label!r} and {panel.y_label!r}; expected {wanted[0]!r} and {wanted[1]!r}"
@@ -239,7 +239,7 @@ def _shown(curve: Curve, time: Floats) -> tuple[Floats, Floats] | None:
 
 
 def _is(runs: Runs, curve: Curve) -> str:
-    """What a curve shows in truth."""
+    """Identify the data that a curve shows."""
     columns = [
         *(f"fraction_retained{c}" for c in (*CLASSES.values(), "_spheres")),
         *(f"{h}_m3" for h in tables.HOLDERS.values()),
@@ -323,7 +323,7 @@ def _missing(runs: Runs, figure: str, section: str, panels: list[Panel]) -> Iter
 
 
 def main(arguments: list[str]) -> int:
-    """Say what is shown wrong."""
+    """Print what the report shows differently from the result files."""
     if len(arguments) != 2:
         raise Refused(f"{len(arguments)} arguments were given; expected REPORT CASES.csv")
     with reading(" and ".join(arguments), "the report of a folder of runs and the table of its cases"):

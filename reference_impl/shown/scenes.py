@@ -67,7 +67,7 @@ class Scene:
         self.rows = len(self.arrays["id"])
 
     def places(self, name: str) -> Floats:
-        """Points of an array [m]."""
+        """Decode the points of an array of a 3-D scene [m]."""
         return np.asarray(self.head["origin"] + self.head["quantum"] * self.arrays[name].reshape(-1, 3).astype(float))
 
     @cached_property

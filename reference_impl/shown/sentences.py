@@ -36,7 +36,7 @@ class Cases:
         self.moist = [n for n in listed if self._bridged(n)]
 
     def json(self, number: int, name: str, suffix: str = "") -> Any:
-        """A file of a case."""
+        """Read a JSON file of a case."""
         return tables.of_case(self.folder, number, name, suffix)
 
     def _bridged(self, number: int) -> bool:
@@ -44,7 +44,7 @@ class Cases:
         return bool(data["effects"]["bridges"] if data else self.liquid[number])
 
     def quantities(self, number: int) -> dict[str, Any]:
-        """What the replay of a case compared."""
+        """List the quantities that the replay of a case compared."""
         return dict((self.replay[number] or {"quantities": {}})["quantities"])
 
     def agrees(self, number: int) -> bool:
@@ -113,7 +113,7 @@ def _end(cases: Cases, number: int, name: str, column: str, suffix: str = "") ->
 
 
 def _cards(text: str, cases: Cases) -> Iterator[Told]:
-    """How many of how many."""
+    """Check the numbers on the cards at the top of the report."""
     good = {"cases done": (sum(map(cases.done, cases.listed)), len(cases.listed)),
             "moist cases cross-checked": (sum(map(cases.agrees, cases.moist)), len(cases.moist))}  # fmt: skip
     for name, wanted in good.items():
@@ -178,7 +178,7 @@ def _not_done(text: str, cases: Cases) -> Iterator[str]:
 
 
 def _work(text: str, cases: Cases) -> Iterator[Told]:
-    """What all runs together took."""
+    """Check the sentence on time and size of all runs together."""
     rows = [s for s in cases.summary.values() if s]
     said = re.search(r"<p>(\S+) min of engine time for (\S+) million sphere-steps", text)
     yield "engine time", said[1] if said else "", sum(s["wall_s"] for s in rows) / 60.0, "2 digits"

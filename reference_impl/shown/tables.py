@@ -68,12 +68,12 @@ def _words(cell: str) -> str:
 
 
 def plain(text: str) -> str:
-    """HTML as its words."""
+    """Remove the markup from HTML."""
     return " ".join(html.unescape(re.sub(r"<[^>]*>", "", text)).split())
 
 
 def summary(folder: Path, number: int) -> dict[str, Any] | None:
-    """summary.json of a case."""
+    """Read summary.json of a case."""
     return of_case(folder, number, "summary.json")
 
 
@@ -83,7 +83,7 @@ def retained_end(folder: Path, number: int, data: Mapping[str, Any]) -> float:
 
 
 def retained_ends(folder: Path, number: int, data: Mapping[str, Any]) -> list[float]:
-    """The same of every seed."""
+    """Fraction retained at the end, of every seed of a case."""
     seeds = (run / "results" / "fraction_retained.parquet" for run in seed_folders(folder, f"case{number:02d}"))
     further = [float(parquet_table(path)["fraction_retained"].iloc[-1]) for path in seeds]
     return [float(data["fraction_retained_end"]), *further]

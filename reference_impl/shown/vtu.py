@@ -52,7 +52,7 @@ def series(path: Path) -> list[tuple[float, Path]]:
 
 
 def read(path: Path) -> Shown:
-    """One .vtu file."""
+    """Read the arrays of a .vtu file."""
     root = _root(path, "UnstructuredGrid")
     header = TYPES[root.attrib.get("header_type", "UInt32")]
     try:
@@ -107,5 +107,5 @@ def _bytes(array: ET.Element, header: str) -> bytes:
 
 
 def _coded(size: int) -> int:
-    """Characters of so many bytes."""
+    """Number of base64 characters that encode this many bytes."""
     return (size + 2) // 3 * 4

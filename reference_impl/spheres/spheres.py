@@ -46,7 +46,7 @@ def from_groups(d: dict[str, Any]) -> dict[str, Any]:
 
 
 def from_spheres(d: dict[str, Any]) -> dict[str, Any]:
-    """The description in SI units."""
+    """Read the description of wet spheres in SI units."""
     s = d["spheres"]
     return {
         "radius": [k["radius_m"] for k in s],
@@ -107,7 +107,7 @@ class Collision:
         return np.sqrt(d[0] ** 2 + d[1] ** 2) - self.radius[p[0]] - self.radius[p[1]]
 
     def closing(self, y: np.ndarray, p: Pair) -> float:
-        """Normal speed of approach."""
+        """Normal speed of approach of a pair."""
         return float((self.velocity(y, p[0]) - self.velocity(y, p[1])) @ self.normal(y, p))
 
     def kinetic(self) -> float:
@@ -254,7 +254,7 @@ class Collision:
             self.resting.discard(p)
 
     def solve(self) -> dict[str, Any]:
-        """To the end."""
+        """Integrate the collision to its end."""
         start = self.kinetic()
         for _ in range(SEGMENTS):
             if self.t >= self.given["t_end"]:

@@ -57,7 +57,7 @@ def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, fl
 
 
 def scale_of(name: str, scales: dict[str, float]) -> float:
-    """Of the values of a column."""
+    """Scale to which deviations of a column refer."""
     return next((size for start, size in scales.items() if name.startswith(start) or name.endswith(start)), 1.0)
 
 

@@ -64,7 +64,7 @@ class Bodies:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Spheres of each class."""
+        """Number of spheres of each class."""
         return {name: int((self.kind == kind).sum()) for kind, name in self.names.items()}
 
     def at(self, ids: pd.Series, path: Path) -> Floats:
@@ -98,7 +98,7 @@ class Output:
 
 @dataclass
 class Own:
-    """What the logs give."""
+    """Result tables as recomputed from the logs."""
 
     tables: dict[str, pd.DataFrame]
     """Name in results/ -> table."""

@@ -26,7 +26,7 @@ LOGS = "the raw logs"
 
 
 def load(path: Path) -> Any:
-    """A JSON file of the run."""
+    """Read a JSON file of the run."""
     try:
         return json.loads(path.read_text())
     except (OSError, ValueError, RecursionError) as error:

@@ -85,7 +85,7 @@ class ScatterStudy(study.Study):
     config_dir: Path = Path("config")
 
     def jobs(self) -> list[str]:
-        """A scene and a seed each."""
+        """Make one job for each scene and seed."""
         return [f"{scene}-{seed}" for seed in SEEDS for scene in SCREENING]
 
     def runs(self, job: str) -> list[study.Run]:

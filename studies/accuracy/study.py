@@ -177,7 +177,7 @@ def exact_start(runs: pd.DataFrame) -> float:
 
 
 def provenance(runs: pd.DataFrame, size: str) -> dict[str, Any]:
-    """How the table was made."""
+    """Describe how the table of the study was made: versions, machine, date."""
     shape, of_run = sieve.SIZES[size], runs.drop_duplicates("run")
     cpu, wall = (float(of_run[clock].sum()) for clock in ("cpu_s", "wall_s"))
     return {
@@ -216,5 +216,5 @@ def store(result: dict[str, Any], path: Path = choice.STORED) -> Path:
 
 
 def rounded(value: Any) -> Any:
-    """The same with numbers of five digits."""
+    """Round all numbers of the table to five digits."""
     return json.loads(json.dumps(value), parse_float=lambda digits: float(f"{float(digits):.5g}"))

@@ -34,12 +34,12 @@ def problem(particle: str = LARGE, layer: Layer = None, **given: Any) -> Problem
 
 
 def name(layer: Layer) -> str:
-    """A layer in words."""
+    """Name a liquid layer by its liquid and thickness."""
     return f"{layer[1]} µm {SAID[layer[0]]}" if layer else "dry"
 
 
 def over_velocity(particle: str, layer: Layer) -> list[dict[str, Any]]:
-    """e_n over the impact velocity."""
+    """Compute e_n over the impact velocity."""
     cases = ((float(v), problem(particle, layer, normal_velocity_m_per_s=float(v))) for v in VELOCITIES)
     return [{"x": v, "e_n": wall.collide(case)["e_n"]} for v, case in cases]
 

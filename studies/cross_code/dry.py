@@ -77,7 +77,7 @@ def exact(angle_deg: float) -> Outcome:
 
 
 def source(folder: Path) -> Source:
-    """Cells of the dry rows."""
+    """Compute the cells of the rows on dry contacts."""
     cells: list[Cell] = []
     for row, angle in ANGLES.items():
         best = exact(angle)

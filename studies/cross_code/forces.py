@@ -172,7 +172,7 @@ def _stock(pair: Pair, stock: Stock) -> Iterator[Cell]:
 
 
 def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
-    """The stock programs in overlap."""
+    """Measure the forces of the stock programs in overlap."""
     for preset in CAPILLARY:
         row = f"capillary_{preset}_overlap"
         touch = pair.paper(np.zeros(3)) if preset == "paper" else pair.exact(np.zeros(3))
@@ -216,7 +216,7 @@ def _formation(pair: Pair, column: str, edge: float) -> Iterator[Cell]:
 
 
 def _drag(pair: Pair, gaps: Floats) -> Iterator[Cell]:
-    """Normal viscous drag over speed."""
+    """Measure the normal viscous drag over the speed."""
     row = "drag_equal"
     ri, rj, wall = pair.flags
     wanted = -laws.pitois(gaps, np.array([pair.volume]), ri, rj, wall, np.array([1.0]), ETA)

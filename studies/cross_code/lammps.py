@@ -22,7 +22,7 @@ ELSEWHERE = "its scene is not run there; laws and books are those of LIGGGHTS + 
 
 
 def source(folder: Path) -> Source:
-    """All cells of the column."""
+    """Compute all cells of the column on LAMMPS."""
     try:
         build.engine_version()
     except PywetError as error:

@@ -46,12 +46,12 @@ class Source:
     wall_s: float = 0.0
 
     def write(self, path: Path) -> None:
-        """As JSON."""
+        """Write the cells of a source as JSON."""
         write_json(path, asdict(self))
 
     @classmethod
     def read(cls, path: Path) -> Source:
-        """Back from JSON."""
+        """Read the cells of a source from JSON."""
         return read_model(path, cls, "remove it and make the table of agreement again")
 
 
@@ -95,7 +95,7 @@ def empty(row: str, reasons: Mapping[str, str]) -> Iterator[Cell]:
 
 
 def not_run(row: str, column: str, how: str) -> Cell:
-    """A cell that could be filled: how."""
+    """Make a cell that shows the command that would fill it."""
     return Cell(row, column, "not run", note=how)
 
 

@@ -74,7 +74,7 @@ def write_page(folder: Path) -> Path:
 
 
 def colour(deviation: float) -> str:
-    """Background of a deviation.
+    """Background colour of a cell by its deviation.
 
     >>> colour(3e-16), colour(0.5)
     ('#b5dfc4', '#f2ab9b')
@@ -83,7 +83,7 @@ def colour(deviation: float) -> str:
 
 
 def cards(results: Table) -> list[Card]:
-    """Counts at the top."""
+    """Make the cards with counts at the top of the page."""
     ours = results.ours
     tight = [c for c in ours if (c.deviation or 0.0) <= ROUND_OFF]
     comparisons = sum(c.count for c in results.cells.values() if c.state == "measured")
@@ -103,7 +103,7 @@ def cards(results: Table) -> list[Card]:
 
 
 def legend() -> str:
-    """The colour scale."""
+    """Make the legend of the colour scale."""
     spans = "".join(f'<span style="background:{shade}">{name}</span>' for _, shade, name in BINS)
     marks = (
         '<span class="mark" style="background:#e7eff9;color:#0b3c78;font-weight:600">truth</span>'
@@ -211,7 +211,7 @@ def limits(results: Table) -> str:
 
 
 def provenance(results: Table) -> str:
-    """Sources, their state and time."""
+    """List the sources with state and time."""
     said_how = paragraph(
         "`snakemake --cores 2 agreement` (or `pywet study cross-code`) runs the sources and writes this page; `data/*.json` hold"
         " the cells, `runs/` the run directories that cells link to. A source that fails blanks its own cells only."

@@ -24,7 +24,7 @@ def compared_gaps(pair: Pair) -> Floats:
 
 
 def drawn_gaps(pair: Pair) -> Floats:
-    """Gaps of the picture [m]."""
+    """Gaps at which the picture draws forces [m]."""
     far = 1.25 * pair.limit("paper")
     return np.concatenate([np.linspace(-0.05 * R, -0.001 * R, 6), np.linspace(1e-3 * far, far, 50)])
 

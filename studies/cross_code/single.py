@@ -28,7 +28,7 @@ OTHERS = {
 
 
 def source(folder: Path) -> Source:
-    """All cells of the single collisions."""
+    """Compute all cells of the single collisions."""
     return Source("single", [*_buck(folder), *_pair(), *_three(folder)])
 
 

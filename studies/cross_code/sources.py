@@ -39,7 +39,7 @@ def left_by_others(name: str, results: Path) -> list[str]:
 
 
 def data_file(folder: Path, name: str) -> Path:
-    """Where a source leaves its cells."""
+    """Path of the file with the cells of a source."""
     return folder / "data" / f"{name}.json"
 
 

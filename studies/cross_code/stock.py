@@ -39,7 +39,7 @@ class Stock:
 
     @property
     def there(self) -> list[str]:
-        """Columns that were measured."""
+        """List the columns of stock programs that were measured."""
         return [column for column in PROGRAMS if column not in self.missing]
 
     def measure(self, points: pd.DataFrame) -> None:

@@ -34,7 +34,7 @@ class EffectsStudy(study.Study):
             raise PywetError(f"the effects study has no scene {self.only}; expected one of {', '.join(SCENES)}")
 
     def jobs(self) -> list[str]:
-        """A scene with a seed each."""
+        """Make one job for each scene and seed."""
         return [job for scene in SCENES if self.only in (None, scene) for job in self.of_scene(scene)]
 
     def of_scene(self, scene: str) -> list[str]:

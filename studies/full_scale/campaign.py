@@ -47,7 +47,7 @@ EVERY_S = 30.0
 
 @dataclass
 class Job:
-    """One case with one seed."""
+    """Run of one case with one seed, with its predicted cost."""
 
     number: int
     seed: int
@@ -69,7 +69,7 @@ class Job:
 
     @property
     def steps(self) -> int:
-        """Of the whole run."""
+        """Number of time steps of the whole run."""
         return round(self.need.load.steps)
 
     @property
@@ -82,7 +82,7 @@ class Job:
 
 @dataclass
 class Campaign:
-    """Jobs over `cores` processes."""
+    """Execution of jobs in `cores` processes at a time."""
 
     jobs: list[Job]
     data: Path

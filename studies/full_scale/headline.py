@@ -27,7 +27,7 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
         y = [f"{runs[n][0].at(runs[n][0].retained(), 20.0):.2f}" for n in (7, 8, 16, 17)]
         written += [
             f"  On 5.6 mm the screen retains {y[0]} of the feed dry and {y[1]} moist after 20 s (POM), {y[2]} dry and {y[3]} "
-            "moist (glass, of which dry spheres peg).",
+            "moist (glass; more dry than moist spheres peg).",
         ]
     for name, n in (("POM", 2), ("glass", 11)):
         if runs.get(n):

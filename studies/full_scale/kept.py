@@ -60,7 +60,7 @@ class Kept:
 
     @property
     def end(self) -> float:
-        """Last output [s]."""
+        """Time of the last output [s]."""
         return float(self.times[-1])
 
     @cached_property
@@ -69,7 +69,7 @@ class Kept:
         return np.asarray(self.tables["fraction_retained"]["time_since_opening_s"], dtype=float)
 
     def series(self, table: str, name: str) -> Floats:
-        """A column of a table over `times`."""
+        """Return a column of a table at the output times."""
         found = self.tables[table]
         if name not in found or len(found) != len(self.times):
             raise PywetError(f"{self.folder / table}.csv lacks the column {name} at every output: {CURE}")

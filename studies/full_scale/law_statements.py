@@ -43,7 +43,7 @@ RADIUS = 1.5e-3
 
 
 def shares(start: float, stop: float) -> Floats:
-    """Separations over the rupture distance."""
+    """Separations as shares of the rupture distance."""
     return np.linspace(start, stop, 12)
 
 

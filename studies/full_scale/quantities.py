@@ -36,7 +36,7 @@ def lag(kept: Kept, start: float, stop: float) -> float:
 
 
 def undersize(c: Cases, case: int, time: float) -> float:
-    """U at a time."""
+    """Undersize left on the screen at a time."""
     return c[case].at(c[case].undersize, time)
 
 

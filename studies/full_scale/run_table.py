@@ -17,7 +17,7 @@ RUN_COLUMNS = (
     "contacts_replayed", "ledger_error", "replay_quantities_that_agree", "retained_5_s", "retained_10_s", "retained_20_s",
     "liquid_coarse", "liquid_fines", "liquid_walls", "engine_memory_GB", "replay_memory_GB", "disk_GB", "replay_cpu_s", "commit",
 )  # fmt: skip
-STATEMENT_COLUMNS = ("statement", "place", "range", "values", "half_width", "verdict")
+STATEMENT_COLUMNS = ("statement", "place", "says", "range", "values", "half_width", "verdict")
 
 
 def write(path: Path, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
@@ -64,5 +64,5 @@ def statement_rows(answers: Sequence[tuple[Statement, Answer]]) -> list[tuple[ob
         for k, part in enumerate(statement.parts):
             values = None if answer.verdict == MISSING else " ".join(f"{v:.3g}" for v in answer.values[k])
             half = f"{answer.chance[k]:.2g}" if answer.chance and answer.chance[k] else None
-            rows.append((statement.number, statement.place, part.range, values, half, answer.verdict))
+            rows.append((statement.number, statement.place, statement.says, part.range, values, half, answer.verdict))
     return rows

@@ -161,7 +161,7 @@ def _fig5b(axis: Axes) -> None:
 
 
 def cost_bars(cost: pd.DataFrame) -> Figure:
-    """Nanoseconds per call."""
+    """Draw the cost of each law in nanoseconds per call."""
     figure, axes = panels(1, 1, (6.0, 2.8))
     table = cost.sort_values("ns")
     colours = ["#0b3c78" if law == "young_laplace" else "#9fb3c8" for law in table["law"]]

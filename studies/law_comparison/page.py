@@ -114,7 +114,7 @@ def _choice(cost: Frame) -> str:
 
 
 def _graded(value: float, hint: str = "") -> Cell:
-    """A median error in per cent, coloured."""
+    """Make a coloured cell with a median error in per cent."""
     return Cell(_percent(value), "good" if value < 0.02 else "fair" if value < 0.15 else "bad", hint)
 
 

@@ -26,7 +26,7 @@ class Turned(Strict):
 
 
 class Search(Limited):
-    """The file."""
+    """Describe a search of readings as in its YAML file."""
 
     name: str
     configuration: Path
@@ -46,12 +46,12 @@ class Search(Limited):
 
     @property
     def places(self) -> list[Place]:
-        """All combinations."""
+        """List all combinations of the varied settings."""
         return [dict(zip(self.turned, v, strict=True)) for v in product(*(t.values for t in self.turned.values()))]
 
     @property
     def asked(self) -> list[Statement]:
-        """The statements that runs decide."""
+        """List the statements that the runs of the search decide."""
         return [s for s in STATEMENTS if s.number in self.statements and s.cases]
 
     def entries(self, place: Place) -> dict[str, str | float]:

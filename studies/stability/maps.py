@@ -59,7 +59,7 @@ def springs(stiffness: Sequence[float], restitution: float) -> tuple[ContactPair
 
 
 def spheres(*radii: float, angle_rad: float | Sequence[float] = WETTED) -> tuple[SphereClass, ...]:
-    """Classes of the maps' material."""
+    """Size classes of the material of the stability maps."""
     return sphere_classes(*radii, angle_rad=angle_rad, name="size{k}")
 
 

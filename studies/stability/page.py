@@ -55,7 +55,7 @@ READS = {
 
 
 def kind_of(state: str, said: str) -> str:
-    """Which guard stopped a point."""
+    """Name the guard that stopped a point."""
     if state != "stopped":
         return state
     for words, name in (("moves at", "speed"), ("overlaps", "overlap"), ("left the simulated box", "box")):

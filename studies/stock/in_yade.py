@@ -63,7 +63,7 @@ def material(law: str, point: dict) -> int:
 
 
 def measure(law: str, points: list) -> list:
-    """Attraction of each point [N]."""
+    """Measure the attraction [N] at each point in YADE."""
     O.engines = engines()
     O.dt = 1e-9
     bodies, x = [], 0.0

@@ -27,7 +27,7 @@ class AtWalls:
 
     @cached_property
     def thickness(self) -> list[float]:
-        """Of each wall [m]."""
+        """Thickness of each wall [m]."""
         corners = wall_corners(self.run, 0)
         return [thickness(corners[rows]) for rows in self.rows]
 

@@ -157,7 +157,7 @@ class Building:
 
     @cached_property
     def surfaces(self) -> tuple[Surface, ...]:
-        """The walls' triangles."""
+        """Surfaces of all walls, in the order of the scene."""
         found = tuple(wall.surface(self.said.folder) for wall in self.said.walls)
         for wall, surface in zip(self.said.walls, found, strict=True):
             ask_unit(wall, surface, [2.0 * s.radius_m for s in self.said.spheres])
@@ -167,7 +167,7 @@ class Building:
 
     @cached_property
     def motions(self) -> tuple[OwnMotion | None, ...]:
-        """How each wall moves."""
+        """Motion of each wall, in the order of the scene."""
         return tuple(w.own_motion(s.vertices) for w, s in zip(self.said.walls, self.surfaces, strict=True))
 
     @cached_property
@@ -274,7 +274,7 @@ class Building:
         return how.time_step_s or step_choice.of_packing(self.classes, self.pairs, how.share, drag, self.hertz)
 
     def scene(self) -> typed.Scene:
-        """What an engine runs."""
+        """Make the engine-neutral scene that an engine runs."""
         said, (low, high), effects = self.said, self.box, self.plan.effects
         given: dict[str, Any] = {
             "name": said.name,

@@ -111,7 +111,7 @@ class Cylinder(Excusable):
     """Middle of its lower end."""
 
     def region(self) -> FeedRegion:
-        """As spheres are placed in it."""
+        """Convert the cylinder to the region in which spheres are placed."""
         x, y, z = (MM * c for c in self.origin_mm)
         region = FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
         return replace(

@@ -43,7 +43,7 @@ ORDER = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
 
 
 class Box(Excusable):
-    """A region between two corners."""
+    """Describe a region by its lower and upper corner."""
 
     low_mm: Vector
     """Corner of least x, y, z."""
@@ -57,7 +57,7 @@ class Box(Excusable):
         return self
 
     def region(self) -> FeedRegion:
-        """As spheres are placed in it."""
+        """Convert the box to the region in which spheres are placed."""
         (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
         region = FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
         return replace(region, name="box", cure="set high_mm of their box higher, widen it, or lower count or mass_g")
@@ -67,7 +67,7 @@ class Block(Box):
     """A solid cuboid between two corners."""
 
     def parts(self) -> list[Part]:
-        """Its faces."""
+        """Make the six faces of the block."""
         (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
         return plate(np.array([[x, y], [u, y], [u, v], [x, v]]), z, w)
 
@@ -89,7 +89,7 @@ class Tube(Excusable):
     """Faces around the axis; 4: square."""
 
     def parts(self) -> list[Part]:
-        """Its inner and outer face and rims."""
+        """Make inner face, outer face and rims of the tube."""
         solid = tube(0.5 * MM * self.inner_diameter_mm, MM * self.thickness_mm, self.sides, 0.0, MM * self.length_mm)
         return _placed(solid, self.axis, self.origin_mm)
 
@@ -109,7 +109,7 @@ class Disc(Excusable):
     """Faces around the axis."""
 
     def parts(self) -> list[Part]:
-        """Its faces and edge."""
+        """Make the two faces and the edge of the disc."""
         solid = plate(polygon(0.5 * MM * self.diameter_mm, self.sides), 0.0, MM * self.thickness_mm)
         return _placed(solid, self.axis, self.origin_mm)
 
@@ -129,7 +129,7 @@ class Vessel(Excusable):
     """Faces around; 4: square."""
 
     def parts(self) -> list[Part]:
-        """Floor, sides, rim."""
+        """Make floor, sides and rim of the vessel."""
         solid = bin_solid(0.5 * MM * self.inner_width_mm, MM * self.thickness_mm, self.sides, 0.0, MM * self.height_mm)
         return _placed(solid, "z", self.origin_mm)
 
@@ -163,7 +163,7 @@ class Bars(Excusable):
         return self
 
     def parts(self) -> list[Part]:
-        """One part for each bar."""
+        """Make one part of the wall for each bar."""
         along = 0 if self.axis == "x" else 1
         found: list[Part] = []
         for k in range(self.count):
@@ -188,7 +188,7 @@ class Vibrates(Excusable):
     """Along x, y, z."""
 
     def engine_motion(self, corners: Floats) -> Vibration:
-        """In SI units."""
+        """Convert the wall's motion to the engine's description in SI units."""
         x, y, z = (MM * a for a in self.amplitude_mm)
         p, q, r = (math.radians(a) for a in self.phase_deg)
         return Vibration(amplitude_m=(x, y, z), phase_rad=(p, q, r), frequency_Hz=self.frequency_Hz)
@@ -205,7 +205,7 @@ class Turns(Excusable):
     """A point on the axis."""
 
     def engine_motion(self, corners: Floats) -> Rotation:
-        """In SI units."""
+        """Convert the wall's motion to the engine's description in SI units."""
         x, y, z = (MM * c for c in self.origin_mm)
         return Rotation(origin_m=(x, y, z), axis=_unit(self.axis), period_s=60.0 / self.turns_per_minute)
 
@@ -221,7 +221,7 @@ class Moves(Excusable):
     """Duration of the motion."""
 
     def engine_motion(self, corners: Floats) -> Slide:
-        """As the engine takes it."""
+        """Convert the wall's motion to the engine's description in SI units."""
         return Slide(velocity_m_per_s=self.velocity_m_per_s, opens_at_s=self.from_s, travel_s=self.for_s)
 
 
@@ -299,7 +299,7 @@ class Wall(Excusable):
 
     @property
     def motion(self) -> Motion:
-        """How it moves, in the engine's word."""
+        """Name of the wall's motion in the engine."""
         key = chosen(self, *MOTIONS, needed=False)
         return MOTIONS[key] if key else "fixed"
 

@@ -111,7 +111,7 @@ def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], Non
 
 
 class _Script:
-    """The script under way."""
+    """State of a LIGGGHTS script while its lines are executed."""
 
     def __init__(self, found: Found, plugin: Plugin, engine: C.c_void_p, guarded: Callable[..., Any]) -> None:
         self.wet, self.line = found.wet, found.line

@@ -42,7 +42,7 @@ Separation = Annotated[float, Field(ge=-10.0, le=10.0)]
 
 
 class Body(Strict):
-    """A sphere, or a large wall."""
+    """Describe a body at an end of the bridge: a sphere or a large wall."""
 
     radius_m: Radius | None = None
     wall: Literal["large"] | None = None
@@ -190,7 +190,7 @@ def solved(query: Query) -> list[young_laplace.Bridge | None]:
 
 
 def exact_force(query: Query) -> list[float | None]:
-    """Its force [N]."""
+    """Force of the exact bridge [N] at each separation of the query."""
     return [None if b is None else b.force(query.surface_tension_N_per_m) for b in solved(query)]
 
 

@@ -216,7 +216,7 @@ def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, flo
 
 
 def _ledger(run_dir: Path) -> pd.Series:
-    """The liquid at the end."""
+    """Read the last row of the liquid ledger of a run."""
     return read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
 
 

@@ -164,7 +164,7 @@ def resolve(s: Any, w: Any) -> None:
 
 @compiled
 def release(w: Any, p: int) -> None:
-    """A resting contact opens."""
+    """Change a resting contact into an open one."""
     w.rest[p] = False
     log_event(w, RELEASE, p, 0.0)
 

@@ -31,7 +31,7 @@ class ThreeEqualSpheres(_Equal):  # type: ignore[misc]
     form: Literal["three_equal_spheres"]
 
     def problem(self) -> Problem:
-        """The problem described."""
+        """Convert the dimensionless description to a problem."""
         return three_equal_spheres(**self.model_dump(exclude={"form"}))
 
 
@@ -75,7 +75,7 @@ class Spheres(Excusable):
     reference_speed_m_per_s: Positive | None = None
 
     def problem(self) -> Problem:
-        """The problem described."""
+        """Convert the description in SI units to a problem."""
         s = self.spheres
         return Problem(
             radius=np.array([k.radius_m for k in s]),

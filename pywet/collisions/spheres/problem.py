@@ -76,7 +76,7 @@ class Problem:
         return self.gap.get((i, j), apart - float(self.radius[i] + self.radius[j]))
 
     def with_(self, **changes: object) -> Problem:
-        """The same with some entries changed."""
+        """Return a copy of the problem with some entries changed."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
 
@@ -90,12 +90,12 @@ class Scales:
 
     @property
     def time(self) -> float:
-        """Length over speed."""
+        """Scale of time: length over speed."""
         return self.length / self.speed
 
     @property
     def energy(self) -> float:
-        """Mass times speed squared."""
+        """Scale of energy: mass times speed squared."""
         return self.mass * self.speed**2
 
 

@@ -45,7 +45,7 @@ class Energy:
 
     @property
     def residual(self) -> float:
-        """What does not add up."""
+        """Residual of the energy budget: what its terms do not account for."""
         return self.start + self.gravity - self.end - self.viscous - self.capillary - self.impact
 
 
@@ -118,7 +118,7 @@ def run(
 
 
 def explain(code: int, at: float) -> str:
-    """Why a march stopped early."""
+    """Name the reason why the integration stopped early."""
     why = {
         marching.TOO_MANY_STEPS: f"more than {MOST_STEPS} steps or events were needed",
         marching.STALLED: "contacts open and close without time going on",

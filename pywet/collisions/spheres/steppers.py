@@ -129,5 +129,5 @@ def implicit_step(dt: float, s: Any, w: Any) -> float:
 
 @compiled
 def step(dt: float, s: Any, w: Any) -> float:
-    """A step by the method in force."""
+    """Make one step with the current integration method."""
     return implicit_step(dt, s, w) if w.count.mode == IMPLICIT else explicit_step(dt, s, w)

@@ -85,7 +85,7 @@ VARIANTS = {
 
 
 class Problem(Strict):
-    """One collision."""
+    """Describe one collision of a wet sphere with a wall or a free sphere."""
 
     particle: Particle
     wall: Wall | None = None
@@ -120,7 +120,7 @@ class Problem(Strict):
 
     @property
     def tangential_velocity(self) -> float:
-        """v_n tan(angle) [m/s]."""
+        """Tangential velocity before the collision [m/s]: v_n tan(angle)."""
         return self.normal_velocity_m_per_s * math.tan(math.radians(self.angle_deg))
 
     @property

@@ -24,7 +24,7 @@ SENTENCE = 1024
 
 
 class Program:
-    """LAMMPS in this process."""
+    """Instance of LAMMPS in this process, with the plugin."""
 
     def __init__(self) -> None:
         mpi, lammps = build.libraries()

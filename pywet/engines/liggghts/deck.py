@@ -129,7 +129,7 @@ class Run(NamedTuple):
 
     @property
     def lines(self) -> list[str]:
-        """All lines, for the engine."""
+        """All lines of a piece of the deck, in the order in which the engine reads them."""
         return [*self.before, f"run {self.steps}", *self.after]
 
 

@@ -201,7 +201,7 @@ class Plugin:
         return callback
 
     def script_state(self) -> bytes:
-        """What the engine holds now, as JSON."""
+        """Read the current state of a script's engine, as JSON."""
         return bytes(self._library.pywet_script_state())
 
     def script_spheres(self, count: int) -> np.ndarray:
@@ -252,7 +252,7 @@ class Plugin:
         self._check(self._library.pywet_resume(os.fsencode(state)))
 
     def wait(self) -> None:
-        """Until all ranks are here."""
+        """Wait until all MPI ranks have reached this call."""
         self._library.pywet_wait()
 
     def held(self) -> dict[str, int]:

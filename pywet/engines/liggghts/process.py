@@ -51,7 +51,7 @@ def execute(
 
 
 def _too_large(folder: Path) -> list[Path]:
-    """Logs beyond their bound."""
+    """List the engine's logs that are larger than the allowed size."""
     paths = (folder / name for name in LOGS)
     return [path for path in paths if path.exists() and path.stat().st_size > LARGEST_LOG]
 

@@ -89,7 +89,7 @@ def _behind(faces: list[Face], k: int) -> int | None:
 
 
 def _faces(corners: Floats) -> list[Face]:
-    """Triangles joined by their plane."""
+    """Join triangles that lie in one plane to faces."""
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.linalg.norm(cross, axis=1)
     normal = cross / (2.0 * area[:, None])

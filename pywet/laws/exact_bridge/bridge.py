@@ -76,7 +76,7 @@ class Bridge:
 
     @property
     def case(self) -> Case:
-        """What was solved."""
+        """Dimensionless problem that this bridge solves."""
         return self.bodies.holding(self.volume)
 
     @property

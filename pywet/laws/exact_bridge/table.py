@@ -94,7 +94,7 @@ neck_force = numba.njit(error_model="numpy")(lambert.python)
 
 @jit
 def case_of(q: float, v_star: float, ti: float, tj: float, symmetric: bool) -> Case:
-    """A bridge between radii 1 and 1/q."""
+    """Define the bridge between radii 1 and 1/q."""
     return Case(v_star * (2.0 / (1.0 + q)) ** 3, 1.0, math.inf if q == 0.0 else 1.0 / q, ti, tj, symmetric)
 
 
