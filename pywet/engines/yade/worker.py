@@ -42,7 +42,7 @@ class Host:
         recorded = np.zeros(scene.steps + 1, np.int8)
         for first, last in schedule.recorded(scene):
             recorded[first:last] = 1
-        self._keep = {
+        self._keep: dict[str, np.ndarray] = {
             "state": np.array([memory.address(O.bodies[i].state) for i in spheres], np.uint64),
             "tag": rows[:, 0].astype(np.int32),
             "kind": kind,
