@@ -24,7 +24,7 @@ def faces(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> list
     """Triangles (m, 3, 3) [m] of each face, in the order of its first triangle, with its half width (None: a large wall)."""
     face = face_of(corners, feature_angle_deg)
     each = [corners[face == k] for k in range(int(face.max(initial=-1)) + 1)]
-    return [(own, half_width(own)) for own in each]
+    return [(triangles, half_width(triangles)) for triangles in each]
 
 
 def face_of(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> Ints:
@@ -38,8 +38,8 @@ def face_of(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> In
     n = len(corners)
     links = scipy.sparse.coo_array((np.ones(joined.sum()), (first[joined], second[joined])), shape=(n, n))
     label = scipy.sparse.csgraph.connected_components(links, directed=False)[1]
-    _, start, own = np.unique(label, return_index=True, return_inverse=True)
-    return np.asarray(np.argsort(np.argsort(start))[own], dtype=np.int64)
+    _, start, place = np.unique(label, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(start))[place], dtype=np.int64)
 
 
 def half_width(corners: Floats) -> float | None:

@@ -139,8 +139,8 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
     def named(failed: list[str]) -> dict[str, Any]:
         return _named(run.folder, run, tables, found, failed)
 
-    own = script.NOT_CHECKED if script.of(run.folder) else ()
-    return Logged(quantities, motion, entries, named, [*coverage.not_checked(run), *own])
+    more = script.NOT_CHECKED if script.of(run.folder) else ()
+    return Logged(quantities, motion, entries, named, [*coverage.not_checked(run), *more])
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:

@@ -37,7 +37,7 @@ def of(folder: Path) -> dict[str, Any] | None:
             f"{path} cannot be read ({error!r}); expected what the run wrote: run the script again"
         ) from error
     if said.get("restored"):
-        raise ReplayError(f"{Path(folder)} goes on from a restart file, whose bridges no log of it holds; expected a run from "
+        raise ReplayError(f"{Path(folder)} resumes from a restart file, whose bridges no log of it holds; expected a run from "
                           "its first films on: replay the one before it")  # fmt: skip
     return dict(said)
 

@@ -17,7 +17,7 @@ from pywet.scene import Scene
 from pywet.util.files import read_json, read_table, write_json, write_parts, write_table
 
 SCRIPT = "script.json"
-"""That a run is one of a script's: its output steps, steps of contact windows, whether it goes on from a restart file."""
+"""That a run is one of a script's: its output steps, steps of contact windows, whether it resumes from a restart file."""
 COME = "come.bin"
 """Raw: spheres as they came."""
 OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])
@@ -68,8 +68,8 @@ def collect(log: Path, windows: int) -> None:
         of["count"] = int(count.get(of["type"], 0))
     scene["duration_s"] = max([1, *outputs]) * scene["time_step_s"]
     write_json(log / "scene.json", scene)
-    told = dict(read_json(history / "meta.json", "run the script again"))
-    write_json(history / "meta.json", {**told, "output_steps": outputs})
+    meant = dict(read_json(history / "meta.json", "run the script again"))
+    write_json(history / "meta.json", {**meant, "output_steps": outputs})
     said = dict(read_json(log / SCRIPT, "run the script again"))
     contacts = read_table(history / "contacts.parquet", columns=["step"])["step"]
     last = max([0, *outputs, *contacts.tail(1)])

@@ -37,7 +37,7 @@ SENTENCES = {
     "wet.wall_unknown": ("walls in the liquid's file names {given}", "{expected}, the walls that the script has"),
     "wet.primitive": ("{given} is a primitive wall, which has no films", "its ID with dry, or a mesh in its place"),
     "wet.belt": ("the mesh {given} moves its surface but not itself, which films cannot follow", "it with dry, or move/mesh"),
-    "wet.lost_wall": ("the mesh {given}, which is wet, was made anew or taken away after the line", "it to the script's end"),
+    "wet.lost_wall": ("the mesh {given}, which is wet, was made again or taken away after the line", "it to the script's end"),
     "wet.compress": ("`{given}` gives spheres new numbers", "`compress no` at the end of it, so that their films are known"),
     "wet.integrate": ("{given} fixes nve/sphere move the spheres", "one, of the group all"),
     "wet.order": ("{given} adds forces after fix pywet", "the line of fix pywet after it"),

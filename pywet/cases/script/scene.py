@@ -13,9 +13,10 @@ from pywet.cases.script.refusals import refusal
 from pywet.cases.script.wet import Wet
 from pywet.engines.liggghts.deck import FILM_GROWTH
 from pywet.geometry.faces import FEATURE_ANGLE_DEG, face_of, half_width
+from pywet.geometry.initial import wall_mesh
 from pywet.geometry.surface import Floats, Surface
 from pywet.laws.contact import film_thickness
-from pywet.scene import Liquid, Output, Scene, SphereClass, WallMesh
+from pywet.scene import Liquid, Output, Scene, SphereClass
 
 KINDS = 32
 """Kinds of spheres: each pair of them has a table."""
@@ -87,14 +88,9 @@ def scene_of(wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surfac
     It is not checked as a whole.
     """
     liquid = wet.liquid
-    walls = tuple(
-        WallMesh(
-            name=s.name, holder="wall", stl=Path("stl") / f"{s.name}.stl", feature_angle_deg=FEATURE_ANGLE_DEG,
-            contact_angle_rad=math.radians(wet.wet_walls[s.name]), triangle_part=tuple(int(p) for p in s.part),
-            part_half_width_m=s.part_half_width,
-        )
-        for s in surfaces
-    )  # fmt: skip
+    angle = {name: math.radians(degrees) for name, degrees in wet.wet_walls.items()}
+    feature = {"feature_angle_deg": FEATURE_ANGLE_DEG}
+    walls = tuple(wall_mesh(s, angle[s.name]).model_copy(update=feature) for s in surfaces)
     far = max([1.0, *(float(np.abs(s.vertices).max()) for s in surfaces)])
     return Scene.model_construct(
         name="script", seed=0, classes=tuple(spheres.classes), pairs=(), hertz=None, walls=walls, vibration=None, slide=None,

@@ -99,10 +99,10 @@ class Wet(Strict):
 
     def film_m3(self, atom_type: int, mass_kg: float, radius_m: float, place_m: Vector) -> float:
         """Liquid on a sphere when it comes."""
-        own = next((first for first in self.first_films if first.holds(atom_type, place_m)), self.liquid)
-        if own.film_um is not None:
-            return film_volume(1e-6 * own.film_um, radius_m)
-        return 0.01 * (own.percent or 0.0) * mass_kg / self.liquid.density_kg_per_m3
+        amount = next((first for first in self.first_films if first.holds(atom_type, place_m)), self.liquid)
+        if amount.film_um is not None:
+            return film_volume(1e-6 * amount.film_um, radius_m)
+        return 0.01 * (amount.percent or 0.0) * mass_kg / self.liquid.density_kg_per_m3
 
     @classmethod
     def read(cls, path: Path) -> Wet:

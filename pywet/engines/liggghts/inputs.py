@@ -33,7 +33,7 @@ def write_inputs(scene: Scene, run_dir: Path) -> None:
 
 
 def meta(scene: Scene, output_steps: list[int]) -> dict[str, Any]:
-    """What the replay is told beside the tables."""
+    """Numbers for the replay in addition to the tables."""
     liquid = scene.liquid
     assert liquid is not None
     return {

@@ -50,8 +50,8 @@ def _ints(values: Any) -> Any:
 
 def _at(address: int, count: int, kind: np.dtype) -> np.ndarray:
     """An array of the plugin's own."""
-    room: Any = (C.c_char * (count * kind.itemsize)).from_address(address)
-    return np.frombuffer(room, kind)
+    memory: Any = (C.c_char * (count * kind.itemsize)).from_address(address)
+    return np.frombuffer(memory, kind)
 
 
 def _pointer(array: np.ndarray) -> C.c_void_p:
@@ -229,7 +229,7 @@ class Plugin:
         self._library.pywet_set_script(C.c_int64(windows), callback)
 
     def resume_script(self, count: int) -> None:
-        """Go on from so many numbers of the engine's restart file."""
+        """Resume from so many numbers of the engine's restart file."""
         numbers = np.zeros(count)
         self._library.pywet_script_restored(_pointer(numbers))
         self._check(self._library.pywet_resume_script(_pointer(numbers), count))

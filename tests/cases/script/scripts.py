@@ -88,7 +88,13 @@ def run(folder: Path, *program: str) -> subprocess.CompletedProcess[str]:
     words = program or (sys.executable, "-m", "pywet.cli.app", "liggghts")
     environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return subprocess.run(
-        [*words, "-in", "in.script"], cwd=folder, capture_output=True, text=True, check=False, env=environment
+        [*words, "-in", "in.script"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+        env=environment,  # the engine's last line may end in bytes that are no text
     )
 
 

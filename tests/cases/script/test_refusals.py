@@ -157,8 +157,8 @@ def test_classes_are_types_and_sizes_of_the_script() -> None:
     rows = np.array(
         [(1, 2, 2e-3, 8e-5, (0,) * 3), (2, 1, 2e-3, 8e-5, (0,) * 3), (3, 1, 3e-3, 3e-4, (1,) * 3)], NEWCOMER
     )
-    own = [{"low_mm": [500, 500, 500], "percent": 2}, {"type": 2, "film_um": 0}]
-    found = spheres(rows[:2], contact_angle_deg={"1": 10, "2": 40}, first_films=own)
+    films = [{"low_mm": [500, 500, 500], "percent": 2}, {"type": 2, "film_um": 0}]
+    found = spheres(rows[:2], contact_angle_deg={"1": 10, "2": 40}, first_films=films)
     come = found.take_in(rows[2:], 7)
     assert [c.radius_m for c in found.classes] == [2e-3, 2e-3, 3e-3] and come["enters"].tolist() == [7]
     assert found.table["type"].tolist() == [1, 2, 3]
