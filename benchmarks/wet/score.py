@@ -85,11 +85,17 @@ def read(path: Path) -> list[dict]:
                 raise Refused(
                     f"{said(path)} has the columns {said(', '.join(names)) or 'none'}; expected {', '.join(COLUMNS)}, each once"
                 )
-            rows = [row for row in table if (row["value"] or "").strip()]
+            rows = list(table)
     except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
         raise Refused(f"{said(path)} cannot be read ({said(error)}); {expected}") from None
     for number, row in enumerate(rows, 2):
         where = f"{said(path)}, row {number}"
+        if row["value"] is None:
+            raise Refused(
+                f"{where} has no cell for each of {', '.join(COLUMNS)}; expected one, empty where there is no answer"
+            )
+        if not row["value"].strip():
+            continue
         try:
             at, value = float(row["at"]), float(row["value"])
         except (TypeError, ValueError):
@@ -98,7 +104,7 @@ def read(path: Path) -> list[dict]:
         if not (abs(at) <= LARGEST and abs(value) <= LARGEST):  # nor is NaN
             raise Refused(f"{where}: {value} at {at}; expected finite numbers, at most {LARGEST:g}")
         row["at"], row["value"] = at, value
-    return rows
+    return [row for row in rows if not isinstance(row["value"], str)]
 
 
 def scored(problem: str, rows: list[dict]) -> list[dict]:
