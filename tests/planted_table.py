@@ -75,7 +75,8 @@ ENGINE = (
           {**planted_in_yard.IN_YARD, **{k: v for faults in planted_in_yard.SCENES.values() for k, v in faults.items()}}),
     Place("plugin, between", "a modified build; the same screen with the shipped windows: forces between sampled steps, works",
           "engines/liggghts/test_planted_between.py",
-          {name: (quantity, words) for name, (_, quantity, words) in planted_between.FAULTS.items()}),
+          {name: (quantity, words) for name, (_, quantity, words) in planted_between.FAULTS.items()}
+          | planted_between.ON_RANKS),
     Place("plugin, bin", "a modified build; a bed whose lowest layer is retired", "engines/liggghts/test_planted_faults.py",
           planted_in_bin.IN_PLUGIN),
     Place("log, bin", "tables of a sound run of the bed with a retired layer", "engines/liggghts/test_retirement.py",

@@ -51,6 +51,8 @@ PATCHES: list[tuple[str, str, str]] = [
      'power[VISCOUS_TANGENTIAL] += planted("work of spin left out") ? power_of(on.tangential, v) : side;'),
     ("wires.cpp", "if (spring != known.end() && !(wanted < *spring)) std::copy(",
      'if (spring != known.end() && !(wanted < *spring) && !planted("springs of wires lost when found again")) std::copy('),
+    ("wires.cpp", "if (!world_.ranks.alone()) known",
+     'if (!world_.ranks.alone() && !planted("springs of wires stay on their rank")) known'),
     ("wires.cpp", "std::sort(known.begin(), known.end());",
      "std::sort(known.begin(), known.end());\n"
      '  if (planted("springs of wires of the next sphere"))\n'
@@ -118,6 +120,11 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "one sphere never drips": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is left out"),
 }  # fmt: skip
 """Fault -> scene, quantity in which it must show, words of the sentence that names it."""
+ON_RANKS: dict[str, tuple[str, str]] = {
+    "springs of wires stay on their rank": (
+        "contact_spring", "it starts from zero, without that of the step before (at wires"),
+}  # fmt: skip
+"""The same of a bed on two ranks whose steps are all recorded."""
 
 
 def prepare(folder: Path, kind: str) -> list[small.Sphere]:

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from pywet.engines.liggghts import build
+from pywet.scene import Output
 from reference_impl.replay.replay import replay
-from tests.engines.liggghts import planted, planted_between
+from tests.engines.liggghts import planted, planted_between, test_wires
 
 pytestmark = [pytest.mark.engine, pytest.mark.slow]
 
@@ -46,4 +48,29 @@ def test_fault_is_found_and_described(foundry: planted.Foundry, tmp_path: Path, 
     assert not result["quantities"][quantity]["ok"]
     findings = result["diagnosis"]["findings"]
     said = [sentence for f in findings for sentence in (f["sentence"], *f["consequences"])]
+    assert any(words in sentence for sentence in said), said
+
+
+@pytest.mark.parametrize("fault", ["none", *planted_between.ON_RANKS])
+def test_fault_between_ranks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
+    """Spheres that roll over the boundary of two ranks, dry: the patched plugin lies in another cache, without laws."""
+    (tmp_path / "cache").mkdir(mode=0o700)
+    monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("PYWET_PLANTED", fault)
+    library = build.kept()
+    with monkeypatch.context() as patched:
+        patched.setattr(build, "SOURCES", planted.patched_sources(tmp_path / "sources"))
+        build._compile(library)
+    steps = 4000
+    output = Output(
+        interval_s=steps // 4 * test_wires.STEP, contact_windows=1, contact_window_steps=steps, window_trajectories=True
+    )
+    test_wires.bed(tmp_path / "run", steps, ranks=2, output=output)
+    result = replay(tmp_path / "run")
+    if fault == "none":
+        assert result["ok"] and result["quantities"]["contact_spring"]["count"] > 1000
+        return
+    quantity, words = planted_between.ON_RANKS[fault]
+    assert not result["quantities"][quantity]["ok"]
+    said = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
     assert any(words in sentence for sentence in said), said
