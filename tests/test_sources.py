@@ -26,7 +26,10 @@ def reached(start: set[str]) -> set[str]:
 def test_a_run_goes_through_no_file_that_is_not_in_the_list() -> None:
     """Driver and worker of every engine, with all that they import; the plugin; the templates of the script."""
     drivers = {f"pywet.engines.{e}.{m}" for e in ("liggghts", "lammps", "yade") for m in ("driver", "worker")}
-    names = {name.replace(".", "/") for name in reached({*drivers, "pywet.engines.yade.in_yade", "pywet.engines.yade.memory"})}
+    names = {
+        name.replace(".", "/")
+        for name in reached({*drivers, "pywet.engines.yade.in_yade", "pywet.engines.yade.memory"})
+    }
     listed = {str(path.relative_to(ROOT)) for path in sources.of_a_run()}
     assert {name for name in names if not {f"{name}.py", f"{name}/__init__.py"} & listed} == set()
     assert {str(p.relative_to(ROOT)) for p in PLUGIN.iterdir() if p.suffix in (".cpp", ".h")} <= listed

@@ -20,7 +20,7 @@ from reference_impl.replay import retired
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import ReplayError, every, masses
 from reference_impl.replay.io import scene as read_scene
-from reference_impl.replay.plans import OWN_CONTACTS, engine, enters
+from reference_impl.replay.plans import FOREIGN, engine, enters
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
 
@@ -165,7 +165,7 @@ def _read(folder: Path) -> Setup:
     mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
     ids = spheres["id"].to_numpy()
     walls, corners, part = _walls(folder, scene)
-    foreign = engine(folder) in OWN_CONTACTS
+    foreign = engine(folder) in FOREIGN
     return Setup(
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
         dry_contacts(scene, mass_of), walls, corners, part, enters(scene, kind),
@@ -248,8 +248,8 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
-        way, prisms = way_of(scene, wall), wall.get("prisms", False)
-        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, wall["motion"], way, prisms))
+        first, last, way = int(at[0]), int(at[-1]) + 1, way_of(scene, wall)
+        walls.append(Wall(wall["name"], first, last, wall["motion"], way, wall.get("prisms", False)))
     return tuple(walls), corners, table["part"].to_numpy()
 
 

@@ -42,7 +42,7 @@ class Host:
         recorded = np.zeros(scene.steps + 1, np.int8)
         for first, last in schedule.recorded(scene):
             recorded[first:last] = 1
-        self._keep = {
+        self._keep: dict[str, np.ndarray] = {
             "state": np.array([memory.address(O.bodies[i].state) for i in spheres], np.uint64),
             "tag": rows[:, 0].astype(np.int32),
             "kind": kind,
@@ -89,7 +89,7 @@ def rolling(scene: Scene) -> np.ndarray:
 
 def as_yade_has_it(scene: Scene, task: dict[str, Any]) -> Scene:
     """The scene with all contacts by YADE; without liquid where YADE's own bridges are tried."""
-    walls = tuple(wall.model_copy(update={"prisms": False}) for wall in scene.walls)
+    walls = tuple(wall.model_copy(update=dict(prisms=False)) for wall in scene.walls)
     changed: dict[str, Any] = {"walls": walls, "contacts": "stock"}
     if task["liquid"]:
         changed["effects"] = Effects(bridges=False, rolling=False)
