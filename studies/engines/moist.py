@@ -26,8 +26,8 @@ TABLE = PAGE.with_suffix(".csv")
 HEAD = """
 ## Moist screening
 
-The moist cases at smoke scale at their end: mean in LIGGGHTS, in YADE; difference and its 95 % confidence interval (Student), in bold where that leaves
-out zero. Runs: [second_engine.csv](second_engine.csv).
+The moist cases at smoke scale at their end: mean in LIGGGHTS, in YADE; difference and its 95 % confidence interval (Student), in
+bold where that excludes zero. Runs: [second_engine.csv](second_engine.csv).
 
 """
 MARKS = ("<!-- moist screening: python -m studies.engines.moist -->\n", "<!-- end -->")

@@ -43,7 +43,7 @@ PATCHES: tuple[tuple[str, str], ...] = (
     ("std::memcpy(omega[a],", 'if (!injected("spins left out")) std::memcpy(omega[a],'),
     ("std::memcpy(x[a], given.state[a] + given.at.position, 3 * sizeof(double));",
      'static int times = 0;\n'
-     '      if (!injected("places every second step") || times++ / int(2 * x.size()) % 2 == 0)\n'
+     '      if (!injected("places of the start") || times++ < int(3 * x.size()))\n'
      "        std::memcpy(x[a], given.state[a] + given.at.position, 3 * sizeof(double));"),
     ("mesh.shift = place - lmp_->wall_start[m];",
      'if (!injected("walls at rest")) mesh.shift = place - lmp_->wall_start[m];'),
@@ -67,7 +67,7 @@ FAULTS = {
     "forces of the next sphere": "newton_force",
     "torques into the forces": "newton_torque",
     "spins left out": "newton_torque",
-    "places every second step": "newton_drift",
+    "places of the start": "newton_drift",
     "walls at rest": "wall_closest_point",
     "walls without speed": "wall_velocity",
     "walls exchanged": "wall_closest_point",
