@@ -20,7 +20,7 @@ from reference_impl.replay import retired, script
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import ReplayError, every, masses
 from reference_impl.replay.io import scene as read_scene
-from reference_impl.replay.plans import OWN_CONTACTS, engine, entered
+from reference_impl.replay.plans import FOREIGN, engine, entered
 
 SAID = "said"
 """Motion of the walls of a script's run: where poses.parquet has them."""
@@ -168,7 +168,7 @@ def _read(folder: Path) -> Setup:
     mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
     ids = spheres["id"].to_numpy()
     walls, corners, part = _walls(folder, scene, said)
-    foreign = engine(folder) in OWN_CONTACTS
+    foreign = engine(folder) in FOREIGN
     return Setup(
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
         dry_contacts(scene, mass_of), walls, corners, part, entered(scene, spheres),

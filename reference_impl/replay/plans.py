@@ -64,7 +64,7 @@ def plan(folder: Path) -> Plan:
     recorded: tuple[str, ...] = ()
     if windows and out.get("window_trajectories", False) and engine(folder) != "LAMMPS":
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
-        springs = () if engine(folder) in OWN_CONTACTS else springs
+        springs = () if engine(folder) in FOREIGN else springs
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
     outputs, energy = np.arange(0, steps + 1, outputs_every(scene)), bool(out.get("energy", True))
     return Plan(
@@ -131,7 +131,7 @@ def impulse(scene: dict[str, Any]) -> int:
     return int(scene.get("bridges_every", 1))
 
 
-OWN_CONTACTS = ("YADE",)
+FOREIGN = ("YADE",)
 """Engines whose dry contacts are not those of LIGGGHTS, and whose springs are not recorded."""
 
 

@@ -90,6 +90,9 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
     standing = int(ledger["bridge_count"])
     volume = float(ledger["bridges"]) / max(standing, 1)
     beds.append({"engine": OURS, **measure(ours)})
+    prepare(folder / "pywet_yade", bed)
+    small.run(folder / "pywet_yade", [], engine="yade")
+    beds.append({"engine": "YADE+pywet", **measure(folder / "pywet_yade")})
     prepare(folder / "yade", bed)
     assert scene.liquid is not None
     liquid = moist.Bridges(

@@ -23,6 +23,13 @@ from pywet.util.files import atomic_write
 ROOTS = {"LIGGGHTS": Path("results/smoke"), "YADE": Path("results/smoke_yade")}
 PAGE = Path("docs/second_engine.md")
 TABLE = PAGE.with_suffix(".csv")
+HEAD = """
+## Moist screening
+
+The moist cases at smoke scale at their end: mean in LIGGGHTS, in YADE; difference and its 95 % confidence interval (Student), in
+bold where that excludes zero. Runs: [second_engine.csv](second_engine.csv).
+
+"""
 MARKS = ("<!-- moist screening: python -m studies.engines.moist -->\n", "<!-- end -->")
 SHOWN = {
     "retained": "fraction retained", "on_spheres": "liquid on spheres", "in_bridges": "liquid in bridges",
@@ -37,15 +44,16 @@ def row(run: RunData, engine: str) -> dict[str, float | int | str]:
     if failed := [name for name, (is_right, _) in run.checks.items() if not is_right]:
         raise PywetError(f"{run.path}: {', '.join(failed)} failed; expected a run that is sound: see its report.html")
     end = {name: float(q.values[-1]) for name, q in run.quantities.items()}
+    count = next(name for name, q in run.quantities.items() if q.unit == "bridges")
     return {
         "case": int(re.findall(r"\d+", run.scene.name)[0]),
         "engine": engine,
         "seed": run.scene.seed,
         "retained": end["fraction retained"],
         "on_spheres": end["liquid coarse material"] + end["liquid fines"],
-        "in_bridges": end["liquid standing bridges"],
+        "in_bridges": end[f"liquid {count}"],
         "on_walls": sum(end.get(f"liquid {name}", 0.0) for name in WALLS),
-        "bridges_per_sphere": 2.0 * end["standing bridges"] / sum(c.count for c in run.scene.classes),
+        "bridges_per_sphere": 2.0 * end[count] / sum(c.count for c in run.scene.classes),
     }
 
 
@@ -96,9 +104,9 @@ def write(table: pd.DataFrame, page: Path) -> None:
         raise PywetError(
             f"{page} lacks the marks {MARKS[0].strip()} and {MARKS[1]}; expected both, the table goes between"
         )
-    text = "\n".join(lines(table))
+    text = HEAD + "\n".join(lines(table))
     with atomic_write(page) as temporary:
-        temporary.write_text(f"{head}{MARKS[0]}\n{text}\n\n{MARKS[1]}{tail}")
+        temporary.write_text(f"{head}{MARKS[0]}{text}\n\n{MARKS[1]}{tail}")
 
 
 def main(given: Sequence[str]) -> None:

@@ -55,7 +55,7 @@ def thrown(folder: Path, engine: str, **how: float) -> pd.DataFrame:
 @needs_yade
 @pytest.mark.engine
 def test_free_wet_spheres_are_replayed(tmp_path: Path) -> None:
-    """Formation, rupture, sharing, forces, torques, works: all that the reference recomputes agrees; momentum is kept."""
+    """Formation, rupture, sharing, forces, torques, works: all that the reference recomputes agrees; momentum is conserved."""
     thrown(tmp_path, "yade", friction=0.2)
     assert read_json(tmp_path / "engine" / "run.json", "")["engine"] == "YADE"
     found = agrees(tmp_path)
@@ -110,7 +110,7 @@ def test_a_vibrating_plate_and_one_that_is_drawn_away(tmp_path: Path) -> None:
 @needs_yade
 @pytest.mark.engine
 def test_bodies_drawn_apart_feel_the_law(tmp_path: Path) -> None:
-    """The compiled law called by its address from YADE against the equation typed anew in the reference, at every step."""
+    """The compiled law called by its address from YADE against the equation of the reference, at every step."""
     pair = pairs()[1]
     log, _ = forces.pulled(pair, "paper", tmp_path, "yade")
     events = read_table(tmp_path / "history" / "events.parquet")
@@ -149,7 +149,7 @@ def test_rolling_resistance_has_a_constant_torque(tmp_path: Path) -> None:
 @needs_yade
 @pytest.mark.engine
 def test_a_moist_bed_is_replayed(tmp_path: Path) -> None:
-    """Sixty spheres fall into a box: neighbours by YADE's sorts, no formation missed, liquid kept; Newton's law of those that
+    """Sixty spheres fall into a box: neighbours by YADE's sorts, no formation missed, no liquid lost; Newton's law of those that
     touch nothing, and of all how forces change the motion."""
     poured, vessel = bodies.loose_box(60, 1.5e-3, 1)
     sphere = sphere_classes(1.5e-3, counts=60)

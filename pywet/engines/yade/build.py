@@ -23,13 +23,13 @@ def engine_version() -> str:
 
 def plugin_path() -> Path:
     """The plugin, built where it is not yet whole in the cache (some seconds)."""
-    version, own = engine_version(), [*sorted(SOURCES.glob("*")), OTHER / "contacts.cpp", OTHER / "meshes.cpp"]
-    not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in own))}
+    version, host = engine_version(), [*sorted(SOURCES.glob("*")), OTHER / "contacts.cpp", OTHER / "meshes.cpp"]
+    not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in host))}
     shared = sorted(set(build.SOURCES.glob("*")) - not_here)
-    target = caches.folder() / f"libpywet-yade-{build.hash_of([*shared, *own], version)}.so"
+    target = caches.folder() / f"libpywet-yade-{build.hash_of([*shared, *host], version)}.so"
     if not caches.whole(target):
         mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
         before = [f'-DPYWET_ENGINE_VERSION="{version}"', f"-I{build.SOURCES}", f"-I{SOURCES}", *mpi[0]]
-        sources = [path for path in (*shared, *own) if path.suffix == ".cpp"]
+        sources = [path for path in (*shared, *host) if path.suffix == ".cpp"]
         build.compile_to(target, before, sources, mpi[1], f"YADE {version}")
     return target

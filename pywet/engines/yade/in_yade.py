@@ -144,7 +144,7 @@ def build(task: Task, command: str) -> tuple[list[int], dict[str, list[int]], An
 
 
 def bridges() -> list[dict[str, Any]]:
-    """Standing bridges of YADE's own law at the end: volume, gap, whether it is to a wall, its rupture distance."""
+    """Active bridges of YADE's own law at the end: volume, gap, whether it is to a wall, its rupture distance."""
     found = []
     for i in O.interactions:
         if i.isReal and i.phys.liqBridgeCreated:

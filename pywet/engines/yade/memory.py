@@ -1,6 +1,6 @@
 """Where YADE's numbers lie in memory, for the plugin's host: Debian's package has no headers of it. Runs inside YADE.
 
-What is assumed of the objects of this version is held against what YADE itself says of a made-up scene, before any run: where it
+What is assumed of the objects of this version is compared with what YADE itself says of a made-up scene, before any run: where it
 differs, or cannot be read at all, the run is refused.
 """
 
@@ -24,8 +24,8 @@ LAYOUT = {
     "normal": 32, "depth": 160,  # of a ScGeom
 }  # fmt: skip
 """Bytes from an object's start, in the order of the host's struct Layout."""
-HOLDER, HELD = 40, 16
-"""Bytes from a Python object of YADE to the address of its holder, and from there to that of what it holds."""
+FIRST, SECOND = 40, 16
+"""Bytes from a Python object of YADE to an address, and from there to that of the C++ object."""
 
 
 class Layout(C.Structure):
@@ -61,11 +61,11 @@ def read(address: int, kind: str, count: int = 1) -> list[Any]:
 
 def address(held: object) -> int:
     """Where the C++ object behind a Python object of YADE lies."""
-    return int(read(read(id(held) + HOLDER, POINTER)[0] + HELD, POINTER)[0])
+    return int(read(read(id(held) + FIRST, POINTER)[0] + SECOND, POINTER)[0])
 
 
 def check() -> None:
-    """Hold the layout against what YADE says of two spheres that touch and turn, one of them on a wall; leaves an empty scene."""
+    """Compare the layout with what YADE says of two spheres that touch and turn, one of them on a wall; leaves an empty scene."""
     from yade import O, Vector3  # type: ignore[import-not-found]
 
     touch()

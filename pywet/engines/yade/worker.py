@@ -89,7 +89,7 @@ def rolling(scene: Scene) -> np.ndarray:
 
 def as_yade_has_it(scene: Scene, task: dict[str, Any]) -> Scene:
     """The scene with all contacts by YADE; without liquid where YADE's own bridges are tried."""
-    walls = tuple(wall.model_copy(update={"prisms": False}) for wall in scene.walls)
+    walls = tuple(wall.model_copy(update=dict(prisms=False)) for wall in scene.walls)
     changed: dict[str, Any] = {"walls": walls, "contacts": "stock"}
     if task["liquid"]:
         changed["effects"] = Effects(bridges=False, rolling=False)

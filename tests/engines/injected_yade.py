@@ -1,4 +1,4 @@
-"""Faults planted in the host that YADE has for the plugin: a patched copy of its source in which each is switched on by its name.
+"""Faults injected into the host that YADE has for the plugin: a patched copy of its source, where each is switched on by name.
 
 Every replacement must fit exactly one place, so that a change of the host cannot make a fault vanish unseen. Run as a program it
 answers lines `FAULT<tab>RUN_DIR<tab>ENGINE_FOLDER` with the exit status of each, one forked process a scene.
@@ -23,42 +23,51 @@ from pywet.engines.yade import build, driver, worker
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import Output, Slide, Vibration
-from tests.engines.liggghts.planted import SWITCH
 
 R = 2.5e-3
+SWITCH = """#pragma once
+#include <cstdlib>
+#include <cstring>
+inline bool injected(const char *name) {
+  static const char *is = getenv("PYWET_FAULT");
+  return is && !strcmp(is, name);
+}
+"""
 PATCHES: tuple[tuple[str, str], ...] = (
-    ('#include "host.h"', '#include "host.h"\n#include "planted.h"'),
+    ('#include "host.h"', '#include "host.h"\n#include "injected.h"'),
     ("f[a] = pushed + 3 * a;",
-     'static std::vector<double> nowhere(f.size() * 3, 0.0);\n'
-     '      f[a] = planted("forces lost") ? &nowhere[3 * a] : pushed + 3 * (planted("forces of the next sphere") ? a ^ 1 : a);'),
-    ("torque[a] = twisted + 3 * a;", 'torque[a] = (planted("torques into the forces") ? pushed : twisted) + 3 * a;'),
-    ("std::memcpy(v[a], given.state[a] + given.at.velocity, 3 * sizeof(double));",
-     'std::memcpy(v[a], given.state[a] + (planted("spin for velocity") ? given.at.spin : given.at.velocity),'
-     " 3 * sizeof(double));"),
+     "static std::vector<double> nowhere(f.size() * 3, 0.0);\n"
+     '      const size_t of = injected("forces of the next sphere") && a > 3 ? a ^ 1 : a;\n'
+     '      f[a] = injected("forces lost") ? &nowhere[3 * a] : pushed + 3 * of;'),
+    ("torque[a] = twisted + 3 * a;", 'torque[a] = (injected("torques into the forces") ? pushed : twisted) + 3 * a;'),
+    ("std::memcpy(omega[a],", 'if (!injected("spins left out")) std::memcpy(omega[a],'),
     ("std::memcpy(x[a], given.state[a] + given.at.position, 3 * sizeof(double));",
      'static int times = 0;\n'
-     '      if (!planted("places every second step") || times++ / int(x.size()) % 2 == 0)\n'
+     '      if (!injected("places of the start") || times++ < int(3 * x.size()))\n'
      "        std::memcpy(x[a], given.state[a] + given.at.position, 3 * sizeof(double));"),
-    ("mesh.shift = place - lmp_->wall_start[m];", 'if (!planted("walls at rest")) mesh.shift = place - lmp_->wall_start[m];'),
-    ("mesh.velocity = velocity;", 'if (!planted("walls without speed")) mesh.velocity = velocity;'),
-    ("const char *state = given.wall_state[m];", 'const char *state = given.wall_state[planted("walls exchanged") ? m ^ 1 : m];'),
+    ("mesh.shift = place - lmp_->wall_start[m];",
+     'if (!injected("walls at rest")) mesh.shift = place - lmp_->wall_start[m];'),
+    ("mesh.velocity = velocity;", 'if (!injected("walls without speed")) mesh.velocity = velocity;'),
+    ("const char *state = given.wall_state[m];",
+     'const char *state = given.wall_state[injected("walls exchanged") ? m ^ 1 : m];'),
     ("if (a >= 0 && b >= 0) pairs.push_back({a, b});",
-     'if (a >= 0 && b >= 0 && !(planted("a pair left out") && (a + b) % 2)) pairs.push_back({a, b});'),
-    ("host.sorted = sorted != 0;", 'host.sorted = sorted != 0 && !(planted("lists of the start") && n > 0);'),
-    ("if (n == 0) host.take_back();", 'if (n == 0 && !planted("no half kick at the start")) host.take_back();'),
+     'if (a >= 0 && b >= 0 && !(injected("a pair left out") && (a + b) % 2)) pairs.push_back({a, b});'),
+    ("host.sorted = sorted != 0;", 'host.sorted = sorted != 0 && !(injected("lists of the start") && n > 0);'),
+    ("if (n == 0) host.take_back();", 'if (n == 0 && !injected("no half kick at the start")) host.take_back();'),
     ("const double half = step == 0 ? 0.0 : 0.5;",
-     'const double half = step == 0 || planted("speeds of half a step") ? 0.0 : 0.5;'),
-    ('fprintf(file, "%d", tag[a]);', 'fprintf(file, "%d", tag[planted("numbers exchanged") && !forces ? a ^ 1 : a]);'),
+     'const double half = step == 0 || injected("speeds of half a step") ? 0.0 : 0.5;'),
+    ('fprintf(file, "%d", tag[a]);',
+     'fprintf(file, "%d", tag[injected("numbers exchanged") && !forces && step > 0 ? a ^ 1 : a]);'),
     ("return pywet::Vec(v[a]) + (half * given.dt)",
-     'return pywet::Vec(v[a]) + ((planted("mass of another") && a % 2 ? 1.1 : 1.0) * half * given.dt)'),
+     'return pywet::Vec(v[a]) + ((injected("mass of another") && a % 2 ? 1.1 : 1.0) * half * given.dt)'),
 )  # fmt: skip
 """Text that must be there once, text in its place."""
 FAULTS = {
     "forces lost": "newton_force",
     "forces of the next sphere": "newton_force",
     "torques into the forces": "newton_torque",
-    "spin for velocity": "newton_drift",
-    "places every second step": "newton_drift",
+    "spins left out": "newton_torque",
+    "places of the start": "newton_drift",
     "walls at rest": "wall_closest_point",
     "walls without speed": "wall_velocity",
     "walls exchanged": "wall_closest_point",
@@ -100,15 +109,15 @@ def scene(run_dir: Path) -> None:
 
 
 def patched(folder: Path) -> Path:
-    """A copy of the host's sources with the switches planted."""
+    """A copy of the host's sources with the switches injected."""
     shutil.copytree(build.SOURCES, folder)
     text = (folder / "engine.cpp").read_text()
     for old, new in PATCHES:
         if text.count(old) != 1:
-            raise AssertionError(f"engine.cpp holds {text.count(old)} places like `{old}`; expected 1: mend PATCHES")
+            raise AssertionError(f"engine.cpp holds {text.count(old)} places like `{old}`; expected 1: correct PATCHES")
         text = text.replace(old, new)
     (folder / "engine.cpp").write_text(text)
-    (folder / "planted.h").write_text(SWITCH.replace("static const double PI", "static const double PLANTED_PI"))
+    (folder / "injected.h").write_text(SWITCH)
     return folder
 
 
@@ -166,7 +175,7 @@ def one(fault: str, run_dir: str, folder: str) -> int:
     if child == 0:
         status = 1
         try:
-            os.environ["PYWET_PLANTED"] = fault
+            os.environ["PYWET_FAULT"] = fault
             os.chdir(folder)
             output = os.open("output.log", os.O_WRONLY | os.O_CREAT)
             os.dup2(output, 1)
