@@ -129,8 +129,9 @@ page and its CSV file from the tests; `pytest -m slow` runs the long ones.
 
 ## Coverage
 
-- **Late formations and ruptures** are looked for in every event. The replay detects a film that is a few per cent too thin if a sphere
-  approaches slowly (5 % of 30 µm at 15 mm/s and a step of 2e-5 s). Near an edge it accepts a formation that is one step late.
+- **Late formations and ruptures** are looked for in every event. The replay detects a film that is a few per cent too thin if a
+  sphere approaches slowly (5 % of 30 µm at 15 mm/s and a step of 2e-5 s). Near an edge it accepts a formation that is one step
+  late.
 - **Missed formations and wrong triangles, bridge ends or gaps** are looked for at every output and in every step of the
   detailed-logging intervals.
 - **Forces outside those intervals** are recomputed for groups of spheres that get no new neighbours between two outputs, in up to

@@ -105,6 +105,7 @@ def _check(question: Question, experiments: list[Experiment], found: Found, runs
 
 
 def sentences(question: Question, answer: dict[str, Any]) -> list[str]:
+    """Write the answer of a calibration as sentences: best values, intervals, parameters that cannot be distinguished."""
     sure, lines = f"{100 * question.confidence:g} %", []
     for name, told in answer["parameters"].items():
         ranges = " or ".join(f"{r['low']:.4g} to {r['high']:.4g}" for r in told["intervals"])

@@ -112,6 +112,7 @@ def area(spec: ApparatusSpec) -> float:
 
 
 def touching(scene: Scene, time: Floats, on_screen: Floats) -> Floats:
+    """Estimate the number of dry contacts at each time of a screening case."""
     assert scene.slide is not None and scene.vibration is not None
     spheres, opens = sum(c.count for c in scene.classes), scene.slide.opens_at_s
     least = min(step_choice.collision_time(p, scene.classes) for p in scene.pairs)

@@ -124,6 +124,7 @@ def largest_step(
 
 
 def advise(scene: Scene) -> Advice:
+    """Compute the largest time steps that contact, drag and capillary force of a scene allow."""
     limits = _limits(scene)
     if not limits:
         raise PywetError(f"scene {scene.name} has no spheres to take a time step for; expected at least one")

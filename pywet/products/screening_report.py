@@ -177,8 +177,10 @@ def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, An
 def write(
     run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None, deck: int = 1
 ) -> dict[str, Any]:
-    """Write results/screen.json, results/partition and results/screen_series (Parquet and CSV), of a deck beneath with its number
-    in their names; returns the numbers."""
+    """Write the numbers, the partition curve and the series of a screen to results/ and return the numbers.
+
+    The files are screen.json, partition and screen_series (Parquet and CSV); for a deck beneath, its number is in their names.
+    """
     numbers, curve, series = analyse(run_dir, aperture_mm, from_s, deck)
     folder = Path(run_dir) / "results"
     write_table(curve, folder / f"{of_deck('partition', deck)}.parquet", csv=True)

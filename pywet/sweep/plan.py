@@ -215,6 +215,7 @@ def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
 
 
 def hours(seconds: float) -> str:
+    """Format a time as core-hours."""
     return f"{seconds / 3600.0:.2g} core-hours"
 
 

@@ -45,9 +45,9 @@ METHOD = """
 ## Method
 
 The 18 screening cases of Elskamp & Kruggel-Emden (2018) on a 200 mm sieve for 20 s from the opening of the slide. The time step
-is a tenth of the shortest collision, the contact stiffness {stiffness} ([errors of these settings](accuracy.md)). `make full` runs
-the cases; `python -m studies.full_scale.page` makes this page from their tables. Every run with its settings, cost and results:
-[runs.csv](full_scale/runs.csv).
+is a tenth of the shortest collision, the contact stiffness {stiffness}
+([errors of these settings](accuracy.md)). `make full` runs the cases; `python -m studies.full_scale.page` makes this page from
+their tables. Every run with its settings, cost and results: [runs.csv](full_scale/runs.csv).
 """
 
 COMMITS = {
