@@ -132,7 +132,7 @@ def sentences(question: Question, answer: dict[str, Any]) -> list[str]:
 
 
 def _unknown(group: dict[str, Any]) -> str:
-    """That parameters cannot be told apart, or one not be told at all."""
+    """List the parameters that the targets do not determine, alone or together."""
     names = group["parameters"]
     if len(names) == 1:
         return f"{names[0]} cannot be told: the targets hardly depend on it; give a target that does, or fix it"

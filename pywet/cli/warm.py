@@ -12,7 +12,7 @@ from pywet.util import machine_code
 
 
 def _laws() -> None:
-    """What the engine is given of each law."""
+    """Compile the laws as the engine needs them."""
     from pywet.engines.liggghts.plugin_api import in_use
     from pywet.laws import registry
 

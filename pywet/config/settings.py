@@ -41,7 +41,7 @@ class LawSettings(Laws):
 
 
 class EffectSettings(Strict):
-    """Which effects are simulated. `auto`: decided by `decide`; on or off: as said.
+    """Switches of the effects: `auto` (decided by `decide`), on or off.
 
     decide `preset`: whatever the preset names is on as soon as there is liquid. decide `tolerance`: an effect whose
     number is below the tolerance is off. liquid_weight and shedding are in no preset: they are on by hand only.

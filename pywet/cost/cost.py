@@ -37,7 +37,7 @@ VERSION = 3
 
 @dataclass(frozen=True)
 class Coefficients:
-    """What things cost with few and with many spheres."""
+    """Cost of each operation with few and with many spheres."""
 
     few: Costs
     many: Costs

@@ -44,7 +44,7 @@ INSTANTS = 2000
 
 @dataclass(frozen=True)
 class Load:
-    """What a run asks of the machine; counts are means over the run."""
+    """Operations of a run; counts are means over the run."""
 
     steps: float
     lists: float
@@ -64,7 +64,7 @@ class Load:
 
 
 def load_of(config: Config, case: int, scale: str) -> Load:
-    """What a case will ask for, from its configuration alone. Takes a tenth of a second."""
+    """Predict the operations of a case from its configuration alone, in a tenth of a second."""
     row, size = config.case(case), config.scale(scale)
     spec = cases.apparatus_spec(config, row, size)
     apparatus = build_apparatus(spec)

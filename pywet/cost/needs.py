@@ -40,7 +40,7 @@ LEAST_MIN = 10
 
 @dataclass(frozen=True)
 class Need:
-    """What one run takes; time is processor time of one core."""
+    """Time, memory and disk of one run; time is processor time of one core."""
 
     load: Load
     seconds: float
@@ -71,7 +71,7 @@ def stored_machine() -> cost.Coefficients:
 
 
 def need(config: Config, case: int, scale: str, ranks: int = 1, machine: cost.Coefficients | None = None) -> Need:
-    """What a case takes, from its configuration alone; raises `PywetError` where its scene cannot be built."""
+    """Predict time, memory and disk of a case; raises `PywetError` if its scene cannot be built."""
     seconds, load = cost.predict(config, case, scale, machine or _machine(), habit(choice.for_scale(scale)[0]))
     size, output = config.scale(scale), config.settings.output
     outputs = size.duration_s.value / size.output_interval_s.value

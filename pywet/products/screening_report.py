@@ -191,7 +191,7 @@ def write(
 
 
 def _finite(value: Any) -> Any:
-    """The same with null for numbers that are not defined."""
+    """Replace numbers that are not defined by null."""
     if isinstance(value, dict):
         return {key: _finite(inner) for key, inner in value.items()}
     return None if isinstance(value, float) and not math.isfinite(value) else value

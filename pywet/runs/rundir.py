@@ -67,7 +67,7 @@ class RunDir:
 
     @property
     def origin_m(self) -> Floats:
-        """The same [m], to be added to a position of a table."""
+        """Origin of the scene [m], to be added to the positions in tables."""
         return 1e-3 * np.array(self.origin_mm, dtype=float)
 
     @property

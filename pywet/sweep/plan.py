@@ -135,7 +135,7 @@ def read_file(file: Path, out: Path | None = None, store: Path | None = None, tr
 
 
 def read(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
-    """The same, with its results checked and functions in files let run where `trust` is given."""
+    """Read a sweep and check its results; functions in files may run if `trust` is given."""
     plan = read_file(file, out, store, trust)
     _check_gather(plan, trust)
     return plan

@@ -30,7 +30,7 @@ STEPS = 400
 
 
 def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
-    """Those of the quantities that are beyond their limits; of long tables with a row for each body there is a `part`."""
+    """Diagnose the quantities of the stored tables that are beyond their limits."""
     setup, wrong = window.read(run.folder), set(failed)
     for names, make in (
         ({"mesh_motion"}, lambda: [walls(setup)]),

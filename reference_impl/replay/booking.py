@@ -34,7 +34,7 @@ class Columns(NamedTuple):
 
 
 class Asks(NamedTuple):
-    """What a formation asks of a side: film times factor over divisor; or a given amount, where that is a number."""
+    """Demand of a formation on one side: film times factor over divisor, or a given amount."""
 
     holder: Floats
     wall: Floats

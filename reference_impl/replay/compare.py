@@ -47,7 +47,7 @@ class Deviations:
 
 
 def gathered(parts: Sequence[Deviations]) -> Deviations:
-    """Those of all parts; depends on their values alone, not on where they were cut. The first's histogram goes on in it."""
+    """Join the deviations of all chunks; the result does not depend on where the log was cut."""
     count = sum(part.count for part in parts)
     if count <= KEPT:
         return Deviations(np.concatenate([np.zeros(0), *(part.each for part in parts)]))

@@ -35,7 +35,7 @@ def thickness(film: Floats, radius: Floats) -> Floats:
 
 
 class Held:
-    """What every holder has by the log before a part of it, and the step in which that last changed."""
+    """Liquid of every reservoir before a chunk of the log, and the step of its last change."""
 
     def __init__(self, run: Run) -> None:
         self.film = bodies(run).liquid()

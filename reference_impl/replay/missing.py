@@ -114,7 +114,7 @@ def _at_outputs(run: Run) -> pd.DataFrame:
 
 
 def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
-    """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
+    """Find missed formations at the window steps at which bridges act, with films and bridges by the event log."""
     if len(run.shed) or not where(run.folder, "window_states").exists():  # drops change films between events
         return NONE.assign(missed=False)
     places, events, fixed = run.table("window_states"), run.table("events"), bodies(run)

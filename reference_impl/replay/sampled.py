@@ -30,7 +30,7 @@ def joined(parts: Kept, count: int) -> list[Floats]:
 
 
 class Samples:
-    """What was kept of the events and of the contacts."""
+    """Sampled events and contacts."""
 
     def __init__(self, run: Run) -> None:
         self.run, self.events, self.ruptures, self.contacts = run, 0, 0, 0

@@ -20,7 +20,7 @@ from reference_impl.replay.stream import Rows
 
 @dataclass(frozen=True)
 class Moment:
-    """What the logs say should be shown at one output step: spheres in the order of their numbers, bridges, film of triangles."""
+    """Content of one output step by the logs: spheres in the order of their numbers, bridges, films of triangles."""
 
     ids: Floats
     place: Floats

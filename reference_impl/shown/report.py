@@ -37,7 +37,7 @@ CANNOT = "share that cannot pass"
 
 @dataclass
 class Read:
-    """What was read, and sentences on what is wrong."""
+    """Content of the report as read, with sentences on errors."""
 
     curves: int = 0
     numbers: int = 0

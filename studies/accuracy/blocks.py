@@ -164,7 +164,7 @@ def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
 
 
 def scattered(table: dict[str, Any]) -> str:
-    """The same as a part of the page."""
+    """Make the part of the page on scatter of the inputs."""
     made = scatter.stored()
     text = paragraph(
         f"Each input one standard deviation up and down, half of what that changes, {made['seed'].nunique()} seeds; then "

@@ -39,7 +39,7 @@ LEAST_SKIN = 0.1
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a script: folder of its tables, bridges formed and ruptured, liquid that the ledger lacks over all of it."""
+    """Result of a script: folder of its tables, bridges formed and ruptured, error of its ledger."""
 
     log: Path
     formed: int

@@ -37,7 +37,7 @@ DIES_WITH_MPIRUN = ("setpriv", "--pdeathsig", "KILL")
 
 @dataclass(frozen=True)
 class RunInfo:
-    """What a run was: also written to engine/run.json."""
+    """Result of the engine's run, also written to engine/run.json."""
 
     wall_s: float
     steps: int
