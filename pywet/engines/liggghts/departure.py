@@ -45,7 +45,7 @@ def departure(scene: Scene, folder: Path, sphere: int | None) -> str:
 
 
 def _at_start(path: Path) -> np.ndarray:
-    """Rows of all spheres at the start of the run, in the form of the retired ones."""
+    """Rows of all spheres at the start of the run: id, type, position, velocity."""
     if not path.exists():
         return np.zeros((0, 8))
     columns = ["id", "type", "x", "y", "z", "vx", "vy", "vz"]
