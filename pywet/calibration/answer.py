@@ -44,7 +44,7 @@ def calibrate(
 
 
 def described(question: Question, found: Found) -> dict[str, Any]:
-    """Parameters with their intervals, targets with what is reached of them, what cannot be told apart."""
+    """Parameters with their intervals, targets with what is reached of them, what cannot be distinguished."""
     solved, names = found.problem, list(question.parameters)
     mean, variance, _ = solved.response(solved.best)
     parameters = {}

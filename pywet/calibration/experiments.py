@@ -130,7 +130,7 @@ class Experiment:
         return _number(KINDS[self.kind].quantities[quantity](self.built(settings)), quantity, settings)
 
     def run(self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int) -> Kept:
-        """Numbers of a run of the engine; one whose numbers are kept in the folder is not done again."""
+        """Numbers of a run of the engine; one whose numbers are stored in the folder is not done again."""
         scene = self.built(settings, seed)
         place = folder / _name(scene)
         kept = read_if_there(place / "calibration.json", shape=Kept)

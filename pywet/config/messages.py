@@ -97,7 +97,7 @@ def _shown(value: Any) -> str:
 
 
 def _meant(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
-    """The key that an unknown one may stand for, those that are missing beside it first; else all there are."""
+    """The key that an unknown one may stand for, those that are missing next to it first; else all there are."""
     group, given = problem["loc"][:-1], str(problem["loc"][-1])
     missing = [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == group]
     known = missing or list(getattr(_model_at(model, group), "model_fields", {}))

@@ -195,7 +195,7 @@ class Standing:
     kind: str
     group: str
     verdict: str
-    """`on the front`, `not told apart` (a cheaper level differs by no more than chance) or `beaten`."""
+    """`on the front`, `not distinguished` (a cheaper level differs by no more than chance) or `beaten`."""
     by: knobs.Level | None
     said: str
 

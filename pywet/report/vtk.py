@@ -70,7 +70,7 @@ def cuboids(run: RunDir, step: int) -> Any:
 
 
 def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
-    """What is shown of each bridge that stands at a step; nothing of a dry run."""
+    """What is shown of each bridge that is active at a step; nothing of a dry run."""
     if not run.moist:
         return {}
     return {

@@ -1,4 +1,4 @@
-"""What the tables beside the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
+"""What the tables next to the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
 
 Each is held against the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
 factor, a shift, another row, another time.

@@ -30,7 +30,7 @@ Part = tuple[Floats, Floats]
 EVERY = ("every force of bridges", "every force but weight", "every force of bridges on their second sphere (j)")
 """Sums of the parts before them; a factor on the last is what a wrong mass looks like."""
 KINDS = ("between spheres", "at walls")
-"""Kinds of contact by which forces of bridges are told apart."""
+"""Kinds of contact by which forces of bridges are distinguished."""
 MOST = 2000
 """Records from which factors on two parts are estimated."""
 

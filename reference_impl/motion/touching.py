@@ -1,6 +1,6 @@
 """Which spheres touch each other and the walls in every step of a window, from positions alone.
 
-Candidates are found once a window (nothing moves further than a margin in it), then held against every step.
+Candidates are found once a window (nothing moves further than a margin in it), then compared with every step.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ class Setup:
     leaves: Floats
     """Last step at which each sphere takes part; after it, it has been retired."""
     broken: frozenset[int]
-    """Steps after which the engine set itself up anew: the forces that follow are not those that were recorded."""
+    """Steps after which the engine set itself up again: the forces that follow are not those that were recorded."""
 
     @property
     def step(self) -> float:

@@ -137,7 +137,7 @@ def of_bridges(rows: pd.DataFrame, volume: Floats, run: Run) -> tuple[Floats, Fl
 
 
 def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
-    """Whose films an event draws on or gives to: numbers of holders of i's and of j's side."""
+    """Whose films an event draws on or gives to: numbers of reservoirs of i's and of j's side."""
     return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + fixed.film_of[_triangles(table, p)], p.sphere_j)
 
 

@@ -18,9 +18,9 @@ from reference_impl.replay.arrays import size as length
 
 TOLERANCE = 1e-9
 KEPT = 1 << 18
-"""Deviations that are kept one by one, for an exact median."""
+"""Deviations that are stored one by one, for an exact median."""
 DROPPED_BITS = 13
-"""Of more of them a histogram is kept over the leading bits of single precision: the median is good to a thousandth."""
+"""Of more of them a histogram is stored over the leading bits of single precision: the median is good to a thousandth."""
 
 
 @dataclass(frozen=True)

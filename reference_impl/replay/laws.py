@@ -1,4 +1,4 @@
-"""The papers' equations in numpy, typed anew from the papers. A wall is marked by `wall` (arrays of booleans).
+"""The papers' equations in numpy, typed again from the papers. A wall is marked by `wall` (arrays of booleans).
 
 Viscous forces, rupture and formation; the capillary forces are in capillary.py. Numbers (E n) are those of Elskamp &
 Kruggel-Emden 2018.

@@ -32,7 +32,7 @@ NONE = pd.DataFrame({name: np.zeros(0, kind) for name, kind in COLUMNS.items()})
 
 
 def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
-    """All of these, of a part of the log before which the holders were as in `held`."""
+    """All of these, of a part of the log before which the reservoirs were as in `held`."""
     return [due(run), late(run, held, lives), missed(run, lives, held), one_place.check(run, lives)]
 
 

@@ -133,7 +133,7 @@ class Count:
         self.rule, self.gone = rule(run.folder), table(run.folder)
 
     def check(self, part: Run, outputs: Floats, shots: Floats, mean: float) -> list[Quantity]:
-        """Of a part of the logs; `shots`: liquid of all holders after its outputs, `mean` film of a sphere."""
+        """Of a part of the logs; `shots`: liquid of all reservoirs after its outputs, `mean` film of a sphere."""
         rows = self.gone[self.gone["step"].isin(outputs)].reset_index(drop=True)
         films, size = shots[np.searchsorted(outputs, rows["step"]), rows["id"]], np.full(len(rows), mean)
         found = compare("retired_film", "mean film of a sphere", rows["film"].to_numpy(float), films, size, rows)

@@ -1,4 +1,4 @@
-"""Records chosen from the whole of a log for what is dear to compute: of all records only what decides the choice is kept."""
+"""Records chosen from the whole of a log for what is dear to compute: of all records only what decides the choice is stored."""
 
 from __future__ import annotations
 

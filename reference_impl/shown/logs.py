@@ -90,7 +90,7 @@ class Logs:
                       (film + shares)[here], passed[here], bridges, on_walls)  # fmt: skip
 
     def _shares(self, bridges: pd.DataFrame) -> Floats:
-        """Liquid of standing bridges that counts to each sphere [m3]."""
+        """Liquid of active bridges that counts to each sphere [m3]."""
         pair, share = bridges["partner_kind"].to_numpy() == 0, bridges["share_i"].to_numpy()
         i, j = (np.searchsorted(self.ids, bridges[end].to_numpy()) for end in "ij")
         rest = (bridges["volume"].to_numpy() - share)[pair]

@@ -1,4 +1,4 @@
-"""The numbers in the tables of a report, parsed back and held against the files they come from."""
+"""The numbers in the tables of a report, parsed back and compared with the files they come from."""
 
 from __future__ import annotations
 

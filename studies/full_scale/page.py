@@ -59,8 +59,8 @@ COMMITS = {
 BEYOND = """
 ## What the paper says its model lacks
 
-In the paper fines and bin get too little water, coarse material and screen too much, for want of "vibrating dewatering". Here
-liquid can be shed in free motion and can have weight ([effects](effects.md#effects-in-no-preset)).
+In the paper fines and bin get too little water, coarse material and screen too much, because the model has no
+"vibrating dewatering". Here liquid can be shed in free motion and can have weight ([effects](effects.md#effects-in-no-preset)).
 {full}
 
 At smoke scale ({time:.1f} s after the opening, one seed each, [fig14.csv](full_scale/reasons/fig14.csv)) {moved}; with one seed

@@ -81,7 +81,7 @@ class Contact(Dry):
 
 
 class Liquid(Excusable):
-    """The liquid (water, if not said otherwise) and how much of it: per cent of the spheres' mass, or the film's thickness."""
+    """The liquid (water by default) and its amount: per cent of the spheres' mass, or the film's thickness."""
 
     surface_tension_N_per_m: NonNegative = WATER["surface_tension_N_per_m"]
     """Against air; water if not given."""

@@ -2,7 +2,7 @@
 
 A dry scene runs on the stock program; a moist one, or one whose wires are prisms, in worker.py with the plugin. Everything is
 written into `engine.partial` first and renamed when the run is complete, so a failed run never looks like a finished one.
-Where `engine.partial` holds a whole checkpoint of the same scene, the run goes on from there.
+Where `engine.partial` holds a whole checkpoint of the same scene, the run resumes from there.
 """
 
 from __future__ import annotations
