@@ -91,18 +91,16 @@ def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups
 
 def glance(config: Config, case: int, scale: str, made: cases.Ingredients) -> list[str]:
     """Lines of at most 80 columns on time, accuracy and stability of a case with its settings; quick, writes nothing."""
-    from pywet.cost.needs import stored_machine
+    from pywet.cost.needs import need
 
-    table, machine = choice.for_scale(scale)[0], cost.kept()
-    seconds, _ = cost.predict(config, case, scale, machine or stored_machine(), habit(table))
-    errors = choice.of_default(table, config.case(case).liquid_percent > 0).error
+    seconds = need(config, case, scale).seconds
+    errors = choice.of_default(choice.for_scale(scale)[0], config.case(case).liquid_percent > 0).error
     found = [f"{group} {100 * error:.2g} %" for group, error in errors.items() if error > 0.0]
     of = config.case(case), config.scale(scale)
     advice = advise(cases.assemble(config, *of, made, build_apparatus(cases.apparatus_spec(config, *of))))
     least = next(limit for limit in advice.limits if limit.stability)
-    where = "this machine" if machine else "the machine of machine.json"
     return [
-        f"time       {duration(seconds)}, {seconds / 3600:.2g} core-hours, of the engine on {where}",
+        f"time       {duration(seconds)}, {seconds / 3600:.2g} core-hours, of the engine without replay and pictures",
         f"accuracy   default errors: {', '.join(found) or 'none resolved'}",
         f"stability  time step {advice.time_step_s:.3g} s, {advice.time_step_s / least.time_step_s:.2g} of the largest "
         f"stable one ({least.effect})",
