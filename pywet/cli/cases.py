@@ -69,7 +69,7 @@ def plan(
         for line in campaign(loaded, name):
             tell(line)
         return
-    from pywet.cost import command
+    from pywet.cost import command, needs
 
     made = cases.ingredients(loaded, case, name)
     table = made.plan.lines if why else made.plan.table
@@ -78,7 +78,7 @@ def plan(
     elif as_json:
         lines = [json.dumps({**cases.planned(made), "readings": loaded.readings}, indent=1)]
     else:
-        lines = [*table, *command.glance(loaded, case, name, made), *made.retirement.lines, *loaded.readings]
+        lines = [*table, *needs.glance(loaded, case, name, made), *made.retirement.lines, *loaded.readings]
     for line in lines:
         tell(line)
 

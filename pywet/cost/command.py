@@ -10,8 +10,6 @@ from pywet.config import Config
 from pywet.cost import choice, cost, edit
 from pywet.cost.knobs import KNOBS
 from pywet.errors import PywetError
-from pywet.geometry.apparatus import build_apparatus
-from pywet.planning.time_steps import advise
 from pywet.util.notices import bar
 
 
@@ -87,24 +85,6 @@ def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups
         f"  the viscous force governs the step: semi_implicit takes {duration(cost_s)}, {chosen_s / cost_s:.1f} times less; "
         f"the study shows no more than an error below {100 * charge[worst]:.2g} % in {worst}, with water"
     )
-
-
-def glance(config: Config, case: int, scale: str, made: cases.Ingredients) -> list[str]:
-    """Lines of at most 80 columns on time, accuracy and stability of a case with its settings; quick, writes nothing."""
-    from pywet.cost.needs import need
-
-    seconds = need(config, case, scale).seconds
-    errors = choice.of_default(choice.for_scale(scale)[0], config.case(case).liquid_percent > 0).error
-    found = [f"{group} {100 * error:.2g} %" for group, error in errors.items() if error > 0.0]
-    of = config.case(case), config.scale(scale)
-    advice = advise(cases.assemble(config, *of, made, build_apparatus(cases.apparatus_spec(config, *of))))
-    least = next(limit for limit in advice.limits if limit.stability)
-    return [
-        f"time       {duration(seconds)}, {seconds / 3600:.2g} core-hours, of the engine without replay and pictures",
-        f"accuracy   default errors: {', '.join(found) or 'none resolved'}",
-        f"stability  time step {advice.time_step_s:.3g} s, {advice.time_step_s / least.time_step_s:.2g} of the largest "
-        f"stable one ({least.effect})",
-    ]
 
 
 def predicted(config: Config, case: int, scale: str) -> str:

@@ -17,6 +17,8 @@ from pywet.cost import choice, cost
 from pywet.cost.command import duration, habit
 from pywet.cost.counts import Load
 from pywet.cost.trial import Costs
+from pywet.geometry.apparatus import build_apparatus
+from pywet.planning.time_steps import advise
 from pywet.util.files import read_json
 
 ELSEWHERE = Path(__file__).with_name("machine.json")
@@ -116,3 +118,19 @@ def campaign(config: Config, scale: str) -> list[str]:
     measured = "this machine, measured" if cost.kept() else str(read_json(ELSEWHERE)["provenance"])
     rows.append(f"time of the engine alone, without replay and pictures: {measured}")
     return rows
+
+
+def glance(config: Config, case: int, scale: str, made: cases.Ingredients) -> list[str]:
+    """Lines of at most 80 columns on time, accuracy and stability of a case with its settings; quick, writes nothing."""
+    seconds = need(config, case, scale).seconds
+    errors = choice.of_default(choice.for_scale(scale)[0], config.case(case).liquid_percent > 0).error
+    found = [f"{group} {100 * error:.2g} %" for group, error in errors.items() if error > 0.0]
+    of = config.case(case), config.scale(scale)
+    advice = advise(cases.assemble(config, *of, made, build_apparatus(cases.apparatus_spec(config, *of))))
+    least = next(limit for limit in advice.limits if limit.stability)
+    return [
+        f"time       {duration(seconds)}, {seconds / 3600:.2g} core-hours, of the engine without replay and pictures",
+        f"accuracy   default errors: {', '.join(found) or 'none resolved'}",
+        f"stability  time step {advice.time_step_s:.3g} s, {advice.time_step_s / least.time_step_s:.2g} of the largest "
+        f"stable one ({least.effect})",
+    ]
