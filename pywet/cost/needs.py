@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from pywet.cases.screening import cases
 from pywet.config import Config, twins
 from pywet.cost import choice, cost
 from pywet.cost.command import duration, habit
