@@ -1,4 +1,4 @@
-"""What a user's mistake or a machine's lack raises: one sentence naming what was given, what was expected and where to mend it.
+"""What a user's mistake or a machine's lack raises: one sentence naming what was given, what was expected and where to fix it.
 
 The kinds below are for callers who want to tell them apart, the codes for programs; what a caller may want to know of one is an
 attribute, so that no sentence has to be read by a program. All data have defaults: an exception that comes from another process

@@ -275,7 +275,7 @@ def place(made: Path, run_dir: Path, name: str) -> None:
 
 
 def set_aside(run_dir: Path) -> Path:
-    """Move a run directory to the first free of `NAME.1`, `NAME.2` … beside it; its new path."""
+    """Move a run directory to the first free of `NAME.1`, `NAME.2` … next to it; its new path."""
     run_dir = Path(run_dir)
     here = Path(os.path.realpath(run_dir))
     why = "is a symbolic link" if run_dir.is_symlink() else "is the working folder"

@@ -1,7 +1,7 @@
-"""What lies beside the package and yet is part of the program: configuration, deck templates, workflow, wet problems, scenes,
+"""What lies next to the package and yet is part of the program: configuration, deck templates, workflow, wet problems, scenes,
 pages of the documentation.
 
-In a checkout they lie beside the package, where people look for them; `setup.py` puts them into the package of a wheel.
+In a checkout they lie next to the package, where people look for them; `setup.py` puts them into the package of a wheel.
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ def results(run_dir: Path) -> None:
 
 
 def vtk(run_dir: Path, paraview: bool = False) -> None:
-    """Stage vtk: time series, read back by the reference and held against the logs; `paraview`: cuboids and a script too."""
+    """Stage vtk: time series, read back by the reference and compared with the logs; `paraview`: cuboids and a script too."""
     from pywet.report import vtk as series
     from reference_impl.replay.io import ReplayError
     from reference_impl.shown import vtk as shown

@@ -80,7 +80,7 @@ def accuracy(
     anew: Annotated[bool, typer.Option("--anew", help="Forget the runs that are there.")] = False,
     show: Annotated[bool, typer.Option("--show", help="Only table and page, from the runs that are there.")] = False,
 ) -> None:
-    """What accuracy costs: every setting against a finer one, its error, its cost, and where the defaults stand."""
+    """What accuracy costs: every setting against a finer one, its error, its cost, and where the defaults are."""
     from pywet.cost import command
     from studies.accuracy import study as accuracy_study
 

@@ -28,7 +28,7 @@ LISTED = PAGE.with_suffix(".csv")
 
 
 class Place(NamedTuple):
-    """Where some faults are planted, in a word and a sentence, the test that plants them, and name -> (shows in, named)."""
+    """Where some faults are injected, in a word and a sentence, the test that plants them, and name -> (shows in, named)."""
 
     word: str
     sentence: str
@@ -129,8 +129,9 @@ WHY = {
     "forces outside the contact log": "forces are logged in windows; volumes, shares and films are checked in the whole run",
 }
 TAIL = """
-Detected without a name: {unnamed}. If the records cannot distinguish faults, all candidates are reported (`alike` in
-`replay.json`). Several faults are combined in one run for the tables next to the logs. `python -m tests.planted_table` makes this
+Faults detected without a name have no sentence in the CSV file. If the records cannot distinguish
+faults, all candidates are reported (`alike` in `replay.json`).
+Several faults are combined in one run for the tables next to the logs. `python -m tests.planted_table` makes this
 page and its CSV file from the tests; `pytest -m slow` runs the long ones.
 
 ## What the replay cannot detect
@@ -178,7 +179,7 @@ def page() -> str:
     """The whole page."""
     places = (*BEFORE, *ENGINE, *AFTER)
     faults = [*rows(places)]
-    unnamed = [row[0] for row in faults if row[3] == "–"]
+    nameless = sum(row[3] == "–" for row in faults)
     counts = {"before": len([*rows(BEFORE)]), "engine": len([*rows(ENGINE)]), "after": len([*rows(AFTER)])}
     missed = len(planted.UNSEEN) + len(UNSEEN)
     lines = []
@@ -186,12 +187,12 @@ def page() -> str:
         named = sum(bool(words) for _, words in p.faults.values())
         lines.append(line((f"**{p.word}**: {p.sentence}", str(len(p.faults)), str(named), f"`{p.test}`")))
     seen = [line((what, words, WHY[what])) for what, (_, _, words) in planted.UNSEEN.items()] + [*map(line, UNSEEN)]
-    head = HEAD.format(count=len(faults), nameless=len(unnamed), missed=missed, **counts)
-    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), unnamed=", ".join(unnamed) or "none")
+    head = HEAD.format(count=len(faults), nameless=nameless, missed=missed, **counts)
+    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen))
 
 
 def line(columns: tuple[str, ...]) -> str:
-    """One line of a table; a browser must not take what stands in it for its own."""
+    """One line of a table; a browser must not take what is in it for its own."""
     plain = (c.replace("|", "\\|").replace("<", "&lt;").replace("\n", " ") for c in columns)
     return "| " + " | ".join(plain) + " |"
 

@@ -54,7 +54,7 @@ def words(command: str) -> tuple[str, list[str]]:
 
 
 def program(name: str) -> str:
-    """Path of a program: beside the Python that runs the tests, else on the PATH."""
+    """Path of a program: next to the Python that runs the tests, else on the PATH."""
     beside = Path(sys.executable).parent / name
     return str(beside) if beside.exists() else shutil.which(name) or name
 

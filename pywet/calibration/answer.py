@@ -44,7 +44,7 @@ def calibrate(
 
 
 def described(question: Question, found: Found) -> dict[str, Any]:
-    """Parameters with their intervals, targets with what is reached of them, what cannot be told apart."""
+    """Parameters with their intervals, targets with what is reached of them, what cannot be distinguished."""
     solved, names = found.problem, list(question.parameters)
     mean, variance, _ = solved.response(solved.best)
     parameters = {}
@@ -105,6 +105,7 @@ def _check(question: Question, experiments: list[Experiment], found: Found, runs
 
 
 def sentences(question: Question, answer: dict[str, Any]) -> list[str]:
+    """Write the answer of a calibration as sentences: best values, intervals, parameters that cannot be distinguished."""
     sure, lines = f"{100 * question.confidence:g} %", []
     for name, told in answer["parameters"].items():
         ranges = " or ".join(f"{r['low']:.4g} to {r['high']:.4g}" for r in told["intervals"])
@@ -131,7 +132,7 @@ def sentences(question: Question, answer: dict[str, Any]) -> list[str]:
 
 
 def _unknown(group: dict[str, Any]) -> str:
-    """That parameters cannot be told apart, or one not be told at all."""
+    """List the parameters that the targets do not determine, alone or together."""
     names = group["parameters"]
     if len(names) == 1:
         return f"{names[0]} cannot be told: the targets hardly depend on it; give a target that does, or fix it"

@@ -86,7 +86,7 @@ KINDS = {
 
 
 class Kept(TypedDict):
-    """What is kept of a run of an engine: what was read off it, how long it took."""
+    """Result of an engine's run: the value read from it, and its time."""
 
     quantities: dict[str, float]
     wall_s: float
@@ -115,7 +115,7 @@ class Experiment:
         return KINDS[self.kind].of_chance
 
     def built(self, settings: Mapping[str, float], seed: int = 0) -> Any:
-        """What is asked or run with these values of its keys; a seed is counted from that of a scene's file."""
+        """Build the experiment with these values of its keys; the seed is added to that of the scene's file."""
         content = _filled(self.content, {key: v for key, v in settings.items() if holds(self.content, key)})
         if self.of_chance:
             content["seed"] = content.get("seed", 1) + seed
@@ -130,7 +130,7 @@ class Experiment:
         return _number(KINDS[self.kind].quantities[quantity](self.built(settings)), quantity, settings)
 
     def run(self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int) -> Kept:
-        """Numbers of a run of the engine; one whose numbers are kept in the folder is not done again."""
+        """Numbers of a run of the engine; one whose numbers are stored in the folder is not done again."""
         scene = self.built(settings, seed)
         place = folder / _name(scene)
         kept = read_if_there(place / "calibration.json", shape=Kept)
@@ -144,7 +144,7 @@ class Experiment:
 
 
 def _name(scene: Scene) -> str:
-    """What a run follows from, as one word: the scene as it is said, its STL files, its laws in files, and the program."""
+    """Fingerprint of a run: its scene, STL files, laws in files, and the program."""
     said = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
     word = hashlib.sha256(said.encode() + _program())
     chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
@@ -189,7 +189,7 @@ def holds(content: Any, key: str) -> bool:
 
 
 def _inside(content: Any, path: list[str]) -> Any:
-    """What stands in a file's content under keys, or numbers of a list's entries."""
+    """Return the entry of a file's content under a list of keys or indices."""
     for part in path:
         content = content[int(part) if isinstance(content, list) else part]
     return content

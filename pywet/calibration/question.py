@@ -60,7 +60,7 @@ class Target(Limited):
 
 
 class Parameter(Strict):
-    """What is to be found: a number between bounds that is put under `keys` (dotted) of every experiment whose file has them."""
+    """Parameter to be found: a number between bounds, written to `keys` (dotted) of every experiment that has them."""
 
     keys: Annotated[tuple[str, ...], Field(min_length=1)]
     low: float
@@ -106,7 +106,7 @@ class Question(Strict):
         return {name: p.at(float(u)) for (name, p), u in zip(self.parameters.items(), place, strict=True)}
 
     def settings(self, place: Floats) -> dict[str, float]:
-        """The same by key of the experiments' files."""
+        """Convert values of the parameters to entries by key of the experiments' files."""
         values = self.values(place)
         return {key: values[name] for name, p in self.parameters.items() for key in p.keys}
 

@@ -71,7 +71,7 @@ class Found:
 
 
 def find(question: Question, experiments: list[Experiment], folder: Path, ranks: int, say: Said) -> Found:
-    """The answer to a question; runs are kept in the folder."""
+    """The answer to a question; runs are stored in the folder."""
     chance = [k for k, e in enumerate(experiments) if e.of_chance]
     targets, names = question.targets, [t.quantity for t in question.targets]
 

@@ -69,14 +69,16 @@ def plan(
         for line in campaign(loaded, name):
             tell(line)
         return
+    from pywet.cost import command, needs
+
     made = cases.ingredients(loaded, case, name)
     table = made.plan.lines if why else made.plan.table
-    chosen = [*table, *made.retirement.lines, *loaded.readings]
-    lines = [json.dumps({**cases.planned(made), "readings": loaded.readings}, indent=1)] if as_json else chosen
     if accuracy is not None:
-        from pywet.cost import command
-
         lines = command.plan(loaded, case, name, accuracy, of or [], write)
+    elif as_json:
+        lines = [json.dumps({**cases.planned(made), "readings": loaded.readings}, indent=1)]
+    else:
+        lines = [*table, *needs.glance(loaded, case, name, made), *made.retirement.lines, *loaded.readings]
     for line in lines:
         tell(line)
 
@@ -243,7 +245,7 @@ def side_by_side(
     port: Annotated[int, number("--port", PORT, "Port on 127.0.0.1; 0 takes a free one")] = 0,
     to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
 ) -> None:
-    """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves beside them."""
+    """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves next to them."""
     from pywet.report import app as viewer
     from pywet.util.files import atomic_write
 

@@ -30,7 +30,7 @@ MAIN_PACKAGES = (
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that is needed: what was found, which version, what is needed, and how to mend it."""
+    """One thing that is needed: what was found, which version, what is needed, and how to fix it."""
 
     name: str
     found: str | None

@@ -93,14 +93,14 @@ def _limits(value: dict[str, Any]) -> list[str]:
 
 COLUMNS = """# Columns and codes
 
-Every table of a run, made from `pywet/schema.py`, where the records are made. `pywet.load(folder)` gives the same with a table:
+Columns of every table of a run, with unit and meaning, from `pywet/schema.py`. `pywet.load(folder)` gives the same with a table:
 `attrs["units"]`, `attrs["meanings"]`, `attrs["codes"]`. Columns that end in `_x`, `_y`, `_z` are one row here; of
 `results/liquid_by_*` a column's name says what holds the liquid, and its end the unit.
 """
 
 
 def columns() -> str:
-    """The page of all columns that have a meaning, and of codes and holders."""
+    """The page of all columns that have a meaning, and of codes and reservoirs."""
     from pywet.schema import CODES, HOLDERS, TABLES, meanings
 
     lines = [COLUMNS, "\n## Codes\n\n| column | code | stands for |\n|---|---|---|"]

@@ -89,7 +89,7 @@ def stage(folder: Path, stage: str, work: Any) -> None:
 
 
 def show_audit(run_dir: Path, to: Console = out) -> None:
-    """What each effect contributed against the effect plan, where the run has both."""
+    """Print what each effect contributed, compared with the effect plan, if the run has both."""
     from pywet.planning import audit
 
     if rows := audit.read(run_dir):

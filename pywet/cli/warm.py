@@ -1,6 +1,6 @@
 """Machine code made ahead, which the first question of each kind would otherwise wait for; `make setup` calls it.
 
-Each kind of question is asked once, so that whatever it compiles is kept. Quick where that is done.
+Each kind of question is asked once, so that whatever it compiles is stored. Quick where that is done.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pywet.util import machine_code
 
 
 def _laws() -> None:
-    """What the engine is given of each law."""
+    """Compile the laws as the engine needs them."""
     from pywet.engines.liggghts.plugin_api import in_use
     from pywet.laws import registry
 

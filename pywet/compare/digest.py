@@ -151,11 +151,13 @@ def provenance() -> dict[str, str]:
 
 
 def save(digest: Digest, path: Path) -> Path:
+    """Write a digest as JSON and return its path."""
     write_json(path, asdict(digest))
     return path
 
 
 def load(path: Path) -> Digest:
+    """Read a digest that `save` wrote."""
     if not Path(path).exists():
         raise PywetError(f"there is no digest {path}; expected one that `pywet digest` wrote")
     return read_model(path, Digest, "make it again with `pywet digest`")

@@ -96,6 +96,7 @@ def unlike(wanted: dict[str, Any], scene: Scene, across: Sequence[str] = ()) -> 
 
 
 def read_run(run_dir: Path) -> RunData:
+    """Read all quantities of a complete run that are compared."""
     run = RunDir(Path(run_dir))
     scene, held = run.scene, _whole(run)
     quantities = [*_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]

@@ -29,7 +29,7 @@ def _numbers(value: Any) -> Iterator[float]:
 
 
 class Limited(Strict):
-    """Its numbers, bare or as entries, are within the ranges of their keys or have `unusual` beside them."""
+    """Group of keys whose numbers are within their plausible ranges or have a reason under `unusual`."""
 
     @model_validator(mode="after")
     def _computable(self) -> Self:

@@ -237,7 +237,7 @@ class Mistakes:
         self._kept: list[ConfigError] = []
 
     def keep(self, read: Callable[[], Any]) -> Any:
-        """What `read` gives; None where it raises, which is kept."""
+        """Return the result of `read`, or None if it raises, and store the error."""
         try:
             return read()
         except ConfigError as error:
@@ -400,7 +400,7 @@ def _read_cases(path: Path) -> dict[int, Case]:
 
 
 def placed_laws(laws: LawSettings, folder: Path, trust: bool = False) -> LawSettings:
-    """The same laws with whole paths for files of the user's own, looked for in `folder`.
+    """Return a copy of the laws in which the user's files have absolute paths, found relative to `folder`.
 
     Those in or below it may run from now on; with `trust` the others too.
     """

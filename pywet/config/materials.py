@@ -49,7 +49,7 @@ class Size(Limited):
 
     @property
     def as_weighed(self) -> Size:
-        """The same with the density that its mass gives."""
+        """Return a copy of the size with the density that follows from its weighed mass."""
         if self.mass_g is None:
             raise ConfigError(
                 f"{FILE}: the size of {self.diameter_mm.value:g} mm has no mass_g, expected one where readings.sphere_mass in "
@@ -167,7 +167,7 @@ class Feed(Limited):
 
 
 class WallMaterials(Strict):
-    """What each part of the apparatus is made of."""
+    """Material of each part of the apparatus."""
 
     wires: MaterialEntry
     side_wall: MaterialEntry

@@ -91,13 +91,13 @@ def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
 
 
 def _shown(value: Any) -> str:
-    """What was given, on one line and not at length."""
+    """Shorten a given value to one line for a message."""
     text = one_line(LITTLE.repr(value))
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 
 def _meant(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
-    """The key that an unknown one may stand for, those that are missing beside it first; else all there are."""
+    """The key that an unknown one may stand for, those that are missing next to it first; else all there are."""
     group, given = problem["loc"][:-1], str(problem["loc"][-1])
     missing = [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == group]
     known = missing or list(getattr(_model_at(model, group), "model_fields", {}))
@@ -106,7 +106,7 @@ def _meant(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
 
 
 def _kind(model: type[BaseModel], loc: Loc) -> str:
-    """What belongs at a place: an entry, a group of keys, a value."""
+    """Describe the kind of value that a key expects: an entry, a group of keys, a value."""
     found = _model_at(model, loc)
     if found is None:
         return "a value"

@@ -1,6 +1,6 @@
 """JSON schemas of the configuration files, generated from the types; the workflow validates with them.
 
-`python -m pywet.config.schema workflow/schemas` writes them anew; a test says when they are out of date.
+`python -m pywet.config.schema workflow/schemas` writes them again; a test says when they are out of date.
 """
 
 from __future__ import annotations

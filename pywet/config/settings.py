@@ -19,7 +19,7 @@ FILE = "config.yaml"
 Switch = Literal["auto", True, False]
 """YAML reads on and off as true and false."""
 Seconded = Literal["capillary", "viscous_normal", "viscous_tangential", "rupture"]
-"""Kinds of law for which the replay takes a second function of the user's."""
+"""Kinds of law for which the replay takes a user reference implementation of the user's."""
 
 
 class LawSettings(Laws):
@@ -41,7 +41,7 @@ class LawSettings(Laws):
 
 
 class EffectSettings(Strict):
-    """Which effects are simulated. `auto`: decided by `decide`; on or off: as said.
+    """Switches of the effects: `auto` (decided by `decide`), on or off.
 
     decide `preset`: whatever the preset names is on as soon as there is liquid. decide `tolerance`: an effect whose
     number is below the tolerance is off. liquid_weight and shedding are in no preset: they are on by hand only.
@@ -79,7 +79,7 @@ class OutputSettings(Limited):
     """Windows of steps in which every bridge is logged in every step; the interval of results belongs to the scale.
 
     window_trajectories: whether the motion of all spheres is recorded there too, so that the replay can close Newton's law.
-    checkpoints: how many times during a run the state is saved, so that a run that was cut off goes on from there.
+    checkpoints: how many times during a run the state is saved, so that a run that was cut off resumes from there.
     energy: whether the work of every effect is added up in every step of a moist run, for `history/energy`.
     """
 
@@ -97,7 +97,7 @@ class Settings(Limited):
     cases: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(min_length=1)]
     ranks: Annotated[int, Field(ge=1)] = 1
     both_presets: bool = True
-    """Run the first moist case with preset `exact` too, so that the report can lay the two beside each other."""
+    """Run the first moist case with preset `exact` too, so that the report can lay the two next to each other."""
     seed: Annotated[int, Field(ge=0)]
     seeds: Annotated[int, Field(ge=1)] = 1
     """Runs of each case, with this seed and the next ones: the report shows their band."""

@@ -95,8 +95,9 @@ def for_scale(scale: str) -> tuple[dict[str, Any], tuple[str, ...]]:
 def options(
     table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGURABLE, longer_by: float = 1.0
 ) -> dict[str, list[Option]]:
-    """Levels of every setting that a moist or a dry case has, as they are charged; settings not to be turned keep the default,
-    and a level with which a run of the study stopped is none.
+    """List the levels of every setting of a moist or a dry case with their cost and errors.
+
+    Settings that are not varied have their default, and a level with which a run of the study stopped is left out.
 
     `longer_by`: of this case, the step of semi-implicit drag over that of explicit drag. The study's liquid is water, where both
     have the same step; with a thicker one the longer step divides the cost.
@@ -194,7 +195,7 @@ class Standing:
     kind: str
     group: str
     verdict: str
-    """`on the front`, `not told apart` (a cheaper level differs by no more than chance) or `beaten`."""
+    """`on the front`, `not distinguished` (a cheaper level differs by no more than chance) or `beaten`."""
     by: knobs.Level | None
     said: str
 

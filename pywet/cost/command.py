@@ -63,7 +63,7 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
 
 
 def _shown(share: float, groups: tuple[str, ...], moist: bool, table: dict[str, Any]) -> list[str]:
-    """What the settings are for: the accuracy asked for, or, where the study does not resolve it, the one that it can show."""
+    """State the accuracy of the settings: the one asked for or, if the study cannot show it, the best that it can."""
     kind = "moist" if moist else "dry"
     blurred = {g: r for g, r in choice.resolution(table, moist).items() if g in groups and r > share}
     if not blurred:

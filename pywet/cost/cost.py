@@ -3,7 +3,7 @@
     seconds = start + steps (step + touches touch + triangles triangle + near (mesh or prism))
               + evaluations of bridges (bridge) + lists (list)
 
-Costs are measured once with few and once with many spheres, and kept in the cache under the machine and the program. With n
+Costs are measured once with few and once with many spheres, and stored in the cache under the machine and the program. With n
 spheres the cost of one of anything is a + b/n between the two. It is processor time: on a machine with nothing else to do the
 wall time.
 """
@@ -37,7 +37,7 @@ VERSION = 3
 
 @dataclass(frozen=True)
 class Coefficients:
-    """What things cost with few and with many spheres."""
+    """Cost of each operation with few and with many spheres."""
 
     few: Costs
     many: Costs
@@ -112,7 +112,7 @@ def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambd
 
 @dataclass(frozen=True)
 class Habit:
-    """What the study knows of prices: of a moist run with a law, and with an integration, over that with the default's.
+    """What the study knows of costs: of a moist run with a law, and with an integration, over that with the default's.
 
     `exact_start`: the same of the start, where the exact bridge's functions are compiled as well.
     """

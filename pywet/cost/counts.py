@@ -44,7 +44,7 @@ INSTANTS = 2000
 
 @dataclass(frozen=True)
 class Load:
-    """What a run asks of the machine; counts are means over the run."""
+    """Operations of a run; counts are means over the run."""
 
     steps: float
     lists: float
@@ -64,7 +64,7 @@ class Load:
 
 
 def load_of(config: Config, case: int, scale: str) -> Load:
-    """What a case will ask for, from its configuration alone. Takes a tenth of a second."""
+    """Predict the operations of a case from its configuration alone, in a tenth of a second."""
     row, size = config.case(case), config.scale(scale)
     spec = cases.apparatus_spec(config, row, size)
     apparatus = build_apparatus(spec)
@@ -112,6 +112,7 @@ def area(spec: ApparatusSpec) -> float:
 
 
 def touching(scene: Scene, time: Floats, on_screen: Floats) -> Floats:
+    """Estimate the number of dry contacts at each time of a screening case."""
     assert scene.slide is not None and scene.vibration is not None
     spheres, opens = sum(c.count for c in scene.classes), scene.slide.opens_at_s
     least = min(step_choice.collision_time(p, scene.classes) for p in scene.pairs)

@@ -118,7 +118,7 @@ def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[
 
 
 def write_again(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:
-    """As `write`, over the copies of an earlier call; with any other file in the folder it is refused, and nothing is deleted."""
+    """Write a configuration again over the copies of an earlier call; a folder with any other file is refused."""
     if not target.is_dir() or {path.name for path in target.iterdir()} - set(settings.FILES):
         new_folder(target)
     for name in settings.FILES:

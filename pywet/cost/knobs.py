@@ -114,6 +114,7 @@ def default(size: str) -> Setting:
 
 
 def reference(knob: str, size: str) -> Level:
+    """Return the finest level of a setting, with which the others are compared."""
     return KNOBS[knob].levels(size)[-1]
 
 

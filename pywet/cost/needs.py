@@ -12,11 +12,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from pywet.cases.screening import cases
 from pywet.config import Config, twins
 from pywet.cost import choice, cost
 from pywet.cost.command import duration, habit
 from pywet.cost.counts import Load
 from pywet.cost.trial import Costs
+from pywet.geometry.apparatus import build_apparatus
+from pywet.planning.time_steps import advise
 from pywet.util.files import read_json
 
 ELSEWHERE = Path(__file__).with_name("machine.json")
@@ -40,7 +43,7 @@ LEAST_MIN = 10
 
 @dataclass(frozen=True)
 class Need:
-    """What one run takes; time is processor time of one core."""
+    """Time, memory and disk of one run; time is processor time of one core."""
 
     load: Load
     seconds: float
@@ -71,7 +74,7 @@ def stored_machine() -> cost.Coefficients:
 
 
 def need(config: Config, case: int, scale: str, ranks: int = 1, machine: cost.Coefficients | None = None) -> Need:
-    """What a case takes, from its configuration alone; raises `PywetError` where its scene cannot be built."""
+    """Predict time, memory and disk of a case; raises `PywetError` if its scene cannot be built."""
     seconds, load = cost.predict(config, case, scale, machine or _machine(), habit(choice.for_scale(scale)[0]))
     size, output = config.scale(scale), config.settings.output
     outputs = size.duration_s.value / size.output_interval_s.value
@@ -116,3 +119,19 @@ def campaign(config: Config, scale: str) -> list[str]:
     measured = "this machine, measured" if cost.kept() else str(read_json(ELSEWHERE)["provenance"])
     rows.append(f"time of the engine alone, without replay and pictures: {measured}")
     return rows
+
+
+def glance(config: Config, case: int, scale: str, made: cases.Ingredients) -> list[str]:
+    """Lines of at most 80 columns on time, accuracy and stability of a case with its settings; quick, writes nothing."""
+    seconds = need(config, case, scale).seconds
+    errors = choice.of_default(choice.for_scale(scale)[0], config.case(case).liquid_percent > 0).error
+    found = [f"{group} {100 * error:.2g} %" for group, error in errors.items() if error > 0.0]
+    of = config.case(case), config.scale(scale)
+    advice = advise(cases.assemble(config, *of, made, build_apparatus(cases.apparatus_spec(config, *of))))
+    least = next(limit for limit in advice.limits if limit.stability)
+    return [
+        f"time       {duration(seconds)}, {seconds / 3600:.2g} core-hours, of the engine without replay and pictures",
+        f"accuracy   default errors: {', '.join(found) or 'none resolved'}",
+        f"stability  time step {advice.time_step_s:.3g} s, {advice.time_step_s / least.time_step_s:.2g} of the largest "
+        f"stable one ({least.effect})",
+    ]

@@ -31,14 +31,14 @@ MEND = "run it in a terminal to see why, or reinstall its package"
 
 @dataclass(frozen=True)
 class Usage:
-    """What the engine's process took: processor time [s], largest resident memory [B] (None: too short to be seen)."""
+    """Processor time [s] and largest resident memory [B] of the engine's process; None if too short to be measured."""
 
     cpu_s: float
     peak_memory_B: int | None
 
 
 def said(command: list[str], given: str = "", folder: Path | None = None) -> str:
-    """What a program that has no work to do prints; `PywetError` where it does not start or does not end in time.
+    """Output of a program that is called for its version; `PywetError` if it does not start or end in time.
 
     It has a process group of its own, so that all it started ends with it.
     """

@@ -1,6 +1,6 @@
 """What happens at which step of a scene: outputs, windows, checkpoints, the slide, and the pieces a run is cut into by them.
 
-The one owner of these numbers for every engine; `reference_impl` derives them anew from scene.json.
+The one owner of these numbers for every engine; `reference_impl` derives them again from scene.json.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def band(first: Floats, second: Floats, smooth: bool = False) -> list[Floats]:
 
 
 def flip(corners: Floats) -> Floats:
-    """The same triangles seen from the other side."""
+    """Reverse the orientation of triangles."""
     return corners[:, ::-1]
 
 

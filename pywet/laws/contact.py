@@ -37,7 +37,7 @@ def effective_mass(mass_i: float, mass_j: float) -> float:
 
 
 class Body(Protocol):
-    """What has a mass [kg] and a radius [m]: a size class."""
+    """Size class with mass [kg] and radius [m]."""
 
     @property
     def radius_m(self) -> float: ...

@@ -34,7 +34,7 @@ DURATION = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
 
 
 class Elastic(Strict):
-    """What a body is made of, as far as it is elastic."""
+    """Elastic properties of a body."""
 
     youngs_modulus_Pa: Modulus
     poissons_ratio: Poisson

@@ -26,7 +26,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Kind:
-    """What is common to the laws of one kind."""
+    """Properties that all laws of a kind share."""
 
     parts: tuple[Part, ...]
     """Empty: such a law is a table made beforehand, and none can be a user's own."""

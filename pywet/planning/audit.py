@@ -63,6 +63,7 @@ class _Audit:
 
 
 def rows(plan: dict[str, Any], contributions: dict[str, Any]) -> list[AuditRow]:
+    """Compare every effect of a plan with its measured contribution."""
     return [_row(row, contributions["effects"]) for row in plan["rows"]]
 
 
@@ -143,6 +144,7 @@ def read(run_dir: Path) -> list[AuditRow] | None:
 
 
 def lines(audited: list[AuditRow]) -> list[str]:
+    """Format the audit for printing, one line per effect."""
     return [
         f"{r.effect:<19}{'on ' if r.on else 'off'}  predicted {_number(r.predicted):>8}  measured {_number(r.measured):>8}  "
         f"{'<-- ' if r.verdict == WRONG else ''}{r.text}"

@@ -78,7 +78,7 @@ class Advice:
 
     @property
     def lines(self) -> list[str]:
-        """As text, one line for each effect's smallest limit."""
+        """Format the limits of the time step as text, one line for the smallest limit of each effect."""
         shown: dict[str, Limit] = {}
         for limit in (limit for limit in self.limits if math.isfinite(limit.time_step_s)):
             shown.setdefault(limit.effect, limit)
@@ -124,6 +124,7 @@ def largest_step(
 
 
 def advise(scene: Scene) -> Advice:
+    """Compute the largest time steps that contact, drag and capillary force of a scene allow."""
     limits = _limits(scene)
     if not limits:
         raise PywetError(f"scene {scene.name} has no spheres to take a time step for; expected at least one")

@@ -128,7 +128,7 @@ class Deck(Excusable):
 
     @property
     def levels(self) -> list[tuple[Deck | Beneath, float]]:
-        """This deck and those beneath with the height of their upper faces [mm]."""
+        """List the deck and those beneath it with the height of their upper faces [mm]."""
         heights = accumulate((-deck.below_mm for deck in self.beneath), initial=0.0)
         return list(zip((self, *self.beneath), heights, strict=True))
 

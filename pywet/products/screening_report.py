@@ -178,8 +178,10 @@ def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, An
 def write(
     run_dir: Path, aperture_mm: float | None = None, from_s: float | None = None, deck: int = 1
 ) -> dict[str, Any]:
-    """Write results/screen.json, results/partition and results/screen_series (Parquet and CSV), and for process models
-    results/grade_efficiency.csv and results/flowsheet.csv, of a deck beneath with its number in their names; returns the numbers.
+    """Write the numbers, the partition curve and the series of a screen to results/ and return the numbers.
+
+    The files are screen.json, partition and screen_series (Parquet and CSV), and for process models grade_efficiency.csv and
+    flowsheet.csv; for a deck beneath, its number is in their names.
     """
     numbers, curve, series = analyse(run_dir, aperture_mm, from_s, deck)
     folder = Path(run_dir) / "results"
@@ -193,7 +195,7 @@ def write(
 
 
 def _finite(value: Any) -> Any:
-    """The same with null for numbers that are not defined."""
+    """Replace numbers that are not defined by null."""
     if isinstance(value, dict):
         return {key: _finite(inner) for key, inner in value.items()}
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -145,7 +145,7 @@ class SizeDistribution(Excusable):
         return edges, np.diff(passing(edges)), (float(passing(low)), float(1.0 - passing(high)))
 
     def _from_file(self, folder: Path) -> tuple[Floats, Floats, tuple[float, float]]:
-        """The same of a sieve analysis, whose classes are cut where a limit lies within."""
+        """Divide a sieve analysis into size classes; a class that contains a limit is cut there."""
         assert self.file is not None
         lower, upper, mass = sieve_analysis(folder / self.file)
         low, high = self.smallest_mm or 0.0, self.largest_mm or np.inf

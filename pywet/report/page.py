@@ -96,7 +96,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Cell | str]]) -> str:
 
 
 def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], Cell | str]]) -> str:
-    """A table with a row for each of `rows`; `columns`: what stands above a column -> what stands in it."""
+    """A table with a row for each of `rows`; `columns`: what is above a column -> what is in it."""
     return table(list(columns), [[cell(row) for cell in columns.values()] for row in rows])
 
 

@@ -262,7 +262,7 @@ def _moisture(result: CaseResult) -> str:
 
 
 def _moisture_colours(group: Sequence[CaseResult]) -> list[str]:
-    """Colour by rank of the liquid amount; the first colour is kept for dry."""
+    """Colour by rank of the liquid amount; the first colour is stored for dry."""
     amounts = sorted({r.case.liquid_percent for r in group if r.moist})
     return [
         MOISTURE[min(amounts.index(r.case.liquid_percent) + 1, len(MOISTURE) - 1)] if r.moist else MOISTURE[0]

@@ -63,7 +63,7 @@ def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:
 
 
 def age(run: RunDir, bridges: pd.DataFrame, step: int) -> Floats:
-    """Time [s] since each bridge that stands at a step formed; NaN where the log has no formation of it."""
+    """Time [s] since each bridge that is active at a step formed; NaN where the log has no formation of it."""
     names, codes, span = run.formations
     if not len(names):
         return np.full(len(bridges), np.nan)

@@ -64,13 +64,13 @@ def bridges(run: RunDir, step: int) -> Any:
 
 
 def cuboids(run: RunDir, step: int) -> Any:
-    """The same bridges as cuboids whose visible volume is the bridge's (`cuboids.py`)."""
+    """Draw bridges as cuboids whose visible volume is that of the bridge (`cuboids.py`)."""
     here = standing_at(run, step)
     return grid("HEXAHEDRON", 8, standing.corners(run, here).reshape(-1, 3), of_cells=of_bridges(run, step, here))
 
 
 def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
-    """What is shown of each bridge that stands at a step; nothing of a dry run."""
+    """What is shown of each bridge that is active at a step; nothing of a dry run."""
     if not run.moist:
         return {}
     return {

@@ -67,7 +67,7 @@ class RunDir:
 
     @property
     def origin_m(self) -> Floats:
-        """The same [m], to be added to a position of a table."""
+        """Origin of the scene [m], to be added to the positions in tables."""
         return 1e-3 * np.array(self.origin_mm, dtype=float)
 
     @property
@@ -141,7 +141,7 @@ class RunDir:
         return films.assign(holder=self.holders(films["triangle"].to_numpy()))
 
     def on_walls(self, names: Mapping[str, str], of: str) -> pd.DataFrame:
-        """Liquid on the walls at the output steps [m3], films and their side of standing bridges.
+        """Liquid on the walls at the output steps [m3], films and their side of active bridges.
 
         `names`: holder or mesh, as `of` says, -> the column in which it is counted. A dry run has none.
         """
@@ -208,7 +208,7 @@ class Timeline:
     film: Floats
     """Liquid held as film [m3], shape (S, N)."""
     in_bridges: Floats
-    """The sphere's side of its standing bridges [m3], shape (S, N)."""
+    """The sphere's side of its active bridges [m3], shape (S, N)."""
     initial_film: Floats
     """Film at the start [m3], shape (N,)."""
     entered: Bools
@@ -221,7 +221,7 @@ class Timeline:
 
     @property
     def liquid(self) -> Floats:
-        """Liquid assigned to each sphere: film and its side of standing bridges [m3], shape (S, N)."""
+        """Liquid assigned to each sphere: film and its side of active bridges [m3], shape (S, N)."""
         return self.film + self.in_bridges
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Second functions of the user's for laws of the user's own: which ones a run's replay takes, kept beside its scene.
+"""Second functions of the user's for laws of the user's own: which ones a run's replay takes, kept next to its scene.
 
 They change no simulation, only what the replay can say of it: a change of them asks for the replay alone.
 """

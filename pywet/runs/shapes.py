@@ -14,6 +14,8 @@ from pywet.laws import kinds
 
 
 class Check(TypedDict):
+    """Result of one check of a run."""
+
     name: str
     ok: bool
     value: float
@@ -87,6 +89,8 @@ class Finding(TypedDict):
 
 
 class Diagnosis(TypedDict):
+    """Faults that the diagnosis of the replay names."""
+
     findings: list[Finding]
 
 
@@ -130,6 +134,8 @@ class Plan(TypedDict):
 
 
 class Contribution(TypedDict):
+    """Share of one effect in impulse and liquid exchange."""
+
     acting: bool
     impulse_share: float | None
     liquid_share: NotRequired[float | None]

@@ -141,7 +141,7 @@ def read_file(file: Path, out: Path | None = None, store: Path | None = None, tr
 
 
 def read(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
-    """The same, with its results checked and functions in files let run where `trust` is given."""
+    """Read a sweep and check its results; functions in files may run if `trust` is given."""
     plan = read_file(file, out, store, trust)
     _check_gather(plan, trust)
     return plan
@@ -235,6 +235,7 @@ def spent(plan: Plan, costs: list[tuple[Run, Cost]]) -> str | None:
 
 
 def hours(seconds: float) -> str:
+    """Format a time as core-hours."""
     return f"{seconds / 3600.0:.2g} core-hours"
 
 

@@ -25,6 +25,8 @@ class Numbers(TypedDict):
 
 
 class Failure(TypedDict):
+    """Reason why the run of a point failed."""
+
     reason: str
 
 

@@ -21,6 +21,8 @@ CURE = "remove the file, and the next call writes it"
 
 
 class Owner(TypedDict):
+    """File of the sweep to which a folder of results belongs."""
+
     file: str
 
 

@@ -17,7 +17,7 @@ from pywet.util.files import atomic_write
 from pywet.util.notices import notice
 
 SEAL = ".sha256"
-"""Ending of the file that holds the check sum of the one beside it."""
+"""Ending of the file that holds the check sum of the one next to it."""
 CURE = "set PYWET_CACHE to a folder of your own"
 
 
@@ -76,7 +76,7 @@ def _private(path: Path) -> Path:
 
 
 def seal(path: Path) -> None:
-    """Write the check sum of a kept file beside it."""
+    """Write the check sum of a kept file next to it."""
     with atomic_write(path.with_name(path.name + SEAL)) as temporary:
         temporary.write_text(hashlib.sha256(path.read_bytes()).hexdigest())
 

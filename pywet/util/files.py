@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 
 Model = TypeVar("Model")
 AGAIN = "the run is not whole or was changed: run it again"
-"""Where to mend a file that a run has written."""
+"""Where to fix a file that a run has written."""
 
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`; rename it to `path` on success, remove it on failure.
+    """Yield a temporary path next to `path`; rename it to `path` on success, remove it on failure.
 
     A symbolic link stays and its target is written; a character device or a pipe is written to. In a run directory only what
     its run wrote is overwritten, and no link is followed.
@@ -109,7 +109,7 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
-    """Write a table as Parquet, and beside it as CSV where asked for."""
+    """Write a table as Parquet, and next to it as CSV where asked for."""
     with atomic_write(path) as temporary:
         table.to_parquet(temporary, index=False, write_page_checksum=True)
     if csv:
@@ -150,7 +150,7 @@ def write_csv(table: pd.DataFrame, path: Path, **how: Any) -> None:
 
 
 def parse_json(text: str | bytes, name: str, cure: str) -> Any:
-    """JSON as Python values; `name` is what was given, `cure` where to mend it.
+    """JSON as Python values; `name` is what was given, `cure` where to fix it.
 
     Refused in one sentence: text that is not UTF-8, broken or nested deeper than `MAX_DEPTH`, a key given twice, NaN and
     infinities, numbers beyond double precision.

@@ -1,7 +1,7 @@
 """Which numbers can be meant: one `Range` for each key of configuration and JSON, for each option of the command line.
 
 A value outside the range of its key is most often a mistake of units (mN/m for N/m, g/cm3 for kg/m3), so it is refused unless
-`unusual` beside it says why it is meant (`config.entries.Limited`).
+`unusual` next to it says why it is meant (`config.entries.Limited`).
 """
 
 from __future__ import annotations

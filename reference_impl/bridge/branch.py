@@ -193,7 +193,7 @@ def at(problem: Problem, state: State) -> Point:
 
 
 def finer(problem: Problem, point: Point) -> tuple[Problem, Point]:
-    """The same place of the branch with twice the points."""
+    """Refine a solution on the branch to twice the number of points."""
     dense = replace(problem, points=2 * problem.points)
     guess, along = refined(point.state, point.direction, dense.points)
     state = newton(dense, guess, along * norm_weight(guess), guess)

@@ -273,7 +273,7 @@ def tangent(problem: Problem, state: State, weight: Floats, before: Floats) -> F
 
 
 def refined(state: State, direction: Floats, points: int) -> tuple[State, Floats]:
-    """The same meridian and direction on another number of points (a start for Newton)."""
+    """Interpolate meridian and direction to another number of points, as a start for Newton's method."""
     matrix = interpolation(grid(state.n - 1).nodes, grid(points).nodes)
     whole = State(direction[:-1], float(direction[-1]))
     x, along = (np.concatenate([matrix @ s.r, matrix @ s.z, matrix @ s.psi, s.x[-4:]]) for s in (state, whole))

@@ -16,7 +16,7 @@ from reference_impl.replay.compare import TOLERANCE
 from reference_impl.replay.io import Run
 
 ROUGH = 0.1
-"""Room beside the bounds for a factor that does not hold in every step."""
+"""Room next to the bounds for a factor that does not hold in every step."""
 TIGHT = 1e-3
 """Relative width of the bounds within which they give a factor."""
 

@@ -175,7 +175,7 @@ def judge(link: Link) -> list[Finding]:
     rest = broken(link)
     findings: list[Finding] = []
     while rest.any() and len(findings) < ROUNDS:
-        # of each suspect only the records it explains are kept: values of many records are large
+        # of each suspect only the records it explains are stored: values of many records are large
         tried = [
             (within(link, s.value, link.tolerance or BITWISE) & rest, replace(s, value=NOTHING))
             for s in link.suspects(rest)

@@ -27,7 +27,7 @@ FACTORS = {
 
 @dataclass(frozen=True)
 class Held:
-    """One value held against what it must be; `expected` as a tuple: one of these."""
+    """One value compared with what it must be; `expected` as a tuple: one of these."""
 
     name: str
     given: Any

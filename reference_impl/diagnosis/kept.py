@@ -1,4 +1,4 @@
-"""What the tables beside the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
+"""What the tables next to the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
 
 Each is held against the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
 factor, a shift, another row, another time.
@@ -32,7 +32,7 @@ ROUGH = 0.05
 
 
 def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
-    """Those of the quantities that are beyond their limits; of long tables with a row for each body there is a `part`."""
+    """Diagnose the quantities of the stored tables that are beyond their limits."""
     setup, wrong = window.read(run.folder), set(failed)
     for names, make in (
         ({"mesh_motion"}, lambda: [walls(setup)]),

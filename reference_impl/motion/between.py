@@ -39,7 +39,7 @@ GROUP, FEWEST = 25, 10
 OF_DRAG = 0.25
 """Of that median: steps are finite. In smoke case 2 it is off by 0.022 at most."""
 MOST = 200_000
-"""Records up to which parts that disagree are kept."""
+"""Records up to which parts that disagree are stored."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
 
 

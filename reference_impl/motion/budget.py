@@ -2,7 +2,7 @@
 
 Engine and reference add up work as force times speed in the middle of a kick, so that the change of kinetic energy is the sum of
 the works and `half_kick` to round-off (docs/engine.md). From the trajectory alone follow kinetic energy and the work of
-gravity, from the events and snapshots the energy of formations, ruptures and standing bridges and, to first order in the time
+gravity, from the events and snapshots the energy of formations, ruptures and active bridges and, to first order in the time
 step, the capillary work. How the rest is shared out among the effects is seen in the steps of the windows.
 """
 
@@ -29,7 +29,7 @@ VELOCITY = tuple(f"{q}{axis}" for q in "vw" for axis in "xyz")
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 LIMITS = {"kinetic": 1e-9, "spin": 1e-9, "formed": 1e-6, "ruptured": 1e-6, "capillary_stored": 1e-6, "gravity": 1e-3,
           "capillary": 1.0, "budget": 1e-9, "windows": 1e-8}  # fmt: skip
-"""Of each comparison; the capillary work is held against what the rule of summing up may miss."""
+"""Of each comparison; the capillary work is compared with what the rule of summing up may miss."""
 
 
 def judged(run: Run) -> bool:
@@ -163,7 +163,7 @@ class Budget:
         return found
 
     def both(self) -> tuple[pd.DataFrame, Floats]:
-        """history/energy with the own values beside it (`_own`), and all that was turned over up to each output [J]."""
+        """history/energy with the own values next to it (`_own`), and all that was turned over up to each output [J]."""
         own = pd.concat(self.rows, ignore_index=True)
         log = io.columns(where(self.run.folder, "energy"), ["step", "half_kick", *OF_STATE, *WORKS]).sort_values("step")
         both = log.merge(own, on="step", suffixes=("", "_own"))
@@ -210,7 +210,7 @@ OF_BRIDGES = ("formed", "ruptured", "capillary_stored")
 OF_STATE = ("kinetic", "spin", *OF_BRIDGES)
 SUMMED = 2e-3
 """Part of the energies of formations and ruptures by which a sum over steps is off besides, to second order at the kink where
-bodies touch: at most 9.4e-4 in the hard scenes (ten g, step 4e-6 s), 3e-4 in sixty others."""
+bodies touch: at most 9.4e-4 in the stress tests (ten g, step 4e-6 s), 3e-4 in sixty others."""
 
 
 def powers(setup: Setup, f: Forces) -> Floats:

@@ -1,4 +1,4 @@
-"""The dry contact, typed anew: normal spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
+"""The dry contact, typed again: normal spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
 
 As the engine does it: the dashpot acts in attraction too; friction is limited by the whole normal force, rolling by its
 elastic part; arms reach to the middle of the overlap; the tangential spring is turned into the present tangent plane. Friction

@@ -25,7 +25,7 @@ MOTION = {"newton_force", "newton_torque", "wall_closest_point", "contact_spring
 def check(
     run_dir: Path, run: io.Run | None, moved: contributions.Moved | None = None, between: Sequence[Quantity] = ()
 ) -> tuple[list[Quantity], dict[str, Any]]:
-    """Quantities, and entries for replay.json; writes contributions.json beside it.
+    """Quantities, and entries for replay.json; writes contributions.json next to it.
 
     `moved` and `between`: what the events moved, and the errors of the transfer table between its nodes.
     """

@@ -2,7 +2,7 @@
 
 The engine's rules, as in its sources (tri_mesh_I.h, surface_mesh_I.h): every triangle makes its own contact, with its face,
 or with an edge or corner of it that is active. Of two triangles at an angle the later one owns their edge; edges within a plane
-are inactive. So beside a convex edge the face of one and the edge of the other triangle both push.
+are inactive. So next to a convex edge the face of one and the edge of the other triangle both push.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.io import Run
 
 SAME = 1e-9
-"""Part of the distance within which two triangles are as near: beside an edge either may be the one that is meant."""
+"""Part of the distance within which two triangles are as near: next to an edge either may be the one that is meant."""
 
 
 class Closest(NamedTuple):

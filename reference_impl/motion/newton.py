@@ -35,7 +35,7 @@ DRIFT = 1e-12
 NEARLY = 1e-6
 """Of the radius: from there on two bodies may touch for an engine with contacts of its own."""
 STANDARD_WEIGHT = 9.81
-"""Forces are held against the sum of their sizes, or m times this where that is larger."""
+"""Forces are compared with the sum of their sizes, or m times this where that is larger."""
 
 
 @dataclass(frozen=True)
@@ -142,8 +142,8 @@ def _springs(
     """Springs from which each contact starts its step, and rows where that is the present spring itself.
 
     In the first step of a window the present springs are taken as logged. A contact that is new starts from zero; on a flat wall
-    from the spring of the triangle beside it. Two things the engine does are taken from its log and counted: a contact skipped
-    because the triangle beside it has one already, and a spring left over from an earlier contact of the same two spheres.
+    from the spring of the triangle next to it. Two things the engine does are taken from its log and counted: a contact skipped
+    because the triangle next to it has one already, and a spring left over from an earlier contact of the same two spheres.
     """
     if not setup.memory:
         return t, np.zeros((len(t), 3)), np.ones(len(t), dtype=bool)
@@ -184,7 +184,7 @@ def _beside(
 
 
 def _beside_edges(setup: Setup, t: touching.Touches) -> int:
-    """Contacts beyond the first of one sphere with one wall part in one step: a convex edge pushes beside its face."""
+    """Contacts beyond the first of one sphere with one wall part in one step: a convex edge pushes next to its face."""
     if not t.wall.any():
         return 0
     one = np.stack([t.k, t.a, setup.part[np.where(t.wall, t.b, 0)]], axis=1)[t.wall]
@@ -249,7 +249,7 @@ SCALES = {
     "window_velocity": ("speed, or 1 mm/s", TOLERANCE),
     **{name: (scale, TOLERANCE) for name, scale in pushes.SCALES.items()},
 }
-"""What each deviation is held against, and its limit."""
+"""What each deviation is compared with, and its limit."""
 
 
 def rounding(setup: Setup) -> float:
@@ -290,7 +290,7 @@ def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
 
 
 def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
-    """Between consecutive steps, for free spheres, unless the engine set itself up anew between them."""
+    """Between consecutive steps, for free spheres, unless the engine set itself up again between them."""
     w, dt = f.window, setup.step
     at, who = records(setup, f)
     m, r = w.mass[at, who], setup.radius[who]

@@ -1,6 +1,6 @@
 """Which spheres touch each other and the walls in every step of a window, from positions alone.
 
-Candidates are found once a window (nothing moves further than a margin in it), then held against every step.
+Candidates are found once a window (nothing moves further than a margin in it), then compared with every step.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def _wall_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Flo
 
 
 def _prism_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats) -> tuple[Floats, ...]:
-    """The same where each part is one body: the closest of its triangles, and the triangle given is the part's first one."""
+    """Find contacts with analytic wires, each part being one body with the closest of its triangles."""
     part = setup.part[wall.first + t]
     point = closest_point(y[a], shape.corners[t])
     apart = np.sqrt(((y[a] - point) ** 2).sum(axis=1))

@@ -131,13 +131,13 @@ def shapes(p: Pairs, volume: Floats, fixed: Bodies) -> tuple[Floats, Floats, Flo
 
 
 def of_bridges(rows: pd.DataFrame, volume: Floats, run: Run) -> tuple[Floats, Floats, Floats, Floats]:
-    """The same of the bridges in rows of a log."""
+    """Compute the shapes of the bridges in rows of a log from bodies and volumes."""
     fixed = bodies(run)
     return shapes(pairs(rows, fixed), volume, fixed)
 
 
 def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
-    """Whose films an event draws on or gives to: numbers of holders of i's and of j's side."""
+    """Whose films an event draws on or gives to: numbers of reservoirs of i's and of j's side."""
     return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + fixed.film_of[_triangles(table, p)], p.sphere_j)
 
 
@@ -170,7 +170,7 @@ def known(run: Run, names: tuple[str, ...]) -> None:
 
 
 def all_known(run: Run, name: str, table: Table) -> None:
-    """The same of some rows of a log."""
+    """Check that the bodies of some rows of a log exist in the run."""
     fixed, path = bodies(run), where(run.folder, name)
     wall = np.asarray(table["partner_kind"]) != laws.SPHERE
     for column, rows, there, what in (

@@ -34,7 +34,7 @@ class Columns(NamedTuple):
 
 
 class Asks(NamedTuple):
-    """What a formation asks of a side: film times factor over divisor; or a given amount, where that is a number."""
+    """Demand of a formation on one side: film times factor over divisor, or a given amount."""
 
     holder: Floats
     wall: Floats
@@ -107,9 +107,9 @@ def book(
     events: pd.DataFrame, p: Pairs, fixed: Bodies, tables: Tables, lives: Lives, held: Floats, draws: bool,
     outputs: Floats, drops: Falling | None = None,
 ) -> tuple[Columns, Floats]:  # fmt: skip
-    """Recompute a part of the log: changes `held` (liquid of all holders) and the own volumes of `lives`.
+    """Recompute a part of the log: changes `held` (liquid of all reservoirs) and the own volumes of `lives`.
 
-    Returns the columns beside the events, and `held` after each of the output steps.
+    Returns the columns next to the events, and `held` after each of the output steps.
     """
     n, own = len(events), lives.all.own
     out, shots = Columns(*np.full((len(Columns._fields), n), np.nan)), np.empty((len(outputs), len(held)))

@@ -1,7 +1,7 @@
 """Where the ends of a bridge are: gap, closest point of a wall and its triangle, at every output and at events of known places.
 
 Places are known at output steps and in the windows that record motion. Which triangle takes and gives liquid decides which wall
-film changes; beside an edge any triangle as near as the closest is right.
+film changes; next to an edge any triangle as near as the closest is right.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Closed-form capillary forces in numpy, typed anew from the papers; magnitudes, attraction positive.
+"""Closed-form capillary forces in numpy, typed again from the papers; magnitudes, attraction positive.
 
 All take (S, V, r_i, r_j, wall, theta_i, theta_j, sigma) and S < 0 as S = 0; at a wall r_j is not read. Numbers (E n) are those
 of Elskamp & Kruggel-Emden 2018, mended unless the name ends in `_as_printed`. The exact force is in exact.py.

@@ -82,7 +82,7 @@ def run(
     out: Path | None = None,
     second: Callable[[Path], Mapping[str, str]] = lambda folder: {},
 ) -> int:
-    """Replay, print, and return the exit status; `second` gives the second functions for own laws of a run."""
+    """Replay, print, and return the exit status; `second` gives the user reference implementations for own laws of a run."""
     width, all_found = max(len(str(f)) for f in folders), []
     for folder in folders:
         found = outcome(Path(folder), out, second(Path(folder)))

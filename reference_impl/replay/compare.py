@@ -18,9 +18,9 @@ from reference_impl.replay.arrays import size as length
 
 TOLERANCE = 1e-9
 KEPT = 1 << 18
-"""Deviations that are kept one by one, for an exact median."""
+"""Deviations that are stored one by one, for an exact median."""
 DROPPED_BITS = 13
-"""Of more of them a histogram is kept over the leading bits of single precision: the median is good to a thousandth."""
+"""Of more of them a histogram is stored over the leading bits of single precision: the median is good to a thousandth."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Deviations:
 
 
 def gathered(parts: Sequence[Deviations]) -> Deviations:
-    """Those of all parts; depends on their values alone, not on where they were cut. The first's histogram goes on in it."""
+    """Join the deviations of all chunks; the result does not depend on where the log was cut."""
     count = sum(part.count for part in parts)
     if count <= KEPT:
         return Deviations(np.concatenate([np.zeros(0), *(part.each for part in parts)]))

@@ -1,7 +1,7 @@
 """Drops that let go of spheres: how much falls, where it lands, and that it is booked there.
 
 The drops of a step come after its formations and ruptures; each sphere sheds one at most, from its film before any of them.
-What a film felt is taken as logged. Where a drop lands is found anew at output steps, where all places are known.
+What a film felt is taken as logged. Where a drop lands is found again at output steps, where all places are known.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class Places:
 
 
 class Falling:
-    """The drops of a run, booked step by step in the liquid of all holders, numbered as in bodies.py."""
+    """The drops of a run, booked step by step in the liquid of all reservoirs, numbered as in bodies.py."""
 
     def __init__(self, run: Run) -> None:
         self._table, self._fixed, self._known = run.shed, bodies(run), coverage.known(run, "shedding")
@@ -140,7 +140,7 @@ class Falling:
             kind, j, way = min(d.partner_kind, 1), d.j, d.fallen
             if at is not None:
                 kind, j, way = self._places.landing(step, d, at)
-            near = abs(way - d.fallen) < 1e-9 * self._fixed.radius[d.i]  # beside a seam either triangle may be met
+            near = abs(way - d.fallen) < 1e-9 * self._fixed.radius[d.i]  # next to a seam either triangle may be met
             same = kind == min(d.partner_kind, 1) if d.partner_kind != NOTHING else kind == NOTHING
             same = same and (j == d.j or (kind == laws.LARGE_WALL and near))
             for name, value in (

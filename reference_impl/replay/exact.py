@@ -1,4 +1,4 @@
-"""Samples of a run's records held against the exact bridge (bridge.py), where the engine interpolates in a table.
+"""Samples of a run's records compared with the exact bridge (bridge.py), where the engine interpolates in a table.
 
 Solving takes about a tenth of a second, so a fixed number of records is chosen, the same at every call: per kind of partner,
 spread evenly over one quantity (gap over rupture limit, or volume) and, within, over a second one.

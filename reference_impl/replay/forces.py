@@ -52,7 +52,7 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Term:
-    """A force as the totals take it, the size its errors are held against, and its check (none for a law not known here)."""
+    """A force as the totals take it, the size its errors are compared with, and its check (none for a law not known here)."""
 
     value: Floats
     size: Floats
@@ -162,7 +162,7 @@ def check(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
     normal, pull, drag = normal_term(run, c), capillary_term(run, c), tangential_term(run, c)
     force = (normal.value - pull.value)[:, None] * c.n + drag.value
     turn = cross(c.n, drag.value)
-    # S is a difference of lengths and loses digits near contact: components are held against the whole force
+    # S is a difference of lengths and loses digits near contact: components are compared with the whole force
     whole = np.maximum(pull.size + normal.size + drag.size, TINY)
     arm, scale = np.where(c.wall, 1.0, c.rj), "r times the tangential size"
     torque_i, torque_j = -c.ri[:, None] * turn, np.where(c.wall, 0.0, -c.rj)[:, None] * turn

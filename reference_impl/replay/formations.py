@@ -35,7 +35,7 @@ def thickness(film: Floats, radius: Floats) -> Floats:
 
 
 class Held:
-    """What every holder has by the log before a part of it, and the step in which that last changed."""
+    """Liquid of every reservoir before a chunk of the log, and the step of its last change."""
 
     def __init__(self, run: Run) -> None:
         self.film = bodies(run).liquid()
@@ -50,13 +50,13 @@ class Held:
 
 
 def sides_of(events: pd.DataFrame, run: Run) -> tuple[Floats, Floats]:
-    """Numbers of the holders on both sides of some events."""
+    """Numbers of the reservoirs on both sides of some events."""
     fixed = bodies(run)
     return holders(events, pairs(events, fixed), fixed)
 
 
 def keep_films(film: Floats, events: pd.DataFrame, run: Run) -> None:
-    """Have in `film` what all holders have after some events by the log."""
+    """Have in `film` what all reservoirs have after some events by the log."""
     both = np.stack(sides_of(events, run), axis=1).ravel()
     film[both] = events[["film_i_after", "film_j_after"]].to_numpy().ravel()
 
@@ -89,7 +89,7 @@ def due(run: Run) -> Quantity:
 def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     """By how much the films of each formation overlapped one look before at least [m], and the way since then.
 
-    Zero where a film changed since, where all is new (step 0) and where the engine was set up anew.
+    Zero where a film changed since, where all is new (step 0) and where the engine was set up again.
     """
     events, every = run.table("events"), impulses.every(run)
     own, other, gap, ri = films_at_events(run)
@@ -192,7 +192,7 @@ def _turned(run: Run, ri: Floats) -> Floats:
 
 
 def _anew(run: Run) -> Floats:
-    """Steps at which the engine is set up anew, with speeds of the step in place of those half a step back."""
+    """Steps at which the engine is set up again, with speeds of the step in place of those half a step back."""
     windows = slide_steps(io.scene(run.folder)).values()
     return np.array([step for window in windows for step in window], int)
 

@@ -290,7 +290,7 @@ def clear() -> None:
 
 
 def finite(value: Any) -> Any:
-    """The same with the largest number there is for deviations that overflowed, as of damaged logs."""
+    """Replace deviations that overflowed, as in damaged logs, by the largest number there is."""
     if isinstance(value, dict):
         return {k: finite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):

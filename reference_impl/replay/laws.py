@@ -1,4 +1,4 @@
-"""The papers' equations in numpy, typed anew from the papers. A wall is marked by `wall` (arrays of booleans).
+"""The papers' equations in numpy, typed again from the papers. A wall is marked by `wall` (arrays of booleans).
 
 Viscous forces, rupture and formation; the capillary forces are in capillary.py. Numbers (E n) are those of Elskamp &
 Kruggel-Emden 2018.
@@ -57,7 +57,7 @@ def goldman(s: Floats, ri: Floats, rj: Floats, wall: Flags, eta: float) -> tuple
 
 
 def lian_drag(s: Floats, ri: Floats, rj: Floats, wall: Flags, eta: float) -> tuple[Floats, Floats]:
-    """The same with one coefficient for both parts (E 27)."""
+    """Tangential drag with one coefficient for translation and spin (E 27)."""
     slide, _ = goldman(s, ri, rj, wall, eta)
     return slide, slide
 
@@ -69,7 +69,7 @@ def willett_rupture(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, 
 
 
 def willett_rupture_as_printed(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats) -> Floats:
-    """The same with r_eff = r_i at a wall."""
+    """Rupture distance of unequal spheres as printed: r_eff = r_i at a wall (E 32)."""
     return _unequal(v, harmonic_radius(ri, rj, wall), ri, rj, wall, ti, tj)
 
 

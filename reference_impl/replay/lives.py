@@ -16,7 +16,7 @@ FORMATION, RUPTURE, RETIREMENT = 0, 1, 2
 
 
 def keys(table: Table) -> Floats:
-    """One number for the ends of each row's bridge; j's of a wall and of a sphere are told apart."""
+    """One number for the ends of each row's bridge; j's of a wall and of a sphere are distinguished."""
     wall = (np.asarray(table["partner_kind"]) != laws.SPHERE).astype(np.int64)
     i, j = (np.asarray(table[name], dtype=np.int64) for name in "ij")
     return (wall << 62) | (i << 31) | j
@@ -94,7 +94,7 @@ class Lives:
         return volume[place], distance[place]
 
     def at(self, key: Floats, step: Floats, strictly: bool) -> Floats:
-        """Place in `all` of the formation of each bridge that stands at a step, -1 where none does.
+        """Place in `all` of the formation of each bridge that is active at a step, -1 where none does.
 
         `strictly`: events of that step itself have not happened yet.
         """

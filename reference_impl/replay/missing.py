@@ -32,7 +32,7 @@ NONE = pd.DataFrame({name: np.zeros(0, kind) for name, kind in COLUMNS.items()})
 
 
 def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
-    """All of these, of a part of the log before which the holders were as in `held`."""
+    """All of these, of a part of the log before which the reservoirs were as in `held`."""
     return [due(run), late(run, held, lives), missed(run, lives, held), one_place.check(run, lives)]
 
 
@@ -115,7 +115,7 @@ def _at_outputs(run: Run) -> pd.DataFrame:
 
 
 def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
-    """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
+    """Find missed formations at the window steps at which bridges act, with films and bridges by the event log."""
     if len(run.shed) or not where(run.folder, "window_states").exists():  # drops change films between events
         return NONE.assign(missed=False)
     places, events, fixed = run.table("window_states"), run.table("events"), bodies(run)

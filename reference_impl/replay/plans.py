@@ -42,7 +42,7 @@ class Plan:
 
     @property
     def contact_steps(self) -> Floats:
-        """Those of them at which bridges act and are logged."""
+        """List the window steps at which bridges act and are logged."""
         return self.window_steps[self.window_steps % self.every == 0]
 
 

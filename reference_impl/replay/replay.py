@@ -33,7 +33,7 @@ from reference_impl.shown import vtk
 
 
 class Logged(NamedTuple):
-    """What the logs of a run say: their entries of the result, and who names a fault in them."""
+    """Results of the logs of a run, and the diagnosis that names their faults."""
 
     quantities: list[Quantity]
     motion: dict[str, Any]

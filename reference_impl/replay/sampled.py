@@ -1,4 +1,4 @@
-"""Records chosen from the whole of a log for what is dear to compute: of all records only what decides the choice is kept."""
+"""Records chosen from the whole of a log for what is dear to compute: of all records only what decides the choice is stored."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def joined(parts: Kept, count: int) -> list[Floats]:
 
 
 class Samples:
-    """What was kept of the events and of the contacts."""
+    """Sampled events and contacts."""
 
     def __init__(self, run: Run) -> None:
         self.run, self.events, self.ruptures, self.contacts = run, 0, 0, 0

@@ -1,4 +1,4 @@
-"""A moist run's logs gone through once, part by part: what each part says is compared and only the sums of it are kept.
+"""A moist run's logs gone through once, part by part: what each part says is compared and only the sums of it are stored.
 
 A part ends with a step. From one to the next go the liquid of every holder and the bridges that stand.
 """
@@ -48,7 +48,7 @@ OF_PLACES = ("bridges", "films", "wall_films", "impulses", "trajectory", "window
 
 @dataclass(frozen=True)
 class Before:
-    """The log before a part: its last step, and the rows that tell who holds what: last events of all holders, formations of
+    """The log before a part: its last step, and the rows that tell who holds what: last events of all reservoirs, formations of
     the bridges that stand, and which of them are these."""
 
     step: int

@@ -1,7 +1,7 @@
 """The configuration of a run as plain values: the resolved copy in its folder, or the four files of a configuration folder.
 
 Of an entry with a source (`{value: 40, source: paper, …}`) the value counts. What is left out in the files has the default that
-docs/configuration.md states; it is written here anew.
+docs/configuration.md states; it is written here again.
 """
 
 from __future__ import annotations

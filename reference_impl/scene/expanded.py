@@ -30,7 +30,7 @@ OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": 
 
 
 def in_full(written: Said, scene: Said) -> dict[str, Any]:
-    """The same description without feeds and deck; `scene` gives what a file holds that is not in the run directory."""
+    """Write out feeds and deck of a description; `scene` gives files that are not in the run directory."""
     found = {"outlets": [], **written}
     found["spheres"] = [*written["spheres"], *(s for feed in written.get("feed") or () for s in _spheres(feed, scene))]
     if deck := written.get("deck"):
@@ -157,7 +157,7 @@ def _finer(psd: Said, size: float) -> float:
 
 
 def _largest(psd: Said) -> float:
-    """As given, where a distribution ends, or but for its tail."""
+    """Largest size of a distribution: given, its end, or the size at which its tail is cut."""
     if psd["largest_mm"] is not None:
         return float(psd["largest_mm"])
     if r := psd["rosin_rammler"]:

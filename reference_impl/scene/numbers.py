@@ -221,4 +221,4 @@ def _but(row: Mapping[str, Any], *names: str) -> dict[str, Any]:
 
 
 OF_THE_MESH = ("triangle_part", "part_half_width_m")
-"""Fields of a wall that are held against its STL file (walls.py)."""
+"""Fields of a wall that are compared with its STL file (walls.py)."""

@@ -1,4 +1,4 @@
-"""The walls of a run measured on their STL files, held against the configuration; and the tables that repeat them."""
+"""The walls of a run measured on their STL files, compared with the configuration; and the tables that repeat them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from reference_impl.scene.stl import ROOM
 from reference_impl.scene.tower import Heights, Plan
 
 OPENING = (0.4, 3.0)
-"""Free width beside the impact plate: this share of the sieve's width, or so many apertures."""
+"""Free width next to the impact plate: this share of the sieve's width, or so many apertures."""
 
 
 def measured(config: Mapping[str, Any], scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> list[Held]:

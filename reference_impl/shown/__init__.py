@@ -1,1 +1,1 @@
-"""What a person gets to see of a run, read back as it stands in its files and held against the logs."""
+"""What a person gets to see of a run, read back as it stands in its files and compared with the logs."""

@@ -38,7 +38,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel; `beside` is the data that stand beside it."""
+    """One panel; `beside` is the data that stand next to it."""
 
     title: str
     x_label: str

@@ -20,7 +20,7 @@ from reference_impl.replay.stream import Rows
 
 @dataclass(frozen=True)
 class Moment:
-    """What the logs say should be shown at one output step: spheres in the order of their numbers, bridges, film of triangles."""
+    """Content of one output step by the logs: spheres in the order of their numbers, bridges, films of triangles."""
 
     ids: Floats
     place: Floats
@@ -90,7 +90,7 @@ class Logs:
                       (film + shares)[here], passed[here], bridges, on_walls)  # fmt: skip
 
     def _shares(self, bridges: pd.DataFrame) -> Floats:
-        """Liquid of standing bridges that counts to each sphere [m3]."""
+        """Liquid of active bridges that counts to each sphere [m3]."""
         pair, share = bridges["partner_kind"].to_numpy() == 0, bridges["share_i"].to_numpy()
         i, j = (np.searchsorted(self.ids, bridges[end].to_numpy()) for end in "ij")
         rest = (bridges["volume"].to_numpy() - share)[pair]

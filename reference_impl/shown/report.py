@@ -37,7 +37,7 @@ CANNOT = "share that cannot pass"
 
 @dataclass
 class Read:
-    """What was read, and sentences on what is wrong."""
+    """Content of the report as read, with sentences on errors."""
 
     curves: int = 0
     numbers: int = 0
@@ -307,7 +307,7 @@ def _rgb(colour: str) -> tuple[int, ...]:
 
 
 def _missing(runs: Runs, figure: str, section: str, panels: list[Panel]) -> Iterator[str]:
-    """Cases with results that a figure of all cases leaves out; curves beside a figure that it does not show."""
+    """Cases with results that a figure of all cases leaves out; curves next to a figure that it does not show."""
     shown = {c.claim.split(":")[0] for panel in panels for c in panel.curves if c.label and c.label != CANNOT}
     for number in filter(runs.done, runs.numbers()):
         if runs.name(number) not in shown and (

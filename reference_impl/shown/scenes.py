@@ -1,4 +1,4 @@
-"""The 3-D scenes of a page, unpacked as its script does it and held against the raw logs of their runs, time by time.
+"""The 3-D scenes of a page, unpacked as its script does it and compared with the raw logs of their runs, time by time.
 
 What the script makes of these numbers on the screen is not looked at.
 """

@@ -25,7 +25,7 @@ LOST = 1e-12
 
 
 class Cases:
-    """What the files of the listed cases say."""
+    """Files of the listed cases, as the report should show them."""
 
     def __init__(self, folder: Path, listed: Sequence[int], liquid: Mapping[int, float]) -> None:
         self.folder, self.listed, self.liquid = folder, listed, liquid
@@ -239,7 +239,7 @@ def _entries(data: Any, name: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _presets(text: str, cases: Cases) -> Iterator[Told]:
-    """The same case with two presets: the table, column by column, and of which case it is."""
+    """Check the report's table of one case with two presets, column by column."""
     for part in tables.sections(text, "presets"):
         head, *rows = tables.table(part) or [[]]
         pair = tables.presets(part)

@@ -1,4 +1,4 @@
-"""The numbers in the tables of a report, parsed back and held against the files they come from."""
+"""The numbers in the tables of a report, parsed back and compared with the files they come from."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def table(text: str) -> list[list[str]]:
 
 
 def every_table(text: str) -> Iterator[list[list[str]]]:
-    """The same of every table: what stands in columns by case is divided into several."""
+    """Read every table of the report; columns by case are divided into several tables."""
     for inner in re.findall(r"<table>.*?</table>", text, re.DOTALL):
         rows = re.findall(r"<tr.*?>(.*?)</tr>", inner, re.DOTALL)
         yield [[_words(cell) for cell in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows]

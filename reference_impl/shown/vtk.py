@@ -1,6 +1,6 @@
-"""The VTK series of a run, read back and held against its raw logs: what somebody sees in ParaView is what the engine wrote.
+"""The VTK series of a run, read back and compared with its raw logs: what somebody sees in ParaView is what the engine wrote.
 
-Everything is taken from the logs anew: film thickness from the films, liquid from films and standing bridges, places of walls
+Everything is taken from the logs again: film thickness from the films, liquid from films and active bridges, places of walls
 from the triangles at rest and their motion, film on walls over an own area. Where something is off, `diagnosis` names how.
 """
 

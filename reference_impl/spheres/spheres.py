@@ -245,7 +245,7 @@ class Collision:
         self.t, self.y = solver.t, solver.y
 
     def happen(self, kind: str, p: Pair) -> None:
-        """What an event changes; impacts follow in `settle`."""
+        """Apply an event to the state; impacts follow in `settle`."""
         if kind != "contact":
             self.log.append((self.t, kind, p, self.closing(self.y, p)))
         if kind in ("overlap", "separation"):

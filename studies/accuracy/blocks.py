@@ -111,7 +111,7 @@ def bargains(table: dict[str, Any]) -> list[str]:
 
 
 def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
-    """What changes with scale and size: prices and errors next to each other, then what to choose there."""
+    """What changes with scale and size: costs and errors next to each other, then what to choose there."""
     tables, groups = (table, *others), ("fraction retained", "liquid shares")
     names = [_name(t) for t in tables]
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
@@ -164,7 +164,7 @@ def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
 
 
 def scattered(table: dict[str, Any]) -> str:
-    """The same as a part of the page."""
+    """Make the part of the page on scatter of the inputs."""
     made = scatter.stored()
     text = paragraph(
         f"Each input one standard deviation up and down, half of what that changes, {made['seed'].nunique()} seeds; then "

@@ -159,7 +159,7 @@ def prepare(scene: str, folder: Path, setting: Setting, seed: int) -> list[small
 
 
 def quantities(scene: str, folder: Path) -> list[dict[str, Any]]:
-    """What one wants to know of a scene that was run; of colliding pairs for each instant of touch."""
+    """Compute the quantities of interest of a scene; of colliding pairs for each instant of touch."""
     if scene in ("bed", "pull"):
         return [settled(folder) if scene == "bed" else pulled(folder)]
     return [{"instant": k, "restitution": e} for k, e in enumerate(restitutions(folder))]

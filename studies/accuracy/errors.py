@@ -1,4 +1,4 @@
-"""Errors and prices from the stored runs: each level of a setting against the setting's finest, with what chance alone makes.
+"""Errors and costs from the stored runs: each level of a setting against the setting's finest, with what chance alone makes.
 
 Screening and bed are chaotic: two runs that differ in a rounding drift apart as far as two seeds. The error of a level is the
 mean over seeds of its difference to the finest level with the same seed; its limit is the half width of the 99 % confidence

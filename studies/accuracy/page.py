@@ -1,4 +1,4 @@
-"""The study's page: where the defaults stand, what an accuracy costs, pictures first, every number behind them last."""
+"""The study's page: where the defaults are, what an accuracy costs, pictures first, every number behind them last."""
 
 from __future__ import annotations
 

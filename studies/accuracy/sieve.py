@@ -58,7 +58,7 @@ def prepare(
 
 
 def quantities(folder: Path) -> dict[str, Any]:
-    """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid).
+    """Compute fraction retained (of the feed) and final liquid shares (of the liquid) of a run.
 
     `curve`: fraction retained over the time since the opening, for the picture.
     """

@@ -138,7 +138,7 @@ class AccuracyStudy(study.Study):
 
 
 def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
-    """The result as one small table: prices and errors by setting and level, with where they come from."""
+    """The result as one small table: costs and errors by setting and level, with where they come from."""
     found, prices = errors.errors(runs, size), errors.prices(runs, size)
     failed = runs[runs["failed"].notna()]
     failed = failed.assign(said=failed["scene"] + ": " + failed["failed"].astype(str))

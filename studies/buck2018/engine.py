@@ -1,4 +1,4 @@
-"""The same collision inside the engine: a sphere with a film thrown at a dry plate, with the laws of `pywet.laws.buck` or others.
+"""Wet impact on a dry plate inside the engine, with the laws of `pywet.laws.buck` or others.
 
 The engine has its film on the sphere, a linear spring in contact and a constant volume of the bridge; what that changes is laid
 out step by step in docs/wall_collision.md. The contact's stiffness is chosen so that it lasts as long as the Hertzian one.

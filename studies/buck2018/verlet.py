@@ -1,4 +1,4 @@
-"""The same collision with a fixed time step, as an engine for many particles takes it: velocity Verlet, phases seen step by step.
+"""Wet impact with a fixed time step, as an engine solves it: velocity Verlet, phases detected step by step.
 
 Positions move by the half-kicked velocity, forces that depend on velocity use it as well (as LIGGGHTS does); contact, film
 exit, rupture and sticking are noticed at the end of the step in which they happen, nothing is located within it.

@@ -152,7 +152,7 @@ def _td(row: Row, cell: Cell | None, results: Table) -> str:
 
 
 def _hint(row: Row, cell: Cell) -> str:
-    """What is said when pointing at a cell."""
+    """Text of the tooltip of a cell."""
     if cell.state != "measured" or cell.deviation is None:
         return cell.note
     parts = [f"largest {cell.deviation:.2g}"]

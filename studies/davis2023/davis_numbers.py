@@ -38,7 +38,7 @@ def event(kind: str, pair: str, **given: float) -> Callable[[float], float]:
 
 
 def star(kind: str, pair: str, **given: float) -> Callable[[float], float]:
-    """The same in t* = v_10 t/4a = t̂ ĥ_a/cos β."""
+    """Convert a time to t* = v_10 t/4a = t̂ ĥ_a/cos β."""
     return lambda rtol: event(kind, pair, **given)(rtol) * 0.01 / math.cos(math.radians(45.0))
 
 

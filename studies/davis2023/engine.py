@@ -1,4 +1,4 @@
-"""The same collision in the discrete element engine: three wet spheres in LIGGGHTS with the laws of `pywet.laws.davis`.
+"""Collision of three wet spheres in LIGGGHTS with the laws of `pywet.laws.davis`.
 
 The engine's solid contact is a stiff spring at S = 0, the model's a hard impact at h = h_min: h = S + S_min with
 S_min = 0.001 r_eff plays h_min, films of δ − S_min together play δ, and the model's centres are S_min further apart. The plane

@@ -46,7 +46,7 @@ default_value 0 flux_quantity liquidFlux source_quantity liquidSource capacity_q
 
 @dataclass(frozen=True)
 class Bed:
-    """What is settled in a box, or turned in a drum."""
+    """Spheres and liquid that settle in a box or turn in a drum."""
 
     spheres: int = 150
     moisture_percent: float = 1.0

@@ -45,9 +45,9 @@ METHOD = """
 ## Method
 
 The 18 screening cases of Elskamp & Kruggel-Emden (2018) on a 200 mm sieve for 20 s from the opening of the slide. The time step
-is a tenth of the shortest collision, the contact stiffness {stiffness} ([errors of these settings](accuracy.md)). `make full`
-runs the cases; `python -m studies.full_scale.page` makes this page from their tables. Every run with its settings, cost and
-results: [runs.csv](full_scale/runs.csv).
+is a tenth of the shortest collision, the contact stiffness {stiffness}
+([errors of these settings](accuracy.md)). `make full` runs the cases; `python -m studies.full_scale.page` makes this page from
+their tables. Every run with its settings, cost and results: [runs.csv](full_scale/runs.csv).
 """
 
 COMMITS = {
@@ -59,8 +59,8 @@ COMMITS = {
 BEYOND = """
 ## What the paper says its model lacks
 
-In the paper fines and bin get too little water, coarse material and screen too much, for want of "vibrating dewatering". Here
-liquid can be shed in free motion and can have weight ([effects](effects.md#effects-in-no-preset)).
+In the paper fines and bin get too little water, coarse material and screen too much, because the model has no
+"vibrating dewatering". Here liquid can be shed in free motion and can have weight ([effects](effects.md#effects-in-no-preset)).
 {full}
 
 At smoke scale ({time:.1f} s after the opening, one seed each, [fig14.csv](full_scale/reasons/fig14.csv)) {moved}; with one seed

@@ -75,7 +75,7 @@ KINDS = ("capillary", "rupture")
 
 
 def _of_kind(names: Sequence[str], kind: str) -> list[str]:
-    """Those of the user's laws that are of this kind; one of a kind that the atlas does not judge is refused."""
+    """Select the user's laws of this kind; a kind that is not compared is refused."""
     for name in names:
         if not files_of_laws.is_own(name):
             raise LawError(f"{name} is no law in a file of yours; expected path/to/file.py:function", law=name)

@@ -19,7 +19,7 @@ from studies.search.statement_question import Place, Search, name_of
 
 @dataclass(frozen=True)
 class Runs:
-    """What is run for a question, with the configuration in `source`, in `folder`."""
+    """Runs of a search, with the configuration in `source`, stored in `folder`."""
 
     question: Search
     source: Path

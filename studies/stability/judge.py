@@ -188,7 +188,7 @@ def order(run: Run, cell: int) -> float:
 
 
 def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
-    """What each cell of a finished run did, by its name.
+    """Verdict on each cell of a finished run, by its name.
 
     ledger: largest error of its liquid over its liquid. made: energy made over the energy in play; below zero: all of it was
     lost or stored. allowed: what the order of the method allows for it. raw: `made` with nothing subtracted for the step between

@@ -52,7 +52,7 @@ def direction(random: np.random.Generator) -> Floats:
 
 @dataclass(frozen=True)
 class Setting:
-    """What a batch draws once and its cells share."""
+    """Properties that are drawn once per batch and shared by its cells."""
 
     radii: tuple[float, ...]
     speed: float

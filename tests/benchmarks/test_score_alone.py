@@ -73,7 +73,7 @@ def test_a_terminal_without_utf_8_and_a_reader_that_has_gone(tmp_path: Path) -> 
 
 
 def test_a_new_user_finds_the_problem_and_reads_the_table(tmp_path: Path) -> None:
-    """A name that there is not is refused by name even without a file; the template says where the problem is in words, beside
+    """A name that there is not is refused by name even without a file; the template says where the problem is in words, next to
     the table and not in it; every column of the score begins where its heading does."""
     wrong = called("pair_at_night", folder=tmp_path)
     assert wrong.returncode == 2 and "pair_at_night was given; expected one of drum, pair_at_rest" in wrong.stderr

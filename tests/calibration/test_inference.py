@@ -53,7 +53,7 @@ def test_a_response_that_turns_gives_two_ranges() -> None:
 
 
 def test_what_cannot_be_told_is_named() -> None:
-    """A product of two; a response to one alone; both told apart by a second target."""
+    """A product of two; a response to one alone; both distinguished by a second target."""
     product = problem(lambda u: [u[0] * (0.5 + u[1])], [0.5], [0.01], count=2)
     assert product.unknown() == [[0, 1]]
     (first,), (second,) = product.intervals(0), product.intervals(1)

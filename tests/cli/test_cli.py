@@ -119,6 +119,10 @@ def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
 def test_plan_fits_a_terminal_says_why_and_gives_json(runner: CliRunner) -> None:
     short = runner.invoke(app, ["plan", "2", "--config", str(CONFIG)]).output
     assert max(map(len, short.splitlines())) <= 80 and "Bond number" not in short
+    assert len(short.splitlines()) <= 24  # one screen: effects, time and accuracy, stability
+    answers = {line.split()[0]: line.split() for line in short.splitlines()}
+    assert 0.0 < float(answers["time"][3]) < 0.1 and "force 73 %" in " ".join(answers["accuracy"])
+    assert 0.0 < float(answers["stability"][5]) < 1.0 and answers["stability"][4] == "s,"
     assert "1/Bond number" in runner.invoke(app, ["plan", "2", "--why", "--config", str(CONFIG)]).output
     plan = json.loads(runner.invoke(app, ["plan", "2", "--json", "--config", str(CONFIG)]).output)
     rows = short.partition("\nsize ")[0].splitlines()[1:]

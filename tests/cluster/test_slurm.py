@@ -124,7 +124,7 @@ def _hang_until_killed(run_dir: Path, alive: subprocess.Popen[str]) -> tuple[Job
 
 def test_killed_job_is_submitted_again_and_goes_on_while_a_node_is_drained(folder: Path) -> None:
     """Three cases with two ranks. The node that is drained gets no job any more; the job ended at its limit gets twice the
-    time and memory on the other, goes on from its checkpoint and ends with the very events of a run that was left alone."""
+    time and memory on the other, resumes from its checkpoint and ends with the very events of a run that was left alone."""
     run_dir = folder / "results" / "smoke" / "case02"
     with local_slurm.running():
         snakemake = _snakemake(folder)

@@ -1,4 +1,4 @@
-"""What a run asks of a machine, held against runs that were made."""
+"""What a run asks of a machine, compared with runs that were made."""
 
 from __future__ import annotations
 

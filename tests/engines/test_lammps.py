@@ -52,7 +52,7 @@ def on_floor(folder: Path, spheres: list[small.Sphere], stiffness: float, **more
 @pytest.mark.engine
 def test_free_wet_spheres_are_replayed(tmp_path: Path) -> None:
     """Formation, rupture, sharing, forces, torques, works: all that the reference recomputes agrees, and what it did not look at
-    is named; momentum is kept."""
+    is named; momentum is stored."""
     small.run(tmp_path, prepared(tmp_path, 0.2), engine="lammps")
     assert read_json(tmp_path / "engine" / "run.json", "")["engine"] == "LAMMPS"
     found = replay(tmp_path)
@@ -81,7 +81,7 @@ def test_without_friction_liggghts_and_lammps_end_at_the_same_places(tmp_path: P
 @needs_lammps
 @pytest.mark.engine
 def test_bodies_drawn_apart_feel_the_law(tmp_path: Path) -> None:
-    """The compiled law called by its address from LAMMPS against the equation typed anew in the reference, at every step."""
+    """The compiled law called by its address from LAMMPS against the equation typed again in the reference, at every step."""
     pair = pairs()[1]
     log, _ = forces.pulled(pair, "paper", tmp_path, "lammps")
     events = read_table(tmp_path / "history" / "events.parquet")

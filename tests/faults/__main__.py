@@ -27,7 +27,7 @@ COLUMNS = ("number", "room", "file", "line", "what", "by", "said")
 OPEN = ("not reached", "no effect", "survives")
 """Verdicts after which the tests are asked."""
 SAID = 200
-"""Letters that are kept of what is said."""
+"""Letters that are stored of what is said."""
 ASKED = "asked:"
 """Begins what is said of a fault that no test noticed."""
 

@@ -1,4 +1,4 @@
-"""The plugin with a fault, quickly: objects of the sources that do not depend on the changed file are kept."""
+"""The plugin with a fault, quickly: objects of the sources that do not depend on the changed file are stored."""
 
 from __future__ import annotations
 

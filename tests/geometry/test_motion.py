@@ -39,7 +39,7 @@ def test_engine_sum_is_that_of_the_mover() -> None:
 
 def test_engine_sum_keeps_the_rounding_of_the_engines_clock() -> None:
     """Time is a sum of steps in the engine: after 20 s of the paper's steps it is nanoseconds late or early, and a screen
-    of 0.3 m/s as many times 0.3 m beside the closed form sum over n Δt, 1e-9 of the slide's way or more."""
+    of 0.3 m/s as many times 0.3 m next to the closed form sum over n Δt, 1e-9 of the slide's way or more."""
     step, steps = 6.43e-6, 3_000_000
     half = math.pi * VIBRATION.frequency_Hz * step
     z, phase = VIBRATION.amplitude_m[2], VIBRATION.phase_rad[2]

@@ -14,7 +14,7 @@ from pywet.geometry.solids import bin_solid, plate, tube, wire
 from pywet.geometry.surface import enclosed
 
 SINGLE = 2e-6
-"""Relative tolerance of a length of millimetres beside coordinates of 0.1 m in single precision (6e-9 m)."""
+"""Relative tolerance of a length of millimetres next to coordinates of 0.1 m in single precision (6e-9 m)."""
 
 
 @pytest.fixture

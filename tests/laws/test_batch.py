@@ -167,7 +167,7 @@ def test_a_law_that_cannot_be_inlined_is_called() -> None:
 
 
 def test_laws_that_differ_only_in_a_number_or_a_helper_are_kept_apart(tmp_path: Path) -> None:
-    """The compiled code is kept on disk under what a law consists of."""
+    """The compiled code is stored on disk under what a law consists of."""
     rows = bridges(2, 5)
     for factor in (2.0, 3.0):
         law = typed("return factor * volume")

@@ -84,7 +84,7 @@ def test_scaling_symmetry_and_tension(name: str) -> None:
         tight = {"rel": 1e-9, "abs": 1e-12 * SIGMA * r}  # differences of nearly equal terms (weigert's pressures)
         assert law(k * s, k**3 * volume, k * ri, k * rj, *angles, SIGMA) == pytest.approx(
             k * force, rel=1e-6 if name == "young_laplace" else 1e-9, abs=1e-12 * SIGMA * r * k
-        )  # its splines are kept in single precision
+        )  # its splines are stored in single precision
         assert law(s, volume, rj, ri, angles[1], angles[0], SIGMA) == pytest.approx(force, **tight)
         assert law(s, volume, ri, rj, *angles, 3.0 * SIGMA) == pytest.approx(3.0 * force, **tight)
 

@@ -47,7 +47,7 @@ def plant(sound: Path, folder: Path, *faults: Planted) -> Path:
 
 
 def rounds() -> list[list[str]]:
-    """Names of faults that do not touch each other's quantities, to be planted together: one replay for several."""
+    """Names of faults that do not touch each other's quantities, to be injected together: one replay for several."""
     alone = [[name] for name, f in FAULTS.items() if f.table in ("trajectory", "events", "contacts")]
     single = [
         n for n in FAULTS if n.startswith("works:") and FAULTS[n].quantity not in ("energy_windows", "energy_budget")
@@ -104,7 +104,7 @@ def later(table: pd.DataFrame) -> pd.DataFrame:
     """Places of the output before."""
     columns, spheres = ["x", "y", "z"], table["id"].nunique()
     table = table.sort_values(["step", "id"], ignore_index=True)
-    # the first places stay: they are held against the scene's
+    # the first places stay: they are compared with the scene's
     table.loc[spheres:, columns] = table[columns].shift(spheres).loc[spheres:].to_numpy()
     return table
 

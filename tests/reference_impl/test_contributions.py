@@ -50,7 +50,7 @@ def test_falling_sphere(tmp_path: Path) -> None:
 
 
 def test_pressed_pair(tmp_path: Path) -> None:
-    """Two driven spheres pressed by 1e-5 m beside a falling one: k delta over its weight; nothing moves, nothing is lost."""
+    """Two driven spheres pressed by 1e-5 m next to a falling one: k delta over its weight; nothing moves, nothing is lost."""
     spheres = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
         small.Sphere(1, (2 * R - 1e-5, 0.0, 0.0), driven=True),

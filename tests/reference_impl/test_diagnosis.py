@@ -120,7 +120,7 @@ def test_two_faults_in_one_equation() -> None:
 
 
 def test_equal_suspects_are_said_to_be_equal() -> None:
-    """Those that explain all cannot be told apart, and all are said; a general one never wins over a cause."""
+    """Those that explain all cannot be distinguished, and all are said; a general one never wins over a cause."""
     own = np.ones(LENGTH)
     names, some = ("cause", "other cause", "third"), np.where(np.arange(LENGTH) < 150, 2.0, 1.0)
     alike = [

@@ -259,7 +259,7 @@ NAMED = {
 
 @pytest.mark.parametrize("name", NAMED)
 def test_faults_are_named(tmp_path: Path, moist: Path, name: str) -> None:
-    """The log holds, the motion does not: the first finding is the planted fault."""
+    """The log holds, the motion does not: the first finding is the injected fault."""
     folder, (fault, words) = tmp_path / "run", NAMED[name]
     shutil.copytree(moist, folder)
     scene = json.loads((folder / "scene.json").read_text())
@@ -332,7 +332,7 @@ def rubbing(folder: Path, spin: float, aside: float, **settings: Any) -> tuple[d
 
 @pytest.mark.parametrize(("spin", "aside"), [(50.0, 0.0), (2000.0, 1e-8)])
 def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float) -> None:
-    """Dry spheres that part and meet again before the neighbour list is made anew begin with the spring they parted with.
+    """Dry spheres that part and meet again before the neighbour list is made again begin with the spring they parted with.
 
     A fact of the engine (a wet run clears it): counted and taken as logged, so that it is neither hidden nor called a fault.
     The second pair slides, and what was kept turns its spring by a ten-thousandth only.

@@ -1,4 +1,4 @@
-"""Faults in the tables beside the logs, in ends of bridges, works, counts and rows of a rank are found, each by its name."""
+"""Faults in the tables next to the logs, in ends of bridges, works, counts and rows of a rank are found, each by its name."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_parts_of_the_log_give_the_same(yard_dir: Path, monkeypatch: pytest.Monk
     "names", [pytest.param(n, marks=[pytest.mark.slow] * (k % 3 > 0)) for k, n in enumerate(ROUNDS)], ids="; ".join
 )
 def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[str]) -> None:
-    """Each in its quantity and by its words, also beside others."""
+    """Each in its quantity and by its words, also next to others."""
     faults = [planted_yard.FAULTS[name] for name in names]
     result = replay(planted_yard.plant(yard_dir, tmp_path / "run", *faults))
     findings = result["diagnosis"]["findings"]

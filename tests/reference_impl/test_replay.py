@@ -1,4 +1,4 @@
-"""The replay of a real engine run agrees; planted faults are the business of test_diagnosis.py and tests/engine."""
+"""The replay of a real engine run agrees; injected faults are the business of test_diagnosis.py and tests/engine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report read as it is shown: planted faults in labels, colours, panels, curves and tables are found and named."""
+"""The report read as it is shown: injected faults in labels, colours, panels, curves and tables are found and named."""
 
 from __future__ import annotations
 
@@ -552,7 +552,7 @@ SHOWN: dict[str, tuple[Callable[[str], str], str]] = {
         "assumption apparatus · slide height mm, reason",
     ),
 }
-"""Faults of what is shown, planted in the page."""
+"""Faults of what is shown, injected in the page."""
 
 
 @pytest.mark.parametrize("name", SHOWN)

@@ -175,7 +175,7 @@ def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.Mon
 
 
 def test_median_of_many_is_good_to_a_thousandth() -> None:
-    """Of the histogram that stands for more deviations than are kept; it depends on the values alone."""
+    """Of the histogram that stands for more deviations than are stored; it depends on the values alone."""
     values = np.random.default_rng(1).lognormal(-30.0, 5.0, 2 * compare.KEPT)
     parts = [compare.Deviations(part) for part in np.array_split(values, 7)]
     together = compare.gathered(parts)

@@ -1,4 +1,4 @@
-"""VTK files of a run held against its logs: faults injected in what writes them are found, and named."""
+"""VTK files of a run compared with its logs: faults injected in what writes them are found, and named."""
 
 from __future__ import annotations
 
@@ -172,8 +172,8 @@ FAULTS: dict[str, tuple[str, Change, str, str]] = {
     "holders exchanged": ("walls", cell("holder", lambda h: (h + 1) % 3), "wall_holder", "name of a triangle's holder"),
     "parts turned": ("walls", cell("part", lambda p: p[::-1]), "wall_part", "the order of rows is turned"),
 }
-"""What is planted: in which file, how, which quantity must find it, and what its sentence must say."""
-"""What is planted: in which file, how, what must find it, and what its sentence must say."""
+"""What is injected: in which file, how, which quantity must find it, and what its sentence must say."""
+"""What is injected: in which file, how, what must find it, and what its sentence must say."""
 
 
 def test_what_was_written_agrees(run: Path) -> None:

@@ -38,7 +38,7 @@ def floor() -> Surface:
 
 
 def drawer() -> Surface:
-    """A plate beside the screen that is drawn away."""
+    """A plate next to the screen that is drawn away."""
     outline = np.array([[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]]) * 0.02 + [0.021, 0.0]
     return moving(make_surface("drawer", "slide", plate(outline, -0.002, 0.0)), "slides")
 

@@ -100,7 +100,7 @@ ODD = "a b#$HOME&'\"ä ${x} `y`"
 @pytest.mark.engine
 @pytest.mark.parametrize(("effects", "ranks"), [(small.DRY, 1), (small.PAPER, 2)])
 def test_a_run_directory_with_any_name_works(effects: Any, ranks: int, tmp_path: Path) -> None:
-    """The same bits as in a plain folder: what stands above the run directory never meets the engine's script."""
+    """The same bits as in a plain folder: what is above the run directory never meets the engine's script."""
     sphere = small.Sphere(1, (0.0, 0.0, 1.0e-3), velocity=(0.0, 0.0, -0.1))
     found = []
     for name in ("plain", ODD):
@@ -260,7 +260,7 @@ def test_no_other_command_runs_a_law_of_a_run_directory(
 def test_a_law_of_the_configuration_runs_as_it_was_when_it_was_named(
     side: tuple[Path, Path], tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Named by its way from the configuration, it is known from every folder; a changed file has to be named anew."""
+    """Named by its way from the configuration, it is known from every folder; a changed file has to be named again."""
     made, ran = side
     shutil.copytree(ROOT / "config", tmp_path / "config")
     text = (tmp_path / "config" / "config.yaml").read_text()
@@ -392,7 +392,7 @@ def test_a_plugin_that_is_not_what_was_built_is_built_anew(cache: Path, monkeypa
     path = build.kept()
     path.write_bytes(b"planted")
     for spoil in (
-        lambda: None,  # planted without a check sum
+        lambda: None,  # injected without a check sum
         lambda: path.write_bytes(path.read_bytes()[:500]),  # cut
         lambda: path.write_bytes(b"planted"),
         lambda: path.with_name(path.name + caches.SEAL).unlink(),

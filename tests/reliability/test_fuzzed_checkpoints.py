@@ -1,6 +1,6 @@
 """Damaged checkpoints: the plugin refuses in a sentence what does not fit its scene, whatever the check sum says.
 
-What it was given before leaves no trace in the run that goes on from the sound one.
+What it was given before leaves no trace in the run that resumes from the sound one.
 """
 
 from __future__ import annotations

@@ -174,7 +174,7 @@ def test_the_next_call_does_not_simulate_again(ended: Path, tmp_path: Path, capl
 
 
 def test_raw_files_that_do_not_hold_what_was_planned(ended: Path, tmp_path: Path) -> None:
-    """A frame that is missing is named, nothing of an earlier run is touched, and the next call begins anew."""
+    """A frame that is missing is named, nothing of an earlier run is touched, and the next call begins again."""
     run_dir = shutil.copytree(ended, tmp_path / "run")
     folder = run_dir / "engine.partial"
     text = (folder / logs.TRAJECTORY).read_text().split("ITEM: TIMESTEP\n")
@@ -336,7 +336,7 @@ def test_begins_anew_and_says_so(cut_off: tuple[Path, Path], tmp_path: Path, cap
 
 
 def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
-    """One sphere more in its head than records, and sums of that: the first call says so, the next goes on from the older one.
+    """One sphere more in its head than records, and sums of that: the first call says so, the next resumes from the older one.
 
     A file that was cut off would not do: the engine then reads what its memory happened to hold, at times for ever.
     """

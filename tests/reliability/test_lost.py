@@ -76,7 +76,7 @@ def test_a_folder_of_others_is_refused_as_it_is(
 
 
 def test_only_what_is_listed_is_deleted(tmp_path: Path) -> None:
-    """Of a run's outputs those that it wrote go; a user's own beside them stay, and are never overwritten."""
+    """Of a run's outputs those that it wrote go; a user's own next to them stay, and are never overwritten."""
     run = tmp_path / "run"
     run_folder.claim(run)
     files.write_json(run / "results" / "ours.json", 1)

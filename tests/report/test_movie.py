@@ -1,4 +1,4 @@
-"""The movie and what stands below a picture, looked at by numbers."""
+"""The movie and what is below a picture, looked at by numbers."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ TOUCHING = 1.0 - 1e-6
 
 @dataclass(frozen=True)
 class Building:
-    """What a description becomes; everything is made when it is asked for."""
+    """Scene built from a description; each part is made when it is first used."""
 
     said: Scene
     """With all positions counted from the origin."""
@@ -86,7 +86,7 @@ class Building:
 
     @cached_property
     def amounts(self) -> tuple[Amount, ...]:
-        """What is asked for and made of every entry with `mass_g`; entries of one material and region are one distribution."""
+        """Masses asked for and simulated of entries with `mass_g`; those of one material and region are distributed together."""
         groups: dict[Any, list[Spheres]] = defaultdict(list)
         for s in self.said.spheres:
             if s.mass_g is not None:
@@ -230,7 +230,7 @@ class Building:
 
     @cached_property
     def plan(self) -> EffectPlan:
-        """Which effects are on, and why."""
+        """Plan of the effects of the scene, with reasons."""
         said = self.said
         around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
         laws = placed_laws(said.laws, said.folder, said.file is None)
@@ -268,7 +268,7 @@ class Building:
 
     @property
     def time_step(self) -> float:
-        """As given, or a share of the stable step of a packing [s]."""
+        """Time step [s]: the given one, or a share of the stable step of a packing."""
         how, liquid = self.said.time_step, self.liquid
         drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
         return how.time_step_s or step_choice.of_packing(self.classes, self.pairs, how.share, drag, self.hertz)

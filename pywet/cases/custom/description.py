@@ -81,7 +81,7 @@ class Contact(Dry):
 
 
 class Liquid(Excusable):
-    """The liquid (water, if not said otherwise) and how much of it: per cent of the spheres' mass, or the film's thickness."""
+    """The liquid (water by default) and its amount: per cent of the spheres' mass, or the film's thickness."""
 
     surface_tension_N_per_m: NonNegative = WATER["surface_tension_N_per_m"]
     """Against air; water if not given."""
@@ -302,7 +302,7 @@ class Scene(Excusable):
             raise mistake(error, Scene, where) from error
 
     def with_(self, **changes: Any) -> Self:
-        """The same scene with other values of some keys, checked as a new one; it does not change itself.
+        """Return a copy of the scene with other values of some keys, checked like a new scene.
 
         `scene.with_(liquid=pywet.Liquid(percent=7), seed=2)`.
         """
@@ -382,7 +382,7 @@ class Scene(Excusable):
         return [s.material for s in self.spheres] + [f.material for f in self.feed]
 
     def in_full(self) -> Self:
-        """The same scene with entries of `spheres` in place of its feeds, and walls, outlets and gravity in place of its deck."""
+        """Return a copy of the scene with its feeds and its deck written out as spheres, walls, outlets and gravity."""
         if not self.feed and self.deck is None:
             return self
         made = tuple(entry for feed in self.feed for entry in feed.spheres(self.folder)[0])

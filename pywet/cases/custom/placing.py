@@ -31,7 +31,7 @@ LEAST_SIZE_M = 0.01
 
 
 def from_origin(scene: Scene) -> Scene:
-    """The same scene with all positions counted from its `origin_mm`."""
+    """Return a copy of the scene with all positions counted from its `origin_mm`."""
     origin = scene.origin_mm
     if not any(origin):
         return scene

@@ -28,7 +28,7 @@ STATISTICS = (
 
 
 def liquid_by_wall(run: RunDir) -> pd.DataFrame:
-    """Liquid [m3] at the outputs on each class of spheres and each wall, standing bridges shared between their ends.
+    """Liquid [m3] at the outputs on each class of spheres and each wall, active bridges shared between their ends.
 
     Of spheres that have entered and not left; `initial_m3` is what had entered until then, `outlet_…_m3` what had left there.
     """

@@ -236,7 +236,7 @@ class Removed(Excusable):
     """Constant."""
 
     def engine_motion(self, corners: Floats) -> Slide:
-        """As the engine takes it, for the corners (n, 3) of the wall [m]."""
+        """Convert the wall's motion to the engine's description, given the corners (n, 3) of the wall [m]."""
         way = _unit(self.towards)
         travel = 2.0 * float(np.ptp(corners @ np.array(way)))
         x, y, z = (self.speed_m_per_s * c for c in way)
@@ -294,7 +294,7 @@ class Wall(Excusable):
 
     @property
     def word(self) -> str:
-        """Its name in tables and decks: the name itself where an engine can read it, else its Latin letters and a digest."""
+        """Name of the wall in tables and decks: its own name if an engine can read it, else its Latin letters and a digest."""
         return word_of(self.name)
 
     @property
@@ -309,7 +309,7 @@ class Wall(Excusable):
         return way.engine_motion(corners) if way else None
 
     def surface(self, folder: Path) -> Surface:
-        """Its triangles; an STL file is looked for in `folder`."""
+        """Make the wall's triangles; an STL file is read from `folder`."""
         if self.stl is not None:
             return make_surface(self.word, "wall", self._of_file(folder), self.motion)
         parts = self._shape.parts()

@@ -47,7 +47,7 @@ def identity(config: Config, number: int, scale_name: str) -> str:
 
 
 def told(config: Config, number: int, scale_name: str, preset: str | None = None) -> str:
-    """The same for the workflow, with another preset where it is named; why not, where a case cannot be built."""
+    """Fingerprint of a case for the workflow, with another preset if named; the reason if a case cannot be built."""
     try:
         return identity(config.with_preset(preset) if preset else config, number, scale_name)
     except PywetError as error:

@@ -28,10 +28,10 @@ WALL_HOLDERS = {
     "collecting_bin": ("collecting_bin",),
     "wall": ("wall",),
 }
-"""Row of the liquid table -> holders of the scene counted there (the slide is the feed bin's floor)."""
+"""Row of the liquid table -> reservoirs of the scene counted there (the slide is the feed bin's floor)."""
 
 LIQUID_TOLERANCE = 1e-12
-"""Relative error allowed between all holders together and the liquid put in: round-off of sums of a few thousand terms."""
+"""Relative error allowed between all reservoirs together and the liquid put in: round-off of sums of a few thousand terms."""
 
 
 @dataclass(frozen=True)
@@ -102,14 +102,14 @@ def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
 
 
 def wall_liquid(run: RunDir) -> pd.DataFrame:
-    """Liquid on the walls [m3] at each output, films and the walls' side of standing bridges; one column per WALL_HOLDERS."""
+    """Liquid on the walls [m3] at each output, films and the walls' side of active bridges; one column per WALL_HOLDERS."""
     return run.on_walls({holder: name for name, holders in WALL_HOLDERS.items() for holder in holders}, "holder")
 
 
 def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
     """Liquid [m3] on the coarse material (not in the bin), the fines (in the bin) and each wall, over time.
 
-    Liquid of standing bridges is included on either side by the transfer share; `standing_bridges_m3` repeats how much of
+    Liquid of active bridges is included on either side by the transfer share; `standing_bridges_m3` repeats how much of
     the total that is. `left_m3` is liquid of drops that met nothing below them. `walls`: `wall_liquid`.
     """
     scene, line = run.scene, run.timeline

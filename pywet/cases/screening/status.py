@@ -58,7 +58,7 @@ def outcome(run_dir: Path, alone: bool = False) -> Status:
 
 
 def missing(run_dir: Path) -> str | None:
-    """What a finished run promises and does not have, or has in another size than it was made; None where all is there."""
+    """Name a file of a finished run that is missing or has another size than when it was written; None if all are there."""
     promised = [
         "trajectory.parquet",
         "mesh_motion.parquet",

@@ -56,7 +56,7 @@ def unchecked_laws(replay: dict[str, Any]) -> list[str]:
 
 @dataclass(frozen=True)
 class Standing:
-    """What a run's page says of it at its top: one word, its colour, one sentence."""
+    """Verdict on a run at the top of its page: a word, its colour and a sentence."""
 
     word: str
     grade: Literal["good", "fair", "bad", ""]
@@ -89,7 +89,7 @@ def not_checked(replay: dict[str, Any]) -> list[str]:
 
 
 def recomputed(run_dir: Path) -> str:
-    """What was compared, in numbers: quantities and values of the replay, the largest deviation, the error of the ledger."""
+    """Count what was recomputed: quantities, values, largest deviation, error of the ledger."""
     replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
     summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
     rows = agreement(dict(replay)) if replay else []

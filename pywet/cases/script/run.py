@@ -35,7 +35,7 @@ from pywet.util.files import read_table
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a script: folder of the run, bridges formed and ruptured, liquid that the ledger lacks over all of it."""
+    """Result of a script: folder of its tables, bridges formed and ruptured, liquid that the ledger lacks over all of it."""
 
     log: Path
     formed: int

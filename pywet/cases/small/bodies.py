@@ -55,7 +55,7 @@ def contact(
 
 
 def contacts(types: int, stiffness: float | Sequence[float], **how: float) -> tuple[ContactPair, ...]:
-    """The same dry contact (`how`: as `contact` takes it) of all types and with walls; of two stiffnesses the smaller."""
+    """Make the same dry contact for all pairs of types and for walls; of two stiffnesses the smaller counts."""
     of_each = [stiffness] * types if isinstance(stiffness, float | int) else stiffness
     return tuple(
         contact(a, b, min(of_each[a - 1], of_each[(b or a) - 1]), **how)
@@ -67,7 +67,7 @@ def contacts(types: int, stiffness: float | Sequence[float], **how: float) -> tu
 def hertzian(
     classes: Sequence[SphereClass], pairs: Sequence[ContactPair], hertz: Hertz
 ) -> tuple[ContactPair, ...]:  # fmt: skip
-    """The same contacts with the equivalent springs of Hertz contacts, for a scene with this `hertz`."""
+    """Replace linear springs by springs that are equivalent to Hertz contacts, in a scene with this `hertz`."""
     names = ("normal_stiffness_N_per_m", "tangential_stiffness_N_per_m")
     return tuple(p.model_copy(update=dict(zip(names, hertz.springs(classes, p), strict=True))) for p in pairs)
 

@@ -66,7 +66,7 @@ class Body(Strict):
 
 
 class Query(Excusable):
-    """What is asked: two bodies, the liquid between them, separations and laws."""
+    """Query about one bridge: two bodies, the liquid between them, separations and laws."""
 
     bodies: Annotated[tuple[Body, ...], Field(min_length=2, max_length=2)]
     volume_m3: Volume

@@ -37,7 +37,7 @@ DRUM_WIDTH = 8.0
 
 @dataclass(frozen=True)
 class Choice:
-    """What can be chosen of a scene; what a scene does not have is ignored."""
+    """Choices for a small scene; those that a scene does not have are ignored."""
 
     spheres: int = 500
     radius_m: float = 1.5e-3

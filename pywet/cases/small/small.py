@@ -1,4 +1,4 @@
-"""Small scenes beside screening: a few spheres, a plane wall, driven or free. Same `Scene`, same engine, same logs.
+"""Small scenes next to screening: a few spheres, a plane wall, driven or free. Same `Scene`, same engine, same logs.
 
 Used by the checks inside the engine (two bodies at constant speed, dry collisions) and open to a user's own experiments.
 """

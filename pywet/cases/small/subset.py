@@ -14,7 +14,7 @@ from pywet.util.files import read_json, write_json, write_table
 
 
 def with_spheres(scene: Scene, run_dir: Path, spheres: pd.DataFrame, **changed: Any) -> Scene:
-    """Rewrite a run directory with these of its spheres, numbered anew, and other fields of the scene `changed`.
+    """Rewrite a run directory with these of its spheres, numbered again, and other fields of the scene `changed`.
 
     A configuration in it says from then on which fields are no longer its own.
     """

@@ -49,7 +49,7 @@ def source_hash() -> str:
 
 
 def hash_of(sources: list[Path], *versions: str) -> str:
-    """The same over other sources and versions, with those of flags and compiler."""
+    """Hash of source files and versions, with those of flags and compiler."""
     digest = hashlib.sha256()
     for path in sources:
         digest.update(path.name.encode() + path.read_bytes())
@@ -68,7 +68,7 @@ def compiler_version() -> str:
 
 
 def kept() -> Path:
-    """Where the plugin of these sources is kept once it is built."""
+    """Where the plugin of these sources is stored once it is built."""
     return caches.folder() / f"libpywet-{source_hash()}.so"
 
 

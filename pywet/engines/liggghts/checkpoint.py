@@ -39,7 +39,7 @@ LOG = "log.liggghts"
 MESSAGES_B = 65536
 """More than all that the engine says when it is set up again at a checkpoint."""
 KEPT = 2
-"""Checkpoints that are kept."""
+"""Checkpoints that are stored."""
 WRITTEN_S = 10.0
 """Time without a change after which a restart file is no longer being written [s]; not by the clock, which may be set."""
 
@@ -89,7 +89,7 @@ def belongs(folder: Path, mark: str) -> bool:
 
 
 def disown(folder: Path) -> None:
-    """Let the next call begin anew: what is in the folder cannot be gone on from."""
+    """Let the next call begin again: what is in the folder cannot be gone on from."""
     (folder / FINGERPRINT).unlink(missing_ok=True)
 
 

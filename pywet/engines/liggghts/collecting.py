@@ -144,7 +144,7 @@ def read_trajectory(path: Path, time_step: float) -> pd.DataFrame:
 
 
 def convert_trajectory(path: Path, table: Path, time_step: float, gone: np.ndarray | None = None) -> None:
-    """The same from file to file, with the spheres that were retired (`gone`)."""
+    """Convert a raw trajectory to a table, with the retired spheres (`gone`) at their last positions."""
     parts = _trajectory(path, time_step)
     write_parts(parts if gone is None else retired.with_places(parts, gone, time_step), table)
 

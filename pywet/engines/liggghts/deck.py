@@ -76,9 +76,9 @@ def longest_bridge(scene: Scene) -> float:
 
 
 def skin(scene: Scene) -> float:
-    """Skin [m] of the neighbour list: it is made anew when a sphere has moved by half of it.
+    """Skin [m] of the neighbour list: it is made again when a sphere has moved by half of it.
 
-    A thick one is made anew seldom, a thin one holds few pairs; of c1 d^3/(s/way) + c2 d^2 s the least is at a multiple of
+    A thick one is made again seldom, a thin one holds few pairs; of c1 d^3/(s/way) + c2 d^2 s the least is at a multiple of
     sqrt(d way), with the way of a falling sphere in a step.
     """
     smallest, largest = (f(c.radius_m for c in scene.classes) for f in (min, max))
@@ -243,7 +243,7 @@ def write_deck(
     spheres = read_table(run_dir / scene.spheres_file)
     context = {
         "scene": scene,
-        # the plugin's worker says them, at each checkpoint anew
+        # the plugin's worker says them, at each checkpoint again
         "columns": "${columns}" if attached(scene) else grid.words(scene, spheres[["x", "y"]], ranks),
         "types": len(scene.classes) + 1,
         "properties": contact_model.property_matrices(scene),

@@ -45,7 +45,7 @@ def departure(scene: Scene, folder: Path, sphere: int | None) -> str:
 
 
 def _at_start(path: Path) -> np.ndarray:
-    """The same rows of the spheres that a run begins with."""
+    """Rows of all spheres at the start of the run: id, type, position, velocity."""
     if not path.exists():
         return np.zeros((0, 8))
     columns = ["id", "type", "x", "y", "z", "vx", "vy", "vz"]

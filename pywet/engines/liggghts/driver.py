@@ -2,7 +2,7 @@
 
 A dry scene runs on the stock program; a moist one, or one whose wires are prisms, in worker.py with the plugin. Everything is
 written into `engine.partial` first and renamed when the run is complete, so a failed run never looks like a finished one.
-Where `engine.partial` holds a whole checkpoint of the same scene, the run goes on from there.
+Where `engine.partial` holds a whole checkpoint of the same scene, the run resumes from there.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ DIES_WITH_MPIRUN = ("setpriv", "--pdeathsig", "KILL")
 
 @dataclass(frozen=True)
 class RunInfo:
-    """What a run was: also written to engine/run.json."""
+    """Result of the engine's run, also written to engine/run.json."""
 
     wall_s: float
     steps: int

@@ -1,6 +1,6 @@
 """What a moist run and its replay read beside the scene: transfer tables, constants of the laws; the laws' own tables made ready.
 
-A law's table is solved here once, with progress, and kept in the cache.
+A law's table is solved here once, with progress, and stored in the cache.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pywet.util.notices import bar
 
 
 def write_inputs(scene: Scene, run_dir: Path) -> None:
-    """What a moist run and its replay read beside the scene; a dry one has none of it."""
+    """What a moist run and its replay read next to the scene; a dry one has none of it."""
     history = run_dir / "history"
     if not scene.effects.bridges:
         run_folder.remove(run_dir, "history/transfer.parquet", "history/meta.json")

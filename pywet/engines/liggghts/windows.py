@@ -64,7 +64,7 @@ def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
 
 
 def dump_parts(path: Path, columns: list[str], most_bytes: int = 1 << 25) -> Iterator[pd.DataFrame]:
-    """The same, some frames at a time; at least one part."""
+    """Read a dump of the engine some frames at a time; at least one part is returned."""
     steps, counts, text, given = [], [], bytearray(), False
     try:
         with open(path, "rb") as dump:

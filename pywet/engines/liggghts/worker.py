@@ -61,7 +61,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
     def begin(script: bytes, step: int) -> None:
         """Set engine and plugin up; at a checkpoint of an unbroken run just as where a run goes on.
 
-        The tables are read anew: a rank keeps nothing of the whole bed.
+        The tables are read again: a rank keeps nothing of the whole bed.
         """
         spheres = part_by_part(history / "spheres.parquet", "id", "type", "film")
         nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}

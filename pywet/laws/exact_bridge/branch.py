@@ -141,7 +141,7 @@ def touching(c: Case) -> tuple[bool, Floats]:
 
 @jit
 def of_volume(c: Case, volume: float) -> Case:
-    """The same bodies with another volume between them."""
+    """Return a copy of the problem with another volume between the bodies."""
     return Case(volume, c.ri, c.rj, c.ti, c.tj, c.symmetric)
 
 

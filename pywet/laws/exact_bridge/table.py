@@ -7,7 +7,7 @@ infinite slope, both smooth in y. Tabulated are S_rup/(r_eff √V*), the part of
 with F_0 = π σ r_eff (cos θ_s + cos θ_l)/(1 + S/(2d)), the law `lambert`, which is exact for little liquid. Contact angles are
 not interpolated: a scene has few of them.
 
-Tables are made once and kept in the user's cache; the compiled interpolation for engines is in `pywet/laws/young_laplace.py`.
+Tables are made once and stored in the user's cache; the compiled interpolation for engines is in `pywet/laws/young_laplace.py`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from pywet.util.machine_code import numba
 
 Y_NODES, X_NODES, U_NODES = 81, 55, 25
 SOLVED, EXACT, FURTHEST, DEEPEST = 0.5, 0.15, 0.4, 0.6
-"""How far outside 0 … 1 q* is solved for, is kept as it is, may go, and how far q itself may go."""
+"""How far outside 0 … 1 q* is solved for, is stored as it is, may go, and how far q itself may go."""
 BEYOND, BESIDE = 4, 3
 """Nodes of y solved beyond q = 0 and q = 1, and nodes of x whose ranges are shared, because the spline reaches that far."""
 X_FIRST, X_LAST = math.log(1e-9), math.log(0.5)

@@ -141,7 +141,7 @@ def test_a_finer_mesh_of_the_same_cup_gives_the_same_bridges(folder: Path, tmp_p
 
 
 def test_a_size_that_no_sphere_meets_is_asked_back(folder: Path) -> None:
-    """The cup is 14 mm, its file in m; read as mm it is 0.014 mm, the other one read as m 14 m beside spheres of 3 um."""
+    """The cup is 14 mm, its file in m; read as mm it is 0.014 mm, the other one read as m 14 m next to spheres of 3 um."""
     with pytest.raises(
         ConfigError, match=r"in mm is 0\.014 mm long beside spheres of 3 mm.*it is 14 mm \(stl_unit: m\)"
     ):

@@ -58,7 +58,7 @@ def test_a_step_of_hertz_contacts_is_a_fifth_of_the_rayleigh_time() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_arrangements_have_no_overlap(seed: int) -> None:
-    """Spheres in the box and in the drum, beside each other and inside the walls."""
+    """Spheres in the box and in the drum, next to each other and inside the walls."""
     poured, box = bodies.loose_box(100, R, seed)
     at = np.array([s.position for s in poured])
     assert np.abs(at[:, :2]).max() + R < np.abs(box.corners[..., :2]).max() and at[:, 2].min() > R
@@ -80,7 +80,7 @@ def test_coordination_by_hand() -> None:
 
 
 def test_a_scene_with_films_of_their_own_and_with_fewer_spheres(tmp_path: Path) -> None:
-    """A film that is given is started from, the others from the scene's thickness; what is left is numbered anew."""
+    """A film that is given is started from, the others from the scene's thickness; what is left is numbered again."""
     spheres = [
         small.Sphere(k, (4.0 * R * n, 0.0, 0.0), film=f) for n, (k, f) in enumerate(((1, 3e-11), (2, None), (2, 0.0)))
     ]

@@ -1,4 +1,4 @@
-"""Faults planted in the engine's plugin: a patched copy of its sources in which each fault is switched on by its name.
+"""Faults injected in the engine's plugin: a patched copy of its sources in which each fault is switched on by its name.
 
 The shipped sources hold none of this. Every replacement must fit exactly one place, so a change of the plugin cannot make a
 fault vanish unseen. One scene shows them all: spheres of two sizes drawn off a floor, off a wire and off each other.

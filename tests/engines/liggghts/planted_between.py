@@ -1,4 +1,4 @@
-"""Faults planted in the plugin that act between the sampling windows, for a while, at one kind of contact, or in one effect's
+"""Faults injected in the plugin that act between the sampling windows, for a while, at one kind of contact, or in one effect's
 work. The scene is the yard (tests/reference_impl/yard.py) with the shipped windows, 20 of two steps.
 """
 

@@ -1,4 +1,4 @@
-"""Faults planted in the plugin that runs the yard (tests/reference_impl/yard.py): formations, walls, ends, forces in flight.
+"""Faults injected in the plugin that runs the yard (tests/reference_impl/yard.py): formations, walls, ends, forces in flight.
 
 Sources are patched as in planted.py, with which they share one build. `pump` is a scene of its own for films on walls: a sphere
 that is moved up and down over a small plate leaves liquid there and comes back to it slowly. `grown` is one for films that
@@ -119,7 +119,7 @@ def edge(folder: Path) -> list[small.Sphere]:
 
 
 def grown(folder: Path) -> list[small.Sphere]:
-    """At rest but for two wet spheres that are drawn away; nothing moves so far after a rupture that lists are made anew."""
+    """At rest but for two wet spheres that are drawn away; nothing moves so far after a rupture that lists are made again."""
     radius, thin, wet, at, beyond = 2.5e-3, 5e-6, 1e-4, 0.02, 1e-6
     film = {h: 4.0 / 3.0 * math.pi * ((radius + h) ** 3 - radius**3) for h in (thin, wet)}
     corners = 5e-3 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) + [at, 0.0]

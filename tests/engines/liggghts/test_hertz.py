@@ -52,7 +52,7 @@ def impact(folder: Path, step: float, steps: int, restitution: float, wall: bool
 
 
 def exact(wall: bool) -> tuple[float, float]:
-    """Largest overlap (15 m v²/(16 E √R))^(2/5) and duration 2.87 (m²/(R E² v))^(1/5), typed anew."""
+    """Largest overlap (15 m v²/(16 E √R))^(2/5) and duration 2.87 (m²/(R E² v))^(1/5), typed again."""
     one, two = CLASSES
     m = one.mass_kg if wall else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
     r = R if wall else R * 2e-3 / (R + 2e-3)

@@ -144,7 +144,7 @@ def test_limits_of_the_time_step(tmp_path: Path) -> None:
 
 
 def test_too_many_steps_are_refused(tmp_path: Path) -> None:
-    """In one sentence that names the knob, for drag and for the swing of a contact; scenes that make no sense as well."""
+    """In one sentence that names the setting, for drag and for the swing of a contact; scenes that make no sense as well."""
     thick, _ = stability.pressed_pair(tmp_path, 1.0, 5e-6, "explicit", bridges_every=EVERY)
     with pytest.raises(PywetError, match=r"viscous normal .* lower it or set .*, or bridges_every, which is 4"):
         time_steps.refuse_unstable(thick)

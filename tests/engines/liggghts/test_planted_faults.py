@@ -1,4 +1,4 @@
-"""Every fault planted in the plugin is found by the replay and named; those that it cannot see are listed and shown."""
+"""Every fault injected in the plugin is found by the replay and named; those that it cannot see are listed and shown."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_nothing_planted_nothing_found(foundry: planted.Foundry, tmp_path: Path)
 
 @pytest.mark.parametrize("fault", [pytest.param(f, marks=SLOW if f in SECOND else ()) for f in planted.NAMED])
 def test_fault_is_found_and_named(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
-    """The first finding is the planted fault, in the equation where it was planted, and explains all that disagrees there."""
+    """The first finding is the injected fault, in the equation where it was injected, and explains all that disagrees there."""
     quantity, words = planted.NAMED[fault]
     foundry.run(tmp_path, planted.scene(tmp_path), fault)
     result = replay(tmp_path)

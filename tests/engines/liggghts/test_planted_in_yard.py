@@ -42,7 +42,7 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_fault_is_found_and_named(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
-    """In the quantity where it was planted, and by its words."""
+    """In the quantity where it was injected, and by its words."""
     scene, quantity, words = FAULTS[fault]
     foundry.run(tmp_path, scene(tmp_path), fault)
     result = replay(tmp_path)

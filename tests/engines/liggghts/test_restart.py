@@ -1,6 +1,6 @@
-"""A run killed with SIGKILL goes on from its checkpoint and ends with the same tables as the unbroken one, to the last bit.
+"""A run killed with SIGKILL resumes from its checkpoint and ends with the same tables as the unbroken one, to the last bit.
 
-Why that can be: at each checkpoint an unbroken run empties the engine and goes on from the files it has just written, as a
+Why that can be: at each checkpoint an unbroken run empties the engine and resumes from the files it has just written, as a
 killed one does. Every column of every table is compared: trajectory, events, contacts, films, bridges, ledger, energy, and motion
 and springs in the windows.
 """
@@ -235,7 +235,7 @@ def test_pieces_of_a_run(tmp_path: Path) -> None:
 
 
 def test_a_dry_run_is_not_set_up_anew_in_a_window(tmp_path: Path) -> None:
-    """Motion in a window is checked against the forces recorded, and a dry run takes those of a checkpoint anew."""
+    """Motion in a window is checked against the forces recorded, and a dry run takes those of a checkpoint again."""
     for kind, expected in (("moist", [300, 600, 900]), ("dry", [309, 600, 909])):
         assert (
             deck.checkpoints(prepare(tmp_path / kind, kind, checkpoints=3)) == expected

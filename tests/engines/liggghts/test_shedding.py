@@ -75,7 +75,7 @@ def test_a_held_sphere_drips_on_the_floor(tmp_path: Path) -> None:
 
 
 def test_a_wall_film_thickened_by_a_drop_is_seen_at_once(tmp_path: Path) -> None:
-    """Nothing moves and no list is made anew: a drop raises the film on the floor to that of a sphere beside it."""
+    """Nothing moves and no list is made again: a drop raises the film on the floor to that of a sphere next to it."""
     side, gap = 4e-3, 6e-4
     beside = small.Sphere(1, (4e-3, 0.0, R + gap), driven=True, film=film_volume(3e-4, R))
     spheres = [held(1e-3, 0.03), beside]
@@ -110,7 +110,7 @@ def test_in_free_flight_nothing_lets_go(tmp_path: Path) -> None:
 
 
 def test_drops_fall_on_what_is_below_and_else_leave(tmp_path: Path) -> None:
-    """The first surface below the centre, at its height there; beside it there is nothing, and the ledger says so."""
+    """The first surface below the centre, at its height there; next to it there is nothing, and the ledger says so."""
     spheres = [held(0.0, 0.03), held(1e-3, 0.01), held(0.02, 0.03)]
     every = drops_of(tmp_path, spheres, steps=1300)
     drops = every.drop_duplicates("i").set_index("i")

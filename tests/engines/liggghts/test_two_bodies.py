@@ -1,4 +1,4 @@
-"""Two bodies inside the engine: the force over the gap is the Python law's, momentum and liquid are kept."""
+"""Two bodies inside the engine: the force over the gap is the Python law's, momentum and liquid are stored."""
 
 from __future__ import annotations
 

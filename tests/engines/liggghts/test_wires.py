@@ -1,4 +1,4 @@
-"""Wires as prisms: the engine's own forces on a facet, one contact beside an edge, springs handed on, Newton's law closed."""
+"""Wires as prisms: the engine's own forces on a facet, one contact next to an edge, springs handed on, Newton's law closed."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def one_wire(sides: int, motion: str = "fixed", radius: float = 2e-3) -> Surface
 
 
 def on_facet(sides: int, radius: float, along: float, share: float) -> tuple[float, float, float]:
-    """Centre of a sphere pressed into the facet beside the top of `one_wire`, `share` of its width from the left edge."""
+    """Centre of a sphere pressed into the facet next to the top of `one_wire`, `share` of its width from the left edge."""
     angle = 2.0 * np.pi * (np.arange(sides // 4, sides // 4 + 2)) / sides
     corner = radius * np.column_stack([-np.cos(angle), np.sin(angle)]).astype(np.float32).astype(float)
     edge = corner[1] - corner[0]
@@ -124,7 +124,7 @@ def test_same_path_on_a_facet(tmp_path: Path) -> None:
 
 
 def test_one_contact_beside_an_edge(tmp_path: Path) -> None:
-    """Sinking beside an edge of the facet, the mesh's normal force rises to nearly 2 k d; the prism's is k d."""
+    """Sinking next to an edge of the facet, the mesh's normal force rises to nearly 2 k d; the prism's is k d."""
     sphere = small.Sphere(1, on_facet(6, 2e-3, 0.0, 0.02), (0.0, 0.0, -0.1), driven=True)
     ratio = {}
     for name in ("mesh", "prism"):
@@ -204,7 +204,7 @@ def same(one: Path, two: Path) -> None:
 
 
 def test_springs_are_handed_on_at_new_lists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A quarter of the skin: candidates are found anew many times as often. Moist, since a dry run's springs between spheres
+    """A quarter of the skin: candidates are found again many times as often. Moist, since a dry run's springs between spheres
     outlive their contact until the next list.
     """
     bed(tmp_path / "far", 4000, **WET)
@@ -220,7 +220,7 @@ def test_ranks(unbroken: Path, tmp_path: Path) -> None:
 
 
 def test_killed_and_resumed(tmp_path: Path) -> None:
-    """A dry run whose wires are prisms goes on from its springs and forces as a moist one does."""
+    """A dry run whose wires are prisms resumes from its springs and forces as a moist one does."""
     output = Output(
         interval_s=200 * STEP, contact_windows=2, contact_window_steps=100, checkpoints=79, window_trajectories=True
     )

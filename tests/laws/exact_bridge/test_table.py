@@ -20,7 +20,7 @@ SIGMA = 0.07
 PLATE = math.inf
 SIXTY = 1.0471975511965977462
 PAIRS = [(0.0, 0.0), (0.2, 0.5), (SIXTY, SIXTY)]
-"""Contact angles of the smaller and the larger body; the table of each is made once and kept in the user's cache."""
+"""Contact angles of the smaller and the larger body; the table of each is made once and stored in the user's cache."""
 IDS = ["0-0", "0.2-0.5", "60-60deg"]
 Bodies = tuple[float, float, float, float]
 """Radii and contact angles."""
@@ -99,7 +99,7 @@ def test_slope_over_volume_has_no_jump(angles: tuple[float, float]) -> None:
     for h in (3e-2, 3e-3):
         left, middle, right = (laws.young_laplace(gap, at * (1 + k * h), *case, SIGMA) for k in (-1, 0, 1))
         bends.append(np.abs(right - 2 * middle + left) / h)
-    # the splines of a bridge are kept in single precision: four roundings of 6e-8 over h are 8e-5
+    # the splines of a bridge are stored in single precision: four roundings of 6e-8 over h are 8e-5
     assert (bends[1] < 0.15 * bends[0] + 1e-4 * middle).all()
 
 
