@@ -1,4 +1,4 @@
-"""Makes the STL files of the example scripts: `python meshes.py` writes the folder `meshes` beside it."""
+"""Makes the STL files of the example scripts: `python meshes.py` writes the folder `meshes` next to it."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ STEEPEST = 100.0
 
 @dataclass(frozen=True)
 class Curve:
-    """A grade efficiency of size over cut size: parameters beside the cut size, first values, upper bounds, function."""
+    """A grade efficiency of size over cut size: parameters in addition to the cut size, first values, upper bounds, function."""
 
     name: str
     parameters: tuple[str, ...]

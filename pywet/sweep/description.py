@@ -158,8 +158,9 @@ class Design(Strict):
 
 
 class Function(Strict):
-    """A result that a function in a user's file reads off a run, `path/to/file.py:name`; it runs if it is below the
-    sweep's folder, or with --trust.
+    """A result that a function in a user's file reads off a run, `path/to/file.py:name`.
+
+    It runs if it is below the sweep's folder, or with --trust.
     """
 
     function: Annotated[str, Field(pattern=r"^.+\.py:[A-Za-z_]\w*$")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference_impl.motion.window import SAID, Setup, Wall, slide_steps
+from reference_impl.motion.window import RECORDED, Setup, Wall, slide_steps
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.script import Poses
 
@@ -21,7 +21,7 @@ class Motion:
         self._sums: dict[str, Floats] = {}
         self._drawn = slide_steps(setup.scene)
         self._times: Floats | None = None
-        self._poses = Poses(setup.folder) if any(w.motion == SAID for w in setup.walls) else None
+        self._poses = Poses(setup.folder) if any(w.motion == RECORDED for w in setup.walls) else None
         self._number = {wall.name: n for n, wall in enumerate(setup.walls)}
 
     def shift(self, wall: Wall, step: int | Floats) -> Floats:

@@ -22,7 +22,7 @@ from reference_impl.replay.io import ReplayError, every, masses
 from reference_impl.replay.io import scene as read_scene
 from reference_impl.replay.plans import FOREIGN, engine, entered
 
-SAID = "said"
+RECORDED = "recorded"
 """Motion of the walls of a script's run: where poses.parquet has them."""
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
 
@@ -97,7 +97,7 @@ class Setup:
     leaves: Floats
     """Last step at which each sphere takes part; after it, it has been retired."""
     broken: frozenset[int]
-    """Steps after which the engine set itself up anew: the forces that follow are not those that were recorded."""
+    """Steps after which the engine set itself up again: the forces that follow are not those that were recorded."""
     foreign: bool = False
     """Whether dry contacts follow a law of the engine's own, which is not recomputed."""
 
@@ -161,13 +161,13 @@ def read(run_dir: Path) -> Setup:
 
 def _read(folder: Path) -> Setup:
     scene = read_scene(folder)
-    said = script.of(folder) is not None
+    recorded = script.of(folder) is not None
     spheres = every(folder / "history" / "spheres.parquet").sort_values("id")
     kind = spheres["type"].to_numpy()
     mass_of, radius_of = masses(scene), {c["type"]: c["radius_m"] for c in scene["classes"]}
     mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
     ids = spheres["id"].to_numpy()
-    walls, corners, part = _walls(folder, scene, said)
+    walls, corners, part = _walls(folder, scene, recorded)
     foreign = engine(folder) in FOREIGN
     return Setup(
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
@@ -239,7 +239,7 @@ def hertz_mindlin(scene: dict[str, Any], pair: dict[str, Any]) -> dict[str, floa
     }
 
 
-def _walls(folder: Path, scene: dict[str, Any], said: bool) -> tuple[tuple[Wall, ...], Floats, Floats]:
+def _walls(folder: Path, scene: dict[str, Any], recorded: bool) -> tuple[tuple[Wall, ...], Floats, Floats]:
     path = folder / "history" / "triangles.parquet"
     if not path.exists():
         return (), np.zeros((0, 3, 3)), np.zeros(0, dtype=int)
@@ -252,7 +252,7 @@ def _walls(folder: Path, scene: dict[str, Any], said: bool) -> tuple[tuple[Wall,
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
         way, prisms = way_of(scene, wall), wall.get("prisms", False)
-        motion = SAID if said else wall["motion"]
+        motion = RECORDED if recorded else wall["motion"]
         walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, motion, way, prisms))
     return tuple(walls), corners, table["part"].to_numpy()
 

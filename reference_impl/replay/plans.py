@@ -49,10 +49,10 @@ class Plan:
 def plan(folder: Path) -> Plan:
     """The plan of a run directory."""
     scene = io.scene(folder)
-    if (said := script.of(folder)) is not None:
-        at = np.array(said["output_steps"], dtype=np.int64)
-        last = int(said["last_step"])
-        return Plan(True, len(scene["walls"]), last, at, script.windows(said, last), (), False)
+    if (noted := script.of(folder)) is not None:
+        at = np.array(noted["output_steps"], dtype=np.int64)
+        last = int(noted["last_step"])
+        return Plan(True, len(scene["walls"]), last, at, script.windows(noted, last), (), False)
     out, effects, step = scene["output"], scene["effects"], float(scene["time_step_s"])
     steps = round(scene["duration_s"] / step)
     count, length = int(out.get("contact_windows", 2)), int(out.get("contact_window_steps", 20))

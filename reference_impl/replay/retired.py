@@ -137,7 +137,7 @@ class Count:
         self.seen = np.zeros(len(self.gone), dtype=bool)
 
     def check(self, part: Run, outputs: Floats, shots: Floats, mean: float) -> list[Quantity]:
-        """Of a part of the logs; `shots`: liquid of all holders after its outputs, `mean` film of a sphere."""
+        """Of a part of the logs; `shots`: liquid of all reservoirs after its outputs, `mean` film of a sphere."""
         rows, after = self.gone, np.searchsorted(outputs, self.gone["step"])
         inside = (after < len(outputs)) & ~self.seen  # a script's spheres go at any step: what they hold then stays
         self.seen |= inside

@@ -30,21 +30,21 @@ def of(folder: Path) -> dict[str, Any] | None:
     if not path.exists():
         return None
     try:
-        said = json.loads(path.read_text())
-        _ = [int(s) for s in said["output_steps"]], int(said["window_steps"])
+        noted = json.loads(path.read_text())
+        _ = [int(s) for s in noted["output_steps"]], int(noted["window_steps"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ReplayError(
             f"{path} cannot be read ({error!r}); expected what the run wrote: run the script again"
         ) from error
-    if said.get("restored"):
+    if noted.get("restored"):
         raise ReplayError(f"{Path(folder)} resumes from a restart file, whose bridges no log of it holds; expected a run from "
                           "its first films on: replay the one before it")  # fmt: skip
-    return dict(said)
+    return dict(noted)
 
 
-def windows(said: dict[str, Any], last: int) -> tuple[tuple[int, int], ...]:
+def windows(noted: dict[str, Any], last: int) -> tuple[tuple[int, int], ...]:
     """Half-open windows of the contact log: from each output on, to the last step at most."""
-    return tuple((step, min(step + int(said["window_steps"]), last + 1)) for step in map(int, said["output_steps"]))
+    return tuple((step, min(step + int(noted["window_steps"]), last + 1)) for step in map(int, noted["output_steps"]))
 
 
 def present(folder: Path, steps: Floats) -> Floats:

@@ -97,7 +97,7 @@ def _trajectory(run: Path, planned: Plan) -> int:
 
 
 def _there(run: Path, planned: Plan, scene: int | Floats) -> int | Floats:
-    """Spheres at every output: of a script's run those that have come and not gone, else as said of the scene."""
+    """Spheres at every output: of a script's run those that have come and not gone, else those of the scene."""
     return script.present(run, planned.outputs) if script.of(run) else scene
 
 

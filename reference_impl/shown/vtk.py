@@ -81,11 +81,11 @@ def disagreement(folder: Path) -> str | None:
     """What is shown wrong, in one sentence; None where there are files and all agree with the logs."""
     if not there(folder):
         return f"{folder / 'vtk'} is not there; expected the files that were to be written"
-    wrong, findings = said(folder, lambda kind: vtu.series(folder / "vtk" / f"{kind}.pvd"))
+    wrong, findings = compared(folder, lambda kind: vtu.series(folder / "vtk" / f"{kind}.pvd"))
     return f"{folder / 'vtk'} disagrees with the logs on {wrong}: {findings}" if wrong else None
 
 
-def said(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[str, str]:
+def compared(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[str, str]:
     """Quantities that are off, and sentences on them; both empty where all agree."""
     quantities, findings = _judged(folder, outputs, single)
     return ", ".join(q.name for q in quantities if not q.ok), "; ".join(f["sentence"] for f in findings)

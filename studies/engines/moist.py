@@ -1,8 +1,8 @@
 """Moist screening in LIGGGHTS and YADE: one row of numbers for each run of the two workflows, and the table of the page.
 
 `python -m studies.engines.moist` takes what `snakemake --config seeds=4` and `snakemake --config seeds=4 engine=yade` have left
-in results/smoke and results/smoke_yade into docs/second_engine.csv, beside what is there, and writes the table between the
-marks of docs/second_engine.md. A run whose replay or ledger disagrees is not taken.
+in results/smoke and results/smoke_yade into docs/second_engine.csv, in addition to what is there, and writes the table between
+the marks of docs/second_engine.md. A run whose replay or ledger disagrees is not taken.
 """
 
 from __future__ import annotations
@@ -82,12 +82,12 @@ def lines(table: pd.DataFrame) -> list[str]:
         one, two = (of[of["engine"] == engine] for engine in ROOTS)
         if one.empty or two.empty:
             continue
-        cells = [said(one[name].to_numpy(), two[name].to_numpy()) for name in SHOWN]
+        cells = [compared(one[name].to_numpy(), two[name].to_numpy()) for name in SHOWN]
         found.append(f"| {case} | {len(one)}, {len(two)} | {' | '.join(cells)} |")
     return found
 
 
-def said(a: np.ndarray, b: np.ndarray) -> str:
+def compared(a: np.ndarray, b: np.ndarray) -> str:
     """Mean in LIGGGHTS, in YADE, the difference and its interval; bold where that leaves out zero."""
     half = of_difference(a, b)
     difference = float(b.mean() - a.mean())

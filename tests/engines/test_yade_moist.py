@@ -178,6 +178,6 @@ def test_another_layout_of_memory_is_refused(tmp_path: Path, monkeypatch: pytest
 
 
 def test_an_address_without_memory_is_refused() -> None:
-    with pytest.raises(EngineError) as said:
+    with pytest.raises(EngineError) as raised:
         memory.read(8, memory.POINTER)
-    assert said.value.code == "yade.memory"
+    assert raised.value.code == "yade.memory"

@@ -36,7 +36,7 @@ def test_a_known_curve_is_got_back(curve: flowsheet.Curve) -> None:
 @pytest.mark.parametrize(
     "t", [[0, 0, 0, 0, 1, 1, 1, 1], [0, 0, 0, 0.2, 1, 1, 1, 1], [0.1] * 8], ids=["all or nothing", "one", "no cut"]
 )
-def test_what_cannot_tell_a_sharpness_is_said(t: list[float]) -> None:
+def test_what_cannot_tell_a_sharpness_is_noted(t: list[float]) -> None:
     rows = flowsheet.fitted(parted(np.array(t, dtype=float)))
     assert rows["Xcut_m"].isna().all() and rows["note"].str.contains("are needed, on both sides of the cut size").all()
 

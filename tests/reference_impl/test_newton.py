@@ -241,8 +241,8 @@ def test_faults_are_found(tmp_path: Path, request: pytest.FixtureRequest, name: 
     result = replay(folder)
     assert not result["quantities"][SEEN_IN[name]]["ok"]
     assert result["quantities"][SEEN_IN[name]]["largest"] > 1e3 * FORCE
-    said = [s for f in result["diagnosis"]["findings"] for s in (f["known"], f["sentence"], *f["consequences"])]
-    assert any(NAMED_DRY.get(name, "dry contacts") in sentence for sentence in said), said
+    sentences = [s for f in result["diagnosis"]["findings"] for s in (f["known"], f["sentence"], *f["consequences"])]
+    assert any(NAMED_DRY.get(name, "dry contacts") in sentence for sentence in sentences), sentences
 
 
 NAMED = {

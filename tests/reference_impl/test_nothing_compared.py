@@ -40,7 +40,7 @@ def test_contacts_of_a_kind(name: str) -> None:
 
 
 @pytest.mark.parametrize("kind", nothing.KINDS, ids=lambda kind: kind.quantity)
-def test_every_kind_without_a_record_is_said(kind: nothing.Kind) -> None:
+def test_every_kind_without_a_record_is_listed(kind: nothing.Kind) -> None:
     """One sentence where the scene has the kind; none where it has not."""
     assert said(LAW, kind.quantity) == [kind.sentence]
     dry = {

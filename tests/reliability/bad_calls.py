@@ -268,7 +268,7 @@ BESIDE = {
     "in.script": f"{scripts.BEFORE}{scripts.LINE}\n".replace("wet.yaml", "HERE/wet.yaml"),
     "lawful.json": json.dumps({**json.loads((EXAMPLES / "bridge.json").read_text()), "laws": ["law.py:force"]}),
 }  # fmt: skip
-"""Sound files that name the wrong one; HERE stands for their folder."""
+"""Sound files that name the wrong one; HERE is their folder."""
 
 
 def write(path: Path, content: bytes | str | None) -> None:

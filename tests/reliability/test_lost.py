@@ -51,7 +51,7 @@ def test_a_folder_of_others_is_refused_as_it_is(
 ) -> None:
     """`--out .` and `--out ""` (an unset variable) leave results of all cases, pictures and movies as they are.
 
-    A calibration writes files of its own name beside them."""
+    A calibration writes files of its own name next to them."""
     for name in (
         "results/smoke/case05/trajectory.parquet",
         "vtk/a.vtu",

@@ -124,13 +124,13 @@ def _longest(surface: Surface) -> float:
     return float(np.ptp(surface.vertices, axis=0).max())
 
 
-def origin_of(said: Scene) -> Vector:
+def origin_of(scene: Scene) -> Vector:
     """The origin that a scene gives, or, where all of it is so far from 0 that positions would lose digits, its middle [mm]."""
-    spheres = [np.array(place) for s in said.in_full().spheres for place in _places(s)]
-    if any(said.origin_mm) or not spheres or max(np.abs(place).max() for place in spheres) < 1e3 * FAR * LEAST_SIZE_M:
-        return said.origin_mm
-    found = _far([1e-3 * np.array(spheres), *(w.points(said.folder) for w in said.walls)])
-    return said.origin_mm if found is None else found[2]
+    spheres = [np.array(place) for s in scene.in_full().spheres for place in _places(s)]
+    if any(scene.origin_mm) or not spheres or max(np.abs(place).max() for place in spheres) < 1e3 * FAR * LEAST_SIZE_M:
+        return scene.origin_mm
+    found = _far([1e-3 * np.array(spheres), *(w.points(scene.folder) for w in scene.walls)])
+    return scene.origin_mm if found is None else found[2]
 
 
 def _places(spheres: Spheres) -> list[Vector]:
@@ -152,12 +152,12 @@ def _far(corners: Sequence[Floats]) -> tuple[float, float, Vector] | None:
     return away, size, (x, y, z)
 
 
-def refuse_far(said: Scene, corners: Sequence[Floats]) -> None:
+def refuse_far(scene: Scene, corners: Sequence[Floats]) -> None:
     """Refuse a scene so far from the origin that it gives that positions would lose digits, and name another."""
     if (found := _far(corners)) is not None:
         away, size, (x, y, z) = found
         raise ConfigError(
-            f"scene {said.name}: all lies about {away:.4g} m from its origin_mm and is {size:.3g} m large; expected positions "
+            f"scene {scene.name}: all lies about {away:.4g} m from its origin_mm and is {size:.3g} m large; expected positions "
             f"near it, which keep their digits: it is [{x:.10g}, {y:.10g}, {z:.10g}] off",
             code="scene.far_away",
             key="origin_mm",

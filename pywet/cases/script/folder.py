@@ -70,10 +70,10 @@ def collect(log: Path, windows: int) -> None:
     write_json(log / "scene.json", scene)
     meant = dict(read_json(history / "meta.json", "run the script again"))
     write_json(history / "meta.json", {**meant, "output_steps": outputs})
-    said = dict(read_json(log / SCRIPT, "run the script again"))
+    noted = dict(read_json(log / SCRIPT, "run the script again"))
     contacts = read_table(history / "contacts.parquet", columns=["step"])["step"]
     last = max([0, *outputs, *contacts.tail(1)])
-    write_json(log / SCRIPT, {**said, "output_steps": outputs, "window_steps": windows, "last_step": int(last)})
+    write_json(log / SCRIPT, {**noted, "output_steps": outputs, "window_steps": windows, "last_step": int(last)})
     for path in raw.glob("*.bin"):
         path.unlink()
 

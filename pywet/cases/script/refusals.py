@@ -8,7 +8,7 @@ from typing import Any
 from pywet.errors import PywetError
 
 Walls = str | Mapping[str, Any] | None
-"""`walls` of the liquid's file: dry, or an angle or dry for each, or not said."""
+"""`walls` of the liquid's file: dry, or an angle or dry for each, or not given."""
 SENTENCES = {
     "wet.no_line": ("the script {given} has no line `fix ID all pywet …`", "one such line"),
     "wet.two_lines": ("the script has {given} lines of fix pywet", "one"),

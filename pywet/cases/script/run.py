@@ -64,7 +64,7 @@ def run(path: Path, words: list[str], say: Callable[[str], None]) -> Outcome | N
         folder.collect(log, found.line.windows)
     if status:
         tables = f"; tables until then are in {log}" if there else ""
-        if status == REFUSED:  # it has been said
+        if status == REFUSED:  # the sentence is printed
             raise SystemExit(1)
         raise EngineError(
             f"the engine ended with {status} on {path}, see its last lines{tables}; expected a script that runs"

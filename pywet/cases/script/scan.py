@@ -1,4 +1,4 @@
-"""What can be said of a script before the engine reads it: its commands in order, with those of included files.
+"""What is known of a script before the engine reads it: its commands in order, with those of included files.
 
 Jumps are not followed and variables not filled in: what they hide is found by the engine itself, at the line or before a run.
 """

@@ -117,8 +117,8 @@ def reach(spheres: Spheres, state: dict[str, Any]) -> tuple[float, float]:
     radius = table["radius"].to_numpy()
     first = float((film_thickness(table["film"].to_numpy(), radius) / radius).max()) if len(table) else 0.0
     wet = spheres.wet
-    said = [(a.percent, a.film_um) for a in wet.first_films]
-    if first == 0.0 and not any(map(any, [*said, (wet.liquid.percent, wet.liquid.film_um)])):
+    given = [(a.percent, a.film_um) for a in wet.first_films]
+    if first == 0.0 and not any(map(any, [*given, (wet.liquid.percent, wet.liquid.film_um)])):
         return skin, 0.0
     most, least = 2.0 * float(state["largest_radius"]), LEAST_SKIN * float(state["least_radius"])
     needed = FILM_GROWTH * first * most + least

@@ -128,9 +128,9 @@ def compare(what: str, at: int, values: dict[str, Any]) -> None:
         _same(f"{name} of a {what}", read(at + LAYOUT[name], DOUBLES, len(numbers)), list(numbers))
 
 
-def _same(what: str, found: list[Any], said: list[Any]) -> None:
-    if [float(x) for x in found] != [float(x) for x in said]:
-        raise EngineError(_other(f"{what} as {found}", str(said)), code="yade.memory", given=found, expected=said)
+def _same(what: str, found: list[Any], shown: list[Any]) -> None:
+    if [float(x) for x in found] != [float(x) for x in shown]:
+        raise EngineError(_other(f"{what} as {found}", str(shown)), code="yade.memory", given=found, expected=shown)
 
 
 def _other(found: str, wanted: str) -> str:

@@ -10,7 +10,8 @@ import pytest
 from pywet.engines.liggghts import build
 from pywet.scene import Output
 from reference_impl.replay.replay import replay
-from tests.engines.liggghts import planted, planted_between, test_wires
+from tests.engines.liggghts import planted, test_wires
+from tests.engines.liggghts import planted_between as between
 
 pytestmark = [pytest.mark.engine, pytest.mark.slow]
 
@@ -23,15 +24,13 @@ def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundr
     made.close()
 
 
-@pytest.mark.parametrize(
-    "kind", [planted_between.EXPLICIT, planted_between.SEMI, planted_between.WIRES, planted_between.DRIPPING]
-)
+@pytest.mark.parametrize("kind", [between.EXPLICIT, between.SEMI, between.WIRES, between.DRIPPING])
 def test_sound_run_agrees(foundry: planted.Foundry, tmp_path: Path, kind: str) -> None:
     """What is found below is the fault and not the patch; every kind of record between the windows is compared."""
-    foundry.run(tmp_path, planted_between.prepare(tmp_path, kind), "none")
+    foundry.run(tmp_path, between.prepare(tmp_path, kind), "none")
     result = replay(tmp_path)
     assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
-    if kind == planted_between.DRIPPING:
+    if kind == between.DRIPPING:
         assert result["quantities"]["felt_force"]["count"] > 100 and result["quantities"]["drop_volume"]["count"] > 2
         return
     counts = {n: q["count"] for n, q in result["quantities"].items()}
@@ -39,19 +38,19 @@ def test_sound_run_agrees(foundry: planted.Foundry, tmp_path: Path, kind: str) -
     assert {n: counts[n] for n in least if counts[n] < least[n]} == {}
 
 
-@pytest.mark.parametrize("fault", planted_between.FAULTS)
+@pytest.mark.parametrize("fault", between.FAULTS)
 def test_fault_is_found_and_described(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
     """In the quantity where it acts, by which factor and at which kind of contact."""
-    kind, quantity, words = planted_between.FAULTS[fault]
-    foundry.run(tmp_path, planted_between.prepare(tmp_path, kind), fault)
+    kind, quantity, words = between.FAULTS[fault]
+    foundry.run(tmp_path, between.prepare(tmp_path, kind), fault)
     result = replay(tmp_path)
     assert not result["quantities"][quantity]["ok"]
     findings = result["diagnosis"]["findings"]
-    said = [sentence for f in findings for sentence in (f["sentence"], *f["consequences"])]
-    assert any(words in sentence for sentence in said), said
+    sentences = [sentence for f in findings for sentence in (f["sentence"], *f["consequences"])]
+    assert any(words in sentence for sentence in sentences), sentences
 
 
-@pytest.mark.parametrize("fault", ["none", *planted_between.ON_RANKS])
+@pytest.mark.parametrize("fault", ["none", *between.ON_RANKS])
 def test_fault_between_ranks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
     """Spheres that roll over the boundary of two ranks, dry: the patched plugin lies in another cache, without laws."""
     (tmp_path / "cache").mkdir(mode=0o700)
@@ -70,7 +69,7 @@ def test_fault_between_ranks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fa
     if fault == "none":
         assert result["ok"] and result["quantities"]["contact_spring"]["count"] > 1000
         return
-    quantity, words = planted_between.ON_RANKS[fault]
+    quantity, words = between.ON_RANKS[fault]
     assert not result["quantities"][quantity]["ok"]
-    said = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
-    assert any(words in sentence for sentence in said), said
+    sentences = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
+    assert any(words in sentence for sentence in sentences), sentences
