@@ -78,7 +78,7 @@ class Parts:
         for n, w in enumerate(self.setup.walls):
             rows = (
                 np.flatnonzero(wall == n)
-                if w.motion in ("vibrates", "slides", "turns", window.SAID)
+                if w.motion in ("vibrates", "slides", "turns", window.RECORDED)
                 else np.zeros(0, int)
             )
             rows = rows[np.argsort(step[rows], kind="stable")]
