@@ -77,7 +77,7 @@ PATCHES: list[tuple[str, str, str]] = [
     ("shedding.cpp", "felt_[3 * id + k] += part * (mean",
      'felt_[3 * id + k] += (planted("films feel more") ? 1.1 : 1.0) * part * (mean'),
 ]  # fmt: skip
-"""Changes of the sources as in planted.py: file, text, what replaces it."""
+"""Changes of the sources: file, text, what replaces it."""
 EXPLICIT, SEMI, WIRES, DRIPPING = "explicit", "semi_implicit", "wires", "dripping"
 FAULTS: dict[str, tuple[str, str, str]] = {
     "pull of spheres halved unseen": (EXPLICIT, "between_capillary", "it is 0.5 times what is expected (between spheres"),
