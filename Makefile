@@ -31,7 +31,7 @@ lint: setup  ## ruff, mypy, the glossary and, where it is installed, cppcheck
 	$(PYTHON) tools/glossary --check
 
 test: peers lint  ## lint and all tests (not those marked slow)
-	$(PYTHON) -m pytest -n 2 -m "not slow"
+	$(PYTHON) -m pytest -n 3 -m "not slow"
 
 cluster:  ## the workflow on a SLURM of this machine, as root; skipped where Debian's packages cannot be installed
 	@tools/setup --slurm
