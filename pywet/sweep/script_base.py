@@ -123,7 +123,7 @@ class OfScript(Kind):
             make_folder(work / name)
         make_folder((work / line.liquid).parent)
         (work / line.liquid).write_text(yaml.safe_dump(built.given.wet.model_dump(mode="json", exclude_none=True)))
-        command = [sys.executable, "-m", "pywet.cli.app", "liggghts", "-in", self.file.name]
+        command = [sys.executable, "-P", "-m", "pywet.cli.app", "liggghts", "-in", self.file.name]
         status, usage = process.attend(command, work, process.surroundings(python=True), lambda: None)
         if status:
             printed = (work / process.OUTPUT).read_text(errors="replace").splitlines()

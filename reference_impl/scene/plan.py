@@ -85,7 +85,9 @@ def _of_class(
     film = liquid.get("initial_film_thickness_m", 0.0)
     sigma, eta, rho = (liquid.get(k, 0.0) if film else 0.0 for k in ("surface_tension_N_per_m", "viscosity_Pa_s",
                                                                       "density_kg_per_m3"))  # fmt: skip
-    load = 4.0 / 3.0 * math.pi * ((r + film) ** 3 - r**3) * rho
+    load = (
+        4.0 / 3.0 * math.pi * film * (3.0 * r * (r + film) + film**2) * rho
+    )  # no difference of cubes: films may be thin
     bond = mass * g / (2.0 * math.pi * r * sigma * math.cos(c["contact_angle_rad"])) if sigma else math.inf
     found = {"bridges": film / r, "capillary": 1.0 / bond, "liquid_weight": load / mass, "gravity": 1.0}
     found["dynamic_rupture"] = math.sqrt(v * eta / sigma) if sigma else 0.0

@@ -20,7 +20,7 @@ def closest_to(corners: np.ndarray, x: list[float]) -> nearest.Closest:
     setup: Any = SimpleNamespace(
         corners=corners, part=np.zeros(len(corners), np.int64), step=1e-6,
         scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},
-        walls=[SimpleNamespace(first=0, last=len(corners), motion="fixed")],
+        walls=[SimpleNamespace(first=0, last=len(corners), motion="fixed", name="all")],
     )  # fmt: skip
     none = np.zeros(1, np.int64)
     return nearest.Parts(setup).closest(none, np.array([x]), none)

@@ -24,7 +24,7 @@ from tests.reference_impl.planted_files import RESULTS, SCENE, edit, put, times
 
 ROOT = Path(__file__).parents[2]
 CONFIG = config.load(ROOT / "config")
-OF_BUILT = {"scene_configuration", "scene_numbers", "scene_walls", "scene_tables", "scene_start"}
+OF_BUILT = {"scene_configuration", "scene_numbers", "scene_plan", "scene_walls", "scene_tables", "scene_start"}
 
 
 @pytest.fixture

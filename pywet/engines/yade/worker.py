@@ -140,9 +140,7 @@ def run(run_dir: Path, folder: Path) -> None:
             for body in walls[name] if O.iter in window else ():
                 O.bodies[body].state.vel = Vector3(*(task["slides"][name] if O.iter == window[0] else (0, 0, 0)))
 
-    import __main__
-
-    vars(__main__)[HOOK.removesuffix("()")] = hook
+    vars(sys.modules["__main__"])[HOOK.removesuffix("()")] = hook
     marks = max(1, scene.steps // 200)
     for step in range(scene.steps + 1):
         O.step()
