@@ -46,7 +46,9 @@ FAULTY: dict[str, dict[str, Any]] = {
     "a wall that is fast": {"walls": [{**BLOCK, "vibrates": {"amplitude_mm": (1e5, 0, 0), "frequency_Hz": 1e5}}]},
     "two walls of one name": {"walls": [BLOCK, BLOCK]},
     "no file": {"walls": [{"name": "w", "stl": "nowhere.stl"}]},
-    "far from its origin": {"origin_mm": (1, 0, 0), "spheres": [{**BEADS, "box": {"low_mm": (1e7, 0, 0), "high_mm": (1e7 + 20, 20, 20)}}]},
+    "far from its origin": {
+        "origin_mm": (1, 0, 0), "spheres": [{**BEADS, "box": {"low_mm": (1e7, 0, 0), "high_mm": (1e7 + 20, 20, 20)}}],
+    },
 }  # fmt: skip
 WORD = re.compile(r"[A-Za-z]\w*_\w+")
 

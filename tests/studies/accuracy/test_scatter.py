@@ -85,7 +85,7 @@ def test_what_the_documentation_says_of_bridges_every_fourth_step() -> None:
     price = fourth["price"]["moist"]
     assert f"every fourth step** (smoke scale) have {price['low']:.2f} to {price['high']:.2f} of the cost" in text
     pull = [f"{100 * of[name]['value']:.2g} %" for name in ("pull_force", "pull_work", "pull_rupture")]
-    assert f"its force off by {pull[0]}, its work by {pull[1]}, its rupture distance by {pull[2]}" in text
+    assert f"the error is {pull[0]} of the force, {pull[1]} of the work and {pull[2]} of the rupture distance" in text
     assert all(abs(e["value"]) <= e["limit"] for name, e in of.items() if not name.startswith("pull"))
     mean, bridges = of["retained_mean"], of["liquid_bridges"]
     assert f"retained mean −{-100 * mean['value']:.2g} ± {100 * mean['limit']:.2g} %" in text
