@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from pywet.cases.screening import identity
+from pywet.cases.script import folder as script_folder
 from pywet.cases.script.scan import commands, scan
 from pywet.cases.script.wet import Line, Wet
 from pywet.config.loading import parse, placed_laws, read_yaml
@@ -28,7 +29,7 @@ from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Point, Value
 from pywet.sweep.keys import filled
-from pywet.util.files import make_folder, read_bytes, read_table, write_json
+from pywet.util.files import make_folder, read_bytes, write_json
 
 WORK = "work"
 """Folder of a point in which its script runs."""
@@ -112,7 +113,7 @@ class OfScript(Kind):
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         if ranks > 1:
             raise PywetError(
-                f"{self.file.name} was to run on {ranks} ranks; expected 1: scripts with liquid run on one"
+                f"{self.file.name} was to run on {ranks} ranks; expected 1: a sweep runs its scripts on one rank"
             )
         line, work = self._read[0], folder / WORK
         shutil.rmtree(work, ignore_errors=True)  # of a call that was killed: a script has no checkpoint
@@ -128,7 +129,7 @@ class OfScript(Kind):
         if status:
             printed = (work / process.OUTPUT).read_text(errors="replace").splitlines()
             raise PywetError(f"{self.file.name}: {process.last_words(printed, status)}")
-        ledger = read_table(work / line.log / "ledger.parquet")
+        ledger = script_folder.ledger(work / line.log)
         if ledger.empty:
             raise PywetError(f"{self.file.name} wrote no output of its liquid; expected `every` shorter than its runs")
         last = ledger.iloc[-1]

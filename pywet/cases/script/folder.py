@@ -49,6 +49,11 @@ def note(log: Path, come: pd.DataFrame) -> None:
         file.write(records.tobytes())
 
 
+def ledger(log: Path) -> pd.DataFrame:
+    """The ledger of a run that has ended, a row for each output."""
+    return read_table(log / "history" / "ledger.parquet")
+
+
 def collect(log: Path, windows: int) -> None:
     """Turn the raw logs into tables; the raw ones go."""
     raw, history = log / "engine", log / "history"
@@ -60,8 +65,7 @@ def collect(log: Path, windows: int) -> None:
     if names := [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]]:
         _mesh_motion(log, names)
     write_parts(_trajectory(raw), log / "trajectory.parquet")
-    ledger = read_table(history / "ledger.parquet")
-    outputs = [int(step) for step in ledger["step"]]
+    outputs = [int(step) for step in ledger(log)["step"]]
     scene = dict(read_json(log / "scene.json", "run the script again"))
     count = come["type"].value_counts()
     for of in scene["classes"]:

@@ -30,7 +30,6 @@ from pywet.errors import EngineError, border
 from pywet.geometry import Surface
 from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
-from pywet.util.files import read_table
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def run(path: Path, words: list[str], say: Callable[[str], None]) -> Outcome | N
         )
     if not there:
         raise refusal("wet.no_line", str(path))
-    last = read_table(log / "history" / "ledger.parquet")
+    last = folder.ledger(log)
     formed, ruptured = (int(last[name].max()) if len(last) else 0 for name in ("formations", "ruptures"))
     return Outcome(log, formed, ruptured, ledger_error(last) if len(last) else math.nan)
 
