@@ -83,11 +83,11 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, changes: dict[str, Any], sent
 
 
 @pytest.mark.engine
-@pytest.mark.slow
 def test_a_point_is_the_run_of_the_script_by_hand(tmp_path: Path) -> None:
     """Of two moistures and a function of the run's folder; the wet one has the events of `pywet liggghts` on the same values."""
     (tmp_path / "mine.py").write_text(
-        "import pandas as pd\n\ndef films(folder):\n    return pd.read_parquet(folder / 'wet' / 'films.parquet')['film'].sum()\n"
+        "import pandas as pd\n\ndef films(folder):\n"
+        "    return pd.read_parquet(folder / 'wet' / 'history' / 'films.parquet')['film'].sum()\n"
     )
     gather = [*SWEEP["gather"], "ruptures", "mine.py:films"]
     asked(tmp_path, axes={**SWEEP["axes"], "script.friction": [0.3]})
@@ -105,7 +105,7 @@ def test_a_point_is_the_run_of_the_script_by_hand(tmp_path: Path) -> None:
     done = scripts.run(hand)
     assert done.returncode == 0, done.stderr
     there = of.store.place(of.runs[1].built.name) / "work"
-    events = [pd.read_parquet(folder / "wet" / "events.parquet") for folder in (hand, there)]
+    events = [pd.read_parquet(folder / "wet" / "history" / "events.parquet") for folder in (hand, there)]
     pd.testing.assert_frame_equal(*events, check_exact=True)
     assert yaml.safe_load((there / "wet.yaml").read_text())["liquid"]["percent"] == 1.0
     dumps = [{p.name: p.read_text() for p in (folder / "more").glob("dump*")} for folder in (hand, there)]
