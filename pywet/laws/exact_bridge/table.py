@@ -228,8 +228,12 @@ def _read(path: Path) -> list[Floats] | None:
 
 
 def load(theta_small: float, theta_large: float, progress: Callable[[int, int], None] | None = None) -> Table:
-    """The table from the cache, or built now and kept there; a damaged file is replaced."""
-    key = f"{VERSION} {Y_NODES} {X_NODES} {U_NODES} {BEYOND} {BESIDE} {X_FIRST!r} {X_LAST!r} {theta_small!r} {theta_large!r}"
+    """The table from the cache, or built now and stored there; a damaged file is replaced.
+
+    Angles that differ by less than 5e-13 rad, as those do that were degrees once, share one table: its error is 1e-9.
+    """
+    angles = f"{theta_small:.12f} {theta_large:.12f}"
+    key = f"{VERSION} {Y_NODES} {X_NODES} {U_NODES} {BEYOND} {BESIDE} {X_FIRST!r} {X_LAST!r} {angles}"
     path = caches.folder() / f"young_laplace-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
     held = _read(path)
     if held:
