@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,22 +18,29 @@ from pywet.scene import Scene
 from pywet.util.files import read_json, read_table, write_json, write_parts, write_table
 
 SCRIPT = "script.json"
-"""That a run is one of a script's: its output steps, steps of contact windows, whether it resumes from a restart file."""
+"""That a run is one of a script's: its output steps, steps of contact windows, whether it resumes from a restart file, what else
+acts on spheres, walls without films."""
 COME = "come.bin"
 """Raw: spheres as they came."""
 OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])
 
 
-def begin(log: Path, surfaces: Sequence[Surface], scene: Scene, restored: bool) -> None:
-    """Write what does not change: walls as they are at the line."""
+def begin(log: Path, surfaces: Sequence[Surface], scene: Scene, noted: Mapping[str, Any]) -> None:
+    """Write what does not change: walls as they are at the line; `noted` for script.json."""
     run_folder.claim(log)
     (log / "engine").mkdir(exist_ok=True)
-    write_json(log / SCRIPT, {"restored": restored})
+    write_json(log / SCRIPT, dict(noted))
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         write_stl(surface, log / wall.stl)
     if surfaces:
         write_table(triangle_table(surfaces), log / "history" / "triangles.parquet")
         write_table(part_table(scene, surfaces), log / "history" / "parts.parquet")
+
+
+def note_forces(log: Path, others: Sequence[str]) -> None:
+    """Add forces that are not known to those of script.json."""
+    noted = dict(read_json(log / SCRIPT, "run the script again"))
+    write_json(log / SCRIPT, {**noted, "other_forces": list(dict.fromkeys([*noted["other_forces"], *others]))})
 
 
 def write_scene(log: Path, scene: Scene) -> None:

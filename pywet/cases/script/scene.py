@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,10 @@ from pywet.scene import Liquid, Output, Scene, SphereClass
 
 KINDS = 32
 """Kinds of spheres: each pair of them has a table."""
+KNOWN = ("gravity", "wall/gran", "mesh/surface", "pywet", "nve/sphere", "property/", "contacthistory", "neighlist/mesh")
+"""Fixes whose part in the forces is known: dry contacts, weight, bridges; or that only prepare these."""
+CARRIERS = ("insert/stream",)
+"""Fixes that move spheres at a speed of their own until these have passed a face."""
 LEAST_SKIN = 0.1
 """Way of a sphere, over the least radius, that the neighbour list has to leave in addition to films."""
 
@@ -82,8 +87,25 @@ def surface(name: str, corners: Floats) -> Surface:
     return Surface(name, "wall", corners.reshape(-1, 3), triangles, part, widths)
 
 
-def scene_of(wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface]) -> Scene:
-    """Scene as the plugin wants it; dry contacts, motion and forces stay the script's own: it has none of them.
+def other_forces(state: dict[str, Any]) -> list[str]:
+    """What acts on spheres besides dry contacts, steady gravity and bridges, as sentences of a replay name it."""
+    found = [
+        f"fix {fix['id']} ({fix['style']})" for fix in state["fixes"]
+        if (fix["acts"] and not fix["style"].startswith(KNOWN)) or fix["style"].startswith(CARRIERS)
+    ]  # fmt: skip
+    return found if state["steady_gravity"] else [*found, "gravity that varies or is not of all spheres"]
+
+
+def dry_walls(state: dict[str, Any], wet: Wet) -> list[str]:
+    """Walls that spheres touch without a bridge: primitive ones, by their fix, and meshes without films."""
+    fixes = [(fix["id"], fix["meshes"]) for fix in state["fixes"] if "meshes" in fix]
+    return [name for fix, meshes in fixes for name in meshes or [fix] if name not in wet.wet_walls]
+
+
+def scene_of(
+    wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface], gravity: Sequence[float] = (0.0, 0.0, 0.0)
+) -> Scene:
+    """Scene as the plugin wants it; dry contacts and motion stay the script's own: it has none of them.
 
     It is not checked as a whole.
     """
@@ -100,7 +122,7 @@ def scene_of(wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surfac
             density_kg_per_m3=liquid.density_kg_per_m3, initial_film_thickness_m=0.0,
         ),
         viscous_integration=wet.viscous_integration, bridges_every=1, contacts="stock", wall_film=wet.wall_film,
-        largest_overlap=0.5, transfer_nodes=201, gravity_m_per_s2=(0.0, 0.0, 0.0), box_low_m=(-far,) * 3,
+        largest_overlap=0.5, transfer_nodes=201, gravity_m_per_s2=tuple(gravity), box_low_m=(-far,) * 3,
         box_high_m=(far,) * 3, spheres_file=Path("spheres.parquet"), time_step_s=time_step, duration_s=time_step,
         output=Output(interval_s=time_step, contact_windows=0, energy=False), screen_z_m=0.0, bin_z_m=-far, retire=False,
         outlets=(),
