@@ -70,8 +70,7 @@ def collect(log: Path, windows: int) -> None:
     tables.convert(raw, history)
     for name in ("retired", "poses"):
         write_parts(map(tables.to_columns, tables.raw_parts(raw, name)), history / f"{name}.parquet")
-    if names := [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]]:
-        _mesh_motion(log, names)
+    _mesh_motion(log, [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]])
     write_parts(_trajectory(raw), log / "trajectory.parquet")
     outputs = [int(step) for step in ledger(log)["step"]]
     scene = dict(read_json(log / "scene.json", "run the script again"))
@@ -79,6 +78,7 @@ def collect(log: Path, windows: int) -> None:
     for of in scene["classes"]:
         of["count"] = int(count.get(of["type"], 0))
     scene["duration_s"] = max([1, *outputs]) * scene["time_step_s"]
+    scene["output"] = {**scene["output"], "interval_s": max([1, *np.diff(outputs).tolist()]) * scene["time_step_s"]}
     write_json(log / "scene.json", scene)
     meant = dict(read_json(history / "meta.json", "run the script again"))
     write_json(history / "meta.json", {**meant, "output_steps": outputs})
@@ -92,6 +92,10 @@ def collect(log: Path, windows: int) -> None:
 
 def _mesh_motion(log: Path, names: list[str]) -> None:
     """How far meshes are from where they were at the line, at the outputs."""
+    if not names:
+        empty = {name: np.zeros(0) for name in ("dx", "dy", "dz")}
+        table = pd.DataFrame({"step": np.zeros(0, np.int64), "mesh": np.zeros(0, object), **empty})
+        return write_table(table, log / "mesh_motion.parquet")
     poses = read_table(log / "history" / "poses.parquet")
     steps = read_table(log / "history" / "ledger.parquet", columns=["step"])["step"]
     rows = poses[poses["step"].isin(steps)].sort_values(["step", "mesh"])

@@ -17,7 +17,7 @@ from pywet.geometry.faces import FEATURE_ANGLE_DEG, face_of, half_width
 from pywet.geometry.initial import wall_mesh
 from pywet.geometry.surface import Floats, Surface
 from pywet.laws.contact import film_thickness
-from pywet.scene import Liquid, Output, Scene, SphereClass
+from pywet.scene import SCRIPTED, Liquid, Output, Scene, SphereClass
 
 KINDS = 32
 """Kinds of spheres: each pair of them has a table."""
@@ -115,7 +115,7 @@ def scene_of(
     walls = tuple(wall_mesh(s, angle[s.name]).model_copy(update=feature) for s in surfaces)
     far = max([1.0, *(float(np.abs(s.vertices).max()) for s in surfaces)])
     return Scene.model_construct(
-        name="script", seed=0, classes=tuple(spheres.classes), pairs=(), hertz=None, walls=walls, vibration=None, slide=None,
+        name=SCRIPTED, seed=0, classes=tuple(spheres.classes), pairs=(), hertz=None, walls=walls, vibration=None, slide=None,
         rotation=None, effects=wet.effects,
         liquid=Liquid(
             surface_tension_N_per_m=liquid.surface_tension_N_per_m, viscosity_Pa_s=liquid.viscosity_Pa_s,

@@ -40,14 +40,14 @@ def test_without_liquid_the_motion_is_that_of_the_stock_program(tmp_path: Path, 
         "hertz tangential no_history rolling_friction cdt",
     ],
 )
-def test_contact_models_of_the_script_stay_its_own(tmp_path: Path, models: str) -> None:
+def test_contact_models_are_those_of_the_script(tmp_path: Path, models: str) -> None:
     """Without liquid bit for bit the stock program; with liquid the ledger closes."""
     materials = """fix             m5 all property/global coefficientRollingFriction peratomtypepair 1 0.1
 fix             m6 all property/global coefficientRollingViscousDamping peratomtypepair 1 0.1
 fix             m7 all property/global characteristicVelocity scalar 0.5
 pair_style"""
-    text = BEFORE.replace("model hertz &\n                tangential history", f"model {models}")
-    text = text.replace("model hertz tangential history", f"model {models}").replace("pair_style", materials)
+    text = BEFORE.replace("model hertz tangential history", f"model {models}").replace("pair_style", materials)
+    text = text.replace("model hertz &\n                tangential history", f"model {models}")
     after = AFTER.replace("run             1500", "run             1000")
     for name, line, wet in (("stock", "", WET), ("ours", LINE, WET.replace("1.0", "0")), ("wet", LINE, WET)):
         (tmp_path / name).mkdir()

@@ -30,8 +30,14 @@ THROWN = [
 def script(scene: Scene, folder: Path) -> None:
     """The scene's own deck without the plugin's lines, and one line in their place."""
     text = (folder.parent / "scene" / "engine" / "setup.liggghts").read_text()
-    own = ("fix             p_liquid", "fix             pywet", "variable        skin", "variable        thickest", "#")
-    lines = [row for row in text.splitlines() if not row.startswith(own)]
+    plugin = (
+        "fix             p_liquid",
+        "fix             pywet",
+        "variable        skin",
+        "variable        thickest",
+        "#",
+    )
+    lines = [row for row in text.splitlines() if not row.startswith(plugin)]
     # lists see twice the scene's skin, of which a script's films get half, so that they are made again at the same steps
     lines = [f"neighbor {2.0 * deck.skin(scene)!r} bin" if row.startswith("neighbor ") else row for row in lines]
     lines = [row for row in lines if not row.startswith(("dump", "variable        frame"))]
