@@ -22,6 +22,7 @@ GROUPS = {
         "run-scene": "run-scene examples/scenes/hopper.yaml --out hopper",
         "scene": "scene drum --moisture 1 --spheres 400 --seconds 1.5",
         "liggghts": "liggghts -in in.drum --check",
+        "lammps": "lammps -in in.packing",
         "calibrate": "calibrate examples/calibrations/drum.yaml",
         "sweep": "sweep examples/sweeps/small_drum.yaml --cores 2",
     },

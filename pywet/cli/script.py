@@ -1,4 +1,4 @@
-"""The command on LIGGGHTS scripts of the user's own."""
+"""The commands on scripts of the user's own, of LIGGGHTS and LAMMPS."""
 
 from __future__ import annotations
 
@@ -13,30 +13,45 @@ from pywet.errors import PywetError
 app = typer.Typer()
 
 
-@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
-def liggghts(
-    ctx: typer.Context,
-    script: Annotated[Path, typer.Option("-in", metavar="SCRIPT", help="Script with one line of fix pywet.")],
-    check: Annotated[bool, typer.Option("--check", help="Only say what was found and what is not supported.")] = False,
-) -> None:
+SCRIPT = typer.Option("-in", metavar="SCRIPT", help="Script with one line of fix pywet.")
+CHECK = typer.Option(
+    "--check", help="Print what was found, the stable time step and what is not supported; nothing runs."
+)
+OTHERS = {"allow_extra_args": True, "ignore_unknown_options": True}
+
+
+@app.command(context_settings=OTHERS)
+def liggghts(ctx: typer.Context, script: Annotated[Path, SCRIPT], check: Annotated[bool, CHECK] = False) -> None:
     """Run a LIGGGHTS script that has one line more, `fix wet all pywet liquid wet.yaml`; other options are the engine's.
 
     Example: pywet liggghts -in in.drum --check"""
-    from pywet.cases.script.scan import scan
+    _script("liggghts", script, ctx.args, check)
 
+
+@app.command(context_settings=OTHERS)
+def lammps(ctx: typer.Context, script: Annotated[Path, SCRIPT], check: Annotated[bool, CHECK] = False) -> None:
+    """Run a LAMMPS script that has one line more, `fix wet all pywet liquid wet.yaml`; its walls stay dry, one process.
+
+    Example: pywet lammps -in in.packing"""
+    _script("lammps", script, ctx.args, check)
+
+
+def _script(engine: str, script: Path, words: list[str], check: bool) -> None:
     if check:
-        found = scan(script)
-        effects = ", ".join(f"{kind} {law}" for kind, law in found.wet.effects.laws.items())
-        tell(f"{script}: fixes {', '.join(f'{n} {style}' for style, n in sorted(found.styles.items()))}")
-        tell(f"{found.line.liquid}: {found.wet.viscous_integration}; laws: {effects}")
-        tell(f"run: {found.line.log}, output every {found.line.every} steps")
-        if found.problems:
-            raise PywetError("\n".join(map(str, found.problems)), **found.problems[0].data)
-        tell("nothing is in the way; spheres, time step and skin are checked when the engine comes to the line")
+        from pywet.cases.script.check import check as checked
+
+        lines, problems = checked(script, words, engine)
+        for line in lines:
+            tell(line)
+        if problems:
+            raise PywetError("\n".join(map(str, problems)), **problems[0].data)
+        tell("nothing is in the way; spheres, time step and skin are checked again when the engine comes to the line")
         return
     from pywet.cases.script.run import run
 
-    outcome = run(script, ctx.args, lambda sentence: err.print(sentence, style="red", soft_wrap=True, markup=False))
+    outcome = run(
+        script, words, lambda sentence: err.print(sentence, style="red", soft_wrap=True, markup=False), engine
+    )
     if outcome is None:
         return
     tell(f"{outcome.formed} bridges formed, {outcome.ruptured} ruptured; ledger closed to {outcome.ledger_error:.1e}")

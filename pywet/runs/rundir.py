@@ -17,7 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
-from pywet.scene import Scene
+from pywet.scene import SCRIPTED, Scene
 from pywet.schema import FORMATION, INTEGER, NUMBER, SPHERE, TABLES
 from pywet.util.files import AGAIN, read_if_there, read_parts, read_table
 
@@ -120,6 +120,11 @@ class RunDir:
         if table.duplicated(["step", "mesh"]).any():
             raise PywetError(f"{self.path}: mesh_motion.parquet holds a step of a mesh twice; run the case again")
         return table
+
+    @cached_property
+    def poses(self) -> pd.DataFrame:
+        """history/poses.parquet of a script's run: where each mesh (its number) is at the steps that are logged."""
+        return self.table("history/poses")
 
     def parts(self, name: str, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
         """Some columns of a table that is too long to be held in memory, part by part."""
@@ -247,6 +252,7 @@ class Timeline:
             )
         initial = spheres["film"].to_numpy(dtype=float) if "film" in spheres else np.zeros(len(ids))
         film, shares = _liquid(run, steps, ids, initial)
+        enters = spheres["enters"].tolist() if scene.name == SCRIPTED else scene.enters(types.tolist())
         return cls(
             steps=steps,
             times=steps * scene.time_step_s,
@@ -259,7 +265,7 @@ class Timeline:
             film=film,
             in_bridges=shares,
             initial_film=initial,
-            entered=steps[:, None] >= np.array(scene.enters(types.tolist()), dtype=np.int64),
+            entered=steps[:, None] >= np.array(enters, dtype=np.int64),
         )
 
 

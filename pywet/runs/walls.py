@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pywet.runs.rundir import Floats, RunDir
-from pywet.scene import Rotation
+from pywet.scene import SCRIPTED, Rotation
 
 
 def wall_corners(run: RunDir, step: int) -> Floats:
@@ -13,6 +13,8 @@ def wall_corners(run: RunDir, step: int) -> Floats:
     table = run.triangles
     names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
     corners = table[names].to_numpy(dtype=float, copy=True).reshape(-1, 3, 3)
+    if run.scene.name == SCRIPTED:
+        return _by_poses(run, step, corners)
     motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
     shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
     for wall in run.scene.walls:
@@ -21,6 +23,16 @@ def wall_corners(run: RunDir, step: int) -> Floats:
             own = (table["mesh"] == wall.name).to_numpy()
             corners[own] = turned(corners[own], way, step * run.scene.time_step_s)
     return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
+
+
+def _by_poses(run: RunDir, step: int, corners: Floats) -> Floats:
+    """Corners of the meshes of a script's run: where the engine had them."""
+    at, names = corners.copy(), run.triangles["mesh"].to_numpy()
+    for _, pose in run.poses[run.poses["step"] == step].iterrows():
+        rows = names == run.scene.walls[int(pose["mesh"])].name
+        shift, *turn = ([pose[f"{of}_{axis}"] for axis in "xyz"] for of in ("shift", "turn_0", "turn_1", "turn_2"))
+        at[rows] = corners[rows] @ np.array(turn).T + np.array(shift)
+    return np.asarray(at)
 
 
 def turned(points: Floats, how: Rotation, time: float) -> Floats:

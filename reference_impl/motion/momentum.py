@@ -140,10 +140,10 @@ def _beside(run: Run, setup: Setup, tables: dict[str, pd.DataFrame], outputs: Ou
 
 def judged(run: Run) -> bool:
     """Whether the momentum of a sphere that touches nothing is that of weight and bridges: its mass stays, and walls are met
-    with a bridge; a script's other forces are not known."""
+    with a bridge; of a script's run its gravity is all else that acts."""
     effects = run.meta["effects"]
     return bool(
         io.scene(run.folder)["effects"].get("wall_films", True)
-        and script.of(run.folder) is None
+        and not (script.of(run.folder) and script.in_the_way_of_gravity(run.folder))
         and not effects.get("liquid_weight") and not effects.get("shedding")
     )  # fmt: skip

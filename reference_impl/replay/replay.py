@@ -139,8 +139,7 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
     def named(failed: list[str]) -> dict[str, Any]:
         return _named(run.folder, run, tables, found, failed)
 
-    more = script.NOT_CHECKED if script.of(run.folder) else ()
-    return Logged(quantities, motion, entries, named, [*coverage.not_checked(run), *more])
+    return Logged(quantities, motion, entries, named, [*coverage.not_checked(run), *script.not_checked(run.folder)])
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:

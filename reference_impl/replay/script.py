@@ -19,7 +19,7 @@ from reference_impl.replay.io import ReplayError
 FILE = "script.json"
 OF_POSE = ("shift", "turn_0", "turn_1", "turn_2", "velocity", "spin")
 NOT_CHECKED = (
-    "dry contacts, gravity, insertion, motion of the meshes: the script's own, of which the logs hold the outcome",
+    "dry contacts, insertion, motion of the meshes: the script's own, of which the logs hold the outcome",
     "first films against the liquid's file; radii, densities and triangles are taken as the engine reported them",
 )
 
@@ -40,6 +40,23 @@ def of(folder: Path) -> dict[str, Any] | None:
         raise ReplayError(f"{Path(folder)} resumes from a restart file, whose bridges no log of it holds; expected a run from "
                           "its first films on: replay the one before it")  # fmt: skip
     return dict(noted)
+
+
+def in_the_way_of_gravity(folder: Path) -> list[str]:
+    """Why the change of momentum of a sphere that touched nothing is not known to be weight and bridges alone."""
+    noted = of(folder) or {}
+    if "dry_walls" not in noted or "other_forces" not in noted:
+        return ["the run did not note what acts on spheres"]
+    touched = [f"{name} is touched without a bridge" for name in map(str, noted["dry_walls"])]
+    return [*touched, *map(str, noted["other_forces"])]
+
+
+def not_checked(folder: Path) -> list[str]:
+    """Sentences on what a replay of the run cannot know."""
+    if of(folder) is None:
+        return []
+    reasons = in_the_way_of_gravity(folder)
+    return [*NOT_CHECKED, *([f"gravity and Newton's law: {'; '.join(reasons)}"] if reasons else [])]
 
 
 def windows(noted: dict[str, Any], last: int) -> tuple[tuple[int, int], ...]:

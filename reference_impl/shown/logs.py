@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from reference_impl.motion.window import way_of
-from reference_impl.replay import capillary, exact, io, plans
+from reference_impl.replay import capillary, exact, io, plans, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.coverage import EXACT
 from reference_impl.replay.lives import Lives, keys, none
@@ -39,17 +39,23 @@ class Logs:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.scene, self.plan = folder, io.scene(folder), plans.plan(folder)
+        self.outputs = self.plan.outputs
+        """Steps of the outputs that have files: of a script's run those at which there is a sphere."""
+        if script.of(folder):
+            self.outputs = self.outputs[script.present(folder, self.outputs) > 0]
         self.origin = io.origin(folder)
         history = folder / "history"
         start = io.columns(history / "spheres.parquet", ["id", "type", "radius", "film"]).sort_values("id")
         self.ids, self.kind, self.radius, self.film = (start[n].to_numpy() for n in ("id", "type", "radius", "film"))
         self.first_below = np.full(len(self.ids), np.inf)
         self.triangles, self.rest = pd.DataFrame({"triangle": []}), np.zeros((0, 3, 3))
+        self.poses: script.Poses | None = None
         if self.plan.walls:
             corners = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
             names = ["triangle", "part", "mesh", "holder", *corners]
             self.triangles = io.columns(history / "triangles.parquet", names).sort_values("triangle")
             self.rest = self.triangles[corners].to_numpy(float).reshape(-1, 3, 3)
+            self.poses = script.Poses(folder) if script.of(folder) else None
             motion = io.columns(folder / "mesh_motion.parquet", ["step", "mesh", "dx", "dy", "dz"])
             self.motion = {(row.step, row.mesh): [row.dx, row.dy, row.dz] for row in motion.itertuples()}
         self._standing, self._booked = none(), -1
@@ -155,6 +161,12 @@ class Logs:
     def corners(self, step: int) -> Floats:
         """Corners (n, 3, 3) of all triangles."""
         at, none = self.rest.copy(), [0.0, 0.0, 0.0]
+        if self.poses is not None:
+            for number, wall in enumerate(self.scene["walls"]):
+                pose, rows = self.poses.at(number, step), (self.triangles["mesh"] == wall["name"]).to_numpy()
+                matrix = np.stack([pose[f"turn_{k}"][0] for k in range(3)])
+                at[rows] = np.einsum("ij,tcj->tci", matrix, self.rest[rows]) + pose["shift"][0]
+            return at
         shift = np.array([self.motion.get((step, mesh), none) for mesh in self.triangles["mesh"]]).reshape(-1, 3)
         for wall in self.scene["walls"]:
             if wall["motion"] != "turns":

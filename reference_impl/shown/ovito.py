@@ -40,8 +40,8 @@ def disagreement(folder: Path) -> str | None:
         if kind == "ENTRIES" and not logs.plan.moist:
             continue
         outputs = list(dumped(logs.folder / "ovito" / name, kind))
-        if [step for step, _ in outputs] != logs.plan.outputs.tolist():
-            found.append(f"{name} holds {len(outputs)} outputs, expected the {len(logs.plan.outputs)} of the run")
+        if [step for step, _ in outputs] != logs.outputs.tolist():
+            found.append(f"{name} holds {len(outputs)} outputs, expected the {len(logs.outputs)} of the run")
             continue
         found += _wrong(name, {step: _columns(logs, kind, step, table) for step, table in outputs})
     return f"{logs.folder / 'ovito'} disagrees with the logs: {'; '.join(found)}" if found else None

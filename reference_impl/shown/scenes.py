@@ -73,7 +73,7 @@ class Scene:
     @cached_property
     def steps(self) -> list[int]:
         """The output step nearest to each time shown."""
-        outputs = np.asarray(self.logs.plan.outputs)
+        outputs = np.asarray(self.logs.outputs)
         own = outputs * self.logs.scene["time_step_s"]
         return [int(outputs[np.abs(own - time).argmin()]) for time in self.head["times"]]
 
@@ -133,7 +133,7 @@ class Scene:
 
     def _elsewhere(self, place: Floats, step: int) -> str:
         """A phrase where the places are those of the output, or of the time shown, before or after."""
-        for steps in (self.logs.plan.outputs.tolist(), self.steps):
+        for steps in (self.logs.outputs.tolist(), self.steps):
             k = steps.index(step)
             for other in {*steps[max(0, k - 1) : k + 2]} - {step}:
                 at = self.logs.at(other).place
@@ -191,7 +191,7 @@ class Scene:
 
     def _curves(self) -> Iterator[str]:
         """Values at the times of the scene, and all times."""
-        outputs = np.asarray(self.logs.plan.outputs) * self.logs.scene["time_step_s"]
+        outputs = np.asarray(self.logs.outputs) * self.logs.scene["time_step_s"]
         own = {"fraction retained (spheres)": self._retained()}
         if self.logs.plan.moist:
             own["liquid in bridges, %"] = [self._in_bridges(self.logs.at(step)) for step in self.steps]
@@ -203,7 +203,7 @@ class Scene:
                 yield f"times of the curve {curve['title']} are not those of the outputs"
                 continue
             for step, right in zip(self.steps, own[curve["title"]], strict=True):
-                value = curve["y"][int(np.searchsorted(self.logs.plan.outputs, step))]
+                value = curve["y"][int(np.searchsorted(self.logs.outputs, step))]
                 if abs(value - right) > SINGLE * max(1.0, abs(value)):
                     yield f"the curve {curve['title']} is wrong at t = {step * self.logs.scene['time_step_s']:.4g} s"
                     break

@@ -110,7 +110,7 @@ def _compared(field: Field) -> Quantity:
 
 
 def _fields(logs: Logs, outputs: Outputs, single: float) -> Iterator[Field]:
-    steps = logs.plan.outputs.tolist()
+    steps = logs.outputs.tolist()
     entries = {kind: outputs(kind) for kind in MAKERS}
     for kind, listed in entries.items():
         table = pd.DataFrame({"step": steps, "i": range(len(steps))})
@@ -182,7 +182,7 @@ def _bridges(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> It
     pulls, what = logs.pulls(here), "capillary force of a bridge"
     if pulls is not None:
         fields.append(("capillary_force", what, pulls))
-    elif logs.exact and step == logs.plan.outputs[-1] and order is not None:
+    elif logs.exact and step == logs.outputs[-1] and order is not None:
         few = np.unique(np.linspace(0, len(here) - 1, EXACT_PULLS).astype(int))
         own, touch = logs.exact_pulls(here.iloc[few])
         shown_here = every.get("capillary_force", np.full(len(here), np.nan))[order][few]
@@ -256,7 +256,7 @@ def _link(logs: Logs, fields: list[Field]) -> Link:
     """The first output steps that disagree, as the diagnosis takes them."""
     rows = pd.concat([f.rows for f in fields], ignore_index=True)
     shown, own, size = (np.concatenate([getattr(f, n) for f in fields]).astype(float) for n in ("shown", "own", "size"))
-    name, steps = fields[0].name, logs.plan.outputs.tolist()
+    name, steps = fields[0].name, logs.outputs.tolist()
     kind = name.split("_")[1] if not name.endswith("_time") else ""
 
     def elsewhere(field: str, output: Callable[[int], int]) -> Floats:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,22 +18,29 @@ from pywet.scene import Scene
 from pywet.util.files import read_json, read_table, write_json, write_parts, write_table
 
 SCRIPT = "script.json"
-"""That a run is one of a script's: its output steps, steps of contact windows, whether it resumes from a restart file."""
+"""That a run is one of a script's: its output steps, steps of contact windows, whether it resumes from a restart file, what else
+acts on spheres, walls without films."""
 COME = "come.bin"
 """Raw: spheres as they came."""
 OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])
 
 
-def begin(log: Path, surfaces: Sequence[Surface], scene: Scene, restored: bool) -> None:
-    """Write what does not change: walls as they are at the line."""
+def begin(log: Path, surfaces: Sequence[Surface], scene: Scene, noted: Mapping[str, Any]) -> None:
+    """Write what does not change: walls as they are at the line; `noted` for script.json."""
     run_folder.claim(log)
     (log / "engine").mkdir(exist_ok=True)
-    write_json(log / SCRIPT, {"restored": restored})
+    write_json(log / SCRIPT, dict(noted))
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         write_stl(surface, log / wall.stl)
     if surfaces:
         write_table(triangle_table(surfaces), log / "history" / "triangles.parquet")
         write_table(part_table(scene, surfaces), log / "history" / "parts.parquet")
+
+
+def note_forces(log: Path, others: Sequence[str]) -> None:
+    """Add forces that are not known to those of script.json."""
+    noted = dict(read_json(log / SCRIPT, "run the script again"))
+    write_json(log / SCRIPT, {**noted, "other_forces": list(dict.fromkeys([*noted["other_forces"], *others]))})
 
 
 def write_scene(log: Path, scene: Scene) -> None:
@@ -62,8 +70,7 @@ def collect(log: Path, windows: int) -> None:
     tables.convert(raw, history)
     for name in ("retired", "poses"):
         write_parts(map(tables.to_columns, tables.raw_parts(raw, name)), history / f"{name}.parquet")
-    if names := [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]]:
-        _mesh_motion(log, names)
+    _mesh_motion(log, [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]])
     write_parts(_trajectory(raw), log / "trajectory.parquet")
     outputs = [int(step) for step in ledger(log)["step"]]
     scene = dict(read_json(log / "scene.json", "run the script again"))
@@ -71,6 +78,7 @@ def collect(log: Path, windows: int) -> None:
     for of in scene["classes"]:
         of["count"] = int(count.get(of["type"], 0))
     scene["duration_s"] = max([1, *outputs]) * scene["time_step_s"]
+    scene["output"] = {**scene["output"], "interval_s": max([1, *np.diff(outputs).tolist()]) * scene["time_step_s"]}
     write_json(log / "scene.json", scene)
     meant = dict(read_json(history / "meta.json", "run the script again"))
     write_json(history / "meta.json", {**meant, "output_steps": outputs})
@@ -84,6 +92,10 @@ def collect(log: Path, windows: int) -> None:
 
 def _mesh_motion(log: Path, names: list[str]) -> None:
     """How far meshes are from where they were at the line, at the outputs."""
+    if not names:
+        empty = {name: np.zeros(0) for name in ("dx", "dy", "dz")}
+        table = pd.DataFrame({"step": np.zeros(0, np.int64), "mesh": np.zeros(0, object), **empty})
+        return write_table(table, log / "mesh_motion.parquet")
     poses = read_table(log / "history" / "poses.parquet")
     steps = read_table(log / "history" / "ledger.parquet", columns=["step"])["step"]
     rows = poses[poses["step"].isin(steps)].sort_values(["step", "mesh"])

@@ -23,11 +23,11 @@ SENTENCES = {
     "wet.atoms": ("the atoms have no radius or mass of their own", "atom_style granular or sphere"),
     "wet.map": ("the engine keeps no map of the spheres", "the line `atom_modify map array` before the box is made"),
     "wet.newton": ("newton is on", "the line `newton off`"),
-    "wet.periodic": ("a boundary is periodic, over which bridges do not reach yet", "f, m or s along x, y and z"),
+    "wet.periodic": ("the boundary is periodic along {given}, over which no bridge reaches", "f, m or s along x, y and z"),
     "wet.coarsegraining": ("coarsegraining is on, for which no law of bridges holds", "a script without it"),
     "wet.multisphere": ("{given} is of multispheres, whose films are not known", "single spheres"),
     "wet.pair": ("the pair style is none of granular contacts", "pair_style gran"),
-    "wet.cohesion": ("a pair or wall style has a cohesion model of its own, which counts the liquid twice", "cohesion off"),
+    "wet.cohesion": ("{given} has a cohesion model of its own, which counts the liquid twice", "cohesion off"),
     "wet.ids": ("the numbers of the spheres have gaps or repeat", "1, 2, … without a gap: delete none before the line"),
     "wet.sizes": ("there are {given} kinds of spheres by type, radius and density", "32 at most"),
     "wet.angle": ("contact_angle_deg has none for atom type {given}", "one for each type of which there are spheres"),
@@ -44,6 +44,11 @@ SENTENCES = {
     "wet.neighbour": ("neigh_modify has {given}", "delay 0 every 1 check yes: films touch between two lists else"),
     "wet.contact_distance": ("contact_distance_factor is {given}", "1"),
     "wet.skin": ("the skin of the command neighbor is {given} m, too small for these films", "{expected} m or more"),
+    "wet.drawn": ("{given}, each sphere of its own kind", "radius constant, in as many templates as there are sizes, 32 at most"),
+    "wet.mesh_file": ("there is no file {given}", "the path of a mesh, as seen from where the script runs"),
+    "wet.moved_group": ("fix {given} moves only some of the spheres", "nve/sphere of the group all"),
+    "wet.one_process": ("LAMMPS was started as {given} processes", "one: its ranks have no ghosts that hold films"),
+    "wet.no_restart": ("`{given}` brings spheres whose films no file of LAMMPS holds", "a script that makes its spheres"),
     "wet.time_step": ("the time step became {given} s", "{expected} s, as where the line of fix pywet is"),
     "wet.step": ("the step is {given} where a run begins", "{expected}: no reset_timestep after the line of fix pywet"),
     "wet.frozen": ("{given} holds spheres still, which bridges would pull along", "a script without it"),
@@ -102,10 +107,10 @@ def of_state(state: dict[str, Any], walls: Walls) -> Iterator[PywetError]:
         "wet.atoms": (not state["granular"], None),
         "wet.map": (state["map"] == 0, None),
         "wet.newton": (state["newton"], None),
-        "wet.periodic": (state["periodic"], None),
+        "wet.periodic": (state["periodic"], state["periodic"]),
         "wet.coarsegraining": (state["coarsegraining"], None),
         "wet.pair": (state["cohesion"] < 0, None),
-        "wet.cohesion": (state["cohesion"] > 0, None),
+        "wet.cohesion": (state["cohesion"] > 0, "the pair style"),
         "wet.neighbour": (wrong, wrong),
         "wet.contact_distance": (state["contact_distance_factor"] != 1.0, state["contact_distance_factor"]),
         "wet.integrate": (len(movers) != 1 or not movers[0]["all"], len(movers)),
@@ -118,6 +123,8 @@ def of_state(state: dict[str, Any], walls: Walls) -> Iterator[PywetError]:
         if fix["style"].startswith(("multisphere", "rigid")):
             yield refusal("wet.multisphere", named)
         yield from of_wall(fix["id"], fix["style"], fix.get("meshes", []), walls)
+        if fix.get("cohesive"):
+            yield refusal("wet.cohesion", named)
         if fix.get("belt") and isinstance(walls, Mapping) and walls.get(fix["id"], "dry") != "dry":
             yield refusal("wet.belt", fix["id"])
         if holds_still(fix["style"]):

@@ -10,6 +10,7 @@ import json
 import math
 import os
 import signal
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,13 +20,14 @@ import numpy as np
 import pandas as pd
 
 from pywet.cases.script import folder
+from pywet.cases.script.hosts import HOSTS, refuse_ranks
 from pywet.cases.script.refusals import of_state, refusal
 from pywet.cases.script.scan import Found, scan
-from pywet.cases.script.scene import Spheres, reach, scene_of, surface, too_thick
+from pywet.cases.script.scene import Spheres, dry_walls, other_forces, reach, scene_of, surface, too_thick
 from pywet.ending import die_with_parent
 from pywet.engines.liggghts.inputs import prepare_laws, transfer_tables
 from pywet.engines.liggghts.plugin_api import Plugin
-from pywet.engines.liggghts.worker import LIBRARY, LINE_BUFFERED, plugin_rank
+from pywet.engines.liggghts.worker import LINE_BUFFERED, plugin_rank
 from pywet.errors import EngineError, border
 from pywet.geometry import Surface
 from pywet.runs.tables import ledger_error
@@ -42,9 +44,10 @@ class Outcome:
     ledger_error: float
 
 
-def run(path: Path, words: list[str], say: Callable[[str], None]) -> Outcome | None:
+def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = "liggghts") -> Outcome | None:
     """Run the script; `words` for the engine's command line, such as -var and -log. None on all ranks but the first."""
-    found = scan(path)
+    refuse_ranks(engine)
+    found = scan(path, words, engine)
     if found.problems:
         raise found.problems[0]
     log = found.line.log
@@ -54,7 +57,7 @@ def run(path: Path, words: list[str], say: Callable[[str], None]) -> Outcome | N
     child = os.fork()
     if child == 0:
         die_with_parent()
-        os._exit(_engine(found, path, words, say))
+        os._exit(_engine(found, path, words, say, engine))
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if not first:
         raise SystemExit(status if status >= 0 else 128 - status)
@@ -79,16 +82,14 @@ REFUSED = 3
 """Exit status of the engine's process where the script was refused."""
 
 
-def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], None]) -> int:
+def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], None], engine: str) -> int:
     """The engine's process: read the script, return its exit status."""
     for stop in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(stop, signal.SIG_DFL)  # in the engine no Python answers
-    library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     libc = C.CDLL(None)
     libc.setvbuf(C.c_void_p.in_dll(libc, "stdout"), None, LINE_BUFFERED, 0)
-    engine, given = C.c_void_p(), [b"pywet", *(word.encode() for word in words)]
-    plugin = Plugin()
-    library.lammps_open_no_mpi(len(given), (C.c_char_p * len(given))(*given), C.byref(engine))
+    host = HOSTS[engine](words)
+    plugin = host.plugin
 
     def guarded(what: Callable[[], Any]) -> Any:
         """The engine can pass no exception on: a refusal ends the process, with its logs written."""
@@ -100,10 +101,14 @@ def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], Non
             libc.fflush(None)
             os._exit(REFUSED)
 
-    script = _Script(found, plugin, engine, guarded)
-    callback = plugin.know_script(engine, lambda when: guarded(script.asked[when]))
-    library.lammps_file(engine, str(path).encode())
-    library.lammps_close(engine)
+    script = _Script(found, plugin, host.handle, guarded)
+    callback = plugin.know_script(host.handle, lambda when: guarded(script.asked[when]))
+    if error := host.read(path):
+        print(error, file=sys.stderr, flush=True)
+        plugin.finish()
+        libc.fflush(None)
+        return 1
+    host.close()
     plugin.finish()
     del callback
     return 0
@@ -117,6 +122,7 @@ class _Script:
         self._plugin, self._engine, self._guarded = plugin, engine, guarded
         self._spheres, self._meshes, self._surfaces = Spheres(found.wet), dict[str, str](), list[Surface]()
         self._time_step = self._thickest = 0.0
+        self._gravity: list[float] = []
         self._log: Path | None = None
         self.asked = {b"line": self._state, b"run": self.check, b"begin": self.begin}
 
@@ -136,12 +142,14 @@ class _Script:
         fixes = {fix["id"]: fix for fix in state["fixes"]}
         surfaces = [surface(n, plugin.script_triangles(n, fixes[n]["triangles"])) for n in self._meshes]
         self._time_step = float(state["time_step"])
-        scene = scene_of(self.wet, self._time_step, self._spheres, surfaces)
+        self._gravity = [float(g) for g in state["gravity"]]
+        scene = scene_of(self.wet, self._time_step, self._spheres, surfaces, self._gravity)
         skin, self._thickest = reach(self._spheres, state)
         self._log = self.line.log.resolve()
         raw = self._log / "engine"
         if plugin_rank() == 0:
-            folder.begin(self._log, surfaces, scene, bool(state["restored"]))
+            noted = {"restored": bool(state["restored"]), "other_forces": other_forces(state)}
+            folder.begin(self._log, surfaces, scene, {**noted, "dry_walls": dry_walls(state, self.wet)})
         self._note(scene, table)
         raw.mkdir(parents=True, exist_ok=True)
         prepare_laws(scene)
@@ -152,6 +160,12 @@ class _Script:
         plugin.attach(self._engine, raw, self.line.name)
         if state["restored"]:
             plugin.resume_script(int(state["restored"]))
+
+    def _forces_change(self, state: dict[str, Any]) -> None:
+        """Note forces that are not those of the first run, so that no replay takes them for known."""
+        changed = [] if state["gravity"] == self._gravity else ["gravity that changes between runs"]
+        if self._log and plugin_rank() == 0:
+            folder.note_forces(self._log, [*other_forces(state), *changed])
 
     def _wet_meshes(self, state: dict[str, Any]) -> dict[str, str]:
         """Meshes that the liquid meets, and which one of the engine's each is."""
@@ -164,7 +178,7 @@ class _Script:
         if (thick := too_thick(table, self._thickest)) is not None:
             raise refusal("wet.film", thick)
         if len(self._spheres.classes) > known:
-            scene = scene_of(self.wet, self._time_step, self._spheres, self._surfaces)
+            scene = scene_of(self.wet, self._time_step, self._spheres, self._surfaces, self._gravity)
             prepare_laws(scene)
             self._plugin.add_classes(scene, known, transfer_tables(scene))
         self._note(scene, table)
@@ -184,6 +198,8 @@ class _Script:
             return
         if state["time_step"] != self._time_step:
             raise refusal("wet.time_step", state["time_step"], self._time_step)
+        if state["gravity"] != self._gravity or other_forces(state):
+            self._forces_change(state)
         if state["last"] not in (-1, state["step"]):
             raise refusal("wet.step", state["step"], state["last"])
         now = self._wet_meshes(state)

@@ -1,6 +1,7 @@
 """What is known of a script before the engine reads it: its commands in order, with those of included files.
 
-Jumps are not followed and variables not filled in: what they hide is found by the engine itself, at the line or before a run.
+Jumps are not followed, and of variables only those that hold numbers and words are filled in: what the others hide is found by
+the engine itself, at the line or before a run.
 """
 
 from __future__ import annotations
@@ -8,12 +9,13 @@ from __future__ import annotations
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 from pywet.cases.script.refusals import holds_still, of_names, of_wall, refusal
+from pywet.cases.script.variables import Variables
 from pywet.cases.script.wet import STYLE, Line, Wet, line
 from pywet.errors import FileError, PywetError
 from pywet.util.files import read_bytes
@@ -24,16 +26,17 @@ DEEPEST = 16
 
 @dataclass(frozen=True)
 class Found:
-    """A script read: its line of fix pywet and its liquid, fix styles by number, what is in the way."""
+    """A script read: its line of fix pywet and its liquid, fix styles by number, what is in the way, all commands."""
 
     line: Line
     wet: Wet
     styles: Counter[str]
     problems: tuple[PywetError, ...]
+    rows: tuple[list[str], ...] = ()
 
 
-def commands(path: Path, depth: int = 0) -> Iterator[list[str]]:
-    """Words of every command of a script and of the files that it includes."""
+def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> Iterator[list[str]]:
+    """Words of every command of a script and of the files that it includes, with the values of `variables` if given."""
     if depth > DEEPEST:
         raise FileError(
             f"{path} is included by files that include one another; expected none that includes itself",
@@ -45,10 +48,13 @@ def commands(path: Path, depth: int = 0) -> Iterator[list[str]]:
             words = shlex.split(row, comments=True)
         except ValueError:  # a quote that is not closed: the engine says so
             words = row.split("#")[0].split()
+        if variables:
+            words = variables.filled(words)
+            variables.learn(words)
         if words:
             yield words
         if words[:1] == ["include"] and len(words) == 2 and "$" not in words[1]:
-            yield from commands(Path(words[1]), depth + 1)
+            yield from commands(Path(words[1]), depth + 1, variables)
         elif words:
             yield from map(shlex.split, _hidden(words))
 
@@ -71,9 +77,9 @@ def meshes_of(words: list[str]) -> list[str]:
     return words[first : first + int(words[words.index("n_meshes") + 1])]
 
 
-def scan(path: Path) -> Found:
-    """Read script and liquid; paths in them count from the present folder, as for the engine."""
-    rows = list(commands(path))
+def scan(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> Found:
+    """Read script and liquid; paths in them count from the present folder, as for the engine. `words`: its command line's."""
+    rows = list(commands(path, variables=Variables(words)))
     lines = [k for k, words in enumerate(rows) if words[0] == "fix" and words[3:4] == [STYLE]]
     if len(lines) != 1:
         raise refusal("wet.two_lines", len(lines)) if lines else refusal("wet.no_line", str(path))
@@ -83,13 +89,16 @@ def scan(path: Path) -> Found:
     fixes = [words for words in rows if words[0] == "fix" and len(words) > 3]
     problems = [*_before(rows[:at], wet), *_after(rows[at + 1 :], own, wet)]
     problems += of_names(((words[1], words[3], meshes_of(words)) for words in fixes), wet.walls)
+    if engine == "lammps":
+        problems += _of_lammps(rows)
     if any(words[0] == "clear" for words in rows):
         problems.append(refusal("wet.clear"))
-    return Found(own, wet, Counter(words[3] for words in fixes), tuple(problems))
+    return Found(own, wet, Counter(words[3] for words in fixes), tuple(problems), tuple(rows))
 
 
 def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
     fixes: dict[str, list[str]] = {}
+    lists: dict[str, str] = {}
     for words in rows:
         match words:
             case ["fix", name, _, _, *_]:
@@ -98,16 +107,20 @@ def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
                 fixes.pop(name, None)
             case ["neigh_modify", *more]:
                 yield from _excluded(more)
+                lists |= dict(zip(more[::2], more[1::2], strict=False))
             case ["newton", "on", *_]:
                 yield refusal("wet.newton")
-            case ["boundary", *sides] if any("p" in side for side in sides):
-                yield refusal("wet.periodic")
+            case ["boundary", *sides] if around := [
+                axis for axis, side in zip("xyz", sides, strict=False) if "p" in side
+            ]:
+                yield refusal("wet.periodic", ", ".join(around))
             case ["coarsegraining", *_]:
                 yield refusal("wet.coarsegraining")
             case ["units", of, *_] if of != "si":
                 yield refusal("wet.units", of)
-            case ["pair_style", "gran", *models] if _cohesive(models):
-                yield refusal("wet.cohesion")
+            case ["pair_style", "gran", *models] if model := _cohesive(models):
+                yield refusal("wet.cohesion", f"pair_style gran ({model})")
+    yield from _lists(lists)
     for words in fixes.values():
         yield from _of_fix(words, wet)
 
@@ -127,16 +140,37 @@ def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
                 yield refusal("wet.compress", " ".join(words))
 
 
+def _of_lammps(rows: list[list[str]]) -> Iterator[PywetError]:
+    """What LAMMPS has beyond LIGGGHTS: contact models that stick, which are words of pair_coeff and of walls."""
+    for words in rows:
+        if words[0] == "read_restart":
+            yield refusal("wet.no_restart", " ".join(words))
+        if words[0] in ("pair_coeff", "fix") and (model := next((w for w in words if w in ("jkr", "dmt")), "")):
+            yield refusal("wet.cohesion", f"{' '.join(words[:4])} ({model})")
+
+
 def _of_fix(words: list[str], wet: Wet) -> Iterator[PywetError]:
     name, style = words[1], words[3]
     named = f"fix {name} ({style})"
     if holds_still(style):
         yield refusal("wet.frozen", named)
+    if style == "nve/sphere" and words[2] != "all":
+        yield refusal("wet.moved_group", f"{name} ({style} of the group {words[2]})")
     if "multisphere" in style:
         yield refusal("wet.multisphere", named)
-    if style == "wall/gran" and _cohesive(words):
-        yield refusal("wet.cohesion")
+    if style.startswith("wall/gran") and (model := _cohesive(words)):
+        yield refusal("wet.cohesion", f"{named} ({model})")
     yield from of_wall(name, style, meshes_of(words), wet.walls)
+
+
+def _lists(given: dict[str, str]) -> Iterator[PywetError]:
+    """Neighbour lists that are made too late for films, or hold what they need not, by the words of neigh_modify."""
+    needed = {"delay": "0", "every": "1", "check": "yes"}
+    if wrong := " ".join(f"{n} {given[n]}" for n, v in needed.items() if given.get(n, v) != v and "$" not in given[n]):
+        yield refusal("wet.neighbour", wrong)
+    factor = given.get("contact_distance_factor", "1")
+    if re.fullmatch(r"[0-9.]+", factor) and float(factor) != 1.0:
+        yield refusal("wet.contact_distance", factor)
 
 
 def _excluded(more: list[str]) -> Iterator[PywetError]:
@@ -144,5 +178,6 @@ def _excluded(more: list[str]) -> Iterator[PywetError]:
         yield refusal("wet.exclude", " ".join(["neigh_modify", *more]))
 
 
-def _cohesive(models: list[str]) -> bool:
-    return any(key == "cohesion" and value != "off" for key, value in pairwise(models))
+def _cohesive(models: list[str]) -> str:
+    """The cohesion model that is named; empty: none, or a variable's, which the engine is asked for at the line."""
+    return next((v for key, v in pairwise(models) if key == "cohesion" and v != "off" and "$" not in v), "")

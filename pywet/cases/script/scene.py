@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,14 @@ from pywet.geometry.faces import FEATURE_ANGLE_DEG, face_of, half_width
 from pywet.geometry.initial import wall_mesh
 from pywet.geometry.surface import Floats, Surface
 from pywet.laws.contact import film_thickness
-from pywet.scene import Liquid, Output, Scene, SphereClass
+from pywet.scene import SCRIPTED, Liquid, Output, Scene, SphereClass
 
 KINDS = 32
 """Kinds of spheres: each pair of them has a table."""
+KNOWN = ("gravity", "wall/gran", "mesh/surface", "pywet", "nve/sphere", "property/", "contacthistory", "neighlist/mesh")
+"""Fixes whose part in the forces is known: dry contacts, weight, bridges; or that only prepare these."""
+CARRIERS = ("insert/stream",)
+"""Fixes that move spheres at a speed of their own until these have passed a face."""
 LEAST_SKIN = 0.1
 """Way of a sphere, over the least radius, that the neighbour list has to leave in addition to films."""
 
@@ -82,8 +87,25 @@ def surface(name: str, corners: Floats) -> Surface:
     return Surface(name, "wall", corners.reshape(-1, 3), triangles, part, widths)
 
 
-def scene_of(wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface]) -> Scene:
-    """Scene as the plugin wants it; dry contacts, motion and forces stay the script's own: it has none of them.
+def other_forces(state: dict[str, Any]) -> list[str]:
+    """What acts on spheres besides dry contacts, steady gravity and bridges, as sentences of a replay name it."""
+    found = [
+        f"fix {fix['id']} ({fix['style']})" for fix in state["fixes"]
+        if (fix["acts"] and not fix["style"].startswith(KNOWN)) or fix["style"].startswith(CARRIERS)
+    ]  # fmt: skip
+    return found if state["steady_gravity"] else [*found, "gravity that varies or is not of all spheres"]
+
+
+def dry_walls(state: dict[str, Any], wet: Wet) -> list[str]:
+    """Walls that spheres touch without a bridge: primitive ones, by their fix, and meshes without films."""
+    fixes = [(fix["id"], fix["meshes"]) for fix in state["fixes"] if "meshes" in fix]
+    return [name for fix, meshes in fixes for name in meshes or [fix] if name not in wet.wet_walls]
+
+
+def scene_of(
+    wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface], gravity: Sequence[float] = (0.0, 0.0, 0.0)
+) -> Scene:
+    """Scene as the plugin wants it; dry contacts and motion stay the script's own: it has none of them.
 
     It is not checked as a whole.
     """
@@ -93,14 +115,14 @@ def scene_of(wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surfac
     walls = tuple(wall_mesh(s, angle[s.name]).model_copy(update=feature) for s in surfaces)
     far = max([1.0, *(float(np.abs(s.vertices).max()) for s in surfaces)])
     return Scene.model_construct(
-        name="script", seed=0, classes=tuple(spheres.classes), pairs=(), hertz=None, walls=walls, vibration=None, slide=None,
+        name=SCRIPTED, seed=0, classes=tuple(spheres.classes), pairs=(), hertz=None, walls=walls, vibration=None, slide=None,
         rotation=None, effects=wet.effects,
         liquid=Liquid(
             surface_tension_N_per_m=liquid.surface_tension_N_per_m, viscosity_Pa_s=liquid.viscosity_Pa_s,
             density_kg_per_m3=liquid.density_kg_per_m3, initial_film_thickness_m=0.0,
         ),
         viscous_integration=wet.viscous_integration, bridges_every=1, contacts="stock", wall_film=wet.wall_film,
-        largest_overlap=0.5, transfer_nodes=201, gravity_m_per_s2=(0.0, 0.0, 0.0), box_low_m=(-far,) * 3,
+        largest_overlap=0.5, transfer_nodes=201, gravity_m_per_s2=tuple(gravity), box_low_m=(-far,) * 3,
         box_high_m=(far,) * 3, spheres_file=Path("spheres.parquet"), time_step_s=time_step, duration_s=time_step,
         output=Output(interval_s=time_step, contact_windows=0, energy=False), screen_z_m=0.0, bin_z_m=-far, retire=False,
         outlets=(),

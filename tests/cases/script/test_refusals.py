@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from pywet.cases.script.check import check
 from pywet.cases.script.refusals import SENTENCES, of_state, refusal
 from pywet.cases.script.scan import scan
 from pywet.cases.script.scene import Spheres, reach, too_thick
@@ -22,21 +23,22 @@ from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN,
 STATE: dict[str, Any] = {
     "ranks": 1, "layers": 1, "ghost_velocity": 1, "least_radius": 2e-3, "largest_radius": 3e-3,
     "step": 1, "last": -1, "time_step": 1e-5, "spheres": 2, "map": 1, "newton": 0, "delay": 0, "every": 1,
-    "check": 1, "contact_distance_factor": 1.0, "skin": 2e-3, "periodic": 0, "coarsegraining": 0, "units": "si",
-    "granular": 1, "cohesion": 0, "fixes": [{"id": "integr", "style": "nve/sphere", "all": 1, "later": 0}],
+    "check": 1, "contact_distance_factor": 1.0, "skin": 2e-3, "periodic": "", "coarsegraining": 0, "units": "si",
+    "granular": 1, "cohesion": 0, "steady_gravity": 1, "gravity": [0.0, 0.0, -9.81],
+    "fixes": [{"id": "integr", "style": "nve/sphere", "all": 1, "later": 0, "acts": 0}],
 }  # fmt: skip
 SPHERES = np.array([(1, 1, 2e-3, 8.4e-5, (0, 0, 0)), (2, 1, 3e-3, 2.8e-4, (0.01, 0, 0))], NEWCOMER)
 MESHES = {"walls": {"drum": 40, "lid": "dry"}}
 WRONG_STATES = [
     ("wet.layers", {"layers": 2}), ("wet.ghosts", {"ranks": 2, "ghost_velocity": 0}),
     ("wet.units", {"units": "cgs"}), ("wet.atoms", {"granular": 0}), ("wet.map", {"map": 0}),
-    ("wet.newton", {"newton": 1}), ("wet.periodic", {"periodic": 1}), ("wet.coarsegraining", {"coarsegraining": 1}),
+    ("wet.newton", {"newton": 1}), ("wet.periodic", {"periodic": "x, z"}), ("wet.coarsegraining", {"coarsegraining": 1}),
     ("wet.pair", {"cohesion": -1}), ("wet.cohesion", {"cohesion": 1}), ("wet.neighbour", {"delay": 10}),
     ("wet.contact_distance", {"contact_distance_factor": 1.2}), ("wet.integrate", {"fixes": []}),
 ]  # fmt: skip
 WRONG_FIXES = [
     ("wet.multisphere", "multisphere", 0), ("wet.walls", "wall/gran", 0), ("wet.order", "gravity", 1),
-    ("wet.frozen", "freeze", 0),
+    ("wet.frozen", "freeze", 0), ("wet.cohesion", "wall/gran", 0),
 ]  # fmt: skip
 WRONG_SCRIPTS = [
     ("wet.no_line", {"line": ""}),
@@ -74,6 +76,17 @@ WRONG_SCRIPTS = [
     ("wet.exclude", {"after": f"neigh_modify exclude type 1 1\n{AFTER}"}),
     ("wet.clear", {"before": f"clear\n{BEFORE}"}),
     ("wet.unfix", {"after": f"{AFTER}unfix wet\n"}),
+    ("wet.neighbour", {"before": BEFORE.replace("delay 0", "delay 5 every 2")}),
+    ("wet.contact_distance", {"before": BEFORE.replace("delay 0", "delay 0 contact_distance_factor 1.2")}),
+    (
+        "wet.cohesion",
+        {"before": f"variable x string sjkr\n{BEFORE}".replace("history\npair", "history cohesion ${x}\npair")},
+    ),
+    ("wet.moved_group", {"before": BEFORE.replace("integr all", "integr fine")}),
+    ("wet.skin", {"before": BEFORE.replace("0.002 bin", "0.0001 bin")}),
+    ("wet.drawn", {"before": BEFORE.replace("radius constant 0.003", "radius uniform 0.002 0.003")}),
+    ("wet.mesh_file", {"before": SHAKEN.replace("plate.stl", "plat.stl"), "wet": WET.replace("dry", PLATE_ALONE)}),
+    ("wet.angle", {"wet": WET.replace("15", "{2: 15}")}),
 ]
 WRONG_LIQUIDS = [
     ("config.unknown_key", WET.replace("percent", "percentage")),
@@ -96,8 +109,8 @@ def test_what_the_engine_says_is_judged(code: str, wrong: dict[str, Any]) -> Non
 
 @pytest.mark.parametrize(("code", "style", "later"), WRONG_FIXES)
 def test_fixes_that_do_not_go_with_liquid(code: str, style: str, later: int) -> None:
-    fixes = [*STATE["fixes"], {"id": "f", "style": style, "all": 1, "later": later}]
-    found = list(of_state({**STATE, "fixes": fixes}, None))
+    fix = {"id": "f", "style": style, "all": 1, "later": later, "cohesive": code == "wet.cohesion"}
+    found = list(of_state({**STATE, "fixes": [*STATE["fixes"], fix]}, "dry" if fix["cohesive"] else None))
     assert [p.code for p in found] == [code] and found[0].given == f"fix f ({style})"
 
 
@@ -107,7 +120,7 @@ def test_mistakes_in_a_script(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     try:
-        error = first(scan(write(tmp_path, **changed)).problems)
+        error = first(check(write(tmp_path, **changed))[1])
     except PywetError as raised:
         error = raised
     assert error.code == code and "\n" not in str(error) and error.expected
@@ -188,10 +201,25 @@ def test_check_says_all_that_is_in_the_way(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.chdir(tmp_path)
     write(tmp_path)
     good = CliRunner().invoke(app, ["liggghts", "-in", "in.script", "--check"])
-    assert good.exit_code == 0 and "5 wall/gran" in good.output and "rabinovich" in good.output
+    assert good.exit_code == 0 and "5 primitive walls" in good.output and "rabinovich" in good.output
     write(tmp_path, before=BEFORE.replace("newton          off", "newton on"), after="clear\n")
     bad = CliRunner().invoke(app, ["liggghts", "-in", "in.script", "--check"])
     assert bad.exit_code == 1 and "newton" in bad.stderr and "clear" in bad.stderr
+
+
+def test_more_than_twenty_mistakes_are_one_sentence_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the command, nothing runs: a line each, with what was given and what was expected."""
+    monkeypatch.chdir(tmp_path)
+    messages = {}
+    mistakes = [*(changed for _, changed in WRONG_SCRIPTS), *({"wet": wet} for _, wet in WRONG_LIQUIDS)]
+    for changed in mistakes:
+        write(tmp_path, **changed)
+        done = CliRunner().invoke(app, ["liggghts", "-in", "in.script", "--check"])
+        lines = done.stderr.strip().splitlines()
+        assert done.exit_code == 1 and lines and all("expected " in line for line in lines), (changed, lines)
+        messages[lines[0]] = changed
+    print(f"{len(messages)} mistakes, each reported in one sentence of its own")
+    assert len(messages) >= 20
 
 
 def test_included_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.cases.script.scripts import BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, run, write
+from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, run, write
 
 pytestmark = pytest.mark.engine
 
@@ -28,6 +28,39 @@ def test_without_liquid_the_motion_is_that_of_the_stock_program(tmp_path: Path, 
     dumped = (stock / "dump.txt").read_text()
     assert dumped.count("ITEM: TIMESTEP") == 6
     assert (ours / "dump.txt").read_text() == dumped
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "models",
+    [
+        "hooke tangential no_history",
+        "hooke tangential history rolling_friction cdt",
+        "hertz tangential history rolling_friction epsd2",
+        "hertz tangential no_history rolling_friction cdt",
+    ],
+)
+def test_contact_models_are_those_of_the_script(tmp_path: Path, models: str) -> None:
+    """Without liquid bit for bit the stock program; with liquid the ledger closes."""
+    materials = """fix             m5 all property/global coefficientRollingFriction peratomtypepair 1 0.1
+fix             m6 all property/global coefficientRollingViscousDamping peratomtypepair 1 0.1
+fix             m7 all property/global characteristicVelocity scalar 0.5
+pair_style"""
+    text = BEFORE.replace("model hertz tangential history", f"model {models}").replace("pair_style", materials)
+    text = text.replace("model hertz &\n                tangential history", f"model {models}")
+    after = AFTER.replace("run             1500", "run             1000")
+    for name, line, wet in (("stock", "", WET), ("ours", LINE, WET.replace("1.0", "0")), ("wet", LINE, WET)):
+        (tmp_path / name).mkdir()
+        write(tmp_path / name, before=text, line=line, wet=wet, after=after)
+    assert run(tmp_path / "stock", "liggghts").returncode == 0
+    for name in ("ours", "wet"):
+        done = run(tmp_path / name)
+        assert done.returncode == 0, done.stderr
+    dumped = (tmp_path / "stock" / "dump.txt").read_text()
+    assert dumped.count("ITEM: TIMESTEP") > 2 and (tmp_path / "ours" / "dump.txt").read_text() == dumped
+    ledger = table(tmp_path / "wet", "ledger")
+    assert np.abs((ledger["films"] + ledger["bridges"]) / ledger["initial"] - 1).max() < 1e-12
+    assert ledger["formations"].iloc[-1] > 10
 
 
 @pytest.mark.slow

@@ -24,7 +24,10 @@
 
 namespace pywet {
 
+bool hook_script(const char *id, Callback callback);   // script.cpp; false where the script has no such line
+
 void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback) {
+  if (hook_script(fix_external, callback)) return;
   lammps_set_fix_external_callback(lmp, fix_external, callback, lmp);  // it takes no null pointer, and says nothing of one
 }
 
@@ -38,14 +41,18 @@ void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together) {
 void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &, bool presses) {
   lmp_ = lmp;
   LAMMPS_NS::Fix *integrate = lmp->modify->get_fix_by_id("integrate");
-  if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
+  if (const auto movers = lmp->modify->get_fix_by_style("^nve/sphere"); !integrate && !movers.empty())
+    integrate = movers[0];              // of a script of the user's own
+  if (!integrate) throw std::runtime_error("the deck has no fix named integrate and none of style nve/sphere");
   if (presses) throw std::runtime_error("walls of prisms were given; expected none in LAMMPS");
   at.free_group = integrate->groupbit;
   int real, columns;
   if (lmp->atom->find_custom("liquid", real, columns) < 0 || !real || columns != NUMBERS_TAKEN)
     throw std::runtime_error("the deck has no fix property/atom d2_liquid with " + std::to_string(NUMBERS_TAKEN) + " numbers");
-  skin = said("skin");
-  thickest_film = said("thickest_film");
+  if (skin <= 0) {
+    skin = said("skin");
+    thickest_film = said("thickest_film");
+  }
 }
 
 double Engine::said(const char *variable) const {

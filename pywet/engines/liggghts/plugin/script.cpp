@@ -20,6 +20,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "fix_external.h"
+#include "fix_gravity.h"
 #include "fix_mesh_surface.h"
 #include "force.h"
 #include "lammps.h"
@@ -142,10 +143,36 @@ void say_walls(std::ostream &out, LAMMPS_NS::Fix *fix) {
   if (LAMMPS_NS::FixWallGran *wall = dynamic_cast<LAMMPS_NS::FixWallGran *>(fix)) {
     out << ",\"meshes\":[";
     for (int k = 0; wall->is_mesh_wall() && k < wall->n_meshes(); k++) out << (k ? ",\"" : "\"") << wall->mesh_list()[k]->id << "\"";
-    out << "]";
+    out << "],\"cohesive\":" << !wall->contact_match("cohesion", "off");
   }
   if (LAMMPS_NS::FixMeshSurface *mesh = dynamic_cast<LAMMPS_NS::FixMeshSurface *>(fix))
     out << ",\"triangles\":" << mesh->triMesh()->sizeGlobal() << ",\"belt\":" << mesh->surfaceVel() << ",\"is\":\"" << mesh << "\"";
+}
+
+// Of all fixes of gravity together [m/s2], and whether it stays so and is on all spheres.
+void say_gravity(std::ostream &out) {
+  struct Steady : LAMMPS_NS::FixGravity {
+    static bool is(LAMMPS_NS::FixGravity *fix) { return fix->igroup == 0 && fix->*(&Steady::varflag) == 0; }
+  };
+  double all[3] = {};
+  bool steady = true;
+  for (int k = 0; k < lmp_of_script->modify->nfix; k++) {
+    LAMMPS_NS::FixGravity *gravity = dynamic_cast<LAMMPS_NS::FixGravity *>(lmp_of_script->modify->fix[k]);
+    if (!gravity) continue;
+    double one[3];
+    gravity->get_gravity(one);
+    for (int e = 0; e < 3; e++) all[e] += one[e];
+    steady = steady && Steady::is(gravity);
+  }
+  out << ",\"steady_gravity\":" << steady << ",\"gravity\":[" << all[0] << "," << all[1] << "," << all[2] << "]";
+}
+
+std::string periodic_axes() {
+  const LAMMPS_NS::Domain &box = *lmp_of_script->domain;
+  std::string axes;
+  for (int k = 0; k < 3; k++)
+    if ((k == 0 ? box.xperiodic : k == 1 ? box.yperiodic : box.zperiodic)) axes += std::string(axes.empty() ? "" : ", ") + "xyz"[k];
+  return axes;
 }
 
 std::vector<Newcomer> spheres_now() {
@@ -199,16 +226,16 @@ EXPORT const char *pywet_script_state() {
       << ",\"check\":" << lists.dist_check << ",\"contact_distance_factor\":" << lists.contactDistanceFactor
       << ",\"skin\":" << lists.skin << ",\"least_radius\":" << properties->min_radius() << ",\"largest_radius\":"
       << properties->max_radius() << ",\"layers\":" << lmp.comm->procgrid[2] << ",\"ghost_velocity\":" << lmp.comm->ghost_velocity
-      << ",\"periodic\":"
-      << (lmp.domain->xperiodic || lmp.domain->yperiodic || lmp.domain->zperiodic) << ",\"coarsegraining\":"
-      << lmp.force->cg_active() << ",\"units\":\"" << lmp.update->unit_style << "\",\"granular\":"
-      << (lmp.atom->radius_flag && lmp.atom->rmass_flag) << ",\"cohesion\":" << int(cohesion(&lmp)) << ",\"fixes\":[";
+      << ",\"periodic\":\"" << periodic_axes() << "\",\"coarsegraining\":" << lmp.force->cg_active() << ",\"units\":\"" << lmp.update->unit_style << "\",\"granular\":"
+      << (lmp.atom->radius_flag && lmp.atom->rmass_flag) << ",\"cohesion\":" << int(cohesion(&lmp));
+  say_gravity(out);
+  out << ",\"fixes\":[";
   for (int k = 0, own = lmp.modify->nfix; k < lmp.modify->nfix; k++) {
     LAMMPS_NS::Fix *fix = lmp.modify->fix[k];
     if (fix == wet) own = k;
-    const bool later = k > own && (lmp.modify->fmask[k] & LAMMPS_NS::FixConst::POST_FORCE);
-    out << (k ? "," : "") << "{\"id\":\"" << fix->id << "\",\"style\":\"" << fix->style << "\",\"all\":" << (fix->igroup == 0)
-        << ",\"later\":" << later;
+    const bool acts = lmp.modify->fmask[k] & LAMMPS_NS::FixConst::POST_FORCE, later = acts && k > own;
+    out << (k ? "," : "") << "{\"id\":\"" << fix->id << "\",\"style\":\"" << (fix == wet ? "pywet" : fix->style) << "\",\"all\":" << (fix->igroup == 0)
+        << ",\"later\":" << later << ",\"acts\":" << acts;
     say_walls(out, fix);
     out << "}";
   }

@@ -1,0 +1,219 @@
+"""What the text of a script gives before it runs: spheres, walls, materials, contact models, time step and skin, gravity.
+
+What variables, loops or restart files hide is left out: the engine knows it at the line of fix pywet.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from pywet.cases.script.refusals import refusal
+from pywet.cases.script.scan import meshes_of
+from pywet.errors import PywetError
+from pywet.util.files import read_bytes
+
+FACET = 50
+"""Bytes of a triangle in a binary STL file."""
+HEAD = 84
+"""Bytes before the first one."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Spheres of one template or data file: atom type, radius [m], density [kg/m3]; what gives them."""
+
+    of: str
+    atom_type: int
+    radius_m: float
+    density_kg_per_m3: float
+
+    @property
+    def mass_kg(self) -> float:
+        return 4.0 / 3.0 * math.pi * self.radius_m**3 * self.density_kg_per_m3
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh: file, atom type of its material, triangles (None: the file is not there or no STL), whether a wall has it."""
+
+    name: str
+    file: str
+    atom_type: int
+    triangles: int | None
+    wall: bool
+
+
+@dataclass
+class Facts:
+    """Found in the commands of a script, up to its end."""
+
+    kinds: list[Kind] = field(default_factory=list)
+    drawn: list[tuple[str, str]] = field(default_factory=list)
+    """Templates whose radius is drawn from a distribution, and that distribution."""
+    meshes: list[Mesh] = field(default_factory=list)
+    primitives: dict[str, str] = field(default_factory=dict)
+    """Primitive walls, by their fix."""
+    materials: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    pair: str = ""
+    """Contact models of spheres."""
+    wall_models: set[str] = field(default_factory=set)
+    time_step_s: float | None = None
+    skin_m: float | None = None
+    gravity: tuple[float, float, float] | None = None
+    box: tuple[float, ...] = ()
+    """Ends along x, y, z [m]."""
+    steps: int = 0
+    """Of all runs that the text has."""
+    hidden: list[str] = field(default_factory=list)
+    """What only the engine will know."""
+
+    @property
+    def normal_model(self) -> str:
+        """Contact model of the normal force, such as hertz."""
+        words = self.pair.split()
+        return words[words.index("model") + 1] if "model" in words[:-1] else ""
+
+    def material(self, name: str, one: int, other: int | None = None) -> float | None:
+        """A number of one atom type, or of two."""
+        values = self.materials.get(name, ())
+        n = len(values) if other is None else math.isqrt(len(values))
+        if not all(1 <= t <= n for t in (one, other or one)):
+            return None
+        return values[one - 1] if other is None else values[(one - 1) * n + other - 1]
+
+
+def facts(rows: Sequence[list[str]]) -> Facts:
+    """Read the commands of a script (`Found.rows`)."""
+    found, used = Facts(), _used(rows)
+    walls = {mesh for words in rows if words[0] == "fix" and words[3:4] == ["wall/gran"] for mesh in meshes_of(words)}
+    regions = {words[1]: words[3:] for words in rows if words[0] == "region" and words[2:3] == ["block"]}
+    for words in rows:
+        match words:
+            case ["fix", name, _, style, *more]:
+                _fix(found, name, style, more, used, walls)
+            case ["pair_style", "gran", *models]:
+                found.pair = " ".join(models)
+            case ["timestep", value, *_]:
+                found.time_step_s = number(value)
+            case ["neighbor", value, *_]:
+                found.skin_m = number(value)
+            case ["create_box", _, region, *_] if region in regions:
+                found.box = tuple(v for word in regions[region][:6] if (v := number(word)) is not None)
+            case ["read_data", file, *_]:
+                _data(found, file)
+            case ["run", count, *more] if count.isdigit():
+                found.steps = int(count) if more[:1] == ["upto"] else found.steps + int(count)
+            case ["read_restart", file, *_]:
+                found.hidden.append(f"spheres of read_restart {file}")
+            case ["create_atoms", *_]:
+                found.hidden.append("spheres of create_atoms")
+            case ["jump", *_]:
+                found.hidden.append("what a jump repeats or leaves out")
+            case ["include", file, *_] if "$" in file:
+                found.hidden.append(f"include {file}")
+    return found
+
+
+def number(word: str) -> float | None:
+    """A number of the script; None for anything else, such as a variable that is not known."""
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+def triangles_of(path: Path) -> int | None:
+    """Triangles of an STL file, text or binary; None where there is none."""
+    if not path.is_file() or path.suffix.lower() != ".stl":
+        return None
+    data = read_bytes(path, "a mesh in STL")
+    count = int.from_bytes(data[HEAD - 4 : HEAD], "little")
+    if len(data) == HEAD + FACET * count:
+        return count
+    return len(re.findall(rb"^\s*facet\b", data, re.MULTILINE))
+
+
+def _used(rows: Sequence[list[str]]) -> set[str]:
+    """Templates that a distribution draws from."""
+    lists = [w for w in rows if w[0] == "fix" and w[3:4] and w[3].startswith("particledistribution/")]
+    return {word for words in lists for word in words[4:]}
+
+
+def _fix(found: Facts, name: str, style: str, more: list[str], used: set[str], walls: set[str]) -> None:
+    given = dict(pairwise(more))
+    if style == "property/global" and len(more) > 1:
+        skip = 3 if more[1] in ("peratomtypepair", "atomtypepair") else 2
+        values = [number(word) for word in more[skip:]]
+        found.materials[more[0]] = tuple(v for v in values if v is not None)
+    elif style == "gravity" and more[1:2] == ["vector"]:
+        size, *way = (number(word) for word in [more[0], *more[2:5]])
+        if size is not None and len(way) == 3 and (length := math.hypot(*(w or 0.0 for w in way))):
+            x, y, z = (size * (w or 0.0) / length for w in way)
+            found.gravity = (x, y, z)
+    elif style == "particletemplate/sphere" and name in used:
+        _template(found, name, more, given)
+    elif style.startswith("mesh/surface"):
+        file = given.get("file", "?")
+        count = triangles_of(Path(file))
+        found.meshes.append(Mesh(name, file, int(number(given.get("type", "")) or 0), count, name in walls))
+    elif style == "wall/gran":
+        models = more[more.index("model") + 1 :] if "model" in more else []
+        ends = [models.index(word) for word in ("mesh", "primitive") if word in models]
+        found.wall_models.add(" ".join(models[: min(ends)] if ends else models))
+        if "primitive" in more:
+            found.primitives[name] = " ".join(more[more.index("primitive") + 3 :])
+
+
+def _template(found: Facts, name: str, more: list[str], given: dict[str, str]) -> None:
+    """Words such as `atom_type 1 density constant 2500 radius constant 0.002`."""
+    values = {}
+    for key in ("density", "radius"):
+        words = more[more.index(key) + 1 :][:3] if key in more else []
+        if words[:1] == ["constant"] and len(words) > 1 and (value := number(words[1])) is not None:
+            values[key] = value
+        elif key == "radius" and words and words[0] != "constant":
+            found.drawn.append((name, " ".join(words)))
+    atom_type = number(given.get("atom_type", "1"))
+    if len(values) == 2 and atom_type:
+        found.kinds.append(Kind(f"template {name}", int(atom_type), values["radius"], values["density"]))
+    elif name not in dict(found.drawn):
+        found.hidden.append(f"radius or density of template {name}")
+
+
+def _data(found: Facts, file: str) -> None:
+    """Spheres of a data file of atom_style granular: number, type, diameter, density, place."""
+    path = Path(file)
+    if not path.is_file():
+        return
+    text = read_bytes(path, "a data file").decode(errors="replace")
+    ends = [re.search(rf"^\s*(\S+)\s+(\S+)\s+{axis}lo\s+{axis}hi", text, re.MULTILINE) for axis in "xyz"]
+    if all(ends):
+        found.box = tuple(float(end) for match in ends if match for end in match.groups())
+    part = re.search(r"^Atoms\s*\n\s*\n(.*?)(?:\n\s*\n|\Z)", text, re.MULTILINE | re.DOTALL)
+    rows = [line.split()[1:4] for line in part[1].splitlines()] if part else []
+    for atom_type, diameter, density in sorted({tuple(row) for row in rows if len(row) == 3}):
+        found.kinds.append(Kind(f"data file {file}", int(atom_type), 0.5 * float(diameter), float(density)))
+
+
+def height_m(found: Facts) -> float:
+    """How far a sphere may fall within the box, along gravity."""
+    if len(found.box) != 6 or not found.gravity:
+        return 0.0
+    size = np.abs(np.diff(np.reshape(found.box, (3, 2)), axis=1)[:, 0])
+    return float(np.abs(np.asarray(found.gravity)) @ size / np.linalg.norm(found.gravity))
+
+
+def problems(found: Facts) -> Iterator[PywetError]:
+    """What is in the way that these facts show."""
+    for template, words in found.drawn:
+        yield refusal("wet.drawn", f"template {template} draws its radius from `{words}`")
+    for mesh in found.meshes:
+        if "$" not in mesh.file and not Path(mesh.file).is_file():
+            yield refusal("wet.mesh_file", f"{mesh.file} of the mesh {mesh.name}")

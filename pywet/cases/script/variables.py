@@ -1,0 +1,66 @@
+"""Variables of a LIGGGHTS script as far as its text gives their values: numbers, words, arithmetic of both; no loops."""
+
+from __future__ import annotations
+
+import ast
+import operator
+import re
+from collections.abc import Callable, Sequence
+
+NAME = re.compile(r"\$(?:\{(\w+)\}|(\w))")
+OPERATORS: dict[type, Callable[..., float]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv, ast.Pow: operator.pow,
+    ast.USub: operator.neg, ast.UAdd: operator.pos,
+}  # fmt: skip
+
+
+class Variables:
+    """Values by name; those of the command line (`-var NAME VALUE`) come first."""
+
+    def __init__(self, words: Sequence[str] = ()) -> None:
+        at = [k for k, word in enumerate(words[:-2]) if word in ("-var", "-v")]
+        self._given = {words[k + 1]: words[k + 2] for k in at}
+        self._values = dict(self._given)
+
+    def filled(self, words: list[str]) -> list[str]:
+        """The words with the values of variables in place of their names; an unknown one stays as it is."""
+        return [NAME.sub(lambda m: self._values.get(m[1] or m[2], m[0]), word) for word in words]
+
+    def learn(self, words: list[str]) -> None:
+        """Take in the command `variable NAME STYLE VALUE …`; of any other style the value is not known."""
+        match words:
+            case ["variable", name, "delete"]:
+                self._values.pop(name, None)
+            case ["variable", name, "index", first, *_]:
+                self._values.setdefault(name, first)
+            case ["variable", name, "string", value, *_]:
+                self._values[name] = self._given.get(name, value)
+            case ["variable", name, "equal", *formula]:
+                if (number := self._number(" ".join(formula))) is None:
+                    self._values.pop(name, None)
+                else:
+                    self._values[name] = f"{number:.15g}"
+            case ["variable", name, *_]:
+                self._values.pop(name, None)
+
+    def _number(self, formula: str) -> float | None:
+        text = re.sub(r"\bv_(\w+)", lambda m: f"({self._values.get(m[1], 'unknown')})", formula).replace("^", "**")
+        try:
+            return _value(ast.parse(text.strip(), mode="eval").body)
+        except (SyntaxError, ValueError, ArithmeticError, RecursionError):
+            return None
+
+
+def _value(node: ast.expr) -> float:
+    match node:
+        case ast.Constant(value=int() | float() as value):
+            return float(value)
+        case ast.BinOp(left, op, right):
+            return float(OPERATORS[type(op)](_value(left), _value(right))) if type(op) in OPERATORS else _none()
+        case ast.UnaryOp(op, operand):
+            return float(OPERATORS[type(op)](_value(operand))) if type(op) in OPERATORS else _none()
+    return _none()
+
+
+def _none() -> float:
+    raise ValueError("expected numbers and + - * / ^")

@@ -1,0 +1,180 @@
+// The fix style `fix ID all pywet WORDS` for LAMMPS scripts of the user's own: what engines/liggghts/plugin/script.cpp is for LIGGGHTS.
+// One process; walls are regions or planes, which stay dry; no restart files.
+#include "script.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <mpi.h>
+#include <sstream>
+#include <string>
+
+#include "engine.h"
+#include "turnover.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "fix.h"
+#include "force.h"
+#include "lammps.h"
+#include "memory.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "pair.h"
+#include "update.h"
+
+namespace pywet {
+namespace {
+
+using namespace LAMMPS_NS;
+
+// What is asked where the line is read, before every run, and where the first one begins: a refusal ends the program there.
+typedef void (*Asked)(const char *when);
+
+Asked asked = nullptr;
+LAMMPS *lmp_of_script = nullptr;
+
+class FixWet : public Fix {
+ public:
+  int64_t last = -1;                    // step of the latest forces
+  Callback callback = nullptr;
+
+  FixWet(LAMMPS *lmp, int n, char **words) : Fix(lmp, n, words) {
+    peratom_flag = vector_flag = 1;
+    peratom_freq = global_freq = 1;
+    size_peratom_cols = OF_SPHERE;
+    size_vector = ALL;
+    extvector = 0;
+    FixWet::grow_arrays(atom->nmax);
+    atom->add_callback(Atom::GROW);
+  }
+  ~FixWet() override {
+    if (modify->get_fix_by_id(id)) atom->delete_callback(id, Atom::GROW);
+    memory->destroy(told_);
+    memory->destroy(extra_);
+  }
+  int setmask() override { return FixConst::POST_FORCE; }
+  void grow_arrays(int n) override {
+    memory->grow(told_, n, OF_SPHERE, "pywet:told");
+    memory->grow(extra_, n, 3, "pywet:extra");
+    array_atom = told_;
+  }
+  double compute_vector(int k) override {
+    if (last < 0) return 0;
+    if (summed_ != last) tell_all(sums_);
+    summed_ = last;
+    return sums_[k];
+  }
+  void post_constructor() override {
+    modify->add_fix("p_liquid all property/atom d2_liquid " + std::to_string(NUMBERS_TAKEN));
+    asked("line");
+  }
+  void init() override { asked("run"); }
+  void setup(int flags) override {
+    if (last < 0) asked("begin");
+    post_force(flags);
+  }
+  void post_force(int) override {
+    last = update->ntimestep;
+    const int n = atom->nlocal;
+    for (int a = 0; a < n; a++) std::copy(atom->f[a], atom->f[a] + 3, told_[a] + 2);
+    if (callback) callback(nullptr, last, n, nullptr, atom->x, extra_);
+    for (int a = 0; a < n; a++)
+      for (int k = 0; k < 3; k++) told_[a][2 + k] = atom->f[a][k] - told_[a][2 + k];
+    tell_spheres(told_, n);
+  }
+
+ private:
+  double **told_ = nullptr, **extra_ = nullptr;  // of each sphere, as script.h says; not used, see plugin.cpp
+  double sums_[ALL] = {};
+  int64_t summed_ = -1;                 // step of these
+};
+
+FixWet *wet = nullptr;
+
+Fix *made(LAMMPS *lmp, int n, char **words) { return wet = new FixWet(lmp, n, words); }
+
+std::string periodic_axes() {
+  const Domain &box = *lmp_of_script->domain;
+  std::string axes;
+  for (int k = 0; k < 3; k++)
+    if (box.periodicity[k]) axes += std::string(axes.empty() ? "" : ", ") + "xyz"[k];
+  return axes;
+}
+
+}  // namespace
+
+bool hook_script(const char *id, Callback callback) {
+  if (!wet || std::strcmp(wet->id, id) != 0) return false;
+  wet->callback = callback;
+  return true;
+}
+
+}  // namespace pywet
+
+#define EXPORT extern "C" __attribute__((visibility("default")))
+
+// Makes the style known to the engine.
+EXPORT void pywet_know_script(void *lmp, void (*ask)(const char *)) {
+  using namespace pywet;
+  lmp_of_script = static_cast<LAMMPS_NS::LAMMPS *>(lmp);
+  asked = ask;
+  (*lmp_of_script->modify->fix_map)["pywet"] = made;
+}
+
+// What the engine holds now, as JSON with the keys of the other engine's; names in it are words of its script.
+EXPORT const char *pywet_script_state() {
+  using namespace pywet;
+  static std::string text;
+  LAMMPS_NS::LAMMPS &lmp = *lmp_of_script;
+  const LAMMPS_NS::Neighbor &lists = *lmp.neighbor;
+  const LAMMPS_NS::Atom &atom = *lmp.atom;
+  const bool granular = atom.radius_flag && atom.rmass_flag;
+  double least = INF, largest = 0;
+  for (int a = 0; granular && a < atom.nlocal; a++) {
+    least = std::min(least, atom.radius[a]);
+    largest = std::max(largest, atom.radius[a]);
+  }
+  const std::string pair = lmp.force->pair_style ? lmp.force->pair_style : "";
+  const bool known = pair == "granular" || pair.rfind("gran/", 0) == 0;
+  double *g = nullptr, gravity[3] = {};
+  std::ostringstream out, fixes;
+  fixes.precision(17);
+  bool own = false;
+  for (int k = 0; k < lmp.modify->nfix; k++) {
+    LAMMPS_NS::Fix *fix = lmp.modify->fix[k];
+    const bool acts = lmp.modify->get_fix_mask(fix) & LAMMPS_NS::FixConst::POST_FORCE, later = acts && own;
+    own = own || fix == wet;
+    const std::string style = fix->style;
+    int dimension = 0;
+    if (style == "gravity" && (g = static_cast<double *>(fix->extract("gvec", dimension))))
+      for (int e = 0; e < 3; e++) gravity[e] += g[e];
+    fixes << (k ? "," : "") << "{\"id\":\"" << fix->id << "\",\"style\":\"" << style << "\",\"all\":" << (fix->igroup == 0)
+          << ",\"later\":" << later << ",\"acts\":" << acts << (style.rfind("wall/gran", 0) == 0 ? ",\"meshes\":[]" : "") << "}";
+  }
+  out.precision(17);
+  out << "{\"ranks\":" << lmp.comm->nprocs << ",\"step\":" << lmp.update->ntimestep << ",\"last\":" << (wet ? wet->last : -1)
+      << ",\"restored\":0,\"time_step\":" << lmp.update->dt << ",\"spheres\":" << atom.natoms << ",\"map\":" << atom.map_style
+      << ",\"newton\":" << lmp.force->newton << ",\"delay\":" << lists.delay << ",\"every\":" << lists.every << ",\"check\":"
+      << lists.dist_check << ",\"contact_distance_factor\":1.0,\"skin\":" << lists.skin << ",\"least_radius\":"
+      << (largest > 0 ? least : 0) << ",\"largest_radius\":" << largest << ",\"layers\":" << lmp.comm->procgrid[2]
+      << ",\"ghost_velocity\":" << lmp.comm->ghost_velocity << ",\"periodic\":\"" << periodic_axes()
+      << "\",\"coarsegraining\":0,\"units\":\"" << lmp.update->unit_style << "\",\"granular\":" << granular << ",\"cohesion\":"
+      << (known ? 0 : -1) << ",\"steady_gravity\":0,\"gravity\":[" << gravity[0] << "," << gravity[1] << "," << gravity[2]
+      << "],\"fixes\":[" << fixes.str() << "]}";
+  text = out.str();
+  return text.c_str();
+}
+
+// Of all spheres, as many as the state says, in order of their numbers.
+EXPORT void pywet_script_spheres(void *all) {
+  const LAMMPS_NS::Atom &atom = *pywet::lmp_of_script->atom;
+  std::vector<pywet::Newcomer> now(atom.nlocal);
+  for (int a = 0; a < atom.nlocal; a++) {
+    now[a] = pywet::Newcomer{atom.tag[a], atom.type[a], atom.radius[a], atom.rmass[a], {}};
+    pywet::store(pywet::Vec(atom.x[a]), now[a].x);
+  }
+  std::sort(now.begin(), now.end(), [](const pywet::Newcomer &p, const pywet::Newcomer &q) { return p.id < q.id; });
+  std::copy(now.begin(), now.end(), static_cast<pywet::Newcomer *>(all));
+}
