@@ -47,8 +47,9 @@ PATCHES: tuple[tuple[str, str], ...] = (
      'const double half = step == 0 || injected("speeds of half a step") ? 0.0 : 0.5;'),
     ('fprintf(file, "%d", tag[a]);',
      'fprintf(file, "%d", tag[injected("numbers exchanged") && !forces && step > 0 ? a ^ 1 : a]);'),
-    ("return pywet::Vec(v[a]) + (half * given.dt)",
-     'return pywet::Vec(v[a]) + ((injected("mass of another") && a % 2 ? 1.1 : 1.0) * half * given.dt)'),
+    ("return pywet::Vec(v[a]) + (half * given.dt / mass[a])",
+     'return pywet::Vec(v[a]) + ((injected("mass of another") && a % 2 ? 1.1 : 1.0) * half * given.dt / mass[a])'),
+    ("host.weigh();", 'if (!injected("weightless")) host.weigh();'),
 )  # fmt: skip
 """Text that must be there once, text in its place."""
 FAULTS = {
@@ -66,6 +67,7 @@ FAULTS = {
     "speeds of half a step": "window_velocity",
     "numbers exchanged": "trajectory_in_windows",
     "mass of another": "newton_kick",
+    "weightless": "newton_force",
 }
 """Fault, and the quantity in which the replay sees it."""
 

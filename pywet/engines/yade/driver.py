@@ -81,7 +81,6 @@ def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
     return {
         "name": scene.name,
         "time_step": scene.time_step_s,
-        "gravity": scene.gravity_m_per_s2,
         "radius": [c.radius_m for c in scene.classes],
         "density": [c.density_kg_per_m3 for c in scene.classes],
         "spheres": spheres[names].to_numpy(float).tolist(),

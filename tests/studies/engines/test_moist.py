@@ -30,10 +30,11 @@ def test_the_table_has_both_means_and_the_interval_of_their_difference() -> None
 
 
 def test_the_mean_over_cases_has_the_scatter_within_cases() -> None:
-    """Differences 0.1 and 0.3, standard errors 0.01 each: 0.2, and 0.01/√2 times t of four degrees of freedom, 2.776."""
+    """Differences 0.1 and 0.3, deviations of 0.0141: 0.2 ± 2.776 (t of four degrees of freedom) times
+    sqrt(2) 0.01/2; the error of a difference is sqrt(2) 0.01."""
     other = pd.concat([rows("LIGGGHTS", 0.39, 0.41), rows("YADE", 0.69, 0.71)]).assign(case=3)
     table = pd.concat([rows("LIGGGHTS", 0.49, 0.51), rows("YADE", 0.59, 0.61), other, rows("YADE", 0.9).assign(case=5)])
-    assert moist.over_cases(table, "retained") == "**+0.200 ± 0.020**"
+    assert moist.over_cases(table, "retained") == "**+0.200 ± 0.028**"
     assert moist.over_cases(rows("YADE", 0.5, 0.6), "retained") == "–"
 
 
