@@ -66,7 +66,7 @@ def inserted(_: Path) -> dict[str, Any]:
 
 SETTINGS: dict[str, tuple[Callable[[Path], dict[str, Any]], str]] = {
     "semi-implicit drag": (
-        lambda _: {"viscous_integration": "semi_implicit", "liquid": water(1e-4, viscosity=1.0)},
+        lambda _: {"viscous_integration": "semi_implicit", "liquid": water(1e-4, viscosity=0.02)},
         "factor_normal",
     ),
     "bridges at every fourth step": (lambda _: {"bridges_every": 4}, "contact_weight"),
