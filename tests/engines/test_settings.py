@@ -19,7 +19,7 @@ from pywet.cases.small import small
 from pywet.cases.small.bodies import contacts, last, sphere_classes, water
 from pywet.engines.lammps import build
 from pywet.laws import capillary
-from pywet.scene import Fed
+from pywet.scene import SphereClass
 from pywet.util.files import read_table
 from tests.engines.test_yade_moist import R, agrees
 
@@ -61,7 +61,8 @@ def dripping(_: Path) -> dict[str, Any]:
 def inserted(_: Path) -> dict[str, Any]:
     """The spheres of the second class have weight from the middle of the run on."""
     large, little = sphere_classes(R, SMALL, counts=(3, 1))
-    return {"classes": (large, little.model_copy(update={"fed": Fed(from_s=0.0, for_s=STEPS * STEP)}))}
+    inserted_class = SphereClass.model_validate({**little.model_dump(), "fed": {"from_s": 0.0, "for_s": STEPS * STEP}})
+    return {"classes": (large, inserted_class)}
 
 
 SETTINGS: dict[str, tuple[Callable[[Path], dict[str, Any]], str]] = {
