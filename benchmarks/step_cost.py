@@ -5,14 +5,16 @@ dry; each variant resumes from there, in turn, ROUNDS times, and the least of ea
 
 Variants: the stock program, dry; the same through this package; the plugin attached without liquid; moist with preset `paper`
 and every capillary law there is, preset `exact`, semi-implicit drag, `output.energy`, and the equation of `rabinovich` as a law
-in a user's file; the stock program with its own `washino` cohesion model (other physics, the same bed). A step's cost is the
-difference of two runs of different length, so that start-up does not count.
+in a user's file; the stock program with its own `washino` cohesion model (other physics, the same bed); YADE, where it is
+installed, dry and moist with preset `paper`. A step's cost is the difference of two runs of different length, so that start-up
+does not count.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -31,8 +33,10 @@ from pywet.scene import Output, Scene
 SETTLE, SHORT, STEPS, ROUNDS, LAYERS = 6000, 200, 1000, 3, 6
 MOTION = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
 STOCK, WASHINO, NOTHING, OWN = "stock dry", "stock washino", "no liquid", "own law"
+YADE_DRY, YADE = "YADE, dry", "YADE, moist"
 VARIANTS = (
     STOCK, "dry", NOTHING, *registry.names("capillary"), "exact", "semi-implicit", "works", OWN, WASHINO,
+    *((YADE_DRY, YADE) if shutil.which("yade") else ()),
 )  # fmt: skip
 COHESION = deck.Cohesion(
     " cohesion washino/capillary/viscous",
@@ -49,7 +53,7 @@ fix p_most all property/global maxSeparationDistanceRatio scalar 1.1
 
 def effects(variant: str, folder: Path) -> small.Effects:
     """What is on with a variant."""
-    if variant in (STOCK, WASHINO, "dry"):
+    if variant in (STOCK, WASHINO, "dry", YADE_DRY):
         return small.DRY
     if variant == OWN:
         law = folder / "own.py"
@@ -72,7 +76,7 @@ def run(folder: Path, variant: str, start: pd.DataFrame, steps: int) -> None:
     if variant in (STOCK, WASHINO):
         stock(folder, scene, COHESION if variant == WASHINO else deck.NO_COHESION)
     else:
-        small.run(folder, spheres)
+        small.run(folder, spheres, engine="yade" if variant in (YADE_DRY, YADE) else "liggghts")
 
 
 def stock(folder: Path, scene: Scene, cohesion: deck.Cohesion) -> None:

@@ -116,6 +116,12 @@ def alone(run_dir: Path) -> Iterator[None]:
         ) from error
 
 
+def start_again(folder: Path, name: str) -> None:
+    """Notice where an engine without checkpoints finds an unfinished run in its folder, which it repeats from the start."""
+    if folder.exists():
+        notice.warning(f"{folder} holds a run in {name} that was stopped; {name} has no checkpoints: it starts again")
+
+
 def _peak_memory(pid: int) -> int | None:
     """Largest resident memory of a living process so far [B]; None where it is gone or the system does not say."""
     try:

@@ -311,8 +311,6 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
         touched[f.touches.k, f.touches.a] = True
         touched[f.touches.k[~f.touches.wall], f.touches.b[~f.touches.wall]] = True
         summed = ~(touched[at, who] | touched[at + 1, who])
-    # an engine that adds the weight to accelerations rounds it apart from the sum of the forces that is recorded
-    lost = 4.0 * np.finfo(float).eps / DRIFT * dt * scale / m
     speed = np.max([arrays.size(v) for v in (w.v[at, who], w.v[at + 1, who], *halves)], axis=0)
     return {
         **{
@@ -322,7 +320,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
                 ("newton_torque", inertia[:, None] * dw / dt, turn, r * scale + doubt / limit(setup)),
             )
         },
-        "newton_kick": (dv, kick, np.maximum(speed, lost if setup.foreign else 1e-300), rows),
+        "newton_kick": (dv, kick, np.maximum(speed, 1e-300), rows),
         "newton_drift": (drift, middle, np.maximum(r, _lost_digits(w.x[at + 1, who])), rows),
     }
 

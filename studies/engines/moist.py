@@ -1,25 +1,38 @@
-"""Moist screening in LIGGGHTS and YADE: one row of numbers for each run of the two workflows, and the table of the page.
+"""Moist screening in LIGGGHTS and YADE: one row of numbers for each run of the smoke scale, and the table of the page.
 
-`python -m studies.engines.moist` takes what `snakemake --config seeds=4` and `snakemake --config seeds=4 engine=yade` have left
-in results/smoke and results/smoke_yade into docs/second_engine.csv, in addition to what is there, and writes the table between
-the marks of docs/second_engine.md. A run whose replay or ledger disagrees is not taken.
+    python -m studies.engines.moist run --cases 2 8 11 14 --seeds 4 --minutes 30
+    python -m studies.engines.moist
+
+The first makes the runs that are missing in results/smoke and results/smoke_yade, seed by seed, and stores the row of each in
+docs/second_engine.csv as it ends: repeated, it resumes. No run begins after so many minutes. Both calls then add the runs that
+`snakemake --config seeds=4` and `snakemake --config seeds=4 engine=yade` have left in those folders to that file, and write the
+table between the marks of docs/second_engine.md. A run whose replay or ledger disagrees is not taken.
 """
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
+import time
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.stats import t as student
 
+from pywet import stages
+from pywet.cases.screening import identity
 from pywet.compare.quantities import RunData, read_run
 from pywet.compare.statistics import of_difference
+from pywet.engines.liggghts.driver import RunInfo
 from pywet.errors import PywetError, border
-from pywet.util.files import atomic_write
+from pywet.util.files import atomic_write, read_json
 
+CONFIG, SCALE = Path("config"), "smoke"
+MOIST = (2, 3, 5, 6, 8, 9, 11, 12, 14, 15, 17, 18)
 ROOTS = {"LIGGGHTS": Path("results/smoke"), "YADE": Path("results/smoke_yade")}
 PAGE = Path("docs/second_engine.md")
 TABLE = PAGE.with_suffix(".csv")
@@ -27,7 +40,7 @@ HEAD = """
 ## Moist screening
 
 The moist cases at smoke scale at their end: mean in LIGGGHTS, in YADE; difference and its 95 % confidence interval (Student), in
-bold where that excludes zero. Runs: [second_engine.csv](second_engine.csv).
+bold where that excludes zero, as one interval in twenty does by chance. Runs: [second_engine.csv](second_engine.csv).
 
 """
 MARKS = ("<!-- moist screening: python -m studies.engines.moist -->\n", "<!-- end -->")
@@ -54,7 +67,62 @@ def row(run: RunData, engine: str) -> dict[str, float | int | str]:
         "in_bridges": end[f"liquid {count}"],
         "on_walls": sum(end.get(f"liquid {name}", 0.0) for name in WALLS),
         "bridges_per_sphere": 2.0 * end[count] / sum(c.count for c in run.scene.classes),
+        "cpu_s": RunInfo(**read_json(run.path / "engine" / "run.json", "run the case again")).cpu_s or float("nan"),
     }
+
+
+def simulate(case: int, engine: str, seed: int) -> Path:
+    """Run a case with a seed where its folder does not hold that very run; the folder, as the workflow names it."""
+    name = engine.lower()
+    loaded = stages.resolved(CONFIG, engine=name, seed=seed)
+    first = stages.resolved(CONFIG, engine=name).settings.seed
+    folder = ROOTS[engine] / (loaded.case(case).name + ("" if seed == first else f"-{seed}"))
+    with identity.held(folder, stages.fingerprint(loaded, case, SCALE, name)):
+        if stages.same_run(loaded, case, SCALE, folder, name):
+            return folder
+        for stage, work in (
+            ("scene", lambda: stages.build(loaded, case, SCALE, folder, name)),
+            ("simulate", lambda: stages.simulate(folder, 1, False, name)),
+            ("results", lambda: stages.results(folder)),
+            ("replay", lambda: stages.replay(folder)),
+        ):
+            status = stages.attempt(folder, stage, work, aloud=False)
+            if not status.ok:
+                raise PywetError(f"{folder}: stage {status.failed_at} failed: {status.reason}")
+    return folder
+
+
+def run(cases: Sequence[int], seeds: int, minutes: float) -> None:
+    """Make the runs that have no row yet, all cases and both engines of a seed before the next; one that fails is reported."""
+    started, first = time.monotonic(), stages.resolved(CONFIG).settings.seed
+    for seed, case, engine in product(range(first, first + seeds), cases, ROOTS):
+        there = stored()
+        if ((there["case"] == case) & (there["engine"] == engine) & (there["seed"] == seed)).any():
+            continue
+        spent = (time.monotonic() - started) / 60.0
+        if spent > minutes:
+            print(f"{spent:.0f} minutes are over; repeated, the call resumes with case {case}, {engine}, seed {seed}")
+            return
+        try:
+            found = row(read_run(simulate(case, engine, seed)), engine)
+        except PywetError as error:
+            print(error, file=sys.stderr, flush=True)
+            continue
+        store(pd.DataFrame([found]))
+        print(" ".join(f"{key} {value}" for key, value in found.items()), flush=True)
+
+
+def stored() -> pd.DataFrame:
+    """The rows of all runs so far."""
+    return pd.read_csv(TABLE) if TABLE.exists() else pd.DataFrame(columns=["case", "engine", "seed"])
+
+
+def store(found: pd.DataFrame) -> pd.DataFrame:
+    """Add rows to those of the file; all of them."""
+    table = merged(stored(), found)
+    with atomic_write(TABLE) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.9g")
+    return table
 
 
 def gather(roots: dict[str, Path]) -> pd.DataFrame:
@@ -84,16 +152,51 @@ def lines(table: pd.DataFrame) -> list[str]:
             continue
         cells = [compared(one[name].to_numpy(), two[name].to_numpy()) for name in SHOWN]
         found.append(f"| {case} | {len(one)}, {len(two)} | {' | '.join(cells)} |")
-    return found
+    all_cells = [over_cases(table, name) for name in SHOWN]
+    return [*found, f"| all, mean difference | | {' | '.join(all_cells)} |"] if len(found) > 2 else found
+
+
+def over_cases(table: pd.DataFrame, name: str) -> str:
+    """Mean of the cases' differences and its interval, from the scatter within cases with two seeds or more in both engines."""
+    differences, variance, freedom = [], 0.0, 0
+    for _, of in table.groupby("case"):
+        one, two = (of.loc[of["engine"] == engine, name].to_numpy() for engine in ROOTS)
+        if min(len(one), len(two)) > 1:
+            half = of_difference(one, two)
+            assert half is not None
+            differences.append(two.mean() - one.mean())
+            variance += (half / t_quantile(len(one) + len(two) - 2)) ** 2
+            freedom += len(one) + len(two) - 2
+    if not differences:
+        return "–"
+    return _signed(float(np.mean(differences)), t_quantile(freedom) * variance**0.5 / len(differences))
+
+
+def t_quantile(freedom: int) -> float:
+    """Half width of a 95 % interval in standard errors."""
+    return float(student.ppf(0.975, freedom))
+
+
+def _signed(difference: float, half: float | None) -> str:
+    text = f"{difference:+.3f}" + ("" if half is None else f" ± {half:.3f}")
+    return f"**{text}**" if half is not None and abs(difference) > half else text
 
 
 def compared(a: np.ndarray, b: np.ndarray) -> str:
     """Mean in LIGGGHTS, in YADE, the difference and its interval; bold where that leaves out zero."""
-    half = of_difference(a, b)
-    difference = float(b.mean() - a.mean())
-    text = f"{difference:+.3f}" + ("" if half is None else f" ± {half:.3f}")
-    bold = "**" if half is not None and abs(difference) > half else ""
-    return f"{a.mean():.3f}, {b.mean():.3f}; {bold}{text}{bold}"
+    return f"{a.mean():.3f}, {b.mean():.3f}; {_signed(float(b.mean() - a.mean()), of_difference(a, b))}"
+
+
+def speed(table: pd.DataFrame) -> str:
+    """Processor time of the engine over all cases and seeds that both engines have run, in a sentence."""
+    times = table.pivot_table("cpu_s", ["case", "seed"], "engine").reindex(columns=list(ROOTS)).dropna()
+    if times.empty:
+        return ""
+    a, b = (float(times[engine].mean()) for engine in ROOTS)
+    return (
+        f"Processor time of the engine per run, mean of {len(times)} cases and seeds: {a:.0f} s in LIGGGHTS, {b:.0f} s in YADE "
+        f"({b / a:.1f} times).\n\n"
+    )
 
 
 def write(table: pd.DataFrame, page: Path) -> None:
@@ -104,18 +207,22 @@ def write(table: pd.DataFrame, page: Path) -> None:
         raise PywetError(
             f"{page} lacks the marks {MARKS[0].strip()} and {MARKS[1]}; expected both, the table goes between"
         )
-    text = HEAD + "\n".join(lines(table))
+    text = HEAD + speed(table) + "\n".join(lines(table))
     with atomic_write(page) as temporary:
         temporary.write_text(f"{head}{MARKS[0]}{text}\n\n{MARKS[1]}{tail}")
 
 
 def main(given: Sequence[str]) -> None:
-    """Optional: the folders of the runs in LIGGGHTS and in YADE."""
-    found = gather(dict(zip(ROOTS, map(Path, given), strict=True)) if given else ROOTS)
-    there = pd.read_csv(TABLE) if TABLE.exists() else found.iloc[:0]
-    table = merged(there, found)
-    with atomic_write(TABLE) as temporary:
-        table.to_csv(temporary, index=False, float_format="%.9g")
+    """Make runs where asked for, then the table of all."""
+    parser = argparse.ArgumentParser(prog="python -m studies.engines.moist")
+    parser.add_argument("what", nargs="?", choices=("run",))
+    parser.add_argument("--cases", type=int, nargs="+", default=MOIST)
+    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--minutes", type=float, default=float("inf"))
+    asked = parser.parse_args(given)
+    if asked.what:
+        run(asked.cases, asked.seeds, asked.minutes)
+    table = store(gather(ROOTS))
     write(table, PAGE)
     print(f"{len(table)} runs in {TABLE}")
 

@@ -1,15 +1,12 @@
 """Faults injected into the host that YADE has for the plugin: a patched copy of its source, where each is switched on by name.
 
-Every replacement must fit exactly one place, so that a change of the host cannot make a fault vanish unseen. Run as a program it
-answers lines `FAULT<tab>RUN_DIR<tab>ENGINE_FOLDER` with the exit status of each, one forked process a scene.
+Run as a program it is the process of a `Foundry`.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,21 +15,13 @@ import pytest
 
 from pywet.cases.small import small
 from pywet.cases.small.bodies import contacts, sphere_classes, water
-from pywet.engines.process import Usage
 from pywet.engines.yade import build, driver, worker
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import Output, Slide, Vibration
+from tests.engines import foundry
 
 R = 2.5e-3
-SWITCH = """#pragma once
-#include <cstdlib>
-#include <cstring>
-inline bool injected(const char *name) {
-  static const char *is = getenv("PYWET_FAULT");
-  return is && !strcmp(is, name);
-}
-"""
 PATCHES: tuple[tuple[str, str], ...] = (
     ('#include "host.h"', '#include "host.h"\n#include "injected.h"'),
     ("f[a] = pushed + 3 * a;",
@@ -58,8 +47,9 @@ PATCHES: tuple[tuple[str, str], ...] = (
      'const double half = step == 0 || injected("speeds of half a step") ? 0.0 : 0.5;'),
     ('fprintf(file, "%d", tag[a]);',
      'fprintf(file, "%d", tag[injected("numbers exchanged") && !forces && step > 0 ? a ^ 1 : a]);'),
-    ("return pywet::Vec(v[a]) + (half * given.dt)",
-     'return pywet::Vec(v[a]) + ((injected("mass of another") && a % 2 ? 1.1 : 1.0) * half * given.dt)'),
+    ("return pywet::Vec(v[a]) + (half * given.dt / mass[a])",
+     'return pywet::Vec(v[a]) + ((injected("mass of another") && a % 2 ? 1.1 : 1.0) * half * given.dt / mass[a])'),
+    ("host.weigh();", 'if (!injected("weightless")) host.weigh();'),
 )  # fmt: skip
 """Text that must be there once, text in its place."""
 FAULTS = {
@@ -77,6 +67,7 @@ FAULTS = {
     "speeds of half a step": "window_velocity",
     "numbers exchanged": "trajectory_in_windows",
     "mass of another": "newton_kick",
+    "weightless": "newton_force",
 }
 """Fault, and the quantity in which the replay sees it."""
 
@@ -111,95 +102,32 @@ def scene(run_dir: Path) -> None:
 def patched(folder: Path) -> Path:
     """A copy of the host's sources with the switches injected."""
     shutil.copytree(build.SOURCES, folder)
-    text = (folder / "engine.cpp").read_text()
     for old, new in PATCHES:
-        if text.count(old) != 1:
-            raise AssertionError(f"engine.cpp holds {text.count(old)} places like `{old}`; expected 1: correct PATCHES")
-        text = text.replace(old, new)
-    (folder / "engine.cpp").write_text(text)
-    (folder / "injected.h").write_text(SWITCH)
+        foundry.replaced(folder / "engine.cpp", old, new)
+    (folder / "injected.h").write_text(foundry.switch("injected"))
     return folder
 
 
-class Foundry:
-    """Runs scenes with the patched host; one process that loads YADE and the laws once and forks for each run."""
+class Foundry(foundry.Foundry):
+    """Runs scenes with the patched host."""
 
     def __init__(self, folder: Path) -> None:
-        environment = {
-            **os.environ,
-            "OMP_NUM_THREADS": "1",
-            "OMPI_ALLOW_RUN_AS_ROOT": "1",
-            "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-        }
-        command = [sys.executable, "-m", __name__, str(patched(folder / "sources"))]
-        self._worker = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            env=environment,
-            cwd=Path(__file__).parents[2],
-        )
-        while self._answer() != "ready":
-            pass
-
-    def _answer(self) -> str:
-        assert self._worker.stdout is not None
-        line = self._worker.stdout.readline().strip()
-        assert line, "the patched host does not build or its worker has died"
-        return line
+        super().__init__(__name__, patched(folder / "sources"))
 
     def run(self, run_dir: Path, fault: str) -> None:
         """Run a prepared scene with one fault switched on."""
-
-        def watch(run_dir: Path, folder: Path, *_: object) -> Usage:
-            assert self._worker.stdin is not None
-            print(fault, run_dir, folder, sep="\t", file=self._worker.stdin, flush=True)
-            assert self._answer() == "0", (folder / "output.log").read_text()[-1000:]
-            return Usage(0.0, None)
-
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(driver, "_watch", watch)
+            patch.setattr(driver, "_watch", lambda of, folder, *_: self.launch(fault, of, folder))
             driver.run(run_dir, progress=False)
-
-    def close(self) -> None:
-        """End the process."""
-        assert self._worker.stdin is not None
-        self._worker.stdin.close()
-        self._worker.wait(timeout=30)
-
-
-def one(fault: str, run_dir: str, folder: str) -> int:
-    """Run a scene in a child of this process; its exit status."""
-    child = os.fork()
-    if child == 0:
-        status = 1
-        try:
-            os.environ["PYWET_FAULT"] = fault
-            os.chdir(folder)
-            output = os.open("output.log", os.O_WRONLY | os.O_CREAT)
-            os.dup2(output, 1)
-            os.dup2(output, 2)
-            worker.run(Path(run_dir), Path(folder))
-            status = 0
-        except Exception as error:
-            print(f"ERROR: {error}", file=sys.stderr, flush=True)
-        finally:
-            os._exit(status)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
 def main() -> None:
     """Build, then answer until the input ends."""
-    from pywet.engines.liggghts import build as compiler
-
     build.SOURCES = Path(sys.argv[1])
-    compiler.FLAGS = ["-O1" if flag == "-O3" else flag for flag in compiler.FLAGS]
+    foundry.quick_build()
     build.plugin_path()
     worker.reach_yade()
-    print("ready", flush=True)
-    for line in sys.stdin:
-        print(one(*line.rstrip("\n").split("\t")), flush=True)
+    foundry.serve(worker.run)
 
 
 if __name__ == "__main__":

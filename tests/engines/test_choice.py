@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
 from pywet.engines.choice import refuse_fewer_cores
-from pywet.engines.process import surroundings
+from pywet.engines.process import start_again, surroundings
 from pywet.errors import PywetError
 
 
@@ -47,3 +48,17 @@ def test_memory_in_huge_pages_unless_the_user_says_otherwise(monkeypatch: pytest
     assert surroundings(python)["GLIBC_TUNABLES"] == "glibc.malloc.hugetlb=1"
     monkeypatch.setenv("GLIBC_TUNABLES", "glibc.malloc.hugetlb=0")
     assert surroundings(python)["GLIBC_TUNABLES"] == "glibc.malloc.hugetlb=0"
+
+
+def test_an_engine_without_checkpoints_says_that_it_starts_again(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """One sentence where a stopped run is found, none for a new folder."""
+    folder = tmp_path / "engine.partial"
+    start_again(folder, "YADE")
+    assert not caplog.records
+    folder.mkdir()
+    start_again(folder, "YADE")
+    assert caplog.messages == [
+        f"{folder} holds a run in YADE that was stopped; YADE has no checkpoints: it starts again"
+    ]

@@ -39,7 +39,7 @@ def libraries() -> tuple[Path, Path]:
 
 
 def plugin_path() -> Path:
-    """The plugin, built where it is not yet whole in the cache (some seconds)."""
+    """The plugin, built where it is not yet whole in the cache (half a minute)."""
     version, own = engine_version(), sorted(SOURCES.glob("*.cpp"))
     not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in own))}
     shared = sorted(set(build.SOURCES.glob("*")) - not_here)

@@ -17,7 +17,7 @@ from pywet.engines.lammps import build, deck
 from pywet.engines.liggghts import checkpoint, collecting
 from pywet.engines.liggghts.driver import RunInfo
 from pywet.engines.liggghts.inputs import write_inputs
-from pywet.engines.process import OUTPUT, alone, attend, last_words, progress_bar
+from pywet.engines.process import OUTPUT, alone, attend, last_words, progress_bar, start_again
 from pywet.errors import StoppedRun
 from pywet.planning import time_steps
 from pywet.runs import tables
@@ -47,6 +47,7 @@ def run(
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name, *extra, integrate)
     with alone(run_dir):
+        start_again(folder, "LAMMPS")
         run_folder.make_folder(run_dir, folder.name)
         checkpoint.start(folder, mark)
         tables.forget(run_dir)

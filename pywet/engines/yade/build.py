@@ -22,7 +22,7 @@ def engine_version() -> str:
 
 
 def plugin_path() -> Path:
-    """The plugin, built where it is not yet whole in the cache (some seconds)."""
+    """The plugin, built where it is not yet whole in the cache (half a minute)."""
     version, host = engine_version(), [*sorted(SOURCES.glob("*")), OTHER / "contacts.cpp", OTHER / "meshes.cpp"]
     not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in host))}
     shared = sorted(set(build.SOURCES.glob("*")) - not_here)

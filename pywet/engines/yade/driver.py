@@ -17,7 +17,7 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, collecting, deck
 from pywet.engines.liggghts.driver import RunInfo
 from pywet.engines.liggghts.inputs import write_inputs
-from pywet.engines.process import OUTPUT, Usage, alone, attend, last_words, progress_bar, surroundings
+from pywet.engines.process import OUTPUT, Usage, alone, attend, last_words, progress_bar, start_again, surroundings
 from pywet.engines.yade import build, worker
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
@@ -81,7 +81,6 @@ def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
     return {
         "name": scene.name,
         "time_step": scene.time_step_s,
-        "gravity": scene.gravity_m_per_s2,
         "radius": [c.radius_m for c in scene.classes],
         "density": [c.density_kg_per_m3 for c in scene.classes],
         "spheres": spheres[names].to_numpy(float).tolist(),
@@ -117,6 +116,7 @@ def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name)
     with alone(run_dir):
+        start_again(folder, build.PROGRAM[0])
         run_folder.make_folder(run_dir, folder.name)
         checkpoint.start(folder, mark)
         tables.forget(run_dir)

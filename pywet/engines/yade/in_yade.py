@@ -138,7 +138,7 @@ def build(task: Task, command: str) -> tuple[list[int], dict[str, list[int]], An
         InteractionLoop(pairs, numbers, law),
         PyRunner(command=command, iterPeriod=1, initRun=True),
         *movers(task, walls),
-        NewtonIntegrator(damping=0, gravity=Vector3(*task["gravity"])),
+        NewtonIntegrator(damping=0),  # the weight is a force of the plugin's host
     ]
     return spheres, walls, collider
 

@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -24,19 +21,12 @@ from pywet.engines.process import Usage
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import Scene
+from tests.engines import foundry
 from tests.engines.liggghts import planted_between, planted_in_bin, planted_in_yard
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 LARGE, LITTLE = 2.5e-3, 1.5e-3
-SWITCH = """#pragma once
-#include <cstdlib>
-#include <cstring>
-static const double PI = 3.14159265358979323846;
-inline bool planted(const char *name) {
-  static const char *is = getenv("PYWET_PLANTED");
-  return is && !strcmp(is, name);
-}
-"""
+SWITCH = foundry.switch("planted") + "static const double PI = 3.14159265358979323846;\n"
 LAWS = "find_forces(block, t);"
 LAWS_PLANTED = """for (int k = 0; k < t.n; k++) {
     if (!t.acts[k]) continue;
@@ -205,10 +195,7 @@ def patched_sources(folder: Path) -> Path:
     shutil.copytree(build.SOURCES, folder)
     (folder / "planted.h").write_text(SWITCH)
     for name, old, new in (*PATCHES, *planted_in_yard.PATCHES, *planted_in_bin.PATCHES, *planted_between.PATCHES):
-        text = (folder / name).read_text()
-        if text.count(old) != 1:
-            raise AssertionError(f"{name} holds {text.count(old)} places like `{old}`; expected 1: mend PATCHES")
-        (folder / name).write_text(text.replace(old, new))
+        foundry.replaced(folder / name, old, new)
     return folder
 
 
@@ -238,54 +225,20 @@ def scene(run_dir: Path, contact_log: bool = True, motion: bool = False) -> list
     return bodies
 
 
-class Foundry:
-    """Runs scenes with the patched plugin; one process that loads everything once and forks for each run."""
+class Foundry(foundry.Foundry):
+    """Runs scenes with the patched plugin."""
 
     def __init__(self, folder: Path) -> None:
-        environment = {
-            **os.environ, "OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-            "OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_mpi_yield_when_idle": "1",
-        }  # fmt: skip
-        command = [
-            sys.executable,
-            "-m",
-            "tests.engines.liggghts.planted_worker",
-            str(patched_sources(folder / "sources")),
-        ]
-        self._worker = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            env=environment,
-            cwd=Path(__file__).parents[3],
-        )
-        self._answer()
-
-    def _answer(self) -> str:
-        assert self._worker.stdout is not None
-        line = self._worker.stdout.readline().strip()
-        assert line, "the patched plugin does not build or its worker has died"
-        return line
+        super().__init__("tests.engines.liggghts.planted_worker", patched_sources(folder / "sources"))
 
     def run(self, run_dir: Path, bodies: list[small.Sphere], fault: str) -> None:
         """Run a prepared scene with one fault switched on."""
 
         def execute(command: list[str], folder: Path, scene: Scene, *_: object) -> Usage:
-            assert self._worker.stdin is not None
-            print(fault, run_dir.resolve(), folder, sep="\t", file=self._worker.stdin, flush=True)
-            status = self._answer()
-            assert status == "0", (folder / "output.log").read_text()[-1000:]
-            return Usage(0.0, None)
+            return self.launch(fault, run_dir, folder)
 
         extra, free = small.drive(bodies)
         driver.run(run_dir, 1, progress=False, extra=extra, integrate=free, launch=execute)
-
-    def close(self) -> None:
-        """End the process."""
-        assert self._worker.stdin is not None
-        self._worker.stdin.close()
-        self._worker.wait(timeout=30)
 
 
 def claims(run_dir: Path, change: Callable[[dict], None]) -> None:

@@ -10,6 +10,7 @@ import pytest
 from pywet.engines.liggghts import build
 from pywet.scene import Output
 from reference_impl.replay.replay import replay
+from tests.engines.foundry import VARIABLE
 from tests.engines.liggghts import planted, test_wires
 from tests.engines.liggghts import planted_between as between
 
@@ -55,7 +56,7 @@ def test_fault_between_ranks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fa
     """Spheres that roll over the boundary of two ranks, dry: the patched plugin lies in another cache, without laws."""
     (tmp_path / "cache").mkdir(mode=0o700)
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setenv("PYWET_PLANTED", fault)
+    monkeypatch.setenv(VARIABLE, fault)
     library = build.kept()
     with monkeypatch.context() as patched:
         patched.setattr(build, "SOURCES", planted.patched_sources(tmp_path / "sources"))

@@ -110,6 +110,11 @@ class LAMMPS {
     }
   }
 
+  // Weight is a force, which energies and semi-implicit drag count as one: YADE's integrator, which adds it afterwards, is given none.
+  void weigh() {
+    for (size_t a = 0; a < f.size(); a++) pywet::accumulate(f[a], mass[a] * pywet::Vec(given.gravity));
+  }
+
   // Rolling resistance of a constant torque against what rolls, in the contacts that YADE has just made.
   void roll() {
     each([&](const char *pair, int a, int b) {
@@ -133,7 +138,7 @@ class LAMMPS {
   // Velocities of the end of the step, half a step after those that YADE has; `half` of a kick to be taken of them.
   pywet::Vec kicked(int a, double half) const {
     if (!mask[a]) return pywet::Vec(v[a]);
-    return pywet::Vec(v[a]) + (half * given.dt) * ((1.0 / mass[a]) * pywet::Vec(f[a]) + pywet::Vec(given.gravity));
+    return pywet::Vec(v[a]) + (half * given.dt / mass[a]) * pywet::Vec(f[a]);
   }
   pywet::Vec spun(int a, double half) const {
     const double r = given.radius[a];
@@ -153,7 +158,7 @@ class LAMMPS {
       put(pywet::Vec(x[a]));
       put(kicked(int(a), half));
       put(spun(int(a), half));
-      if (forces) put(pywet::Vec(f[a]) + mass[a] * pywet::Vec(given.gravity));
+      if (forces) put(pywet::Vec(f[a]));
       if (forces) put(pywet::Vec(torque[a]));
       fputc('\n', file);
     }
@@ -282,6 +287,7 @@ EXPORT void pywet_yade_step(void *engine, int64_t n, int sorted) {
   LAMMPS_NS::LAMMPS &host = *static_cast<LAMMPS_NS::LAMMPS *>(engine);
   host.sorted = sorted != 0;
   host.look();
+  host.weigh();
   if (host.given.rolling) host.roll();
   host.callback(nullptr, n, 0, nullptr, nullptr, nullptr);
   if (n % host.given.every == 0) host.frame(host.trajectory, n, false);
