@@ -43,7 +43,7 @@ EXECUTED = {
     "cli.md": ["python"],
     "configuration.md": ["yaml"] * 4 + ["csv"],
     "howto-own-law.md": ["python", "json", "yaml", "python", "yaml", "toml"],
-    "laws.md": ["python", "python"],
+    "laws.md": ["python"],
     "own-scene.md": ["python", "yaml", "yaml", "yaml"],
     "screens.md": ["yaml", "yaml"],
     "second_engine.md": ["python"],
@@ -98,11 +98,6 @@ def test_the_liquid_of_the_page_on_scripts(tmp_path: Path, monkeypatch: pytest.M
     (tmp_path / "in.script").write_text(walls + re.findall(r"^fix wet .*$", page, re.MULTILINE)[0])
     found = scan(tmp_path / "in.script")
     assert found.problems == () and found.line.every == 1000 and found.wet.angle_deg(2) == 40
-
-
-def test_the_law_of_the_page_on_laws() -> None:
-    law = registry.checked("dynamic_rupture", "faster", execute("laws.md", 1)["faster"])
-    assert law.functions[0](2.0, 0.01, 0.05) == pytest.approx(1.4)
 
 
 def test_a_stopped_run_is_caught_as_the_page_says(

@@ -32,11 +32,9 @@ checks were added because of this study.
 `python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
 random positions of the program. A fault runs in the first of three scenes that executes its line (case 2 on a sieve of 40 mm for
 0.2 s; the same with analytic wires, semi-implicit drag, weight and drops; the same with bridges in every second step), or in a
-scene with its law. `--help` lists the options that select a part of the program; a call with the same `--out` resumes; with
-`--tests` the test files that import the changed module run as well. Changes in planning, custom scenes and calibration (seed 41)
-are tried without an engine: the inputs are built and compared, then tests run. `faults_by_chance.csv` lists the {count} changes,
-{distinct} of them distinct, each with its outcome and, where nothing detected it, the reason; `python -m tests.faults.page` makes
-this page from it. Each open fault with the reason why nothing detects it: [faults_open.csv](faults_open.csv).
+scene with its law. Changes in planning, custom scenes and calibration are tried without an engine: the inputs are built and
+compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct, with their outcomes;
+[faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
 """
 NOTICED = ("replay", "program", "tests")
 NAMES = ("crash", *NOTICED, "equivalent", "open")

@@ -266,5 +266,5 @@ def test_what_retirement_changes_is_told_from_what_seeds_do(tmp_path: Path) -> N
         assert float(cells[7].split("±")[1].strip(" |")) == pytest.approx(limit, abs=1e-4)
         assert any(row[:3] == ("8", "Y at 5 s", "1, 1") and row[-1] == "one seed" for row in rows)
         (said,) = retirement.lines({2: seeds}, {2: retired})
-        assert "case 2, engine 1 instead of 1 core-hours, replay – instead of – s" in said
+        assert "case 2, engine 1 instead of 1 core-hours." in said
     assert retirement.lines({2: seeds}, {}) == []
