@@ -28,7 +28,7 @@ LISTED = PAGE.with_suffix(".csv")
 
 
 class Place(NamedTuple):
-    """Where some faults are injected, in a word and a sentence, the test that plants them, and name -> (shows in, named)."""
+    """Where some faults are injected, in a word and a sentence, the test that injects them, and name -> (shows in, named)."""
 
     word: str
     sentence: str
@@ -73,7 +73,7 @@ ENGINE = (
     Place("plugin, screen", "a modified build; a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_planted_in_yard.py",
           {**planted_in_yard.IN_YARD, **{k: v for faults in planted_in_yard.SCENES.values() for k, v in faults.items()}}),
-    Place("plugin, between", "a modified build; the same screen with the shipped windows: forces between sampled steps, works",
+    Place("plugin, between", "a modified build; the same screen with the default windows: forces between sampled steps, work",
           "engines/liggghts/test_planted_between.py",
           {name: (quantity, words) for name, (_, quantity, words) in planted_between.FAULTS.items()}
           | planted_between.ON_RANKS),
@@ -105,12 +105,12 @@ AFTER = (
 HEAD = """# Injected faults
 
 Each of these {count} faults, injected alone into a sound run, is detected by the [replay](replay.md) and described by a message:
-{before} before the engine, {engine} in it or its logs, {after} downstream of it; {nameless} are detected without a description, and
-{missed} kinds of fault cannot be detected ([below](#what-the-replay-cannot-detect)). [planted_faults.csv](planted_faults.csv) lists the
-quantity and a fragment of the message for each.
+{before} upstream of the engine, {engine} in it or its logs, {after} downstream of it; {nameless} are detected without a
+description. The replay cannot detect {missed} kinds of fault ([below](#what-the-replay-cannot-detect)).
+[planted_faults.csv](planted_faults.csv) lists the quantity and a fragment of the message for each fault.
 
-| injected into | faults | test |
-|---|---|---|
+| injected into | faults |
+|---|---|
 """
 UNSEEN = (
     ("a formation that is missed between two outputs outside the sampling windows, and made up for before the next",
@@ -129,7 +129,7 @@ WHY = {
 }
 TAIL = """
 If the records cannot distinguish faults, all candidates are reported (`alike` in `replay.json`). `python -m tests.planted_table`
-makes this page and its CSV file from the tests; `pytest -m slow` runs the long ones.
+makes this page and its CSV file from the tests.
 
 ## What the replay cannot detect
 
@@ -139,7 +139,8 @@ makes this page and its CSV file from the tests; `pytest -m slow` runs the long 
 
 ## Coverage
 
-- **Late formations and ruptures** are searched for in every event. Near an edge a formation one step late is accepted.
+- **Late formations and ruptures** are searched for in every event. At an edge of a wall a
+  formation may be one step late.
 - **Missed formations and wrong triangles, bridge ends or gaps** are searched for at every output and in every step of the
   sampling windows.
 - **Forces outside those windows** are recomputed for groups of spheres that get no new neighbours between two outputs, in up to
@@ -178,8 +179,10 @@ def page() -> str:
     missed = len(planted.UNSEEN) + len(UNSEEN)
     lines = []
     for p in places:
-        lines.append(line((f"**{p.word}**: {p.sentence}", str(len(p.faults)), f"`{p.test}`")))
-    seen = [line((f"{what}: {words}", WHY[what])) for what, (_, _, words) in planted.UNSEEN.items()] + [*map(line, UNSEEN)]
+        lines.append(line((f"**{p.word}**: {p.sentence}", str(len(p.faults)))))
+    seen = [line((f"{what}: {words}", WHY[what])) for what, (_, _, words) in planted.UNSEEN.items()] + [
+        *map(line, UNSEEN)
+    ]
     head = HEAD.format(count=len(faults), nameless=nameless, missed=missed, **counts)
     return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen))
 

@@ -18,7 +18,7 @@ from pywet.report.pictures import STYLE, plt, svg
 from pywet.util.files import atomic_write
 from studies.full_scale import headline, kept, reasons, retirement, run_table, spread, stroke, trials
 from studies.full_scale.campaign import SETTINGS
-from studies.full_scale.judging import FAILS, HOLDS, OPEN, Answer, Statement, judge, neighbours
+from studies.full_scale.judging import FAILS, OPEN, Answer, Statement, judge, neighbours
 from studies.full_scale.kept import Kept
 from studies.full_scale.spread import Runs
 from studies.full_scale.statements import STATEMENTS
@@ -46,7 +46,7 @@ METHOD = """
 
 The 18 screening cases of Elskamp & Kruggel-Emden (2018) on a 200 mm sieve for 20 s from the opening of the slide. The time step
 is a tenth of the shortest collision, the contact stiffness {stiffness}
-([errors of these settings](accuracy.md)). `make full` runs the cases.
+([errors of these settings](accuracy.md)).
 """
 
 COMMITS = {
@@ -72,9 +72,9 @@ def honest(runs: Runs) -> str:
     several = f"Cases {', '.join(seeded)} have several seeds, all others one" if seeded else "One seed of each case"
     return f"""## Limits
 
-- {several}. Cases of one seed are given the spread of their neighbour at the same time, which is too small for 5.6 mm
-  late in the run.
-- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([rig](rig.md)): a
+- {several}. A case with one seed is judged by the scatter of
+  the most similar case with several, which is too small for 5.6 mm late in the run.
+- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([rig](rig.md)). A
   statement that is not confirmed shows first that this simulation differs from the paper's.
 """
 
@@ -138,7 +138,11 @@ def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
     rows = [k for group in (runs, *others.values()) for of in group.values() for k in of]
     said = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All 18 cases have run."
     hours = sum(k.about["cpu_s"] or 0.0 for k in rows) / 3600.0
-    return [f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine ([runs.csv](full_scale/runs.csv)). {said}"] if rows else [said]
+    if not rows:
+        return [said]
+    return [
+        f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine ([runs.csv](full_scale/runs.csv)). {said}"
+    ]
 
 
 def _price(runs: Runs) -> list[str]:
@@ -181,10 +185,11 @@ def _lacking(runs: Runs, stiff: Runs) -> list[str]:
 def _statements(answers: Answers) -> list[str]:
     open_ = ", ".join(str(s.number) for s, a in answers if a.verdict == OPEN)
     return [
-        "A statement of the paper is translated into a range of a quantity. It is confirmed if the 95 % interval of the mean over",
-        "seeds is within the range, inconclusive if a limit of the range is within the interval. The ranges were fixed when these",
-        f"18 cases were known and before any other run was judged. Inconclusive are {open_ or 'none'}. Text, range, values and",
-        "verdict of each: [statements.csv](full_scale/statements.csv).",
+        "A statement of the paper is translated into a range of a quantity. It is confirmed if the 95 % interval of the mean",
+        "over seeds is within the range, inconclusive if a limit of the range is within the interval. The ranges were fixed",
+        "when these 18 cases were known and before any other run was judged.",
+        *([f"Statements {open_} are inconclusive."] if open_ else []),
+        "Text, range, values and verdict of each statement: [statements.csv](full_scale/statements.csv).",
     ]
 
 
@@ -218,8 +223,8 @@ def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
             cases = list(dict.fromkeys(row[1] for row in shown))
             heads = [f"case {n}, {next(row[3] for row in shown if row[1] == n)} seeds | change" for n in cases]
             lines += [
-                f"\nAt full scale, one run each of cases {', '.join(cases)} with `{effect}`: change of the shares of all liquid at",
-                "20 s with 95 % limits; bold: significant ([switched.csv](full_scale/switched.csv)).\n",
+                f"\nOne run each of cases {', '.join(cases)} at full scale with `{effect}`: change of the shares of all liquid",
+                "at 20 s with 95 % limits; bold: significant ([switched.csv](full_scale/switched.csv)).\n",
                 f"| share of the liquid on | {' | '.join(heads)} |",
                 "|" + "---|" * (1 + 2 * len(cases)),
                 *(f"| {of} | {' | '.join(_change(row) for row in shown if row[2] == of)} |" for of in DIVISIONS),

@@ -118,8 +118,8 @@ def _dry_near(runs: Runs, folder: Path) -> str:
     least = (dry.retained(NEAR) - moist.retained(SMALL))[(dry.times >= 0.5) & (dry.times <= 3.0)].min()
     glass = of("sticky", 12, SMALL) - of("as_is", 10, NEAR)
     return (
-        f"from 0.5 to 3 s Y_small(12) is at least {least:.3f} below Y_near(10). With twice the surface tension the difference "
-        f"is {glass:+.3f}, that is, small spheres are slower."
+        f"from 0.5 to 3 s Y of small spheres in case 12 is at least {least:.3f} below Y of near-mesh spheres in case 10. With "
+        f"twice the surface tension the difference is {glass:+.3f}."
     )
 
 
@@ -229,8 +229,8 @@ REASONS: dict[int, Callable[[Runs, Path], str]] = {
     42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett deviates by 15 % from a third of the rupture "
                  "distance on, Rabinovich by up to 24 % beyond half of it."),
     43: _of_laws("in the first configuration Rabinovich deviates from the exact bridge by 20 % at 0.7 of the rupture distance."),
-    47: _of_laws("by the parabola model (35-43) the larger sphere gets more at 10° than at 40°. Statement 33, from section 5.3 of "
-                 "the paper, agrees with that and is confirmed; both cannot be true."),
+    47: _of_laws("by the parabola model (equations 35 to 43) the larger sphere gets more at 10° than at 40°. Statement 33 of the "
+                 "same paper contradicts this one and is confirmed."),
     48: _of_laws("the steps over angles are confirmed. Over V* the parabola model at the rupture distance gives the opposite "
                  "trend."),
 }  # fmt: skip
@@ -260,19 +260,21 @@ def reason(number: int, runs: Runs, folder: Path = FOLDER) -> str:
 
 
 def grouped(known: Mapping[int, str], says: Mapping[int, str] | None = None) -> list[str]:
-    """Write one line for each group of reasons, with the words of its first statement, and one for each statement outside them."""
+    """Write one line for each group of reasons, quoting its first statement, and one for each statement outside them."""
     quoted = {n: f' ("{text.rstrip(".")}")' for n, text in (says or {}).items()}
     lines = []
     for title, numbers in GROUPS.items():
         if of := [n for n in numbers if n in known]:
             numbered = ", ".join(map(str, sorted(of)))
-            lines.append(f"- **{title}** ({numbered}). Statement {of[0]}{quoted.get(of[0], '')}: {known[of[0]]}")
+            lines.append(
+                f"- **{title}** (statements {numbered}). Statement {of[0]}{quoted.get(of[0], '')}: {known[of[0]]}"
+            )
     others = set(known) - {n for numbers in GROUPS.values() for n in numbers}
     lines += [f"- Statement {n}: {known[n]}" for n in sorted(others)]
     return [
         *lines,
-        "\nVariants of depth and surface tension: smoke scale, one seed, means from 0.5 to 3 s after the opening. All reasons:",
-        "[reasons.csv](full_scale/reasons.csv).",
+        "\nVariants of depth and surface tension were run at smoke scale with one seed (means from 0.5 to 3 s after the opening).",
+        "All reasons: [reasons.csv](full_scale/reasons.csv).",
     ]
 
 

@@ -46,13 +46,15 @@ def lines(kept: Runs, retired: Runs) -> list[str]:
     found = rows(kept, retired)
     moved = [row for row in found if row[7].startswith("yes")]
     liquid = moved and all(row[1] in OF_LIQUID for row in moved)
-    most = f", by up to {max(abs(float(row[6])) for row in moved):.3f} of all liquid" if liquid else ""
+    most = (
+        f", by up to {max(abs(float(row[6])) for row in moved):.3f} of all liquid, which moves between fines and bin"
+        if liquid
+        else ""
+    )
     costs = "; ".join(_cost(case, kept[case], retired[case]) for case in cases)
     return [
         f"- **[Retired spheres](engine.md#retired-spheres)** (runs `retire`): {len(moved)} of {len(found)} quantities differ "
-        f"significantly{most} ([retirement.csv](full_scale/retirement.csv)). Fines and the bin's walls share the liquid "
-        "differently because each sphere that comes to rest wets the floor; their sum does not differ. "
-        f"Cost: {costs}.",
+        f"significantly{most} ([retirement.csv](full_scale/retirement.csv)). Cost: {costs}.",
     ]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from pywet import config as settings
@@ -50,6 +49,6 @@ def test_an_effect_at_full_scale_is_set_against_seeds(tmp_path: Path) -> None:
         shed = make(tmp_path / "other", 2, int(100 * fines), fines=fines)
         text = page._full_beyond(runs, {"shedding": {2: [shed]}})
         assert f"| fines and bin | 0.4100 | {change} |" in text
-        assert "one run each of cases 2 with `shedding`" in text and text.endswith(
+        assert "One run each of cases 2 at full scale with `shedding`" in text and text.endswith(
             "No run at full scale has `liquid_weight`."
         )
