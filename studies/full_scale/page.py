@@ -189,7 +189,7 @@ def _statements(answers: Answers) -> list[str]:
         "over seeds is within the range, inconclusive if a limit of the range is within the interval. The ranges were fixed",
         "when these 18 cases were known and before any other run was judged.",
         *([f"Statements {open_} are inconclusive."] if open_ else []),
-        "Text, range, values and verdict of each statement: [statements.csv](full_scale/statements.csv).",
+        "Text, range, values and verdict of each: [statements.csv](full_scale/statements.csv). Y: fraction retained.",
     ]
 
 

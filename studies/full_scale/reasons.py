@@ -273,7 +273,7 @@ def grouped(known: Mapping[int, str], says: Mapping[int, str] | None = None) -> 
     lines += [f"- Statement {n}: {known[n]}" for n in sorted(others)]
     return [
         *lines,
-        "\nVariants of depth and surface tension were run at smoke scale with one seed (means from 0.5 to 3 s after the opening).",
+        "\nVariants of depth and surface tension ran at smoke scale with one seed (means from 0.5 to 3 s after the opening).",
         "All reasons: [reasons.csv](full_scale/reasons.csv).",
     ]
 

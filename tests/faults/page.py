@@ -25,7 +25,7 @@ checks were added because of this study.
 - **replay**, **program**, **tests**: what detected the fault first: the replay, a message of the program, or a test.
 - **equivalent**: not detected because the change makes no difference for any input that the program accepts.
 - **open**: a fault that is not detected.
-- **detected**: out of all that are neither crash nor equivalent.
+- **detected**: share of the faults that neither crash the program nor are equivalent.
 
 ## Method
 
