@@ -11,7 +11,7 @@ from pywet.runs.spread import difference, with_interval
 
 
 def shown(usual: CaseResult, twin: CaseResult, preset: str) -> dict[str, Any]:
-    """What the template shows of a case as configured and its twin, of another preset."""
+    """Return the template's data for a case as configured and for its run with another preset."""
     said = "; ".join(twin.problems)
     both = usual.summary is not None and twin.summary is not None
     return {

@@ -70,7 +70,7 @@ def cuboids(run: RunDir, step: int) -> Any:
 
 
 def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
-    """What is shown of each bridge that is active at a step; nothing of a dry run."""
+    """Return the fields of each bridge that is active at a step; none for a dry run."""
     if not run.moist:
         return {}
     return {
@@ -131,7 +131,7 @@ KINDS: dict[str, Callable[[RunDir, int], Any]] = {"particles": particles, "bridg
 
 
 def output(run: RunDir, kind: str, step: int) -> Any:
-    """What a file of a kind holds of one output step, at the positions of the user's scene."""
+    """Return the content of a file of one kind at one output step, at the positions of the user's scene."""
     made = {**KINDS, "cuboids": cuboids}[kind](run, step)
     made.points = made.points + run.origin_m
     for name, texts in words(run)[kind].items():

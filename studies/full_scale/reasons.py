@@ -266,9 +266,8 @@ def grouped(known: Mapping[int, str], says: Mapping[int, str] | None = None) -> 
     for title, numbers in GROUPS.items():
         if of := [n for n in numbers if n in known]:
             numbered = ", ".join(map(str, sorted(of)))
-            lines.append(
-                f"- **{title}** (statements {numbered}). Statement {of[0]}{quoted.get(of[0], '')}: {known[of[0]]}"
-            )
+            word = "statement" if len(of) == 1 else "statements"
+            lines.append(f"- **{title}** ({word} {numbered}). Statement {of[0]}{quoted.get(of[0], '')}: {known[of[0]]}")
     others = set(known) - {n for numbers in GROUPS.values() for n in numbers}
     lines += [f"- Statement {n}: {known[n]}" for n in sorted(others)]
     return [

@@ -126,7 +126,7 @@ class Line:
 
 
 def line(words: list[str]) -> Line:
-    """What the words `ID all pywet liquid FILE [log FOLDER] [every N] [windows N]` say."""
+    """Parse the line `ID all pywet liquid FILE [log FOLDER] [every N] [windows N]` of a script."""
     name, group, rest = words[0], words[1], words[3:]
     if group != "all":
         raise refusal("wet.group", group)
