@@ -140,7 +140,7 @@ makes this page and its CSV file from the tests.
 ## Coverage
 
 - **Late formations and ruptures** are searched for in every event. At an edge of a wall a
-  formation may be one step late.
+  formation that is one step late is not reported.
 - **Missed formations and wrong triangles, bridge ends or gaps** are searched for at every output and in every step of the
   sampling windows.
 - **Forces outside those windows** are recomputed for groups of spheres that get no new neighbours between two outputs, in up to

@@ -107,7 +107,7 @@ def walls(run: RunDir, step: int) -> Any:
 
 
 def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
-    """Of each kind of file: what the numbers of an array stand for, from the first number on."""
+    """List, for each kind of file, the names that the integer codes of its arrays stand for."""
     of_partners = {"partner_kind_from_0": ["sphere", "large wall", "wire"]}
     return {
         "particles": {

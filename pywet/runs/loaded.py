@@ -98,7 +98,7 @@ class Run:
 
     @cached_property
     def fraction_retained(self) -> pd.DataFrame:
-        """Of a case: mass not in the collecting bin over the mass put in, of all and by size class, at the outputs."""
+        """Read the fraction retained of a case, in all and by size class: mass outside the collecting bin over the mass fed."""
         if not self.has("results/fraction_retained.parquet"):
             raise PywetError(
                 f"{self.path} has no fraction retained; expected the finished run of a case: a custom scene has no collecting bin"
