@@ -1,4 +1,4 @@
-"""Who may work in a run directory: one call that simulates, or any number that evaluate or read a finished run."""
+"""Locks of run directories: one call that simulates, or any number of calls that evaluate or read a finished run."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _locked(run_dir: Path, name: str, how: int) -> int:
 
 
 def _same(lock: int, path: Path) -> bool:
-    """Whether a lock is still that of the path."""
+    """Check that a lock still belongs to the file at its path."""
     try:
         return os.path.samestat(os.fstat(lock), os.lstat(path))
     except OSError:

@@ -117,7 +117,7 @@ def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
 
 
 def fingerprint(scene: Scene) -> str:
-    """What a run of this scene follows from: its description, the files that it names, the program's code."""
+    """Return what determines a run of this scene: its description, the files that it names, the program's code."""
     named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values()
     laws = [law for law in named if isinstance(law, str)]
     files = [Path(law.rpartition(":")[0]) for law in laws if ".py:" in law]

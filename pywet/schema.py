@@ -302,7 +302,7 @@ MAY_BE_EMPTY = {
 
 
 def expected_columns(path: Path) -> Mapping[str, str]:
-    """What a table of a run directory must hold; nothing is known of other files."""
+    """Return the columns that a table of a run directory must have; none for other files."""
     return TABLES.get(_name(path), {})
 
 

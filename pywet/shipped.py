@@ -86,7 +86,7 @@ def open_studies() -> bool:
 
 
 def _holds(path: Path, data: bytes) -> bool:
-    """Whether a file of one's own has this content."""
+    """Tell whether a file of the user has this content."""
     try:
         return not path.is_symlink() and path.read_bytes() == data
     except OSError:

@@ -121,7 +121,7 @@ def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str =
 
 
 def fingerprint(config: Config, case: int, scale: str, engine: str = "liggghts") -> str:
-    """What identity.json of a run of this case says."""
+    """Return the content of identity.json for a run of this case."""
     from pywet.cases.screening import identity
 
     return f"{engine} {identity.identity(config, case, scale)}"

@@ -24,7 +24,7 @@ READING = (
 
 
 class Refused(Exception):
-    """What was given cannot be worked with; one sentence."""
+    """Raised for unusable input, with one sentence."""
 
 
 @contextmanager

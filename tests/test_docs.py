@@ -149,8 +149,9 @@ def test_index_names_every_page() -> None:
 
 
 def test_the_documentation_has_at_most_35000_words() -> None:
-    """A word has a letter or a digit; bars and rules of tables are none."""
-    pages = {page.name: [w for w in page.read_text().split() if re.search(r"\w", w)] for page in PAGES[1:]}
+    """Count words with a letter or a digit on the written pages; those that the site's build makes are left out."""
+    written = [page for page in PAGES[1:] if page.name not in GENERATED]
+    pages = {page.name: [w for w in page.read_text().split() if re.search(r"\w", w)] for page in written}
     assert sum(map(len, pages.values())) <= 35_000, {name: len(found) for name, found in pages.items()}
 
 

@@ -96,7 +96,7 @@ def _retained(folders: Sequence[Path]) -> Iterator[str]:
 
 
 def _screen(folders: Sequence[Path]) -> Iterator[str]:
-    """What the screen of a custom scene did; nothing of several seeds, which `pywet screen` combines."""
+    """Return the lines on the screen of a custom scene; none for several seeds, which `pywet screen` combines."""
     from pywet.products.screening_report import RESULT
     from pywet.report.screen_page import five
 

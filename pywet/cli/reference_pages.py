@@ -41,7 +41,7 @@ def _table(schema: dict[str, Any]) -> Iterator[str]:
 
 
 def _kind(value: dict[str, Any], limited: bool = True) -> str:
-    """What may stand at a key, in a few words."""
+    """Describe the values that a key accepts."""
     if "$ref" in value:
         return str(value["$ref"]).rpartition("/")[2]
     if "enum" in value:

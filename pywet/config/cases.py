@@ -50,7 +50,7 @@ class Case(Limited):
 
     @property
     def own_feed(self) -> bool:
-        """Whether it says itself how much is screened."""
+        """Tell whether the case itself gives the amount that is screened."""
         return self.class_mass_g is not None or self.class_volume_cm3 is not None
 
     @model_validator(mode="after")

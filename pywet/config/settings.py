@@ -43,8 +43,8 @@ class LawSettings(Laws):
 class EffectSettings(Strict):
     """Switches of the effects: `auto` (decided by `decide`), on or off.
 
-    decide `preset`: whatever the preset names is on as soon as there is liquid. decide `tolerance`: an effect whose
-    number is below the tolerance is off. liquid_weight and shedding are in no preset: they are on by hand only.
+    decide `preset`: all effects of the preset are on if there is liquid. decide `tolerance`: an effect whose number is
+    below the tolerance is off. liquid_weight and shedding are in no preset and must be switched on explicitly.
     """
 
     decide: Literal["preset", "tolerance"] = "preset"

@@ -76,7 +76,7 @@ def _shown(share: float, groups: tuple[str, ...], moist: bool, table: dict[str, 
 
 
 def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups: tuple[str, ...]) -> str:
-    """What the other integration would save, and why it was not chosen."""
+    """Report what the other viscous integration would save, and why it was not chosen."""
     charge = next(
         o.charge for o in choice.options(table, True, longer_by=2.0)["integration"] if o.level == "semi_implicit"
     )

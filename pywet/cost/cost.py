@@ -77,7 +77,7 @@ def _program(load: Load) -> str:
 
 
 def _path() -> Path:
-    """Of this machine with this plugin and these laws."""
+    """Name the cache file of the measured costs of this machine, plugin and set of laws."""
     sources = sorted(Path(laws.__file__).parent.glob("*.py"))
     program = source_hash() + "".join(path.read_text() for path in sources)
     key = hashlib.sha256(f"{VERSION} {machine()} {program}".encode()).hexdigest()[:16]

@@ -89,7 +89,7 @@ def recorded(scene: Scene) -> list[Window]:
 
 
 def slides(scene: Scene) -> dict[str, Window]:
-    """Of each wall that is drawn: the step at which it begins, and at which it stops."""
+    """Find the steps at which each sliding wall starts and stops."""
     ways = {w.name: scene.motion_of(w) for w in scene.walls}
     return {name: _drawn(scene, way) for name, way in ways.items() if isinstance(way, Slide)}
 

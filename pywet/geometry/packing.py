@@ -144,7 +144,7 @@ def _draw(count: int, radius: float, region: FeedRegion, height: float, generato
 
 
 def _thin(trial: Floats, distance: float) -> Floats:
-    """Of trial centres keep, in their order, those that are not closer than `distance` to one kept before."""
+    """Select, in their order, the trial centres that are at least `distance` away from all selected before."""
     if len(trial) < 2:
         return trial
     pairs = scipy.spatial.cKDTree(trial).query_pairs(distance, output_type="ndarray")

@@ -102,7 +102,7 @@ def _inlined(function: Callable[..., float], digest: Any) -> Any:
 
 
 def _swapped(value: Any, digest: Any) -> Any:
-    """What stands in a batch for a global of a law."""
+    """Return the replacement of a law's global variable in a batch."""
     if value is math:
         return batch_math
     name = getattr(value, "__name__", "")

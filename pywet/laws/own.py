@@ -105,7 +105,7 @@ def may_run(name: str) -> bool:
 
 
 def functions(kind: str, name: str) -> Any:
-    """What the file calls by the law's name, once it is known that the file may run and comes to an end."""
+    """Return the law of this name from its file, after checking that the file is trusted and its execution ends."""
     path = _path(name)
     if not path.is_file():
         raise LawError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function", law=name)

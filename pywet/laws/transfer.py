@@ -1,4 +1,4 @@
-"""Who keeps how much of a rupturing bridge: the parabola model, solved once into a table over V*.
+"""Shares of the liquid of a rupturing bridge: the parabola model, solved once into a table over V*.
 
 The meridian is Y(x) = a x² + b x + c between the two contact lines (Elskamp & Kruggel-Emden 2018, 35-43, with the signs of
 40 and the cap of 43 mended). With half-filling angles α as unknowns, contact radii and slopes are

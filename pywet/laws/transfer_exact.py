@@ -1,4 +1,4 @@
-"""Who keeps how much of a rupturing bridge: the exact profile at its limit of stability, cut at the neck, as a table over V*.
+"""Shares of the liquid of a rupturing bridge: the exact profile at its limit of stability, cut at the neck, as a table over V*.
 
 The counterpart of `transfer.py` with the same arguments. A wire counts as a sphere of its radius.
 """

@@ -1,6 +1,6 @@
 """Outlets of a custom scene: named regions in which spheres leave the run, with their films.
 
-Who is in an outlet is looked at every 0.02 s at most; until then a sphere falls on, and the simulated box holds its path.
+Spheres in an outlet are searched for at intervals of at most 0.02 s; until then they keep falling within the simulated box.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ class LogNormal(Excusable):
 
 
 class GaudinSchuhmann(Excusable):
-    """Passing (d/largest)^exponent of the mass (Gates, Gaudin and Schuhmann)."""
+    """Size distribution of Gates, Gaudin and Schuhmann: passing (d/largest)^exponent by mass."""
 
     largest_mm: Positive
     """Size that all pass."""

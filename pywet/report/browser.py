@@ -103,7 +103,7 @@ PLACES = ("place", "from", "to", "corners")
 
 
 def _spheres(run: RunDir, rows: Sequence[int]) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
-    """Of every sphere at the rows of the timeline: place (NaN: not in the box), film, speed; and the greatest of these two."""
+    """Collect position (NaN: not in the box), film and speed of every sphere at rows of the timeline, and their maxima."""
     line = run.timeline
     place, speed = np.full((len(rows), len(line.ids), 3), np.nan), np.zeros((len(rows), len(line.ids)))
     for k, row in enumerate(rows):

@@ -106,7 +106,7 @@ def apart(sheet: Sheet, name: str) -> list[dict[str, str]]:
 
 
 def _data(artist: Any) -> dict[str, Any]:
-    """What a curve shows, in the numbers of its axes: case, column of the table, label, colour, x, y."""
+    """Return the data of a curve in the units of its axes: case, column of the table, label, colour, x, y."""
     case, column = artist.get_gid().split(":")
     if isinstance(artist, PolyCollection):
         corners: Any = artist.get_paths()[0].vertices

@@ -11,7 +11,7 @@ from pywet.runs.spread import difference, with_interval
 
 
 def shown(usual: CaseResult, twin: CaseResult, preset: str) -> dict[str, Any]:
-    """What the template shows of a case as configured and its twin, of another preset."""
+    """Return the template's data for a case as configured and for its run with another preset."""
     said = "; ".join(twin.problems)
     both = usual.summary is not None and twin.summary is not None
     return {
@@ -49,7 +49,7 @@ def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
 
 
 def _spread(values: Sequence[float]) -> str:
-    """Of one seed, or mean ± 95 % interval of the mean over seeds."""
+    """Write the value of one seed, or the mean over seeds with its 95 % interval."""
     if len(values) < 2:
         return f"{values[0]:.3f}, one seed" if values else "–"
     return f"{with_interval(values)}, {len(values)} seeds"

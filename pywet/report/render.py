@@ -140,7 +140,7 @@ def scene(
 
 
 def plotter(size: tuple[int, int]) -> Any:
-    """What things to be seen are put into."""
+    """Return the plotter to which bodies are added."""
     import pyvista as pv
 
     pv.OFF_SCREEN = True

@@ -119,7 +119,7 @@ FILES = {
 
 
 def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[tuple[str, str]]]]:
-    """Of each case the files that are there, as links from the report's folder."""
+    """List the existing files of each case as links relative to the report's folder."""
     below = report.parent.resolve()
     return [
         (

@@ -70,7 +70,7 @@ def cuboids(run: RunDir, step: int) -> Any:
 
 
 def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
-    """What is shown of each bridge that is active at a step; nothing of a dry run."""
+    """Return the fields of each bridge that is active at a step; none for a dry run."""
     if not run.moist:
         return {}
     return {
@@ -107,7 +107,7 @@ def walls(run: RunDir, step: int) -> Any:
 
 
 def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
-    """Of each kind of file: what the numbers of an array stand for, from the first number on."""
+    """List, for each kind of file, the names that the integer codes of its arrays stand for."""
     of_partners = {"partner_kind_from_0": ["sphere", "large wall", "wire"]}
     return {
         "particles": {
@@ -131,7 +131,7 @@ KINDS: dict[str, Callable[[RunDir, int], Any]] = {"particles": particles, "bridg
 
 
 def output(run: RunDir, kind: str, step: int) -> Any:
-    """What a file of a kind holds of one output step, at the positions of the user's scene."""
+    """Return the content of a file of one kind at one output step, at the positions of the user's scene."""
     made = {**KINDS, "cuboids": cuboids}[kind](run, step)
     made.points = made.points + run.origin_m
     for name, texts in words(run)[kind].items():

@@ -61,12 +61,12 @@ class Run:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What was run, how fast, the liquid at the end, the checks."""
+        """Return the summary of a run: settings, speed, liquid at the end, checks."""
         return dict(read_json(self.path / "summary.json", AGAIN, RunSummary))
 
     @cached_property
     def replay(self) -> dict[str, Any]:
-        """What the replay said: `ok`, its limits and deviations by quantity, what was not checked; empty for a dry run."""
+        """Return the result of the replay: `ok`, limits and deviations by quantity, what was not checked; empty for a dry run."""
         return dict(self._run.json("replay.json", Replay) or {})
 
     @cached_property
@@ -98,7 +98,7 @@ class Run:
 
     @cached_property
     def fraction_retained(self) -> pd.DataFrame:
-        """Of a case: mass not in the collecting bin over the mass put in, of all and by size class, at the outputs."""
+        """Read the fraction retained of a case, in all and by size class: mass outside the collecting bin over the mass fed."""
         if not self.has("results/fraction_retained.parquet"):
             raise PywetError(
                 f"{self.path} has no fraction retained; expected the finished run of a case: a custom scene has no collecting bin"

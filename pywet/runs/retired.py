@@ -52,7 +52,7 @@ def with_places(parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: f
 
 
 def taken_out(run: RunDir) -> tuple[np.ndarray, np.ndarray]:
-    """Of every sphere and output: whether it left at an outlet before, and the liquid it left with [m3] from its step on.
+    """Find which spheres have left through an outlet before each output, and how much liquid each outlet has removed.
 
     Returns
     -------

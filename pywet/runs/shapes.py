@@ -23,7 +23,7 @@ class Check(TypedDict):
 
 
 class BridgesOn(TypedDict):
-    """Of the effects, what is asked of a summary."""
+    """State in a summary whether bridges are simulated."""
 
     bridges: bool
 

@@ -10,7 +10,7 @@ from scipy.special import stdtrit  # scipy.stats takes a second to import, in ea
 
 
 def quantile(count: int) -> float:
-    """Of Student's distribution, by which a standard error of so many values is multiplied for a 95 % interval.
+    """Compute the quantile of Student's distribution that turns a standard error of `count` values into a 95 % interval.
 
     >>> round(quantile(2), 2)
     12.71

@@ -45,7 +45,7 @@ class Kind(ABC):
         """Predict time, memory and disk of a run."""
 
     def subject(self, folder: Path) -> Any:
-        """What a user's function of a run is called with: its tables."""
+        """Return the argument of a user's function: the tables of a run."""
         return Run(folder)
 
     @abstractmethod

@@ -223,7 +223,7 @@ def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
 
 
 def spent(plan: Plan, costs: list[tuple[Run, Cost]]) -> str | None:
-    """What the runs of a call took, next to what was predicted; None where nothing is known of them."""
+    """Report measured and predicted cost of the runs of a call; None where none was measured."""
     both = [(measured, cost) for run, cost in costs if (measured := plan.store.took(run.built.name)) is not None]
     if not both:
         return None

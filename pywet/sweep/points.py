@@ -53,7 +53,7 @@ def _all(sweep: Sweep) -> list[Point]:
 
 
 def drawn(sweep: Sweep) -> list[Point]:
-    """What the design draws from the ranges; one empty draw where there is none."""
+    """Return the points that the design draws from the ranges; one empty point without a design."""
     if sweep.design is None:
         return [{}]
     keys, how = sweep.ranges, sweep.design

@@ -87,7 +87,7 @@ def carry_out(
 
 
 def _begin(parent: int) -> None:
-    """Of a process that runs points: it ends with the one that started it, and its engines with it."""
+    """Make a worker process end, with its engines, when its parent process ends."""
     die_with_parent()
     if os.getppid() != parent:
         os._exit(1)

@@ -69,7 +69,7 @@ class Store:
         )
 
     def took(self, name: str) -> Cost | None:
-        """What the run of a point took; None where it is not known."""
+        """Return the cost of the run of a point; None where it is not known."""
         try:
             found = read_if_there(self.place(name) / COST, AGAIN, Took)
         except PywetError:

@@ -64,7 +64,7 @@ def optima(plan: Plan, made: pd.DataFrame, result: str) -> list[Optimum]:
 
 
 def sentences(plan: Plan, made: pd.DataFrame) -> list[str]:
-    """What a finished sweep prints: runs, optima, what is significant of each result."""
+    """Return the sentences that a finished sweep prints: runs, optima, what is significant of each result."""
     done = int((made["status"] == DONE).sum())
     lines = [f"{done} of {len(made)} runs have results"]
     for result in plan.results:

@@ -56,7 +56,7 @@ class CheckedFiles(caching.IndexDataCacheFile):
 
 
 def _checked(content: bytes) -> Any:
-    """What was kept; OSError, which numba takes for a missing file, where it is damaged."""
+    """Read a cached file; a damaged one raises OSError, which numba treats like a missing file."""
     if hashlib.sha256(content[_SUM:]).digest() != content[:_SUM]:
         raise OSError("check sum")
     return pickle.loads(content[_SUM:])

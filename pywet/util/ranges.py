@@ -50,7 +50,7 @@ class Range:
 
 
 def comma(given: Any) -> str:
-    """What to say of a text that is a number but for its decimal comma; else nothing.
+    """Return a hint for a text that is a number except for its decimal comma; otherwise nothing.
 
     >>> comma("0,5"), comma("a,b")
     (' (a decimal comma: write 0.5)', '')

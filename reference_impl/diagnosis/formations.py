@@ -77,7 +77,7 @@ def _grown(run: Run, held: formations.Held, gap: Floats, way: Floats) -> Floats:
 
 
 def _before_last(table: pd.DataFrame, number: Floats, fixed: Bodies) -> Floats:
-    """What each side had before the event that last changed it; NaN where none did."""
+    """Return the liquid of each side before the event that last changed it; NaN where none did."""
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - fixed.film_of[table["triangle"]], table["j"])
     both = pd.DataFrame({

@@ -64,7 +64,7 @@ def _is_number(value: Any) -> bool:
 
 @dataclass
 class Section:
-    """What one room found: quantities for the table, findings, sentences on what was and was not compared."""
+    """Results of one section: quantities for the table, findings, sentences on what was and was not compared."""
 
     name: str
     quantities: list[Quantity] = field(default_factory=list)
@@ -128,7 +128,7 @@ def finding(room: str, quantity: str, held: Held, what: str, wrong: int, count: 
 
 
 def likeness(wrong: Held, held: Sequence[Held]) -> str:
-    """Of a wrong value which other one it equals, or by which factor it is off."""
+    """Name the other value that a wrong value equals, or the factor by which it is wrong."""
     if not _is_number(wrong.given) or not _is_number(wrong.expected):
         return ""
     stem, _, last = wrong.name.rpartition(".")

@@ -150,7 +150,7 @@ def overdue(run: Run, e: Events) -> Link | None:
 
 
 def asked(e: Events, **other: Floats) -> tuple[Floats, Floats]:
-    """What each event asks of both sides, with some inputs exchanged."""
+    """Return the volumes that each event requests from both sides, with some inputs exchanged."""
     kind, ri, rj = other.get("kind", e.kind), other.get("ri", e.pair.ri), other.get("rj", e.pair.rj)
     film_i, film_j, width = other.get("film_i", e.film_i), other.get("film_j", e.film_j), e.width
     area = other.get("area", e.area)
@@ -186,7 +186,7 @@ def one_after_another(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, F
 
 
 def draws(e: Events) -> Iterator[Link]:
-    """What both sides give to each new bridge."""
+    """Return the volumes that both sides give to each new bridge."""
     asks, full = asked(e), e.formation
     own, ri, rj = granted(e, asks), e.pair.ri, e.pair.rj
     like_j = np.where(e.pair.wall, ri, rj)
@@ -244,7 +244,7 @@ def ratios(run: Run, e: Events, tables: Tables, star: Floats, turned: bool = Fal
 
 
 def sharing(run: Run, e: Events, tables: Tables) -> Iterator[Link]:
-    """What both sides get at rupture: T V and the rest."""
+    """Return the volumes that both sides receive at rupture: T V and the rest."""
     volume, back = e.column("volume"), ~e.formation
     r = laws.harmonic_radius(e.pair.ri, e.pair.rj, e.pair.wall)
     own = ratios(run, e, tables, volume / r**3)

@@ -127,7 +127,7 @@ def _suspects(
 
 
 def _alone(terms: dict[str, Floats], name: str, rows: Floats) -> bool:
-    """Whether the force of this kind of contact is all of it."""
+    """Tell whether all force of this name acts at this kind of contact."""
     return bool((terms[name] == terms[parts.whole(name)])[rows].all())
 
 

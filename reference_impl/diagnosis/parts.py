@@ -24,7 +24,7 @@ ALONG, ACROSS = 0.9, 0.1
 
 
 def whole(name: str) -> str:
-    """Of the force at one kind of contact that at all kinds; of any other the force itself."""
+    """Strip the kind of contact from the name of a force."""
     return re.split(r" (?:between|at) ", name)[0]
 
 

@@ -189,7 +189,7 @@ class Between:
         return self._groups(pd.concat([self.ratios, table], ignore_index=True) if len(self.ratios) else table)
 
     def last_groups(self) -> list[Quantity]:
-        """Of the normal drag: what no full group holds, once all parts are in."""
+        """Judge the impulses of normal drag that are left over from full groups after the last chunk."""
         return [self._groups(self.ratios, last=True)] if self._closed("viscous_normal", laws.VISCOUS_NORMAL) else []
 
     def _groups(self, table: pd.DataFrame, last: bool = False) -> Quantity:

@@ -120,7 +120,7 @@ def _totals(
 
 
 def _weight(setup: Setup, f: Forces, impulse: dict[str, float], energy: dict[str, float]) -> None:
-    """Of the spheres that are not driven, and of the liquid on them."""
+    """Add impulse and energy of the weight of free spheres and of the liquid on them."""
     dry = np.broadcast_to(setup.mass, f.window.liquid.shape)
     for name, mass in (("weight", dry), ("liquid_weight", f.window.liquid)):
         weight = (mass * setup.free)[:, :, None] * setup.pull(f.window.steps)
@@ -141,7 +141,7 @@ class Sum:
 
 @dataclass
 class Moved:
-    """Of all events so far: liquid moved, at walls, between spheres and there against equal sharing; stretch of ruptures."""
+    """Sums over events: liquid moved at walls and between spheres, deviation from equal sharing, stretch of ruptures."""
 
     volume: Sum = field(default_factory=Sum)
     walls: Sum = field(default_factory=Sum)

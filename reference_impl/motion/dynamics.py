@@ -95,7 +95,7 @@ def seen(run: io.Run | None, held: dict[str, Any]) -> dict[str, float]:
 
 
 def beyond(shares: dict[str, float]) -> list[str]:
-    """How much of a moist run that leaves unseen, in one sentence."""
+    """Write one sentence on how much of a moist run is not checked."""
     if "bridges" not in shares or shares["steps"] == 1.0:
         return []
     return [

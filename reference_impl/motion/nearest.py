@@ -21,7 +21,7 @@ SAME = 1e-9
 
 
 class Closest(NamedTuple):
-    """Of each row: how far the part is; the closest point in the world; its triangle, of several as near the first."""
+    """Distance, closest point and triangle (the first of equally near ones) of a wall part for each row."""
 
     distance: Floats
     point: Floats
@@ -29,7 +29,7 @@ class Closest(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Of each row: how far the part is; its closest triangle; the least of given values over the triangles that are as near."""
+    """Distance and closest triangle of a wall part for each row, and the least of given values over equally near triangles."""
 
     distance: Floats
     triangle: Floats

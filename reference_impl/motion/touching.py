@@ -127,7 +127,7 @@ def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mes
 
 
 def _wall_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats) -> tuple[Floats, ...]:
-    """Of pairs of a sphere a and a triangle t those that touch: sphere, triangle, distance, point at rest, whether its face."""
+    """Select touching pairs of spheres and triangles: sphere, triangle, distance, point at rest, whether on the face."""
     apart, point, kind = mesh.resolve(shape, t, y[a])
     at = np.flatnonzero(apart - setup.radius[a] <= 0.0)
     return a[at], t[at] + wall.first, apart[at], point[at], kind[at] == mesh.FACE

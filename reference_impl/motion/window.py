@@ -279,7 +279,7 @@ def way_of(scene: dict[str, Any], wall: dict[str, Any]) -> dict[str, Any]:
 
 
 def slide_steps(scene: dict[str, Any]) -> dict[str, tuple[int, int]]:
-    """Of each wall that is drawn: the step at which it begins, and at which it has been drawn."""
+    """Find the steps at which each sliding wall starts and stops."""
     step, found = scene["time_step_s"], {}
     total = round(scene["duration_s"] / step)
     for wall in scene["walls"]:

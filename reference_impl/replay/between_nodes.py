@@ -52,7 +52,7 @@ def judged(run: Run) -> bool:
 
 
 def note(found: Quantity) -> str:
-    """What is said of an error that is not judged."""
+    """Return the note on an error that is not judged."""
     at = found.worst.get("v_star", 0.0)
     return (
         f"transfer: between its nodes the exact table is off by up to {found.largest:.2g} (median {found.median:.1g}) in "

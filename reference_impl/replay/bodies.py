@@ -38,7 +38,7 @@ class Bodies:
         return len(self.radius)
 
     def share_of(self, triangle: Any) -> Floats:
-        """Of a film's liquid the part that is on one of its triangles."""
+        """Compute the share of a film's liquid that is on one of its triangles."""
         return np.asarray(self.area[triangle] / self.film_area[triangle])
 
     def liquid(self) -> Floats:
@@ -142,7 +142,7 @@ def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Float
 
 
 def _triangles(table: pd.DataFrame, p: Pairs) -> Floats:
-    """Of bridges at walls; of others the place that no triangle has."""
+    """List the triangle of each bridge at a wall, and -1 for a bridge between spheres."""
     return np.where(p.wall, table["triangle"].to_numpy(), -1)
 
 

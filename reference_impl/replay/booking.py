@@ -76,7 +76,7 @@ def of_spheres(holder: Floats, p: Pairs, given: Floats, this: Floats, other: Flo
 
 
 def asks(table: pd.DataFrame, p: Pairs, fixed: Bodies, logged: bool) -> tuple[Asks, Asks]:
-    """Of both sides; `logged`: as the log has it, for a law that is not known here."""
+    """Compute what formations draw from both sides; `logged`: take it from the log, for an unknown law."""
     given = [table[f"share_{s}"].to_numpy(float) if logged else np.full(len(table), np.nan) for s in "ij"]
     holder_i, holder_j = holders(table, p, fixed)
     j = of_spheres(holder_j, p, given[1], p.rj, p.ri)

@@ -107,7 +107,7 @@ def check(run: Run) -> list[Quantity]:
 
 
 def _parts(run: Run) -> Quantity:
-    """Of every event at a wall: the triangle that gives and takes is one of the part."""
+    """Check that the triangle of every event at a wall belongs to its wall part."""
     events = run.table("events")
     rows = events[events["partner_kind"] != laws.SPHERE].reset_index(drop=True)
     own = rows["j"].to_numpy(np.int64)

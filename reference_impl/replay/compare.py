@@ -25,7 +25,7 @@ DROPPED_BITS = 13
 
 @dataclass(frozen=True)
 class Deviations:
-    """Of all records: each, or (more than `KEPT`) how many in each class of the histogram."""
+    """Deviations of all records: each one, or above `KEPT` records their numbers in the classes of a histogram."""
 
     each: Floats
     classes: Floats | None = None

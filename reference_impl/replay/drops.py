@@ -171,7 +171,7 @@ class Falling:
         return before
 
     def check(self, mean: float) -> list[Quantity]:
-        """Of those booked since the last call: volumes, films before, where they landed; `mean` film of a sphere [m3]."""
+        """Compare volume, film before and target of the drops since the last call; `mean` is the mean film of a sphere [m3]."""
         if not len(self._table):
             return []
         table = self._table.iloc[self._checked : self._next].reset_index(drop=True)

@@ -30,7 +30,7 @@ CORNER = 1e-7
 
 
 def thickness(film: Floats, radius: Floats) -> Floats:
-    """Of the film on a sphere: (3 L/(4 pi) + r^3)^(1/3) - r (E 34)."""
+    """Compute the film thickness on a sphere: (3 L/(4 pi) + r^3)^(1/3) - r (E 34)."""
     return np.asarray(radius * np.expm1(np.log1p(3.0 * film / (4.0 * np.pi * radius**3)) / 3.0))
 
 

@@ -278,7 +278,7 @@ def origin(folder: Path) -> np.ndarray:
 
 
 def note(text: str) -> None:
-    """What is being done, on one line of a terminal."""
+    """Show the current stage on one line of a terminal."""
     if sys.stderr.isatty():
         print(f"\r\033[Kreplay: {text}", end="", file=sys.stderr, flush=True)
 

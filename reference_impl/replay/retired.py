@@ -56,7 +56,7 @@ class Rule:
 
 
 def rule(folder: Path) -> Rule | outlets.Regions | None:
-    """Of a scene; None where nobody is retired."""
+    """Derive the rule of retirement, or the outlets, of a scene; None where no sphere is removed."""
     scene = io.scene(folder)
     if not plans.taken_out(io.scene(folder)):
         return None
@@ -130,14 +130,14 @@ OF_PLACES = ["step", "id", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
 
 
 class Count:
-    """What the logs and the outputs say of retirement, part by part."""
+    """Count of retired spheres in the logs and outputs, chunk by chunk."""
 
     def __init__(self, run: Run) -> None:
         self.rule, self.gone = rule(run.folder), table(run.folder)
         self.seen = np.zeros(len(self.gone), dtype=bool)
 
     def check(self, part: Run, outputs: Floats, shots: Floats, mean: float) -> list[Quantity]:
-        """Of a part of the logs; `shots`: liquid of all reservoirs after its outputs, `mean` film of a sphere."""
+        """Check one chunk of the logs; `shots`: liquid of all reservoirs after its outputs, `mean`: mean film of a sphere."""
         rows, after = self.gone, np.searchsorted(outputs, self.gone["step"])
         inside = (after < len(outputs)) & ~self.seen  # a script's spheres go at any step: what they hold then stays
         self.seen |= inside
@@ -147,7 +147,7 @@ class Count:
         return [found, *map(_quantity, self.deviations(part))] if self.rule or len(self.gone) else []
 
     def deviations(self, part: Run) -> list[Deviation]:
-        """Who was retired, where they lie, and which bridges ended with them; none where nobody is retired."""
+        """Compare retired spheres, their positions and the bridges that ended with them; nothing if no sphere is retired."""
         if self.rule is None:
             return self._of_bridges(part) if len(self.gone) else []
         return [*of_places(self.rule, self.gone, part.table("trajectory")), *self._of_bridges(part)]
@@ -178,7 +178,7 @@ def _quantity(deviation: Deviation) -> Quantity:
 
 
 def of_places(law: Rule | outlets.Regions, gone: pd.DataFrame, trajectory: pd.DataFrame) -> list[Deviation]:
-    """Who was retired at some outputs, against who qualified; where retired spheres are afterwards."""
+    """Compare spheres retired at outputs with those that qualified, and check positions of retired spheres."""
     now = trajectory[OF_PLACES].merge(
         gone.drop(columns=["type", "film"]).rename(columns={"step": "last"}), on="id", how="left"
     )

@@ -25,7 +25,7 @@ NOT_CHECKED = (
 
 
 def of(folder: Path) -> dict[str, Any] | None:
-    """What script.json says; None where the run is that of a scene."""
+    """Return the content of script.json; None where the run is that of a scene."""
     path = Path(folder) / FILE
     if not path.exists():
         return None

@@ -21,7 +21,7 @@ END = np.iinfo(np.int64).max
 
 
 def _columns(rows: pa.RecordBatch | pa.Table) -> Columns:
-    """What was decoded, where it is; what pandas wrote as its index is no column."""
+    """Collect the decoded columns, without the index that pandas writes."""
     there = zip(rows.schema.names, rows.columns, strict=True)
     return Columns({name: _array(values) for name, values in there if not name.startswith("__index_level_")})
 

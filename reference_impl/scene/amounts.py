@@ -62,7 +62,7 @@ def classes(config: Mapping[str, Any]) -> tuple[Class, ...]:
 
 
 def density(size: Mapping[str, Any], config: Mapping[str, Any]) -> float:
-    """Of a size of spheres [kg/m3]: as given, or by the reading of its mass the weighed one over its volume."""
+    """Compute the density of a size of spheres [kg/m3]: as given or, by the reading `sphere_mass`, from the weighed mass."""
     if reading(config, "sphere_mass", "density") == "density":
         return number(size, "density_kg_per_m3")
     return 1e-3 * number(size, "mass_g") / (math.pi / 6.0 * (1e-3 * number(size, "diameter_mm")) ** 3)

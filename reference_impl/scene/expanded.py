@@ -42,7 +42,7 @@ def in_full(written: Said, scene: Said) -> dict[str, Any]:
 
 
 def not_held(written: Said, scene: Said) -> Iterator[str]:
-    """What could not be compared of this description, in words."""
+    """List the parts of this description that could not be compared."""
     if any(s.get("mass_g") for s in written["spheres"]) or written.get("feed"):
         yield "numbers of spheres that follow from a mass or a rate"
     for feed in written.get("feed") or ():

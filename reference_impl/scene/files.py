@@ -67,7 +67,7 @@ def held(texts: Mapping[str, Any], config: Mapping[str, Any]) -> list[Held]:
 
 
 def not_checked(texts: Mapping[str, Any]) -> list[str]:
-    """What a program or the command line set, and files that were replaced in memory."""
+    """List settings of a program or the command line, and files replaced in memory, which are not checked."""
     lost = [name for name in (CONFIG, MATERIALS, SCALES, CASES) if name not in texts["files"]]
     found = [f"scene: set after config.yaml was read: {', '.join(texts['set_later'])}"] if texts["set_later"] else []
     return found + ([f"scene: {', '.join(lost)}, replaced in memory"] if lost else [])

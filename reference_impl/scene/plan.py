@@ -79,7 +79,7 @@ def numbers(scene: Mapping[str, Any], speed: float, g: float) -> dict[str, float
 def _of_class(
     c: Mapping[str, Any], pair: Mapping[str, Any], liquid: Mapping[str, Any], v: float, g: float
 ) -> dict[str, float]:
-    """Of two equal spheres of a class: Bond, Stokes and capillary numbers and what is made of them."""
+    """Compute the numbers of effects that follow from Bond, Stokes and capillary numbers of two equal spheres of a class."""
     r, mu, arm = c["radius_m"], pair["friction"], pair["rolling_friction_m"] / c["radius_m"]
     mass = 4.0 / 3.0 * math.pi * r**3 * c["density_kg_per_m3"]
     film = liquid.get("initial_film_thickness_m", 0.0)

@@ -130,7 +130,7 @@ def _stacked(points: Floats) -> Floats:
 
 
 def _normals(corners: Floats) -> Floats:
-    """Of every triangle, as long as twice its area."""
+    """Compute the normal of every triangle, with twice its area as length."""
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 

@@ -34,7 +34,7 @@ Columns = dict[str, tuple[Floats, Floats]]
 
 
 def disagreement(folder: Path) -> str | None:
-    """What the files show wrong, in one sentence; None where all agree with the logs."""
+    """Describe in one sentence where the files disagree with the logs; None where all agree."""
     logs, found = Logs(Path(folder)), list[str]()
     for kind, name in FILES.items():
         if kind == "ENTRIES" and not logs.plan.moist:

@@ -78,7 +78,7 @@ class Scene:
         return [int(outputs[np.abs(own - time).argmin()]) for time in self.head["times"]]
 
     def wrong(self) -> Iterator[str]:
-        """What is wrong, in sentences; of each kind the first time it is met."""
+        """Describe the errors of the 3-D scenes in sentences, the first of each kind."""
         told: set[str] = set()
         for what, where in self._all():
             if what not in told:

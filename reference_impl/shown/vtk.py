@@ -78,7 +78,7 @@ def not_checked(folder: Path) -> list[str]:
 
 
 def disagreement(folder: Path) -> str | None:
-    """What is shown wrong, in one sentence; None where there are files and all agree with the logs."""
+    """Describe in one sentence where the files disagree with the logs; None where all agree."""
     if not there(folder):
         return f"{folder / 'vtk'} is not there; expected the files that were to be written"
     wrong, findings = compared(folder, lambda kind: vtu.series(folder / "vtk" / f"{kind}.pvd"))

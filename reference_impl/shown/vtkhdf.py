@@ -18,7 +18,7 @@ SINGLE = 1e-7
 
 
 def disagreement(folder: Path) -> str | None:
-    """What the files show wrong, in one sentence; None where all agree with the logs."""
+    """Describe in one sentence where the files disagree with the logs; None where all agree."""
     wrong, findings = vtk.compared(Path(folder), lambda kind: outputs(Path(folder) / "vtk" / f"{kind}.vtkhdf"), SINGLE)
     return f"{folder / 'vtk'}/*.vtkhdf disagrees with the logs on {wrong}: {findings}" if wrong else None
 

@@ -78,7 +78,7 @@ def _named(name: str, h: Held, wrong: dict[str, Floats], own: pd.DataFrame, scal
 
 
 def _likenesses(c: str, wrong: dict[str, Floats], own: pd.DataFrame, scale: float) -> Iterator[str]:
-    """What the values of a column could be instead, the surest first."""
+    """List what the values of a column could be instead, the most certain first."""
     values, expected = wrong[c], own[c].to_numpy()
 
     def same(a: Floats, b: Floats) -> bool:

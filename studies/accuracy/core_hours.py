@@ -124,7 +124,10 @@ def _errors(chosen: choice.Chosen) -> str:
 
 
 def setting_rows(scale: str = "reduced") -> list[str]:
-    """Cost and error of the levels of a scale: a resolved error, or the bound of one that is not; references are left out."""
+    """List cost and error of the levels of a scale, without references and levels that change nothing.
+
+    An error is given as it is where it is resolved, otherwise by its bound.
+    """
     table = choice.stored()["scales"][scale]
     columns = {"retained, dry": ("dry", "fraction retained"), "retained, moist": ("moist", "fraction retained")}
     columns |= {name: ("moist", name) for name in ("liquid shares", "force", "restitution")}
@@ -133,10 +136,10 @@ def setting_rows(scale: str = "reduced") -> list[str]:
         title = KNOBS[setting].title
         for level in levels[:-1] if levels[-1]["level"] != table["default"][setting] else levels:
             default = " (default)" if level["level"] == table["default"][setting] else ""
-            if setting == "contact_log" and default:  # measured in two blocks; the configuration spreads as many steps
-                default = " (as many steps as the default, 20x2, which was not measured)"
             relative = level["price"].get("moist") or level["price"]["dry"]
             cells = [_cell(table, setting, level["level"], *asked) for asked in columns.values()]
+            if set(cells) <= {"0", "–"}:
+                continue
             rows.append(f"| {title} {level['level']}{default} | {relative['ratio']:.2f} | {' | '.join(cells)} |")
     return rows
 

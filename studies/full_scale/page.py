@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import typer
 
 from pywet import config as settings
@@ -19,7 +18,7 @@ from pywet.report.pictures import STYLE, plt, svg
 from pywet.util.files import atomic_write
 from studies.full_scale import headline, kept, reasons, retirement, run_table, spread, stroke, trials
 from studies.full_scale.campaign import SETTINGS
-from studies.full_scale.judging import FAILS, HOLDS, OPEN, Answer, Statement, judge, neighbours
+from studies.full_scale.judging import FAILS, OPEN, Answer, Statement, judge, neighbours
 from studies.full_scale.kept import Kept
 from studies.full_scale.spread import Runs
 from studies.full_scale.statements import STATEMENTS
@@ -34,6 +33,7 @@ FIGURES = {
     "fig13": ("Fig. 13: by size class", plots.classes),
     "fig15": ("Fig. 15: where the liquid is", plots.liquid),
 }
+SAYS = {s.number: s.says for s in STATEMENTS}
 FIRST = "fig12"
 """Figure that opens the page."""
 PICTURES = {
@@ -46,8 +46,7 @@ METHOD = """
 
 The 18 screening cases of Elskamp & Kruggel-Emden (2018) on a 200 mm sieve for 20 s from the opening of the slide. The time step
 is a tenth of the shortest collision, the contact stiffness {stiffness}
-([errors of these settings](accuracy.md)). `make full` runs the cases; `python -m studies.full_scale.page` makes this page from
-their tables. Every run with its settings, cost and results: [runs.csv](full_scale/runs.csv).
+([errors of these settings](accuracy.md)).
 """
 
 COMMITS = {
@@ -60,11 +59,8 @@ BEYOND = """
 ## What the paper says its model lacks
 
 In the paper fines and bin get too little water, coarse material and screen too much, because the model has no
-"vibrating dewatering". Here liquid can be shed in free motion and can have weight ([effects](effects.md#effects-in-no-preset)).
+"vibrating dewatering". Two [optional effects](effects.md#effects-in-no-preset) move liquid: `shedding` and `liquid_weight`.
 {full}
-
-At smoke scale ({time:.1f} s after the opening, one seed each, [fig14.csv](full_scale/reasons/fig14.csv)) {moved}; with one seed
-these changes are inconclusive.
 """
 SWITCHED = ("shedding", "liquid_weight")
 """Names of variants that are the campaign's settings with this effect on."""
@@ -76,11 +72,10 @@ def honest(runs: Runs) -> str:
     several = f"Cases {', '.join(seeded)} have several seeds, all others one" if seeded else "One seed of each case"
     return f"""## Limits
 
-- {several}. Cases of one seed are given the spread of their neighbour at the same time, which is too small for 5.6 mm
-  late in the run.
-- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([rig](rig.md)).
-- A statement that is not confirmed shows first that this simulation differs from the paper's; where no reason is given, settings,
-  apparatus and model are all possible.
+- {several}. A case with one seed is judged by the scatter of
+  the most similar case with several, which is too small for 5.6 mm late in the run.
+- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([rig](rig.md)). A
+  statement that is not confirmed shows first that this simulation differs from the paper's.
 """
 
 
@@ -101,7 +96,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *(_drawn(data.parent, FIRST, results) if runs else []),
         "\n## Statements\n",
         *_statements(answers),
-        *(["\n## Why statements are not confirmed\n", *reasons.grouped(known)] if known else []),
+        *(["\n## Why statements are not confirmed\n", *reasons.grouped(known, SAYS)] if known else []),
         METHOD.format(
             stiffness=" and ".join(f"{of['stiffness']:g} of the paper's at {mm:g} mm" for mm, of in SETTINGS.items())
         ),
@@ -110,7 +105,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *_lacking(runs, variants.get("paper", {})),
         *spread.lines(seeds),
         *retirement.lines(runs, variants.get(retirement.VARIANT, {})),
-        *_beyond(runs, variants),
+        BEYOND.format(full=_full_beyond(runs, variants)),
     ]
     if runs:
         lines += ["\n## Figures\n", *_figures(data.parent, stroke.fig9(config), results, runs, variants)]
@@ -143,7 +138,11 @@ def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
     rows = [k for group in (runs, *others.values()) for of in group.values() for k in of]
     said = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All 18 cases have run."
     hours = sum(k.about["cpu_s"] or 0.0 for k in rows) / 3600.0
-    return [f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine. {said}"] if rows else [said]
+    if not rows:
+        return [said]
+    return [
+        f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine ([runs.csv](full_scale/runs.csv)). {said}"
+    ]
 
 
 def _price(runs: Runs) -> list[str]:
@@ -161,7 +160,7 @@ def _price(runs: Runs) -> list[str]:
         return []
     return [
         f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of its dry one in the median, "
-        f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs of one seed, on a loaded machine, several versions)."
+        f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs of one seed, on a loaded machine)."
     ]
 
 
@@ -184,14 +183,13 @@ def _lacking(runs: Runs, stiff: Runs) -> list[str]:
 
 
 def _statements(answers: Answers) -> list[str]:
+    open_ = ", ".join(str(s.number) for s, a in answers if a.verdict == OPEN)
     return [
-        "A statement is a range that the paper's words allow. It is confirmed if the 95 % interval of the mean over seeds lies",
-        "within it, inconclusive if a limit of the range lies within the interval. The ranges were fixed when these 18 cases",
-        "were known and before any other run is judged. All statements with ranges, values and intervals: "
-        "[statements.csv](full_scale/statements.csv). Those that are not confirmed:\n",
-        "| | statement | verdict |",
-        "|" + "---|" * 3,
-        *(f"| {s.number} | {s.says} | {a.verdict} |" for s, a in answers if a.verdict != HOLDS),
+        "A statement of the paper is translated into a range of a quantity. It is confirmed if the 95 % interval of the mean",
+        "over seeds is within the range, inconclusive if a limit of the range is within the interval. The ranges were fixed",
+        "when these 18 cases were known and before any other run was judged.",
+        *([f"Statements {open_} are inconclusive."] if open_ else []),
+        "Text, range, values and verdict of each: [statements.csv](full_scale/statements.csv). Y: fraction retained.",
     ]
 
 
@@ -210,38 +208,29 @@ def _switched(runs: Runs, variants: Mapping[str, Runs], effect: str) -> list[tup
     return [(effect, *row) for row in spread.rows(runs, other, sorted(other), DIVISIONS | spread.DRY)]
 
 
+def _change(row: tuple[str, ...]) -> str:
+    """Write two cells: the share in the campaign, and its change with the limit, bold where it is significant."""
+    change = f"{row[6]} {row[7].partition(', ')[2]}".rstrip()
+    return f"{row[4]} | **{change}**" if row[7].startswith("yes") else f"{row[4]} | {change}"
+
+
 def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
     """What is known at full scale of effects in no preset."""
     lines = []
     for effect in SWITCHED:
         shown = [row for row in _switched(runs, variants, effect) if row[2] in DIVISIONS]
         if shown:
-            cases = ", ".join(dict.fromkeys(row[1] for row in shown))
+            cases = list(dict.fromkeys(row[1] for row in shown))
+            heads = [f"case {n}, {next(row[3] for row in shown if row[1] == n)} seeds | change" for n in cases]
             lines += [
-                f"\nAt full scale, one run each of cases {cases} with `{effect}`; shares of all liquid at 20 s, also "
-                "[switched.csv](full_scale/switched.csv):\n",
-                f"| case | share of the liquid on | {shown[0][3]} seeds | change with {effect} | significant |",
-                "|" + "---|" * 5,
-                *(f"| {row[1]} | {row[2]} | {row[4]} | {row[6]} | {row[7]} |" for row in shown),
+                f"\nOne run each of cases {', '.join(cases)} at full scale with `{effect}`: change of the shares of all liquid",
+                "at 20 s with 95 % limits; bold: significant ([switched.csv](full_scale/switched.csv)).\n",
+                f"| share of the liquid on | {' | '.join(heads)} |",
+                "|" + "---|" * (1 + 2 * len(cases)),
+                *(f"| {of} | {' | '.join(_change(row) for row in shown if row[2] == of)} |" for of in DIVISIONS),
             ]
     left = [f"`{effect}`" for effect in SWITCHED if effect not in variants]
     return "\n".join([*lines, *([f"\nNo run at full scale has {' or '.join(left)}."] if left else [])])
-
-
-def _beyond(runs: Runs, variants: Mapping[str, Runs]) -> list[str]:
-    if not trials.FIG14_FILE.exists():
-        return []
-    table = pd.read_csv(trials.FIG14_FILE)
-    moved = "; ".join(_moved(table, trial) for trial in SWITCHED)
-    time = table["time_since_opening_s"].iloc[0]
-    return [BEYOND.format(time=time, full=_full_beyond(runs, variants), moved=moved)]
-
-
-def _moved(table: pd.DataFrame, trial: str) -> str:
-    """What a trial takes from the coarse material and the screen, of all liquid."""
-    left = table.set_index(["trial", "case"])[list(trials.FIG14)[1]]
-    each = [f"{100 * (left['as_is', case] - left[trial, case]):.1f} % in case {case}" for case in left[trial].index]
-    return f"`{trial}` takes {' and '.join(each)} from coarse material and screen"
 
 
 def _drawn(folder: Path, name: str, results: Sequence[CaseResult]) -> list[str]:

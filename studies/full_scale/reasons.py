@@ -61,8 +61,8 @@ def _side_wall(runs: Runs, folder: Path) -> str:
     ratios = ", ".join(f"{r.walls_over_coarse:.2f}" for r in table.itertuples())
     heights = ", ".join(f"{r.side_wall_height_mm:.0f}" for r in table.itertuples())
     return (
-        "the paper does not give the height of the side wall. On the smoke scale's sieve, with four times as much side wall "
-        f"for its area, the ratio is {ratios} after {table.time_since_opening_s.iloc[0]:.1f} s with side walls {heights} mm high."
+        "on the smoke scale's sieve, with four times as much side wall for its area, the ratio is "
+        f"{ratios} after {table.time_since_opening_s.iloc[0]:.1f} s with side walls {heights} mm high."
     )
 
 
@@ -97,10 +97,9 @@ def _early(runs: Runs, folder: Path) -> str:
     left = [100 * run.at(run.undersize, 3.0) for run in (runs[k][0] for k in (1, 2, 3))]
     deep = [f"{of('deep', n, 'all'):.2f} instead of {of('as_is', n, 'all'):.2f}" for n in (1, 3)]
     return (
-        f"passage ends sooner than in the paper: at 3 s {left[0]:.0f} % of the undersize is left dry, {left[1]:.0f} % with 5 % "
-        f"and {left[2]:.0f} % with 10 % of liquid. In trials a bed twice as deep retains {deep[0]} of the feed dry, {deep[1]} "
-        "with 10 %: the depth of the bed, which follows from the diameter of the sieve, decides ([rig](rig.md)). Why 10 % "
-        "delays passage further is unknown."
+        f"at 3 s {left[0]:.0f} % of the undersize is left dry, {left[1]:.0f} % with 5 % and {left[2]:.0f} % with 10 % of liquid. "
+        f"A bed twice as deep retains {deep[0]} of the feed dry, {deep[1]} with 10 %: the depth of the bed, which follows from "
+        "the diameter of the sieve, decides ([rig](rig.md)). Why 10 % delays passage further is unknown."
     )
 
 
@@ -119,8 +118,8 @@ def _dry_near(runs: Runs, folder: Path) -> str:
     least = (dry.retained(NEAR) - moist.retained(SMALL))[(dry.times >= 0.5) & (dry.times <= 3.0)].min()
     glass = of("sticky", 12, SMALL) - of("as_is", 10, NEAR)
     return (
-        f"liquid slows small glass spheres too little: from 0.5 to 3 s Y_small(12) is at least {least:.3f} below Y_near(10). "
-        f"In trials with twice the surface tension the difference is {glass:+.3f}, that is, they are slower."
+        f"from 0.5 to 3 s Y of small spheres in case 12 is at least {least:.3f} below Y of near-mesh spheres in case 10. With "
+        f"twice the surface tension the difference is {glass:+.3f}."
     )
 
 
@@ -201,8 +200,8 @@ def _glass_pegs(runs: Runs, folder: Path) -> str:
     ends = [runs[n][0].at(runs[n][0].retained(), 20.0) for n in (7, 16)]
     stuck = [runs[n][0].mean(runs[n][0].count("wedged", COARSE), 10.0, 20.0) for n in (7, 16)]
     return (
-        f"with 5.6 mm glass is retarded much more than POM: Y is {ends[1]:.3f} and {ends[0]:.3f} at 20 s, with "
-        f"{stuck[1]:.0f} and {stuck[0]:.0f} large spheres wedged from 10 to 20 s on average. Why dry glass pegs more is unknown."
+        f"with 5.6 mm Y of glass and POM is {ends[1]:.3f} and {ends[0]:.3f} at 20 s, with "
+        f"{stuck[1]:.0f} and {stuck[0]:.0f} large spheres wedged from 10 to 20 s on average. The reason is unknown."
     )
 
 
@@ -227,11 +226,11 @@ REASONS: dict[int, Callable[[Runs, Path], str]] = {
                  "is small."),
     41: _of_laws("its second half is confirmed. At a hundredth of the rupture distance Willett deviates by 0.8 % from the exact "
                  "bridge, Weigert by 2.4 %; the paper compares with measured points."),
-    42: _of_laws("V* is 1.3e-5 with these radii, below the range of Willett's fit (1e-3). Willett deviates by 15 % from a third "
-                 "of the rupture distance on, Rabinovich by up to 24 % beyond half of it."),
+    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett deviates by 15 % from a third of the rupture "
+                 "distance on, Rabinovich by up to 24 % beyond half of it."),
     43: _of_laws("in the first configuration Rabinovich deviates from the exact bridge by 20 % at 0.7 of the rupture distance."),
-    47: _of_laws("the parabola model (35-43) gives the opposite: the larger sphere gets more at 10° than at 40°. So does section "
-                 "5.3 of the paper (statement 33, confirmed); both cannot be true."),
+    47: _of_laws("by the parabola model (equations 35 to 43) the larger sphere gets more at 10° than at 40°. Statement 33 of the "
+                 "same paper contradicts this one and is confirmed."),
     48: _of_laws("the steps over angles are confirmed. Over V* the parabola model at the rupture distance gives the opposite "
                  "trend."),
 }  # fmt: skip
@@ -260,18 +259,21 @@ def reason(number: int, runs: Runs, folder: Path = FOLDER) -> str:
     return REASONS[number](runs, folder) if number in REASONS else "not looked for yet."
 
 
-def grouped(known: Mapping[int, str]) -> list[str]:
-    """One line for each group of reasons, and one for each statement outside them."""
+def grouped(known: Mapping[int, str], says: Mapping[int, str] | None = None) -> list[str]:
+    """Write one line for each group of reasons, quoting its first statement, and one for each statement outside them."""
+    quoted = {n: f' ("{text.rstrip(".")}")' for n, text in (says or {}).items()}
     lines = []
     for title, numbers in GROUPS.items():
         if of := [n for n in numbers if n in known]:
-            lines.append(f"- **{title}** ({', '.join(map(str, sorted(of)))}). Statement {of[0]}: {known[of[0]]}")
+            numbered = ", ".join(map(str, sorted(of)))
+            word = "statement" if len(of) == 1 else "statements"
+            lines.append(f"- **{title}** ({word} {numbered}). Statement {of[0]}{quoted.get(of[0], '')}: {known[of[0]]}")
     others = set(known) - {n for numbers in GROUPS.values() for n in numbers}
     lines += [f"- Statement {n}: {known[n]}" for n in sorted(others)]
     return [
         *lines,
-        "\nTrials are runs at smoke scale with one seed; their numbers are means from 0.5 to 3 s after the opening. Reason of",
-        "each statement: [reasons.csv](full_scale/reasons.csv).",
+        "\nVariants of depth and surface tension ran at smoke scale with one seed (means from 0.5 to 3 s after the opening).",
+        "All reasons: [reasons.csv](full_scale/reasons.csv).",
     ]
 
 

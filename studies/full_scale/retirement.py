@@ -27,8 +27,6 @@ OF_LIQUID: dict[str, Callable[[Kept], float]] = {
 }
 COSTS = {
     "cpu_s": ("engine", 3600.0, "core-hours"),
-    "replay_cpu_s": ("replay", 1.0, "s"),
-    "disk_B": ("disk", 1e9, "GB"),
 }
 """Entry of run.json -> its name, unit and symbol."""
 COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "retired", "difference", "significant")
@@ -46,13 +44,17 @@ def lines(kept: Runs, retired: Runs) -> list[str]:
     if not cases:
         return []
     found = rows(kept, retired)
-    moved = [f"case {row[0]}, {row[1]}: {row[6]}" for row in found if row[7].startswith("yes")]
+    moved = [row for row in found if row[7].startswith("yes")]
+    liquid = moved and all(row[1] in OF_LIQUID for row in moved)
+    most = (
+        f", by up to {max(abs(float(row[6])) for row in moved):.3f} of all liquid, which moves between fines and bin"
+        if liquid
+        else ""
+    )
     costs = "; ".join(_cost(case, kept[case], retired[case]) for case in cases)
     return [
         f"- **[Retired spheres](engine.md#retired-spheres)** (runs `retire`): {len(moved)} of {len(found)} quantities differ "
-        f"significantly{': ' if moved else ''}{'; '.join(moved)} of all liquid. Fines and the bin's walls share the liquid "
-        "differently because each sphere that comes to rest wets the floor; their sum does not differ "
-        f"([retirement.csv](full_scale/retirement.csv)). Cost: {costs}.",
+        f"significantly{most} ([retirement.csv](full_scale/retirement.csv)). Cost: {costs}.",
     ]
 
 

@@ -60,7 +60,10 @@ def test_the_page_lists_every_fault() -> None:
     page = planted_table.page()
     assert planted_table.PAGE.read_text() == page and planted_table.LISTED.read_text() == planted_table.table()
     assert planted_table.table().count("\n") == 1 + int(page.partition("Each of these ")[2].split()[0])
-    counts = (re.search(words, page) for words in (r"Each of these (\d+)", r"(\d+) downstream", r"; (\d+) are found"))
+    counts = (
+        re.search(words, page)
+        for words in (r"Each of these (\d+)", r"(\d+) downstream", r"; (\d+) are detected without")
+    )
     count, after, nameless = (found[1] for found in counts if found)
     said = f"[{count} injected faults](docs/planted_faults.md), {after} of them downstream of the engine, are found"
     assert nameless == "0"

@@ -304,7 +304,7 @@ class Wall(Excusable):
         return MOTIONS[key] if key else "fixed"
 
     def own_motion(self, corners: Floats) -> OwnMotion | None:
-        """How it moves, in SI units; `corners` (n, 3) as it is at the start [m]."""
+        """Convert the wall's motion to SI units; `corners` (n, 3) as it is at the start [m]."""
         way = self.vibrates or self.turns or self.moves or self.removed
         return way.engine_motion(corners) if way else None
 

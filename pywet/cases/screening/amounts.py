@@ -19,7 +19,7 @@ THINNEST = 1e-13
 
 
 def amounts_of(config: Config, case: Case, scale: Scale) -> tuple[Amount, ...]:
-    """What is asked for and made of each class: its mass or volume where the case says it, else the reference material's mass.
+    """Return the requested and simulated amounts of each class: those of the case, otherwise the reference material's mass.
 
     All for the sieve of `feed`, in proportion to the sieve's area. The same number of the same sizes as the reference material is
     the same volume, as the paper chose glass (section 5.1). Raises `ConfigError` where a class is less than half a sphere.

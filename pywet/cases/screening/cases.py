@@ -75,7 +75,7 @@ def longer_by(config: Config, case_number: int, scale_name: str) -> float:
 
 
 def shorter_step(config: Config, case_number: int, scale_name: str) -> str | None:
-    """What to change where the viscous force makes the time step of a case much shorter than the collision does."""
+    """Suggest settings where the viscous force makes the time step of a case much shorter than the collision does."""
     times = longer_by(config, case_number, scale_name)
     if times < WORTH_SAYING:
         return None

@@ -50,7 +50,7 @@ class First(Strict):
         return self
 
     def holds(self, atom_type: int, place_m: Vector) -> bool:
-        """Whether it is meant for a sphere."""
+        """Decide whether this entry of `first_films` applies to a sphere."""
         low, high = self.low_mm or (-float("inf"),) * 3, self.high_mm or (float("inf"),) * 3
         inside = all(1e-3 * a <= x < 1e-3 * b for a, x, b in zip(low, place_m, high, strict=True))
         return inside and self.type in (None, atom_type)
@@ -126,7 +126,7 @@ class Line:
 
 
 def line(words: list[str]) -> Line:
-    """What the words `ID all pywet liquid FILE [log FOLDER] [every N] [windows N]` say."""
+    """Parse the line `ID all pywet liquid FILE [log FOLDER] [every N] [windows N]` of a script."""
     name, group, rest = words[0], words[1], words[3:]
     if group != "all":
         raise refusal("wet.group", group)

@@ -65,7 +65,7 @@ class Pair:
         return float(laws.willett_rupture(*self.shape)[0])
 
     def points(self, gaps: Floats, what: str = "") -> pd.DataFrame:
-        """What the stock programs are asked; one contact angle."""
+        """Return the points at which stock programs are evaluated, with one contact angle."""
         return pd.DataFrame({"separation": gaps}).assign(
             volume=self.volume, radius_i=self.ri, radius_j=self.rj, contact_angle=self.angles[0], surface_tension=self.sigma,
             pair=self.key, what=what,

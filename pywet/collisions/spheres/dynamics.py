@@ -52,7 +52,7 @@ def film_factors(h: float, film: float, h_min: float) -> tuple[float, float]:
 
 @compiled
 def push(motion: Any, s: Any, p: int, fx: float, fy: float, ft: float) -> None:
-    """What a force (or impulse) −(fx, fy) on i, + on j, with tangential part ft, adds to accelerations (or velocities)."""
+    """Add a force (or impulse) −(fx, fy) on i, + on j, with tangential part ft, to accelerations (or velocities)."""
     i, j = s.first[p], s.second[p]
     motion[5 * i + 2] -= fx / s.mass[i]
     motion[5 * i + 3] -= fy / s.mass[i]
@@ -64,7 +64,7 @@ def push(motion: Any, s: Any, p: int, fx: float, fy: float, ft: float) -> None:
 
 @compiled
 def shared(s: Any, p: int, o: int) -> float:
-    """What a unit force on pair p adds to the relative acceleration of pair o along it: ± 1/m of the spheres in both."""
+    """Return the relative acceleration of pair o along a unit force on pair p: ± 1/m of the spheres in both."""
     total = 0.0
     for at, sign in ((s.first[p], -1.0), (s.second[p], 1.0)):
         if at == s.first[o]:

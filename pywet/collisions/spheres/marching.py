@@ -27,7 +27,7 @@ AUTO = 2
 
 @compiled
 def apply(kind: int, p: int, s: Any, w: Any) -> None:
-    """What an event changes at once; impacts follow in `resolve`."""
+    """Apply the immediate changes of an event; impacts follow in `resolve`."""
     g = w.seen[p]
     pair_geometry(w.y, s, p, w.slot[p], g)
     if kind == OVERLAP:

@@ -134,7 +134,7 @@ class Run(NamedTuple):
 
 
 def runs(scene: Scene, done: int = 0) -> list[Run]:
-    """What is left of the run after `done` steps; checkpoints empty the engine."""
+    """Return the run commands that remain after `done` steps; checkpoints empty the engine."""
     ways = {w.name: scene.motion_of(w) for w in scene.walls}
     speed = {n: " ".join(map(repr, way.velocity_m_per_s)) for n, way in ways.items() if isinstance(way, Slide)}
     return [

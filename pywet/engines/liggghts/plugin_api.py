@@ -241,7 +241,7 @@ class Plugin:
         self._set_transfer(tables)
 
     def set_every(self, steps: int, begin: int, skin: float, thickest: float) -> None:
-        """Of a script: outputs every so many steps from `begin` on, ways [m] and films (over the radius) that lists see."""
+        """Set output steps of a script and the displacement [m] and film (over the radius) that its neighbour lists cover."""
         none = _pointer(np.zeros(0, dtype=np.int64))
         self._library.pywet_set_output(0, none, 0, none, none)
         self._library.pywet_set_output_every(C.c_int64(steps), C.c_int64(begin))

@@ -61,7 +61,7 @@ def matches(task: Task, kinds: list[int], values: list[float]) -> Any:
 
 
 def laws(task: Task, kinds: list[int]) -> tuple[Any, Any]:
-    """How a contact gets its numbers, and its law."""
+    """Make the functors that give a contact its parameters and its law."""
     dry = task["contacts"]
     if task["liquid"]:
         return [Ip2_ViscElCapMat_ViscElCapMat_ViscElCapPhys()], [Law2_ScGeom_ViscElCapPhys_Basic()]

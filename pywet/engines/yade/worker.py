@@ -71,7 +71,7 @@ class Host:
         self.handle = C.c_void_p(self._library.pywet_yade_open(C.byref(given)))
 
     def step(self, number: int, is_sorted: bool) -> None:
-        """What the plugin does between contacts and integration."""
+        """Call the plugin between contacts and integration."""
         self._library.pywet_yade_step(self.handle, C.c_int64(number), is_sorted)
 
     def close(self) -> None:

@@ -60,7 +60,7 @@ class Bodies:
         return min(self.radius_i, self.radius_j)
 
     def holding(self, volume: float) -> Case:
-        """What is solved, in that unit, for a volume [m3] between them."""
+        """Return the dimensionless case that is solved for a volume [m3] between the bodies."""
         equal = self.radius_i == self.radius_j and self.theta_i == self.theta_j
         radii = self.radius_i / self.unit, self.radius_j / self.unit
         return Case(volume / self.unit**3, *radii, self.theta_i, self.theta_j, equal)
