@@ -43,7 +43,9 @@ def test_c_function_equals_the_python_function(law: ForceLaw, wanted: tuple[str,
 
 @each_law
 def test_arrays_equal_scalars(law: ForceLaw, wanted: tuple[str, ...]) -> None:
-    one_pair = {"contact_angle_i": [0.2], "contact_angle_j": [0.5]} if isinstance(law, TableLaw) else {}  # a table for each
+    one_pair = (
+        {"contact_angle_i": [0.2], "contact_angle_j": [0.5]} if isinstance(law, TableLaw) else {}
+    )  # a table for each
     grid = np.array(list(itertools.product(*(one_pair.get(name, PROBE[name][-2:]) for name in wanted)))).T
     assert law(*grid).tolist() == [law(*column) for column in grid.T]
 
