@@ -18,7 +18,7 @@ from reference_impl.replay.plans import entered
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
 MEAN = "mean film of a sphere"
 FASTER = 1.1, 0.2
-"""The speed of one look before is below this times that of the next one and this more [m/s]."""
+"""The speed of one look before is below this times that of the next one, or of the formation, and this more [m/s]."""
 
 
 def total(run: Run) -> float:
@@ -68,7 +68,8 @@ def check_rupture(run: Run, lives: Lives) -> list[Quantity]:
 def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
     """Ruptures whose gap was beyond the limit one look before already, as far as the logged speed tells.
 
-    In a look the speed may change; the limit is taken at one that is higher by `FASTER`.
+    Between two neighbour checks the speed may change: by a third body, and by an impact that takes what was left of the speed at
+    the formation. The limit is taken at a speed that is higher by `FASTER` than the greater of both.
     """
     events, every = run.table("events"), impulses.every(run)
     speed, gap = events["speed"].to_numpy(float), events["separation"].to_numpy(float)
@@ -77,7 +78,8 @@ def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
     if coverage.law(run, "dynamic_rupture"):
         if not coverage.known(run, "dynamic_rupture"):
             return np.zeros(len(gap), dtype=bool)
-        most = FASTER[0] * speed + FASTER[1]
+        at_formation = np.append(lives.all.speed, 0.0)[lives.previous]
+        most = FASTER[0] * np.maximum(speed, at_formation) + FASTER[1]
         factor = laws.pitois_factor(most, run.meta["viscosity"], run.meta["surface_tension"])
     # one that formed at the last look was not asked yet
     formed = np.append(lives.all.step, np.iinfo(np.int64).max)[lives.previous]

@@ -32,6 +32,8 @@ class Standing:
     """Number of the formation in the whole log."""
     volume: Floats
     rupture_distance: Floats
+    speed: Floats
+    """Relative speed of the two ends at the formation [m/s]."""
     own: Floats
 
     def __len__(self) -> int:
@@ -45,7 +47,7 @@ class Standing:
 def none() -> Standing:
     """Make an empty list of active bridges, as at the start of a run."""
     whole, real = np.zeros(0, np.int64), np.zeros(0)
-    return Standing(whole, whole, whole, real, real, real)
+    return Standing(whole, whole, whole, real, real, real, real)
 
 
 class Lives:
@@ -56,7 +58,7 @@ class Lives:
         key, step = keys(events), events["step"].to_numpy(np.int64)
         kind = events["kind"].to_numpy()
         columns = (key, step, np.arange(first_row, first_row + n), events["volume"].to_numpy(float),
-                   events["rupture_distance"].to_numpy(float), np.full(n, np.nan))  # fmt: skip
+                   events["rupture_distance"].to_numpy(float), events["speed"].to_numpy(float), np.full(n, np.nan))  # fmt: skip
         earlier = (getattr(before, name) for name in Standing.__dataclass_fields__)
         self.all = Standing(*(np.concatenate(both) for both in zip(earlier, columns, strict=True)))
         self.formation = np.concatenate([np.ones(len(before), dtype=bool), kind == FORMATION])
