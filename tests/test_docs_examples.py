@@ -87,8 +87,8 @@ def test_the_liquid_of_the_page_on_scripts(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.chdir(tmp_path)
     (tmp_path / "wet.yaml").write_text(blocks("your-script.md")[0][1])
     page = (ROOT / "docs" / "your-script.md").read_text()
-    walls = "fix walls all wall/gran model hertz mesh n_meshes 2 meshes drum lid\n"
-    (tmp_path / "in.script").write_text(walls + re.findall(r"^fix wet .*$", page, re.MULTILINE)[0])
+    walls = "fix walls all wall/gran model hertz mesh n_meshes 1 meshes drum\n"
+    (tmp_path / "in.script").write_text(walls + re.findall(r"^fix +wet .*$", page, re.MULTILINE)[0])
     found = scan(tmp_path / "in.script")
     assert found.problems == () and found.line.every == 1000 and found.wet.angle_deg(2) == 40
 

@@ -5,11 +5,13 @@ What lies there is loaded as code, so it is private: made with mode 700, owned b
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import stat
 import tempfile
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pywet.errors import PywetError, shown
@@ -73,6 +75,15 @@ def _private(path: Path) -> Path:
     if not os.access(path, os.R_OK | os.W_OK | os.X_OK):
         raise PywetError(f"the cache {shown(path)} cannot be written; expected a writable folder: {CURE}")
     return path
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Let one process at a time make a file of the cache: the others wait, and find it made."""
+    with path.with_name(f"{path.name}.lock").open("w") as lock:
+        with suppress(OSError):  # a file system without locks: both make it
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def seal(path: Path) -> None:

@@ -134,9 +134,9 @@ def test_each_bridge_is_found_as_one_after_the_other_says() -> None:
     random, stands, rows = np.random.default_rng(3), np.zeros(6, bool), []
     for step in range(40):
         for j in np.flatnonzero(random.random(6) < 0.3):
-            rows.append([step, int(stands[j]), 0, 1, j + 2, 1e-3 * len(rows), 1.0])
+            rows.append([step, int(stands[j]), 0, 1, j + 2, 1e-3 * len(rows), 1.0, 0.1])
             stands[j] ^= True
-    names = ["step", "kind", "partner_kind", "i", "j", "volume", "rupture_distance"]
+    names = ["step", "kind", "partner_kind", "i", "j", "volume", "rupture_distance", "speed"]
     events = pd.DataFrame(rows, columns=names)
     first, then = events[events["step"] < 15], events[events["step"] >= 15]
     earlier = Lives(none(), first, 0, -1)

@@ -168,6 +168,7 @@ OPTIONS: tuple[tuple[str, ...], ...] = (
     ("compare", "--a", "x", "--b"), ("study", "cross-code", "--only"), ("study",), ("study", "accuracy", "--size"),
     ("study", "effects", "--seeds"), ("study", "laws", "--law"), ("collide",), ("doctor",), ("digest",),
     ("init", "new", "--example"), ("docs", "--"), ("laws", "--check"), ("laws", "--"), ("liggghts", "-in"), ("liggghts",),
+    ("lammps", "-in"), ("lammps",),
     ("sweep",), ("sweep", "plot"), ("report",), ("screen",), ("screen", "{made}", "--deck"), ("screen", "{made}", "--aperture"),
     ("kinetics",),
 )  # fmt: skip
@@ -176,7 +177,10 @@ OPTIONS: tuple[tuple[str, ...], ...] = (
 
 @st.composite
 def arguments(draw: st.DrawFn) -> Call:
-    return Call((*draw(st.sampled_from(OPTIONS)), draw(WORDS)))
+    words = draw(st.sampled_from(OPTIONS))
+    return Call(
+        (*words, draw(WORDS.filter(lambda word: word != "--" or words[-1].startswith("-"))))
+    )  # alone it ends the options
 
 
 SCRIPTS = (

@@ -104,7 +104,10 @@ def test_a_turning_wall_is_where_its_turn_has_brought_it() -> None:
         triangles=pd.DataFrame([corners.ravel()] * 2, columns=names).assign(mesh=[w.name for w in walls]),
         mesh_motion=pd.DataFrame({"step": [300], "mesh": ["floor"], "dx": 0.0, "dy": 0.0, "dz": 0.5}),
         scene=SimpleNamespace(
-            walls=walls, motion_of=lambda wall: turn if wall.motion == "turns" else None, time_step_s=1.0 / 300.0
+            name="",
+            walls=walls,
+            motion_of=lambda wall: turn if wall.motion == "turns" else None,
+            time_step_s=1.0 / 300.0,
         ),
     )
     turned, moved = wall_corners(run, 300)  # type: ignore[arg-type]

@@ -235,10 +235,12 @@ def load(theta_small: float, theta_large: float, progress: Callable[[int, int], 
     angles = f"{theta_small:.12f} {theta_large:.12f}"
     key = f"{VERSION} {Y_NODES} {X_NODES} {U_NODES} {BEYOND} {BESIDE} {X_FIRST!r} {X_LAST!r} {angles}"
     path = caches.folder() / f"young_laplace-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
-    held = _read(path)
-    if held:
+    if held := _read(path):
         return Table(theta_small, theta_large, *held)
-    table = build(theta_small, theta_large, progress)
-    with atomic_write(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, **{name: getattr(table, name) for name in NAMES})
+    with caches.alone(path):
+        if held := _read(path):
+            return Table(theta_small, theta_large, *held)
+        table = build(theta_small, theta_large, progress)
+        with atomic_write(path) as temporary, temporary.open("wb") as stream:
+            np.savez(stream, **{name: getattr(table, name) for name in NAMES})
     return table
