@@ -139,7 +139,7 @@ def test_ledger_before_the_first_inserted_sphere() -> None:
 def test_lives_of_no_bridges() -> None:
     """Of an empty log nothing stands, at any step."""
     whole = {name: np.zeros(0, np.int64) for name in ("step", "kind", "partner_kind", "i", "j")}
-    real = {name: np.zeros(0) for name in ("volume", "rupture_distance")}
+    real = {name: np.zeros(0) for name in ("volume", "rupture_distance", "speed")}
     lives = Lives(none(), pd.DataFrame({**whole, **real}), 0, -1)
     assert len(lives.standing()) == len(lives.standing(3)) == len(lives.previous) == 0
 

@@ -107,7 +107,7 @@ class Logs:
         if step <= self._booked:
             self._standing, self._booked = none(), -1
             self._streams.pop("events", None)
-        names = ["step", "kind", "partner_kind", "i", "j", "volume", "rupture_distance"]
+        names = ["step", "kind", "partner_kind", "i", "j", "volume", "rupture_distance", "speed"]
         stream, _ = self._streams.get("events") or (Rows(io.where(self.folder, "events"), "events", names), -1)
         self._streams["events"] = stream, step
         lives = Lives(self._standing, stream.until(step), 0, self._booked)
