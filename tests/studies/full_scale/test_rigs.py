@@ -76,3 +76,14 @@ def test_what_the_page_says_of_springs_and_glass() -> None:
     for rig in ("sieve180", "sieve185", "sieve190"):
         glass, pom = (FOUND[rig][case][0] for case in (10, 1))
         assert glass.at(glass.undersize, 10.0) > pom.at(pom.undersize, 10.0) + 0.05
+
+
+def test_what_185_mm_gains_and_loses_against_200_mm() -> None:
+    """The counts and numbers of the page's second paragraph, first seed of both."""
+    narrow = FOUND["sieve185"]
+    wide = {n: runs[:1] for n, runs in kept.variants(ROOT / "docs/full_scale/data")[""].items() if n in narrow}
+    answers = {s.number: (judge(s, narrow).verdict, judge(s, wide).verdict) for s in STATEMENTS if s.cases}
+    decided = {n: both for n, both in answers.items() if both[0] in ("confirmed", "not confirmed")}
+    one, other = ({n for n, both in decided.items() if both[k] == "confirmed"} for k in (0, 1))
+    assert (len(decided), len(one), len(other)) == (17, 9, 9)
+    assert (one - other, other - one) == ({2, 11}, {8, 30})
