@@ -11,13 +11,14 @@ import typer
 from pywet import config as settings
 from pywet.cases.screening import cases
 from pywet.errors import PywetError
-from studies.full_scale import kept, rigs
+from studies.full_scale import rigs
 from studies.full_scale.judging import fingerprint, judge
+from studies.full_scale.kept import variants
 from studies.full_scale.quantities import through
 from studies.full_scale.statements import STATEMENTS
 
 ROOT = Path(__file__).parents[3]
-FOUND = kept.variants(ROOT / rigs.DATA)
+FOUND = variants(ROOT / rigs.DATA)
 
 
 def test_a_rig_is_in_its_configuration(tmp_path: Path) -> None:
@@ -81,7 +82,7 @@ def test_what_the_page_says_of_springs_and_glass() -> None:
 def test_what_185_mm_gains_and_loses_against_200_mm() -> None:
     """The counts and numbers of the page's second paragraph, first seed of both."""
     narrow = FOUND["sieve185"]
-    wide = {n: runs[:1] for n, runs in kept.variants(ROOT / "docs/full_scale/data")[""].items() if n in narrow}
+    wide = {n: runs[:1] for n, runs in variants(ROOT / "docs/full_scale/data")[""].items() if n in narrow}
     answers = {s.number: (judge(s, narrow).verdict, judge(s, wide).verdict) for s in STATEMENTS if s.cases}
     decided = {n: both for n, both in answers.items() if both[0] in ("confirmed", "not confirmed")}
     one, other = ({n for n, both in decided.items() if both[k] == "confirmed"} for k in (0, 1))
