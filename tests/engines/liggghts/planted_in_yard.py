@@ -15,7 +15,7 @@ import numpy as np
 
 from pywet.cases.small import small
 from pywet.cases.small.bodies import water
-from pywet.geometry.solids import plate
+from pywet.geometry.solids import bin_solid, plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import Output
 from tests.engines.liggghts.scenes import contacts, spheres_of
@@ -60,7 +60,6 @@ PATCHES: list[tuple[str, str, str]] = [
 
 IN_YARD: dict[str, tuple[str, str]] = {
     "a wall without bridges": ("formation_missed", "wall part 1 never gets a bridge"),
-    "one bridge a mesh": ("formation_missed", "a sphere has one bridge to a mesh in place of one to each part"),
     "formations in every second step": ("formation_late", "films are looked at in every 2nd step only"),
     "lands on the first triangle": ("event_triangle", "it is the first triangle of the part"),
     "drag halved outside windows": ("flight_velocity", "the viscous normal force is 0.5 times what it should be"),
@@ -77,6 +76,9 @@ IN_EDGE: dict[str, tuple[str, str]] = {
         "formation_shared",
         "a sphere gets a bridge with each part of a wall that meets in one place",
     ),
+}
+IN_GROOVE: dict[str, tuple[str, str]] = {
+    "one bridge a mesh": ("formation_missed", "a sphere has one bridge to a mesh in place of one to each part"),
 }
 IN_GROWN: dict[str, tuple[str, str]] = {
     "growth unseen": ("formation_late", "a film's growth is not seen at once"),
@@ -118,6 +120,21 @@ def edge(folder: Path) -> list[small.Sphere]:
     return bodies
 
 
+def groove(folder: Path) -> list[small.Sphere]:
+    """On the floor of a bin: a sphere at rest in its concave edge and one that comes to the side later."""
+    radius, half = 2.5e-3, 0.02
+    bodies = [
+        small.Sphere(1, (half - radius - gap, y, radius + 1e-6), (speed, 0.0, 0.0), driven=True)
+        for y, gap, speed in ((-4e-3, 1e-6, 0.0), (4e-3, 4.5e-5, 0.014))
+    ]
+    small.prepare(
+        folder, spheres_of(radius), bodies, contacts(1, stiffness=1e4), liquid=water(3e-5), effects=small.PAPER,
+        walls=[make_surface("bin", "wall", bin_solid(half, 4e-3, 4, 0.0, 0.03))], wall_angle_rad=math.radians(45.0),
+        time_step_s=1e-5, steps=200, output=Output(interval_s=5e-4, contact_windows=0),
+    )  # fmt: skip
+    return bodies
+
+
 def grown(folder: Path) -> list[small.Sphere]:
     """At rest but for two wet spheres that are drawn away; nothing moves so far after a rupture that lists are made again."""
     radius, thin, wet, at, beyond = 2.5e-3, 5e-6, 1e-4, 0.02, 1e-6
@@ -138,5 +155,5 @@ def grown(folder: Path) -> list[small.Sphere]:
     return bodies
 
 
-SCENES: dict[Scene, dict[str, tuple[str, str]]] = {pump: IN_PUMP, edge: IN_EDGE, grown: IN_GROWN}
+SCENES: dict[Scene, dict[str, tuple[str, str]]] = {pump: IN_PUMP, edge: IN_EDGE, groove: IN_GROOVE, grown: IN_GROWN}
 """Further scenes, each with its faults."""
