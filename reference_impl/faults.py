@@ -33,8 +33,8 @@ def reading(what: str, expected: str) -> Iterator[None]:
     try:
         yield
     except READING as error:
-        said = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(str(error).split()))[:200]
-        raise Refused(f"{what} cannot be read ({type(error).__name__}: {said}); expected {expected}") from error
+        message = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(str(error).split()))[:200]
+        raise Refused(f"{what} cannot be read ({type(error).__name__}: {message}); expected {expected}") from error
 
 
 def regular(path: Path) -> Path:
@@ -77,5 +77,5 @@ def _sentence(given: str, error: Exception) -> str:
         where = f"the traceback is in {file.name}: please report it, with that file and the input"
     except (OSError, ValueError):
         where = f"no file could be written for the traceback: please report it, with the input: {text}"
-    said = " ".join(str(error).split())[:300]
-    return f"{given}: a fault in the reference, not in what was given ({type(error).__name__}: {said}); {where}"
+    message = " ".join(str(error).split())[:300]
+    return f"{given}: a fault in the reference, not in what was given ({type(error).__name__}: {message}); {where}"

@@ -112,8 +112,8 @@ def made(name: str) -> Digest:
     for seed in one.seeds:
         with tempfile.TemporaryDirectory(prefix="pywet-digest-") as folder:
             runs.append(one.run(seed, Path(folder)))
-            told = Path(folder) / "scene.json"
-            scene = facts(Scene.read(told)) if told.exists() else None
+            reported = Path(folder) / "scene.json"
+            scene = facts(Scene.read(reported)) if reported.exists() else None
     return digest.make(name, one.command, runs, scene)
 
 

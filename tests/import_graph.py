@@ -43,7 +43,7 @@ def rooms(graph: Graph) -> Graph:
     joined: Graph = {}
     for name, imported in graph.items():
         joined.setdefault(of(name), set()).update(of(other) for other in imported if of(other) != of(name))
-    return {room: others - {""} for room, others in joined.items() if room}
+    return {margin: others - {""} for margin, others in joined.items() if margin}
 
 
 def circle(graph: Graph) -> list[str]:
@@ -58,16 +58,16 @@ def circle(graph: Graph) -> list[str]:
 def direct(graph: Graph) -> Graph:
     """Without the arrows that a longer way stands for; of a graph without circles."""
     beyond: Graph = {}
-    for room in TopologicalSorter(graph).static_order():
-        beyond[room] = set().union(*(beyond[other] | {other} for other in graph[room]))
-    return {room: {o for o in others if not any(o in beyond[p] for p in others)} for room, others in graph.items()}
+    for margin in TopologicalSorter(graph).static_order():
+        beyond[margin] = set().union(*(beyond[other] | {other} for other in graph[margin]))
+    return {margin: {o for o in others if not any(o in beyond[p] for p in others)} for margin, others in graph.items()}
 
 
 def mermaid(graph: Graph) -> str:
     """A drawing of a graph without circles: who needs another stands above it, with the arrows that are `direct`."""
     lines = ["graph TD"]
-    for room, others in sorted(direct(graph).items()):
-        lines += [f"    {room} --> {' & '.join(sorted(others))}"] if others else []
+    for margin, others in sorted(direct(graph).items()):
+        lines += [f"    {margin} --> {' & '.join(sorted(others))}"] if others else []
     return "\n".join(lines)
 
 

@@ -233,8 +233,8 @@ def main() -> None:
         except Exception as error:
             found = [f"{type(error).__name__}: {error}"]
         count["alarm" if found else "agrees"] += 1
-        said = "; ".join(found) or "agrees"
-        print(f"{number} {describe(number)[0]} {time.monotonic() - began:.1f} s: {said}", flush=True)
+        output_text = "; ".join(found) or "agrees"
+        print(f"{number} {describe(number)[0]} {time.monotonic() - began:.1f} s: {output_text}", flush=True)
     print(dict(count))
 
 

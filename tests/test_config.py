@@ -103,8 +103,8 @@ def test_a_round_sieve_without_a_width_is_that_of_the_feed(folder: Path) -> None
 def test_readings_that_are_not_the_default_are_in_the_plan(folder: Path) -> None:
     turned = {"small_wall": "half_facet", "sphere_mass": "weighed", "liquid_amount": "less_residual"}
     change_readings(folder, turned)
-    said = call(["plan", "2", "--config", str(folder)])
-    assert [line for line in said.splitlines() if line.startswith("reading")] == [
+    output_text = call(["plan", "2", "--config", str(folder)])
+    assert [line for line in output_text.splitlines() if line.startswith("reading")] == [
         "reading: readings.small_wall is half_facet (default wire_radius)",
         "reading: readings.liquid_amount is less_residual (default full)",
         "reading: readings.sphere_mass is weighed (default density)",
@@ -219,8 +219,8 @@ def test_contacts_are_table_3_and_pvc_is_taken_as_steel() -> None:
 
 
 def test_schemas_are_in_step_with_the_types() -> None:
-    kept = {path.name: json.loads(path.read_text()) for path in (ROOT / "workflow" / "schemas").iterdir()}
-    assert kept == schemas(), "run: python -m pywet.config.schema workflow/schemas"
+    stored = {path.name: json.loads(path.read_text()) for path in (ROOT / "workflow" / "schemas").iterdir()}
+    assert stored == schemas(), "run: python -m pywet.config.schema workflow/schemas"
 
 
 @pytest.mark.parametrize("name", ["config", "materials", "scales"])
@@ -408,10 +408,14 @@ def test_anchors_and_merged_keys_are_no_duplicates(folder: Path) -> None:
 def own_material(folder: Path) -> None:
     """A material of sizes that the paper's do not have, a liquid, and two cases, added to a copy of the configuration."""
     data = yaml.safe_load((folder / "materials.yaml").read_text())
-    said = {"source": "measured"}
-    size = {"density_kg_per_m3": {"value": 2000, **said}}
+    output_text = {"source": "measured"}
+    size = {"density_kg_per_m3": {"value": 2000, **output_text}}
     sizes = [
-        {"diameter_mm": {"value": d, **said}, "mass_g": {"value": 2e-3 * math.pi / 6 * d**3, **said}, **size}
+        {
+            "diameter_mm": {"value": d, **output_text},
+            "mass_g": {"value": 2e-3 * math.pi / 6 * d**3, **output_text},
+            **size,
+        }
         for d in (4, 6, 9)
     ]
     data["spheres"]["ore"] = {**data["spheres"]["POM"], "sizes": sizes}
@@ -419,7 +423,7 @@ def own_material(folder: Path) -> None:
            for c in data["contacts"] if c["sphere"] == "POM"]  # fmt: skip
     data["contacts"] += own
     oil = {"surface_tension_N_per_m": 0.03, "viscosity_Pa_s": 0.1, "density_kg_per_m3": 900}
-    data["liquids"] = {"oil": {key: {"value": value, **said} for key, value in oil.items()}}
+    data["liquids"] = {"oil": {key: {"value": value, **output_text} for key, value in oil.items()}}
     (folder / "materials.yaml").write_text(yaml.safe_dump(data))
     lines = (folder / "cases.csv").read_text().splitlines()
     rows = [lines[0] + ",class_mass_g,class_volume_cm3,liquid", *(line + ",,," for line in lines[1:])]

@@ -175,16 +175,16 @@ def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range() -> None:
     from pywet.util.ranges import LIMITS
 
     rows = [line.split(" | ") for line in reference_pages.scene().splitlines() if line.startswith("| `")]
-    told = {row[0].strip("| `"): row[1:] for row in rows}
+    reported = {row[0].strip("| `"): row[1:] for row in rows}
     for key in ("seed", "interval_s", "half_width_mm", "thickness_mm", "sides", "stiffness_N_per_m", "at_mm"):
-        assert key in told
-    for key, (what, unit, default, limits) in told.items():
+        assert key in reported
+    for key, (what, unit, default, limits) in reported.items():
         assert ": " in what and default, key  # kind and meaning; a default, or "needed"
         assert key not in LIMITS or str(LIMITS[key]) in limits, key
         assert unit or not re.search(r"_(mm|um|s|deg|Hz|m|g|kg_per_m3|N_per_m)$", key), key
-    assert told["gravity_m_per_s2"][1] == "m/s2" and told["stiffness_N_per_m"][2] == "`2000.0`"
+    assert reported["gravity_m_per_s2"][1] == "m/s2" and reported["stiffness_N_per_m"][2] == "`2000.0`"
     models = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_fields")]
-    assert {k for c in models for k in c.model_fields} <= set(told)
+    assert {k for c in models for k in c.model_fields} <= set(reported)
 
 
 def test_pages_are_printed_by_their_names() -> None:
@@ -220,8 +220,10 @@ def test_each_door_of_the_site_shows_what_its_command_prints(tmp_path: Path, mon
             command, *expected = given.strip().splitlines()
             if expected:
                 done = CliRunner().invoke(app, shlex.split(command)[1:], env={"COLUMNS": "100"})
-                said = [" ".join(line.split()) for line in done.output.splitlines()]
+                output_text = [" ".join(line.split()) for line in done.output.splitlines()]
                 first = [" ".join(line.split()) for line in expected]
-                assert first == [line for line in said if line in first][: len(first)] and done.exit_code == 0, command
+                assert first == [line for line in output_text if line in first][: len(first)] and done.exit_code == 0, (
+                    command
+                )
                 checked.append(command)
     assert len(checked) == 3, checked

@@ -150,11 +150,11 @@ def test_the_calibration_of_the_page_gives_its_answer(tmp_path: Path) -> None:
     assert example.read_text().partition("\n")[2] == blocks("calibrate.md")[0][1]
     answer = calibrate(example, tmp_path)
     page = (ROOT / "docs" / "calibrate.md").read_text()
-    for (name, told), made_with in zip(answer["parameters"].items(), (0.002, 0.05), strict=True):
-        (found,) = told["intervals"]
+    for (name, reported), made_with in zip(answer["parameters"].items(), (0.002, 0.05), strict=True):
+        (found,) = reported["intervals"]
         printed = re.search(rf"`{name}: (\S+) \(95 %: (\S+) to (\S+)\)`", page)
         assert printed is not None
-        values = [told["best"], found["low"], found["high"]]
+        values = [reported["best"], found["low"], found["high"]]
         assert [float(x) for x in printed.groups()] == pytest.approx(values, rel=2e-3)
         assert found["low"] < made_with < found["high"]
     assert answer["reached"] and not answer["not_told_apart"]

@@ -70,6 +70,6 @@ def test_every_column_and_code_is_in_the_reference(site: Path) -> None:
     from pywet.schema import CODES, TABLES, meanings
 
     text = html.unescape((site / "columns.html").read_text()).replace("’", "'")
-    told = [told for table in TABLES for _, told in meanings(table).values()]
-    assert len(told) > 100 and [t for t in told if t not in text] == []
+    reported = [reported for table in TABLES for _, reported in meanings(table).values()]
+    assert len(reported) > 100 and [t for t in reported if t not in text] == []
     assert [t for rows in CODES.values() for t in rows.values() if t not in text] == []

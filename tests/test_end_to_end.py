@@ -24,9 +24,9 @@ def thinned(case: int, run_dir: Path, duration_s: float) -> Scene:
     """Build a smoke case and keep a few spheres of each class."""
     scene = cases.build(config.load(ROOT / "config"), case, "smoke", run_dir)
     spheres = pd.read_parquet(run_dir / scene.spheres_file)
-    kept = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)]
+    stored = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)]
     output = scene.output.model_copy(update={"checkpoints": 0})
-    return with_spheres(scene, run_dir, kept, duration_s=duration_s, output=output)
+    return with_spheres(scene, run_dir, stored, duration_s=duration_s, output=output)
 
 
 def test_dry_falls_to_the_share_of_the_coarse(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_moist_is_cross_checked(tmp_path: Path) -> None:
     assert replayed["events"] > 100 and replayed["contacts"] > 100
     assert json.loads((tmp_path / "engine" / "run.json").read_text())["ledger_error"] <= 1e-12
     start = pd.read_parquet(tmp_path / "history" / "spheres.parquet")["film"].sum()
-    holders = pd.read_parquet(tmp_path / "results" / "liquid_by_holder.parquet")
-    assert len(holders) > 10
+    reservoirs = pd.read_parquet(tmp_path / "results" / "liquid_by_holder.parquet")
+    assert len(reservoirs) > 10
     assert scene.liquid is not None and start > 0
     assert {p.suffix for p in (tmp_path / "vtk").iterdir()} >= {".pvd"}

@@ -17,8 +17,8 @@ def test_shown_on_standard_error_and_only_while_asked_for(capsys: pytest.Capture
     with shown():
         notice.info("while")
     notice.info("after")
-    said = capsys.readouterr()
-    assert (said.out, said.err) == ("", "while\n")
+    output_text = capsys.readouterr()
+    assert (output_text.out, output_text.err) == ("", "while\n")
 
 
 def test_a_program_that_shows_nothing_still_hears_of_warnings() -> None:

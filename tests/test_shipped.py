@@ -98,11 +98,11 @@ def test_every_file_of_the_program_is_in_the_wheel(unpacked: Path) -> None:
 
 def test_an_unpacked_wheel_answers_outside_the_checkout(unpacked: Path, tmp_path: Path) -> None:
     """Laws, a folder to begin with, the plan of its first case; then the workflow finds its rules, scripts and template."""
-    said = call(sys.executable, "-P", "-c", TRY, folder=tmp_path, PYTHONPATH=str(unpacked))
-    assert said.splitlines()[0] == str(unpacked / "pywet" / "__init__.py")
-    assert "willett_unequal" in said and "tangential_history" in said
+    output_text = call(sys.executable, "-P", "-c", TRY, folder=tmp_path, PYTHONPATH=str(unpacked))
+    assert output_text.splitlines()[0] == str(unpacked / "pywet" / "__init__.py")
+    assert "willett_unequal" in output_text and "tangential_history" in output_text
     assert {path.name for path in (tmp_path / "mill").iterdir()} == {"hopper.yaml", "hopper.stl", "README.md"}
-    assert "# User-defined scenes" in said and "| `half_width_mm` | number or null: " in said
+    assert "# User-defined scenes" in output_text and "| `half_width_mm` | number or null: " in output_text
     planned = call(
         *(sys.executable, "-P", "-m", "snakemake", "-n", "--cores", "1", "--config", "cases=[1]"),
         folder=tmp_path / "study", PYTHONPATH=str(unpacked), XDG_CACHE_HOME=str(tmp_path / "cache"),
@@ -131,8 +131,8 @@ def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
 )
 def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -> None:
     """Its folder holds all that it needs (tests/cases/custom/test_examples.py runs each); a second call overwrites nothing."""
-    said = CliRunner().invoke(app, ["init", str(tmp_path / "new"), "--example", name])
-    assert said.exit_code == 0, said.output
+    output_text = CliRunner().invoke(app, ["init", str(tmp_path / "new"), "--example", name])
+    assert output_text.exit_code == 0, output_text.output
     scene = read_scene(tmp_path / "new" / f"{name}.yaml")
     assert Building(scene).scene().walls
     assert f"pywet run-scene {name}.yaml" in (tmp_path / "new" / "README.md").read_text()
@@ -203,5 +203,5 @@ def test_an_installed_wheel_does_what_the_checkout_does(wheel: Path, tmp_path: P
     pywet("init", "study")
     assert "fraction retained" in pywet("run", "1", folder=tmp_path / "study")
     pywet("scene", "pull", "--seconds", "0.02", folder=tmp_path / "study")  # with the plugin
-    said = pywet("replay", "--json", "results/scenes/pull", folder=tmp_path / "study")
-    assert json.loads(said)["status"] == "agrees"
+    output_text = pywet("replay", "--json", "results/scenes/pull", folder=tmp_path / "study")
+    assert json.loads(output_text)["status"] == "agrees"

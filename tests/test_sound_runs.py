@@ -92,8 +92,8 @@ def test_results_of_a_run_with_an_objection_are_written(tmp_path: Path, monkeypa
     file = tmp_path / "scene.yaml"
     file.write_text(yaml.safe_dump({"name": "one", **SCENES["no bridge forms"]}))
     done = CliRunner().invoke(app, ["run-scene", str(file), "--out", str(tmp_path / "run")])
-    said = " ".join(done.output.split())
-    assert done.exit_code == 1 and "one is missing; all results are written and marked" in said
+    output_text = " ".join(done.output.split())
+    assert done.exit_code == 1 and "one is missing; all results are written and marked" in output_text
     made = {path.name for path in (tmp_path / "run").iterdir()}
     assert {"results", "summary.json", "replay.json", "vtk", "picture.png", "report.html"} <= made
     assert "one is missing" in (tmp_path / "run" / "report.html").read_text()

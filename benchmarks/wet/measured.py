@@ -54,15 +54,15 @@ def restitution(viscosity: float) -> tuple[np.ndarray, np.ndarray]:
     """1/St and restitution of glass of 1.74 mm that rebounds from a film of 200 µm; impacts that stick are left out."""
     sphere = buck_tables.PARTICLES["glass_1.74mm"]
     mass = 4.0 / 3.0 * math.pi * sphere["radius_m"] ** 3 * sphere["density_kg_per_m3"]
-    kept = np.array([impact(speed, viscosity_Pa_s=viscosity, half_filling_angle_deg=55.0) for speed in SPEEDS])
+    stored = np.array([impact(speed, viscosity_Pa_s=viscosity, half_filling_angle_deg=55.0) for speed in SPEEDS])
     inverse = 6.0 * math.pi * viscosity * sphere["radius_m"] ** 2 / (mass * SPEEDS)
-    return inverse[kept > 0.0], kept[kept > 0.0]
+    return inverse[stored > 0.0], stored[stored > 0.0]
 
 
-def bend(inverse: np.ndarray, kept: np.ndarray) -> float:
+def bend(inverse: np.ndarray, stored: np.ndarray) -> float:
     """Largest distance of a point from the straight line through all, over the range of restitution."""
-    line = np.polyval(np.polyfit(inverse, kept, 1), inverse)
-    return float(np.abs(kept - line).max() / np.ptp(kept))
+    line = np.polyval(np.polyfit(inverse, stored, 1), inverse)
+    return float(np.abs(stored - line).max() / np.ptp(stored))
 
 
 def sticking(particle: str = "glass_1.74mm", layer: dict[str, float] | None = None, **changes: float) -> float:
@@ -135,16 +135,16 @@ def of_impacts() -> Iterator[tuple[str, Said]]:
 
 def of_beds() -> Iterator[tuple[str, Said]]:
     """Bridges less contacts per sphere, of the moist beds kept; a row of three spheres."""
-    kept = pd.read_csv(HERE / "seeds.csv").query("problem == 'settling_bed' and case == 'moist'")
-    said, holds = [], True
+    stored = pd.read_csv(HERE / "seeds.csv").query("problem == 'settling_bed' and case == 'moist'")
+    message, holds = [], True
     for program, short in (("LIGGGHTS + pywet, paper", "pywet"), ("YADE, Rabinovich", "YADE")):
-        of = kept[kept["program"] == program].set_index("quantity")
+        of = stored[stored["program"] == program].set_index("quantity")
         bridges, contacts = of.loc["bridges per sphere"], of.loc["contacts per sphere"]
         more, seeds = float(bridges["mean"] - contacts["mean"]), int(bridges["seeds"])
         limit = half_width(math.hypot(bridges["deviation"], contacts["deviation"]), seeds, seeds - 1, 0.95)
-        said.append(f"{short}: {more:.2f} ± {limit:.2f} ({100 * (more / 2.0 - 1.0):+.0f} %)")
+        message.append(f"{short}: {more:.2f} ± {limit:.2f} ({100 * (more / 2.0 - 1.0):+.0f} %)")
         holds = holds and abs(more - 2.0) <= limit
-    yield "packing", ("; ".join(said), holds)
+    yield "packing", ("; ".join(message), holds)
     yield "critical", ("independent of it (hard spheres, Davis 2023, eq. 42)", False)
 
 

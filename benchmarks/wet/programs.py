@@ -348,8 +348,8 @@ def by_seed(names: list[str]) -> None:
                 means = {"mean": f"{values.mean():.2f}", "deviation": f"{values.std():.2f}"}
                 rows.append({"program": program, "problem": problem, "case": case, "quantity": quantity, "unit": unit,
                              "seeds": len(values), **means})  # fmt: skip
-        kept = pd.read_csv(HERE / "seeds.csv", dtype=str)
-        write_csv(pd.concat([kept[kept["problem"] != problem], pd.DataFrame(rows)]), HERE / "seeds.csv")
+        stored = pd.read_csv(HERE / "seeds.csv", dtype=str)
+        write_csv(pd.concat([stored[stored["problem"] != problem], pd.DataFrame(rows)]), HERE / "seeds.csv")
 
 
 ENDS = {
@@ -427,11 +427,11 @@ def scores() -> Iterator[Row]:
 
 def page() -> None:
     """Write scores.csv, new scores in the place of kept ones, and the page's tables."""
-    new, kept = pd.DataFrame(scores()), pd.read_csv(HERE / "scores.csv")
-    again = pd.MultiIndex.from_frame(kept[["program", "problem"]]).isin(
+    new, stored = pd.DataFrame(scores()), pd.read_csv(HERE / "scores.csv")
+    again = pd.MultiIndex.from_frame(stored[["program", "problem"]]).isin(
         pd.MultiIndex.from_frame(new[["program", "problem"]])
     )
-    table = pd.concat([kept[~again], new], ignore_index=True)
+    table = pd.concat([stored[~again], new], ignore_index=True)
     order = {name: k for k, name in enumerate(PROGRAMS)}
     table = table.sort_values("program", key=lambda names: names.map(order).fillna(len(order)), kind="stable")
     for column in ("largest", "rms", "uncertainty"):

@@ -107,11 +107,11 @@ def _check(question: Question, experiments: list[Experiment], found: Found, runs
 def sentences(question: Question, answer: dict[str, Any]) -> list[str]:
     """Write the answer of a calibration as sentences: best values, intervals, parameters that cannot be distinguished."""
     sure, lines = f"{100 * question.confidence:g} %", []
-    for name, told in answer["parameters"].items():
-        ranges = " or ".join(f"{r['low']:.4g} to {r['high']:.4g}" for r in told["intervals"])
-        lines.append(f"{name}: {told['best']:.4g} ({sure}: {ranges})")
-        ends = [f"{told['bounds'][side]:g}" for side, end in enumerate(("open_low", "open_high"))
-                if any(r[end] for r in told["intervals"])]  # fmt: skip
+    for name, reported in answer["parameters"].items():
+        ranges = " or ".join(f"{r['low']:.4g} to {r['high']:.4g}" for r in reported["intervals"])
+        lines.append(f"{name}: {reported['best']:.4g} ({sure}: {ranges})")
+        ends = [f"{reported['bounds'][side]:g}" for side, end in enumerate(("open_low", "open_high"))
+                if any(r[end] for r in reported["intervals"])]  # fmt: skip
         if ends:
             lines.append(
                 f"{name} ends at {' and '.join(ends)} because that is its bound, not because the targets say so"

@@ -133,20 +133,20 @@ class Experiment:
         """Numbers of a run of the engine; one whose numbers are stored in the folder is not done again."""
         scene = self.built(settings, seed)
         place = folder / _name(scene)
-        kept = read_if_there(place / "calibration.json", shape=Kept)
-        if kept is None or not set(wanted) <= set(kept["quantities"]):
+        stored = read_if_there(place / "calibration.json", shape=Kept)
+        if stored is None or not set(wanted) <= set(stored["quantities"]):
             started = time.monotonic()
             run = commands.run(scene, place, ranks)
             numbers = {q: _number(OF_SCENE[q](run), q, {**settings, "seed": scene.seed}) for q in wanted}
-            kept = Kept(quantities=numbers, wall_s=time.monotonic() - started)
-            write_json(place / "calibration.json", kept)
-        return kept
+            stored = Kept(quantities=numbers, wall_s=time.monotonic() - started)
+            write_json(place / "calibration.json", stored)
+        return stored
 
 
 def _name(scene: Scene) -> str:
     """Fingerprint of a run: its scene, STL files, laws in files, and the program."""
-    said = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
-    word = hashlib.sha256(said.encode() + _program())
+    message = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
+    word = hashlib.sha256(message.encode() + _program())
     chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     laws = [law for law in [*chosen.values(), *scene.laws.reference.values()] if own.is_own(law)]
     files = [(scene.folder / wall.stl, CURE) for wall in scene.walls if wall.stl]
@@ -200,6 +200,6 @@ def _filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any
     filled = copy.deepcopy(content)
     for key, value in values.items():
         *path, last = key.split(".")
-        holder = _inside(filled, path)
-        holder[int(last) if isinstance(holder, list) else last] = value
+        reservoir = _inside(filled, path)
+        reservoir[int(last) if isinstance(reservoir, list) else last] = value
     return filled

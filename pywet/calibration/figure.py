@@ -32,12 +32,12 @@ def _column(question: Question, found: Found, k: int, axes: list[Axes]) -> None:
     solved, (name, parameter) = found.problem, list(question.parameters.items())[k]
     shares = np.linspace(solved.window[0][k], solved.window[1][k], PLACES)
     profiles = [solved.profile(k, float(u)) for u in shares]
-    told = [solved.response(place) for _, place in profiles]
+    reported = [solved.response(place) for _, place in profiles]
     at = [parameter.at(float(u)) for u in shares]
-    chance = 0
+    uncertainty = 0
     for j, target in enumerate(question.targets):
         axis = axes[j]
-        mean, error = np.array([m[j] for m, _, _ in told]), np.sqrt([v[j] for _, v, _ in told])
+        mean, error = np.array([m[j] for m, _, _ in reported]), np.sqrt([v[j] for _, v, _ in reported])
         axis.axhspan(
             target.value - target.error, target.value + target.error, color=ORANGE, alpha=0.3, lw=0, label="target"
         )
@@ -45,8 +45,8 @@ def _column(question: Question, found: Found, k: int, axes: list[Axes]) -> None:
         axis.fill_between(at, mean - error, mean + error, color=NAVY, alpha=0.2, lw=0)
         if found.runs is not None and target.kind == "scene":
             places = [parameter.at(float(place[k])) for place in found.runs.places]
-            axis.plot(places, [v[chance] for v in found.runs.values], ".", color=INK, ms=4, label="runs")
-            chance += 1
+            axis.plot(places, [v[uncertainty] for v in found.runs.values], ".", color=INK, ms=4, label="runs")
+            uncertainty += 1
         axis.set(ylabel=target.quantity)
         axis.legend()
     likelihood = np.exp(-0.5 * np.array([above for above, _ in profiles]))

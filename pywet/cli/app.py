@@ -152,8 +152,8 @@ def laws(
     for kind in registry.BUILT_IN:
         for name in registry.names(kind):
             functions = registry.get(kind, name).functions
-            said = (functions[0].__doc__ or "").strip() if functions else "tabulated, see pywet.laws.transfer"
-            rows.append((kind, name, said.partition("\n")[0]))
+            message = (functions[0].__doc__ or "").strip() if functions else "tabulated, see pywet.laws.transfer"
+            rows.append((kind, name, message.partition("\n")[0]))
     if as_json:
         out.print_json(data=[dict(zip(("kind", "law", "gives"), row, strict=True)) for row in rows])
         return

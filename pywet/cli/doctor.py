@@ -71,8 +71,8 @@ def pinned() -> dict[str, str]:
 def banner_version(program: str) -> str | None:
     """Version in the first line that the engine prints; None when it says something else."""
     with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
-        said = process.said([program, "-log", "none"], "\n", Path(folder))
-    named = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", said)
+        message = process.said([program, "-log", "none"], "\n", Path(folder))
+    named = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", message)
     return named.group(1) if named else None
 
 

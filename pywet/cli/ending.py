@@ -40,8 +40,8 @@ def show(folders: Sequence[Path], verbose: bool = False) -> None:
         tell(line)
     wrong = {folder: verdict.objections(folder) for folder in folders}
     named = len(folders) > 1
-    if said := [f"{folder}: {s}" if named else s for folder, all_of in wrong.items() for s in all_of]:
-        raise PywetError(f"{'; '.join(said)}; all results are written and marked", code="cli.objections")
+    if message := [f"{folder}: {s}" if named else s for folder, all_of in wrong.items() for s in all_of]:
+        raise PywetError(f"{'; '.join(message)}; all results are written and marked", code="cli.objections")
 
 
 def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
@@ -49,9 +49,9 @@ def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
     from pywet.cases.screening import verdict
 
     folder = folders[0]
-    said = read_json(folder / "summary.json", shape=RunSummary)
+    message = read_json(folder / "summary.json", shape=RunSummary)
     seeds = f", {len(folders)} seeds" if len(folders) > 1 else ""
-    yield f"{folder}: {sum(said['spheres'].values())} spheres, {said['steps']} steps in {said['wall_s']:.1f} s{seeds}"
+    yield f"{folder}: {sum(message['spheres'].values())} spheres, {message['steps']} steps in {message['wall_s']:.1f} s{seeds}"
     yield from _retained(folders)
     yield from _screen(folders)
     yield from _liquid(folders)
@@ -155,8 +155,8 @@ def details(folder: Path, to: Console) -> None:
     """Liquid at the end, the laws by kind (of one in a file the file's name), the effects, and what the replay found."""
     from pywet.scene import Scene
 
-    said = read_json(folder / "summary.json", shape=RunSummary)
-    for name, volume in said["liquid_end_m3"].items():
+    message = read_json(folder / "summary.json", shape=RunSummary)
+    for name, volume in message["liquid_end_m3"].items():
         to.print(f"liquid at the end, {name:<32}{1e9 * volume:10.4g} mm3", markup=False)
     if laws := Scene.read(folder / "scene.json").effects.laws:
         to.print("laws: " + ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items()), markup=False)
@@ -172,9 +172,9 @@ def _agreement(replay: dict[str, Any], to: Console) -> None:
 
     table = Table("quantity", "values", "largest", "median", "allowed", "", box=None, header_style="bold")
     for row in verdict.agreement(replay):
-        said = "[green]agrees" if row.ok else "[red]disagrees"
+        message = "[green]agrees" if row.ok else "[red]disagrees"
         numbers = (f"{row.largest:.1e}", f"{row.median:.1e}", f"{row.limit:.0e}")
-        table.add_row(escape(row.quantity), str(row.count), *numbers, said)
+        table.add_row(escape(row.quantity), str(row.count), *numbers, message)
     to.print(table)
     sentences = [whole.said(replay["compared"])] if "compared" in replay else []
     sentences += [s if s.startswith("nothing") else f"not checked: {s}" for s in verdict.not_checked(replay)]

@@ -35,9 +35,9 @@ def _table(schema: dict[str, Any]) -> Iterator[str]:
     yield schema.get("description", "").replace("\n", " ")
     yield "\n| key | what | default |\n|---|---|---|"
     for key, value in schema["properties"].items():
-        said = value.get("description", "").replace("\n", " ").replace("|", "\\|")
+        message = value.get("description", "").replace("\n", " ").replace("|", "\\|")
         default = "" if "default" not in value else f"`{json.dumps(value['default'])}`"
-        yield f"| `{key}` | {_kind(value)}{': ' if said else ''}{said} | {default} |"
+        yield f"| `{key}` | {_kind(value)}{': ' if message else ''}{message} | {default} |"
 
 
 def _kind(value: dict[str, Any], limited: bool = True) -> str:
@@ -79,10 +79,11 @@ def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
     yield schema.get("description", "").replace("\n", " ")
     yield "\n| key | what | unit | default | range |\n|---|---|---|---|---|"
     for key, value in schema["properties"].items():
-        said = value.get("description", "").replace("\n", " ").replace("|", "\\|")
+        message = value.get("description", "").replace("\n", " ").replace("|", "\\|")
         default = f"`{json.dumps(value['default'])}`" if "default" in value else "needed"
         limits = str(USUAL[key]) if key in USUAL else " ".join(_limits(value))
-        yield f"| `{key}` | {_kind(value, limited=False)}{': ' if said else ''}{said} | {unit_of(key)} | {default} | {limits} |"
+        kind = f"{_kind(value, limited=False)}{': ' if message else ''}{message}"
+        yield f"| `{key}` | {kind} | {unit_of(key)} | {default} | {limits} |"
 
 
 def _limits(value: dict[str, Any]) -> list[str]:
@@ -109,7 +110,7 @@ def columns() -> str:
     lines += [f"| `{word}` | {text} |" for word, text in HOLDERS.items()]
     for table in (t for t in TABLES if meanings(t)):
         lines += [f"\n## {table}\n\n| column | unit | what |\n|---|---|---|"]
-        rows = {re.sub("_[xyz]$", "_x, _y, _z", c): told for c, told in meanings(table).items()}
+        rows = {re.sub("_[xyz]$", "_x, _y, _z", c): reported for c, reported in meanings(table).items()}
         lines += [f"| `{column}` | {unit.replace('-', '–')} | {text} |" for column, (unit, text) in rows.items()]
     return "\n".join(lines) + "\n"
 

@@ -64,8 +64,8 @@ def say_time(config: Any, case: int, scale: str) -> None:
     """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
     from pywet.cost import command
 
-    if said := command.predicted(config, case, scale):
-        err.print(f"{config.case(case).name} at scale {scale}: {said}", soft_wrap=True)
+    if message := command.predicted(config, case, scale):
+        err.print(f"{config.case(case).name} at scale {scale}: {message}", soft_wrap=True)
 
 
 def need_run(run_dir: Path) -> None:

@@ -134,9 +134,9 @@ def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
                 f"--out is {out_file or 'not given'}; expected the file of the digest, such as my_case.json"
             )
         paths = [run for folder in folders for run in verdict.runs_in(folder)]
-        said = f"pywet digest {' '.join(map(str, folders))}"
+        message = f"pywet digest {' '.join(map(str, folders))}"
         with run_lock.reading(*paths):
-            stored = digest.of_runs(out_file.stem, said, paths)
+            stored = digest.of_runs(out_file.stem, message, paths)
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE

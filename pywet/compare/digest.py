@@ -170,11 +170,11 @@ def allowed(digest: Digest, number: Number) -> float:
     >>> allowed(Digest("x", "", "", 1, 1e-6, {}, {"a": one}), one)
     2e-06
     """
-    room = digest.tolerance * number.scale
+    margin = digest.tolerance * number.scale
     if digest.runs > 1:
         quantile = float(stats.t.isf(0.5 * ALARM / len(digest.numbers), digest.runs - 1))
-        room += quantile * number.spread * float(np.sqrt(1.0 + 1.0 / digest.runs))
-    return room
+        margin += quantile * number.spread * float(np.sqrt(1.0 + 1.0 / digest.runs))
+    return margin
 
 
 def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]]) -> list[Row]:

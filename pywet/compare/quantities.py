@@ -72,7 +72,7 @@ class RunData:
 
 def facts(scene: Scene) -> dict[str, Any]:
     """What makes a scene the case that it is, as plain data; laws, time step, engine and seed are not in it."""
-    said = {
+    message = {
         "case": scene.name,
         "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
         "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
@@ -83,7 +83,7 @@ def facts(scene: Scene) -> dict[str, Any]:
         "gravity": scene.gravity_m_per_s2,
         "stiffness": [p.normal_stiffness_N_per_m for p in scene.pairs],
     }
-    return dict(json.loads(json.dumps(said)))
+    return dict(json.loads(json.dumps(message)))
 
 
 def unlike(wanted: dict[str, Any], scene: Scene, across: Sequence[str] = ()) -> list[str]:

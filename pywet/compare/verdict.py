@@ -129,13 +129,13 @@ def _at_end(groups: list[list[RunData]], name: str) -> str:
     a, b = (np.array([float(r.quantities[name].at(times)[-1]) for r in g]) for g in groups)
     when = f" at {times[-1]:.3g} s" if len(times) else ""
     ends = ", ".join(f"{label} {_mean(values)}" for label, values in (("A", a), ("B", b)))
-    said = f"{name}{when}{'' if unit == '1' else f' [{unit}]'}: {ends}, B − A {b.mean() - a.mean():+.3g}"
+    message = f"{name}{when}{'' if unit == '1' else f' [{unit}]'}: {ends}, B − A {b.mean() - a.mean():+.3g}"
     half = statistics.of_difference(a, b)
     if half is None:
-        return f"{said}; no interval from one run each"
+        return f"{message}; no interval from one run each"
     if abs(b.mean() - a.mean()) <= half:
-        return f"{said} ± {half:.2g} (95 %): not significant"
-    return f"{said} ± {half:.2g} (95 %): significant for this quantity alone"
+        return f"{message} ± {half:.2g} (95 %): not significant"
+    return f"{message} ± {half:.2g} (95 %): significant for this quantity alone"
 
 
 def _mean(values: Floats) -> str:
@@ -209,11 +209,11 @@ def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], s
         u, v = x.at(times), y.at(times)
         off = np.abs(u - v)
         k = int(off.argmax())
-        said = "identical" if off[k] == 0 else "within round-off" if off[k] <= ROUND_OFF * x.scale else "differs"
+        message = "identical" if off[k] == 0 else "within round-off" if off[k] <= ROUND_OFF * x.scale else "differs"
         time = float(times[k]) if len(times) else None
         rows.append(
-            Row(name, x.unit, float(u[k]), float(v[k]), float(off[k] / x.scale), None, None, time, None, None, said,
-                said == "differs")
+            Row(name, x.unit, float(u[k]), float(v[k]), float(off[k] / x.scale), None, None, time, None, None, message,
+                message == "differs")
         )  # fmt: skip
     same = a.fingerprint() == b.fingerprint()
     worst = max(rows, key=lambda r: r.deviation)
@@ -237,8 +237,8 @@ def _groups(groups: list[list[RunData]], names: list[str]) -> tuple[str, list[Ro
         for name, at in zip(names, times, strict=True)
     ]
     method, findings = statistics.test(samples)
-    told = zip(names, samples, times, findings, strict=True)
-    rows = [_row(first[name], s, at, finding) for name, s, at, finding in told]
+    reported = zip(names, samples, times, findings, strict=True)
+    rows = [_row(first[name], s, at, finding) for name, s, at, finding in reported]
     called = [r for r in rows if r.different]
     n, m = len(groups[0]), len(groups[1])
     if called:

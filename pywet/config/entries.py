@@ -48,13 +48,13 @@ class Limited(Strict):
     @model_validator(mode="after")
     def _plausible(self) -> Self:
         for name, given in self:
-            limits, holder = LIMITS.get(name), given if isinstance(given, BaseModel) else self
+            limits, reservoir = LIMITS.get(name), given if isinstance(given, BaseModel) else self
             value = getattr(given, "value", given)
             if limits is None or not isinstance(value, (int, float)) or value in limits:
                 continue
-            if getattr(holder, "unusual", None) is None:
-                key = name if holder is self else f"{name}.value"
-                excuse = " unless `unusual: why` beside it says so" if "unusual" in type(holder).model_fields else ""
+            if getattr(reservoir, "unusual", None) is None:
+                key = name if reservoir is self else f"{name}.value"
+                excuse = " unless `unusual: why` beside it says so" if "unusual" in type(reservoir).model_fields else ""
                 raise PydanticCustomError(
                     "implausible", "to be in range", {"key": key, "value": value, "expected": f"{limits}{excuse}"}
                 )

@@ -195,8 +195,8 @@ def load(config_dir: Path, trust: bool = False) -> Config:
     chosen = read[settings.FILE]
     chosen = chosen.model_copy(update={"laws": placed_laws(chosen.laws, folder, trust)})
     made = {**read, settings.FILE: chosen, cases_module.FILE: cases}
-    kept = {name: (_read_text(folder / name), part) for name, part in made.items()}
-    config = Config(folder, chosen, read[materials.FILE], read[scales.FILE], cases, kept)
+    stored = {name: (_read_text(folder / name), part) for name, part in made.items()}
+    config = Config(folder, chosen, read[materials.FILE], read[scales.FILE], cases, stored)
     wrong.keep(lambda: _check_choice(config))
     wrong.keep(lambda: _check_references(config))
     wrong.say()

@@ -31,11 +31,11 @@ def mistake(error: ValidationError, model: type[BaseModel], where: str) -> Confi
     problems: list[Any] = sorted(error.errors(), key=lambda p: p["type"] != "extra_forbidden")
     meant = {(*p["loc"][:-1], _meant(p, problems, model)) for p in problems if p["type"] == "extra_forbidden"}
     inside = {p["loc"][:n] for p in problems for n in range(len(p["loc"]))}  # a list is too short for want of these
-    told = [p for p in problems if p["loc"] not in {"missing": meant, "too_short": inside}.get(p["type"], ())]
-    lines = [f"{where}: {_sentence(p, problems, model)}" for p in told[:MOST]]
-    if len(told) > MOST:
-        lines.append(f"{where}: {len(told) - MOST} more mistakes like these")
-    if any(p["type"] in ("extra_forbidden", "missing") for p in told):
+    reported = [p for p in problems if p["loc"] not in {"missing": meant, "too_short": inside}.get(p["type"], ())]
+    lines = [f"{where}: {_sentence(p, problems, model)}" for p in reported[:MOST]]
+    if len(reported) > MOST:
+        lines.append(f"{where}: {len(reported) - MOST} more mistakes like these")
+    if any(p["type"] in ("extra_forbidden", "missing") for p in reported):
         page = PAGES.get(model.__name__, "configuration_reference")
         lines[-1] += f" (all keys: pywet docs {page})"
     return ConfigError("\n".join(lines), file=where, **_data(problems[0], problems, model))
@@ -83,9 +83,9 @@ def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
     if kind == "value_error":
         return f"{key} is not consistent, expected {problem['msg'].removeprefix('Value error, ')}"
     if kind in ("implausible", "switch"):
-        said = problem["ctx"]
-        key = ".".join(str(k) for k in (*loc, said["key"]))
-        return f"{key} is {_shown(said['value'])}, expected {said.get('expected') or 'a number or text, not a switch'}"
+        message = problem["ctx"]
+        key = ".".join(str(k) for k in (*loc, message["key"]))
+        return f"{key} is {_shown(message['value'])}, expected {message.get('expected') or 'a number or text, not a switch'}"
     expected = one_line(problem["msg"].removeprefix("Input should be ").replace("Input should have", "to have"))
     return f"{key} is {given}{comma(problem['input'])}, expected {expected[0].lower()}{expected[1:]}"
 
@@ -136,6 +136,6 @@ def _bare(annotation: Any) -> Any:
     if typing.get_origin(annotation) is typing.Annotated:
         return _bare(typing.get_args(annotation)[0])
     if typing.get_origin(annotation) in (typing.Union, types.UnionType):
-        kept = [a for a in typing.get_args(annotation) if a is not type(None)]
-        return _bare(kept[0]) if len(kept) == 1 else None
+        stored = [a for a in typing.get_args(annotation) if a is not type(None)]
+        return _bare(stored[0]) if len(stored) == 1 else None
     return annotation

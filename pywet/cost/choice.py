@@ -104,7 +104,7 @@ def options(
     """
     kind = "moist" if moist else "dry"
     scenes = SCENES[kind]
-    by_knob: dict[str, list[Option]] = {}
+    by_parameter: dict[str, list[Option]] = {}
     for knob, rows in table["knobs"].items():
         for row in rows:
             price = row["price"].get(kind)
@@ -122,8 +122,8 @@ def options(
                     size, limit = abs(error["value"]), error["limit"]
                     counted = size + limit if cheaper else size if size > limit else 0.0
                     charge[error["group"]] = max(charge[error["group"]], counted)
-            by_knob.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"] / longer, charge))
-    return by_knob
+            by_parameter.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"] / longer, charge))
+    return by_parameter
 
 
 def choose(
@@ -150,9 +150,9 @@ def choose(
     return best
 
 
-def combinations(by_knob: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
+def combinations(by_parameter: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
     """Every combination of levels that is not worse than another of its setting in cost and in all wanted errors."""
-    for picked in product(*(_worth(levels, wanted) for levels in by_knob.values())):
+    for picked in product(*(_worth(levels, wanted) for levels in by_parameter.values())):
         error = {group: sum(o.charge[group] for o in picked) for group in wanted}
         yield Chosen({o.knob: o.level for o in picked}, math.prod(o.price for o in picked), error)
 

@@ -16,8 +16,12 @@ from pywet.util.notices import bar
 def habit(table: dict[str, Any]) -> cost.Habit:
     """Prices that the table knows of screening in general."""
     laws, integrations = (
-        {str(row["level"]): row["price"]["moist"]["ratio"] for row in table["knobs"][knob] if "moist" in row["price"]}
-        for knob in ("capillary", "integration")
+        {
+            str(row["level"]): row["price"]["moist"]["ratio"]
+            for row in table["knobs"][parameter]
+            if "moist" in row["price"]
+        }
+        for parameter in ("capillary", "integration")
     )
     return cost.Habit(laws, integrations, table["habit"]["exact_start"])
 
@@ -40,12 +44,12 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     moist = config.case(case).liquid_percent > 0
     longer = cases.longer_by(edit.changed(config, scale, {"integration": "explicit"}), case, scale)
     chosen = choice.choose(table, share, moist, groups, turned, longer)
-    changed = {knob: level for knob, level in chosen.levels.items() if knob in turned}
+    changed = {parameter: level for parameter, level in chosen.levels.items() if parameter in turned}
     machine, known = calibrated(config.folder), habit(table)
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)
     lines = _shown(share, groups, moist, table)
-    lines += [f"  {KNOBS[knob].title:<23} {edit.shown(knob, level)}" for knob, level in changed.items()]
+    lines += [f"  {KNOBS[parameter].title:<23} {edit.shown(parameter, level)}" for parameter, level in changed.items()]
     counted = (f"{g} {100 * e:.2g} %" if e > 0.0 else f"{g} none resolved" for g, e in chosen.error.items())
     lines += [f"  errors counted: {', '.join(counted)}"]
     if longer >= cases.WORTH_SAYING and changed["integration"] == "explicit":

@@ -51,19 +51,21 @@ def law_names(level: str) -> dict[str, str | None]:
     return {**own, "rupture": None, "transfer": None}
 
 
-def shown(knob: str, level: Level) -> str:
+def shown(parameter: str, level: Level) -> str:
     """A level as it stands in the configuration, with its place."""
-    if knob == "capillary":
+    if parameter == "capillary":
         text = "laws: {preset: exact}" if level == "exact" else f"laws: {{preset: paper, capillary: {level}}}"
         return f"{text}   (config.yaml)"
-    file, _, key = KNOBS[knob].place.partition(": ")
+    file, _, key = KNOBS[parameter].place.partition(": ")
     return f"{key} = {level}   ({file})"
 
 
 def entries(scale: str, levels: Levels) -> dict[str, Any]:
     """The entries that levels set, with their values; None: none."""
     laws = law_names(str(levels["capillary"])) if "capillary" in levels else {}
-    numbers = {PLACES[knob].format(scale=scale): level for knob, level in levels.items() if knob in PLACES}
+    numbers = {
+        PLACES[parameter].format(scale=scale): level for parameter, level in levels.items() if parameter in PLACES
+    }
     return {**numbers, **{f"config.yaml: laws {key}": law for key, law in laws.items()}}
 
 
@@ -89,7 +91,9 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
     values = {"config.yaml: seed": seed, f"scales.yaml: scales {SCALE}": config.scale(size.scale)}
     values |= {f"config.yaml: output {name}": value for name, value in log.items()}
     values |= {f"scales.yaml: scales {SCALE} {name} value": v for name, v in given.items() if v is not None}
-    turned = with_entries(config, {**values, **entries(SCALE, {knob: getattr(setting, knob) for knob in CONFIGURABLE})})
+    turned = with_entries(
+        config, {**values, **entries(SCALE, {parameter: getattr(setting, parameter) for parameter in CONFIGURABLE})}
+    )
     return turned.without_retirement()  # a study is of the whole bed, and has no checkpoints
 
 

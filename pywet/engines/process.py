@@ -95,10 +95,10 @@ def surroundings(python: bool = False) -> dict[str, str]:
     """
     hidden = () if python else ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
     hidden = (*hidden, "SLURM_STEP_ID")  # by it Open MPI takes a process for one that srun has started as a rank
-    kept = {name: value for name, value in os.environ.items() if name not in hidden}
+    stored = {name: value for name, value in os.environ.items() if name not in hidden}
     return (
         HUGE_PAGES
-        | kept
+        | stored
         | {"OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     )
 

@@ -152,8 +152,10 @@ def _check_heights(spec: ApparatusSpec) -> None:
             f"apparatus: {_said(spec, 'impact_plate_angle_rad')}, expected an angle below 70; mend scales.yaml"
         )
     run = spec.width_m - spec.outlet_opening_m + spec.wall_thickness_m
-    room = 2.0 * spec.aperture_m + run * math.tan(spec.impact_plate_angle_rad) + spec.wall_thickness_m
-    _at_least(spec, "outlet_height_m", room, f"to hold the impact plate at {_said(spec, 'impact_plate_angle_rad', '')}")
+    margin = 2.0 * spec.aperture_m + run * math.tan(spec.impact_plate_angle_rad) + spec.wall_thickness_m
+    _at_least(
+        spec, "outlet_height_m", margin, f"to hold the impact plate at {_said(spec, 'impact_plate_angle_rad', '')}"
+    )
     _at_least(spec, "collecting_bin_height_m", 3.0 * spec.aperture_m + BIN_OVERLAP_M, "for what falls into it")
 
 

@@ -97,8 +97,8 @@ def _judge(
         return UNKNOWN, "the replay measured nothing of it"
     if not row["on"]:
         if row["effect"] in OPT_IN:
-            said = f"would contribute {value:.2g}" if value else "what it would do was not measured"
-            return OK, f"in no preset, left out; {said}"
+            message = f"would contribute {value:.2g}" if value else "what it would do was not measured"
+            return OK, f"in no preset, left out; {message}"
         if value > tolerance:
             return WRONG, f"plan wrong: left out but contributes {value:.2g}, more than the tolerance {tolerance:g}"
         return OK, f"left out, would contribute {value:.2g}" if value else "left out"

@@ -158,14 +158,14 @@ def plan(
 
 def _together(rows: list[EffectRow], settings: EffectSettings) -> list[EffectRow]:
     """What is dropped must be negligible together: the smallest go first, until their sum would reach the tolerance."""
-    left, kept = settings.tolerance.value, set()
+    left, stored = settings.tolerance.value, set()
     for row in sorted((row for row in rows if row.why == NEGLIGIBLE), key=lambda row: row.number):
         if row.number < left:
             left -= row.number
         else:
-            kept.add(row.effect)
+            stored.add(row.effect)
     why = "negligible alone, not together with what is left out"
-    return [replace(row, on=True, why=why) if row.effect in kept else row for row in rows]
+    return [replace(row, on=True, why=why) if row.effect in stored else row for row in rows]
 
 
 def _effects(rows: Sequence[EffectRow], named: dict[str, str], s: Surroundings) -> Effects:

@@ -51,10 +51,10 @@ def _impulses(g: Groups, s: Surroundings) -> dict[str, float]:
     moves = RELATIVE_SPEED * g.speed
     if s.state == "at_rest":
         moves = (g.weight + g.surface_force) / g.stiffness / s.duration_s
-    standing = BRIDGES_PER_SPHERE * s.duration_s
+    active = BRIDGES_PER_SPHERE * s.duration_s
     return {
         "gravity": weight,
-        "capillary": standing * MEAN_FORCE * g.surface_force,
-        "viscous_normal": standing * g.normal_drag_gap / gap * moves,
-        "viscous_tangential": SHEAR * standing * g.tangential_drag * moves,
+        "capillary": active * MEAN_FORCE * g.surface_force,
+        "viscous_normal": active * g.normal_drag_gap / gap * moves,
+        "viscous_tangential": SHEAR * active * g.tangential_drag * moves,
     }

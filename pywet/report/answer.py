@@ -94,8 +94,8 @@ def sentence(table: Sequence[Row]) -> str:
     text = f"Of the mass that can pass, this has passed {table[0].seconds:.2g} s after the slide opened: {parts}."
     compared = [row.significance for row in table if row.significance]
     if len(table) == 1:
-        return " ".join([text, *(f"{said}." for said in compared)])
-    clear = sum(": significant" in said for said in compared)
+        return " ".join([text, *(f"{message}." for message in compared)])
+    clear = sum(": significant" in message for message in compared)
     return (
         f"{text} Moisture makes a significant difference in {clear} of {len(compared)} comparisons."
         if compared
@@ -108,8 +108,8 @@ def proof(results: Sequence[CaseResult]) -> tuple[str, bool]:
     moist, replayed = [r for r in results if r.bridged], [r for r in results if r.agreement]
     if bad := [r for r in moist if not r.cross_checked]:
         wrong, missing = [r for r in bad if r.agreement], [r for r in bad if not r.agreement]
-        said = [f"The independent reference disagrees: {named(wrong)}."] if wrong else []
-        return " ".join([*said, *([f"Not cross-checked: {named(missing)}."] if missing else [])]), False
+        message = [f"The independent reference disagrees: {named(wrong)}."] if wrong else []
+        return " ".join([*message, *([f"Not cross-checked: {named(missing)}."] if missing else [])]), False
     if not moist:
         return "Nothing moist to cross-check.", all(row.ok for r in replayed for row in r.agreement)
     ledger = [error for r in moist if (error := r.ledger_error) is not None]

@@ -161,10 +161,10 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
         unit = turned(unit, turns, step * run.scene.time_step_s) if turns else unit
         shift = motion.loc[step].to_numpy(dtype=float) if step in motion.index else np.zeros(3)
         moved.append(np.column_stack([(unit[1:] - unit[0]).T, unit[0] + shift]).ravel().round(9).tolist())
-    holder = str(table["holder"].iloc[chosen[0]])
+    reservoir = str(table["holder"].iloc[chosen[0]])
     return {
-        "solid": holder in render.SOLID,
-        "hidden": holder in render.HIDDEN,
+        "solid": reservoir in render.SOLID,
+        "hidden": reservoir in render.HIDDEN,
         "triangles": chosen.tolist(),
         "moved": moved,
     }

@@ -113,9 +113,9 @@ def scene() -> tuple[Any, Any]:
         bridges(view)
     if SHOWN["walls"]:
         walls(view)
-    said = pv.AnnotateTimeFilter(registrationName="time", Input=pv.FindSource("particles"))
-    said.Format = f"{SHOWN['name']}   t = {{time:.3f}} s"
-    text = pv.Show(said, view)
+    message = pv.AnnotateTimeFilter(registrationName="time", Input=pv.FindSource("particles"))
+    message.Format = f"{SHOWN['name']}   t = {{time:.3f}} s"
+    text = pv.Show(message, view)
     text.Color, text.FontSize, text.WindowLocation = INK, 16, "Upper Left Corner"
     view.UseColorPaletteForBackground, view.Background, view.OrientationAxesLabelColor = 0, [0.96, 0.965, 0.97], INK
     camera = SHOWN["camera"]

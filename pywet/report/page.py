@@ -121,12 +121,10 @@ def curves(figure: Figure, name: str, caption: str = "", drawn_only: bool = Fals
     label = figure.axes[0].get_ylabel()
     with plt.rc_context({"svg.fonttype": "none"}):
         drawn = inline(svg(figure, transparent=True), name)
-    said = html.escape(caption or label)
+    message = html.escape(caption or label)
     data = json.dumps(lines).replace("<", "\\u003c")
-    below = f"<figcaption>{said}</figcaption>" if caption else ""
-    return (
-        f'<figure role="img" aria-label="{said}">{drawn}<script type="application/json">{data}</script>{below}</figure>'
-    )
+    below = f"<figcaption>{message}</figcaption>" if caption else ""
+    return f'<figure role="img" aria-label="{message}">{drawn}<script type="application/json">{data}</script>{below}</figure>'
 
 
 def picture_file(path: Path, caption: str) -> str:
@@ -140,8 +138,8 @@ def drawing(svg: str, caption: str = "") -> str:
 
 
 def _figure(data: bytes, kind: str, caption: str) -> str:
-    said = html.escape(caption)
-    return f'<figure><img src="{uri(data, kind)}" alt="{said}"><figcaption>{said}</figcaption></figure>'
+    message = html.escape(caption)
+    return f'<figure><img src="{uri(data, kind)}" alt="{message}"><figcaption>{message}</figcaption></figure>'
 
 
 def uri(data: bytes, kind: str) -> str:

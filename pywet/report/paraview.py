@@ -39,9 +39,9 @@ def write(run_dir: Path) -> Path:
     """Write the script into the run's folder `vtk`, in which the time series are, and return it."""
     run = RunDir(Path(run_dir))
     path = run.path / "vtk" / SCRIPT.name
-    told = f"SHOWN: dict[str, Any] = {pprint.pformat(shown(run), width=110, sort_dicts=False)}"
+    reported = f"SHOWN: dict[str, Any] = {pprint.pformat(shown(run), width=110, sort_dicts=False)}"
     with atomic_write(path) as temporary:
-        temporary.write_text(SCRIPT.read_text().replace(EMPTY, told))
+        temporary.write_text(SCRIPT.read_text().replace(EMPTY, reported))
     return path
 
 
@@ -49,13 +49,13 @@ def shown(run: RunDir) -> dict[str, Any]:
     """What the script is told of a run: colours, walls, camera, time to begin with, curves."""
     step = render.telling_step(run)
     centre, away, aim, up = (v.tolist() for v in render.camera(run, *render.view(run, step)))
-    holders = vtk.words(run)["walls"]["holder_from_0"] if run.scene.walls else []
+    reservoirs = vtk.words(run)["walls"]["holder_from_0"] if run.scene.walls else []
     return {
         "name": run.scene.name,
         "folder": str((run.path / "vtk").resolve()),
         "moist": run.moist,
         "thickest_um": 1e6 * colour_limit(run, step),
-        "walls": {name: {"code": k, "opacity": opacity(name)} for k, name in enumerate(holders)},
+        "walls": {name: {"code": k, "opacity": opacity(name)} for k, name in enumerate(reservoirs)},
         "camera": {"position": away, "aim": aim, "up": up, "angle": render.ANGLE, "turn_about": centre},
         "time": float(run.timeline.times[np.searchsorted(run.timeline.steps, step)]),
         "charts": charts(run),

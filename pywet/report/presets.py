@@ -12,12 +12,12 @@ from pywet.runs.spread import difference, with_interval
 
 def shown(usual: CaseResult, twin: CaseResult, preset: str) -> dict[str, Any]:
     """Return the template's data for a case as configured and for its run with another preset."""
-    said = "; ".join(twin.problems)
+    message = "; ".join(twin.problems)
     both = usual.summary is not None and twin.summary is not None
     return {
         "case": usual.case.case,
         "preset": preset,
-        "said": f"The run with {preset} is not done: {said}" if said else "",
+        "said": f"The run with {preset} is not done: {message}" if message else "",
         "figure": plots.preset_curves(usual, twin, preset) if both else [],
         "rows": _numbers(usual, twin) if both else [],
         "apart": apart(usual.ends, twin.ends, preset) if both else "",
@@ -42,10 +42,10 @@ def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
             f"{ENOUGH} of each are needed."
         )
     low, high = difference(other, usual)
-    said = f"{preset} − paper lies between {low:+.3f} and {high:+.3f} (95 %, {a} and {b} seeds)"
+    message = f"{preset} − paper lies between {low:+.3f} and {high:+.3f} (95 %, {a} and {b} seeds)"
     if not (low > 0.0 or high < 0.0):
-        return f"Whether the fraction retained differs cannot be told: {said}."
-    return f"The fraction retained differs by more than seeds do: {said}."
+        return f"Whether the fraction retained differs cannot be told: {message}."
+    return f"The fraction retained differs by more than seeds do: {message}."
 
 
 def _spread(values: Sequence[float]) -> str:

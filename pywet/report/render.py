@@ -79,7 +79,7 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
 
     Raises `PywetError` with the sentence in which it ended, or where VTK cannot draw.
     """
-    command, said = [sys.executable, "-P", "-m", module, *arguments], ""
+    command, message = [sys.executable, "-P", "-m", module, *arguments], ""
     for extra in WINDOWS:
         environment = {**os.environ, **extra}
         with (
@@ -101,12 +101,12 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
                 child.kill()
                 raise
             messages.seek(0)
-            said = messages.read()
+            message = messages.read()
         if child.returncode == 0:
             return
         if child.returncode == 1:  # a sentence of `border`: no other way of drawing would do
-            raise PywetError(said.strip().splitlines()[-1] if said.strip() else f"{module} ended without a word")
-    raise PywetError(f"VTK cannot draw on this machine ({said.strip()[-200:]}); install libosmesa6")
+            raise PywetError(message.strip().splitlines()[-1] if message.strip() else f"{module} ended without a word")
+    raise PywetError(f"VTK cannot draw on this machine ({message.strip()[-200:]}); install libosmesa6")
 
 
 def telling_step(run: RunDir) -> int:
@@ -223,21 +223,23 @@ def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats, line: flo
 
 def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
     """Wires and impact plate solid, every other wall translucent and only its far half."""
-    holders = run.triangles["holder"]
+    reservoirs = run.triangles["holder"]
     whole = vtk.walls(run, step)
-    for holder in holders.unique():
-        chosen = (holders == holder).to_numpy(dtype=bool)
+    for reservoir in reservoirs.unique():
+        chosen = (reservoirs == reservoir).to_numpy(dtype=bool)
         part = whole.extract_cells(chosen).extract_surface(algorithm="dataset_surface")
-        if holder in SOLID:
+        if reservoir in SOLID:
             plotter.add_mesh(
                 part, color=METAL, specular=0.6, specular_power=15, split_sharp_edges=True, smooth_shading=True
             )
-        elif holder not in HIDDEN:
+        elif reservoir not in HIDDEN:
             away = frame(run)[1]
             far = part.clip(normal=tuple(-away), origin=tuple(centre - 1e-4 * away))
             if far.n_cells:
                 far.cell_data["colour"] = np.array(FACES, dtype=np.uint8)[far.cell_data["part"] % len(FACES)]
-                look: dict[str, Any] = {"scalars": "colour", "rgb": True} if holder == "wall" else {"color": "#b9c4cf"}
+                look: dict[str, Any] = (
+                    {"scalars": "colour", "rgb": True} if reservoir == "wall" else {"color": "#b9c4cf"}
+                )
                 plotter.add_mesh(far, opacity=0.35, **look)
                 plotter.add_mesh(far.extract_feature_edges(25.0), color="#7d8994", line_width=2)
 

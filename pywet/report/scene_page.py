@@ -116,13 +116,13 @@ def _retained(runs: seeds.Runs) -> list[page.Section]:
 
 def _liquid(runs: seeds.Runs) -> str:
     run, table = runs[0], runs[0].liquid
-    holders = [c for c in table.columns if c not in NOT_WALLS]
+    reservoirs = [c for c in table.columns if c not in NOT_WALLS]
     if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
     description = read_if_there(run.path / "description.json", AGAIN) or {"walls": []}
     names = {f"wall_{word_of(wall['name'])}": f"wall {wall['name']}" for wall in description["walls"]}
     names |= class_titles(run.scene)
-    order = sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max())
+    order = sorted(reservoirs, key=lambda c: -table[c].to_numpy(dtype=float).max())
     shown = {str(c): _holder(str(c), names) for c in order}
     tables = [of.liquid.assign(**{c: 1e9 * of.liquid[c] for c in [*order, "initial_m3"]}) for of in runs]
     if run.scene.is_fed:
@@ -136,7 +136,7 @@ def _liquid(runs: seeds.Runs) -> str:
         values = [1e9 * row[column] if of is None else 100.0 * row[column] / row[of] for row in last]
         return seeds.over(values, 4 if of is None else 3)
 
-    rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in [*holders, "left_m3"]]
+    rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in [*reservoirs, "left_m3"]]
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
 
@@ -243,13 +243,13 @@ def _ledger(runs: seeds.Runs) -> str:
 
 
 def _files(folder: Path) -> str:
-    said = {
+    message = {
         "summary.json": "numbers of the run", "replay.json": "what the replay said", "description.json": "the scene as given",
         "results/liquid_by_wall.csv": "liquid by wall and class", "results/contact_statistics.csv": "contacts over time",
         "vtk/particles.pvd": "time series for ParaView: spheres", "vtk/bridges.pvd": "bridges", "vtk/walls.pvd": "walls",
         "trajectory.parquet": "places and speeds", "history/events.parquet": "bridges that formed and broke",
     }  # fmt: skip
-    there = [name for name in said if (folder / name).exists()]
+    there = [name for name in message if (folder / name).exists()]
     return page.table_of(there, {
-        "file": lambda name: page.Cell(name, link=name, left=True), "what it holds": lambda name: page.left(said[name]),
+        "file": lambda name: page.Cell(name, link=name, left=True), "what it holds": lambda name: page.left(message[name]),
     })  # fmt: skip

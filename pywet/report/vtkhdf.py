@@ -60,9 +60,9 @@ def write(run_dir: Path) -> list[Path]:
     files = [run.path / "vtk" / f"{kind}.vtkhdf" for kind in vtk.KINDS]
     for kind, path in zip(vtk.KINDS, files, strict=True):
         with atomic_write(path) as temporary:
-            said = render.in_child("pywet.report.vtkhdf", str(run.path), kind, str(temporary))
-            with closing(said):
-                for line in said:
+            message = render.in_child("pywet.report.vtkhdf", str(run.path), kind, str(temporary))
+            with closing(message):
+                for line in message:
                     raise vtk.unwritten(path) if line.startswith("HDF5") else PywetError(line.strip())
     return files
 

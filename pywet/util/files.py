@@ -246,8 +246,8 @@ def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        said = first["msg"].removeprefix("Value error, ")
-        raise FileError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}", path=path) from error
+        message = first["msg"].removeprefix("Value error, ")
+        raise FileError(f"{shown(path)}: {one_line(where)}: {one_line(message)}: {cure}", path=path) from error
 
 
 def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), step: int | None = None) -> pd.DataFrame:

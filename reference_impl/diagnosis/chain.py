@@ -50,10 +50,10 @@ def histories(run: Run) -> pd.DataFrame:
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     parts = [events[columns]]
     if not len(events) or int(events["step"].max()) <= last:
-        standing = at_step(run.table("bridges"), last)
-        keys = pd.concat([events[columns[2:]], standing[columns[2:]]])
+        active = at_step(run.table("bridges"), last)
+        keys = pd.concat([events[columns[2:]], active[columns[2:]]])
         keys = keys.assign(wall=keys["partner_kind"] != laws.SPHERE).drop_duplicates(["wall", "i", "j"])
-        here = standing.assign(wall=standing["partner_kind"] != laws.SPHERE)[["wall", "i", "j"]].assign(kind=RUPTURE)
+        here = active.assign(wall=active["partner_kind"] != laws.SPHERE)[["wall", "i", "j"]].assign(kind=RUPTURE)
         ends = keys.merge(here, on=["wall", "i", "j"], how="left")
         # a bridge that stands is as if it ruptured now, one that does not as if it were to form
         parts.append(ends.assign(kind=ends["kind"].fillna(FORMATION).astype(int), step=last)[columns])

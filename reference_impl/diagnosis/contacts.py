@@ -135,7 +135,7 @@ def pull(run: Run, sets: list[Contacts]) -> Link | None:
     )
 
 
-def total(c: Contacts, own_terms: list[Floats]) -> Link:
+def total(c: Contacts, recomputed_terms: list[Floats]) -> Link:
     """Force on i from the logged terms; a term that is wrong in the log alone is a fault of its own link."""
     names, logged = ("capillary", "normal viscous", "tangential viscous"), vectors(c.table, "force_i")
     terms = [-c.column("capillary")[:, None] * c.n, c.column("viscous_normal")[:, None] * c.n]
@@ -150,11 +150,11 @@ def total(c: Contacts, own_terms: list[Floats]) -> Link:
             yield Suspect(f"the {name} term counts twice", own + term)
         yield from factor(logged, own, rows)
 
-    mixed = [a + b + d for a, b, d in product(*zip(terms, own_terms, strict=True))][1:]
+    mixed = [a + b + d for a, b, d in product(*zip(terms, recomputed_terms, strict=True))][1:]
     return Link("force", "total force", c.table, logged, own, size, suspects, excuses=tuple(mixed), marks=marks(c))
 
 
-def torque(c: Contacts, side: str, own_drag: Floats) -> Link:
+def torque(c: Contacts, side: str, recomputed_drag: Floats) -> Link:
     """Arm times n x F_t, with F_t as logged."""
     drag, ri, rj = vectors(c.table, "viscous_tangential"), c.ri, np.where(c.wall, 0.0, c.rj)
     logged, turn = vectors(c.table, f"torque_{side}"), -np.cross(c.n, drag)
@@ -177,7 +177,7 @@ def torque(c: Contacts, side: str, own_drag: Floats) -> Link:
         yield from factor(logged, mine[:, None] * turn, rows)
 
     own, size = mine[:, None] * turn, np.maximum(ri, rj) * np.maximum(length(drag), forces.TINY)
-    excuse = -mine[:, None] * np.cross(c.n, own_drag)
+    excuse = -mine[:, None] * np.cross(c.n, recomputed_drag)
     return Link(f"torque_{side}", f"torque on {side}", c.table, logged, own, size, suspects, excuses=(excuse,),
                 marks=marks(c))  # fmt: skip
 

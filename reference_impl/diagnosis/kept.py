@@ -173,10 +173,18 @@ def speeds(setup: window.Setup) -> Iterator[Link]:
 
 def ledger(run: Run) -> Iterator[Link]:
     """Counts, and the liquid of each sort of holder by the films, bridges and wall films of the snapshots."""
-    table, (counts, own_counts), (held, own_held), size = kept_tables.Count(run).values(run)
+    table, (counts, recomputed_counts), (held, recomputed_held), size = kept_tables.Count(run).values(run)
     for names, logged, own, quantity, what, scale, limit in (
-        (kept_tables.COUNTED, counts, own_counts, "ledger_counts", "count in the ledger:", np.ones(len(table)), 0.0),
-        (kept_tables.HELD, held, own_held, "ledger_held", "liquid in the ledger:", size, 1e-12),
+        (
+            kept_tables.COUNTED,
+            counts,
+            recomputed_counts,
+            "ledger_counts",
+            "count in the ledger:",
+            np.ones(len(table)),
+            0.0,
+        ),
+        (kept_tables.HELD, held, recomputed_held, "ledger_held", "liquid in the ledger:", size, 1e-12),
     ):
         yield from links_works.columns(table, logged, own, names, quantity, what, scale, limit)
 

@@ -59,10 +59,10 @@ def acting(run: Run, c: Contacts, marks: Marks) -> Link | None:
         yield Suspect("the drag is explicit", law)
         yield from factor(logged, own, rows)
 
-    own_law = -drag * c.vn
+    recomputed_law = -drag * c.vn
     size = drag * np.maximum(c.speed + np.abs(push), forces.TINY)
     return Link("viscous_normal", "normal viscous force as it acts", c.table, logged, own, size, suspects,
-                excuses=(-used * (c.vn + push) * bare, own_law * bare), marks=marks)  # fmt: skip
+                excuses=(-used * (c.vn + push) * bare, recomputed_law * bare), marks=marks)  # fmt: skip
 
 
 def shares(run: Run, c: Contacts, marks: Marks) -> Iterator[Link]:

@@ -163,9 +163,9 @@ class Between:
         return found
 
     def _keep(self, found: Quantity, rows: pd.DataFrame) -> None:
-        kept = self.rows[found.name.removeprefix("between_")]
-        if not found.ok and sum(map(len, kept)) < MOST:
-            kept.append(rows)
+        stored = self.rows[found.name.removeprefix("between_")]
+        if not found.ok and sum(map(len, stored)) < MOST:
+            stored.append(rows)
 
     def _drag(self, part: Run, rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
         """Median of the normal drag's impulse over what the separations give, of some bridges of one kind.

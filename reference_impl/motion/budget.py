@@ -83,13 +83,13 @@ class Budget:
             return
         m, free = self.setup.mass, self.setup.free
         fall, way, doubt = self._fall(outputs, x, v, events)
-        room = float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6
+        margin = float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6
         own: dict[str, Any] = {
             "step": outputs,
             "kinetic": 0.5 * ((v**2).sum(axis=2) * m * free).sum(axis=1),
             "spin": 0.2 * ((w**2).sum(axis=2) * m * self.setup.radius**2 * free).sum(axis=1),
             "gravity": fall.sum(axis=1),
-            "gravity_size": way + doubt + room,
+            "gravity_size": way + doubt + margin,
         }
         self.rows.append(pd.DataFrame({**own, **of_bridges}))
 
@@ -199,10 +199,10 @@ class Budget:
         if self.known:
             size = self.size("formed", both, turnover)
             found += [one(n, both[f"{n}_own"], size, "all formations and ruptures") for n in OF_BRIDGES]
-            own_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
+            recomputed_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
             of_events = both["formed_own"].abs() + both["ruptured_own"].abs()
-            room = both["steps"] + 1e-9 * turnover + SUMMED * of_events
-            found.append(one("capillary", own_work, room, "what a sum over steps may miss"))
+            margin = both["steps"] + 1e-9 * turnover + SUMMED * of_events
+            found.append(one("capillary", recomputed_work, margin, "what a sum over steps may miss"))
         return found
 
 
@@ -269,7 +269,7 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
     if not parts:
         return None
     rows = pd.DataFrame({"step": [p[0] for p in parts]})
-    logged, own, size, room = (np.array([p[k] for p in parts]) for k in (1, 2, 3, 4))
+    logged, own, size, margin = (np.array([p[k] for p in parts]) for k in (1, 2, 3, 4))
     if not setup.scene["effects"].get("wall_films", True):  # the plugin has no forces on walls: contact holds both
         contact, wall = WORKS.index("contact"), WORKS.index("wall_motion")
         for works in (logged, own):
@@ -277,7 +277,7 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
             works[:, wall] = 0.0
     # the logged works are differences of sums over the whole run
     least = 1e-6 * float(log[list(WORKS)].abs().to_numpy().max())
-    return logged, own, np.maximum(size, least) + room / LIMITS["windows"], rows
+    return logged, own, np.maximum(size, least) + margin / LIMITS["windows"], rows
 
 
 def _of_rounding(setup: Setup, f: Forces) -> Floats:

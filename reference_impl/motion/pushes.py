@@ -69,8 +69,8 @@ def against_log(
     for pushed in of_second.values():
         pushed[b.wall] = 0.0  # of the first alone
     found: dict[str, tuple[Any, ...]] = {n: (logged[n], own[n], scale[n], b.table, of_second[n]) for n in own}
-    said = b.table[["sharing_i", "sharing_j"]].to_numpy(float)
-    return {**found, "window_sharing": (said, shared, np.ones(len(said)), b.table, shared * [0.0, 1.0])}
+    message = b.table[["sharing_i", "sharing_j"]].to_numpy(float)
+    return {**found, "window_sharing": (message, shared, np.ones(len(message)), b.table, shared * [0.0, 1.0])}
 
 
 def _ruptured(run: Run, setup: Setup, steps: Floats) -> Floats:

@@ -251,9 +251,9 @@ def _walls(folder: Path, scene: dict[str, Any], recorded: bool) -> tuple[tuple[W
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
-        way, prisms = way_of(scene, wall), wall.get("prisms", False)
+        way, analytic_wires = way_of(scene, wall), wall.get("prisms", False)
         motion = RECORDED if recorded else wall["motion"]
-        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, motion, way, prisms))
+        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, motion, way, analytic_wires))
     return tuple(walls), corners, table["part"].to_numpy()
 
 
@@ -331,12 +331,12 @@ def _window(
     spun = turn * s["t"]
     w_half, largest = s["w"] - spun, np.abs(spun).max(axis=2)
     # of the kick some ten roundings, of the spin that of the sum
-    room = np.finfo(float).eps * (8.0 * largest + np.abs(s["w"]).max(axis=2))
+    margin = np.finfo(float).eps * (8.0 * largest + np.abs(s["w"]).max(axis=2))
     # a sphere that did not spin must not seem to: rolling resistance asks for the direction alone
     lost = (np.abs(w_half) < STILL * largest[:, :, None]) & (w_half != 0.0)
     w_half[lost] = 0.0
-    room += STILL * largest * np.sqrt(lost.sum(axis=2))
-    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half, room, mass, liquid)
+    margin += STILL * largest * np.sqrt(lost.sum(axis=2))
+    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half, margin, mass, liquid)
 
 
 STILL = 1e-13

@@ -78,13 +78,13 @@ def of_spheres(holder: Floats, p: Pairs, given: Floats, this: Floats, other: Flo
 def asks(table: pd.DataFrame, p: Pairs, fixed: Bodies, logged: bool) -> tuple[Asks, Asks]:
     """Compute what formations draw from both sides; `logged`: take it from the log, for an unknown law."""
     given = [table[f"share_{s}"].to_numpy(float) if logged else np.full(len(table), np.nan) for s in "ij"]
-    holder_i, holder_j = holders(table, p, fixed)
-    j = of_spheres(holder_j, p, given[1], p.rj, p.ri)
+    reservoir_i, reservoir_j = holders(table, p, fixed)
+    j = of_spheres(reservoir_j, p, given[1], p.rj, p.ri)
     # from a wall (E 10, 13)
     part = np.where(p.kind == laws.SMALL_WALL, 2.0 * p.ri * p.width, np.pi / 4.0 * p.ri**2)
     area = film_areas(table, p, fixed)
     j = j._replace(wall=p.wall, factor=np.where(p.wall, part, j.factor), divisor=np.where(p.wall, area, j.divisor))
-    return of_spheres(holder_i, p, given[0], p.ri, p.rj), j
+    return of_spheres(reservoir_i, p, given[0], p.ri, p.rj), j
 
 
 def packed(tables: Tables) -> Ratios:

@@ -206,10 +206,10 @@ def _changed(run: Run, held: Held, step: Floats) -> Floats:
         fixed.walls_from + np.maximum(fixed.film_of.take(shed["j"], mode="clip"), 0),
     )
     drops = shed["step"].to_numpy(np.int64)
-    holder = np.concatenate([*sides_of(run.table("events"), run), shed["i"], landed]).astype(np.int64)
+    reservoir = np.concatenate([*sides_of(run.table("events"), run), shed["i"], landed]).astype(np.int64)
     change = np.concatenate([step, step, drops, drops])
-    order = np.lexsort((change, holder))
-    ordered, of = change[order], holder[order]
+    order = np.lexsort((change, reservoir))
+    ordered, of = change[order], reservoir[order]
     new = np.ones(len(order), dtype=bool)
     new[1:] = (ordered[1:] != ordered[:-1]) | (of[1:] != of[:-1])
     first = np.flatnonzero(new)  # of several changes of a holder in one step

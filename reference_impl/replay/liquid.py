@@ -95,21 +95,21 @@ def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:
 def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
     """Films and bridges at the last output; `held`: all liquid there by holder."""
     last, fixed = int(run.table("ledger")["step"].max()), bodies(run)
-    films, walls, standing = (at_step(run.table(name), last) for name in ("films", "wall_films", "bridges"))
+    films, walls, active = (at_step(run.table(name), last) for name in ("films", "wall_films", "bridges"))
     mean = total(run) / max(len(films), 1)
     found = []
     triangle = walls["triangle"].to_numpy()
-    for name, table, holder, part in (
+    for name, table, reservoir, part in (
         ("spheres", films, films["id"].to_numpy(), 1.0),
         ("walls", walls, fixed.walls_from + fixed.film_of[triangle], fixed.share_of(triangle)),
     ):
         logged, size = table["film"].to_numpy(), np.full(len(table), mean)
-        found.append(compare(f"final_film_{name}", MEAN, logged, held[holder] * part, size, table))
-    here, mine = keys(standing), lives.standing(last)
+        found.append(compare(f"final_film_{name}", MEAN, logged, held[reservoir] * part, size, table))
+    here, mine = keys(active), lives.standing(last)
     order = np.argsort(mine.key)
     place = order[np.minimum(np.searchsorted(mine.key[order], here), len(order) - 1)] if len(order) else 0 * here
     volumes = np.where(np.isin(here, mine.key), np.append(mine.own, np.nan)[place], np.nan)
-    found.append(compare("final_bridges", "itself", standing["volume"].to_numpy(), volumes, volumes, standing))
+    found.append(compare("final_bridges", "itself", active["volume"].to_numpy(), volumes, volumes, active))
     missing = pd.DataFrame({"logged": [len(here)], "reference": [len(mine)]})
     count = np.array([float(len(np.setxor1d(here, mine.key)))])
     return [*found, compare("final_bridges_missing", "count", count, np.zeros(1), np.ones(1), missing, 0.0)]

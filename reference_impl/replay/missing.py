@@ -98,18 +98,18 @@ def _at_outputs(run: Run) -> pd.DataFrame:
     walls = walls[walls["step"].isin(frames.step)]
     frames.walls[np.searchsorted(frames.step, walls["step"]), walls["triangle"]] = walls["film"]
     table, bridges = _touching(run, frames), run.table("bridges")
-    own, standing, lacking = keys(table), keys(bridges), np.ones(len(table), dtype=bool)
+    own, active, lacking = keys(table), keys(bridges), np.ones(len(table), dtype=bool)
     ends = np.searchsorted(bridges["step"].to_numpy(), frames.step[:, None] + np.array([0, 1]))
     of = table["step"].to_numpy()
     for step in np.unique(of):
         rows = np.flatnonzero(of == step)
         first, end = ends[np.searchsorted(frames.step, step)]
-        there = np.append(np.sort(standing[first:end]), -1)
+        there = np.append(np.sort(active[first:end]), -1)
         lacking[rows] = there[np.searchsorted(there[:-1], own[rows])] != own[rows]
 
     def stands(rows: pd.DataFrame) -> Floats:
         first, end = ends[np.searchsorted(frames.step, rows["step"].iloc[0])]
-        return np.isin(keys(rows), standing[first:end])
+        return np.isin(keys(rows), active[first:end])
 
     return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, stands))
 

@@ -146,8 +146,8 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         contacts_began = time.process_time()
         _contacts(part, logs["contacts"], step, lives, samples, found)
         rows = np.arange(found.events, found.events + len(events))
-        for holder in holders(events, p, fixed):
-            np.maximum.at(last_row, holder, rows)
+        for reservoir in holders(events, p, fixed):
+            np.maximum.at(last_row, reservoir, rows)
         found.events += len(events)
         before, start = lives.standing(), step
         found.seconds["events"] += contacts_began - began

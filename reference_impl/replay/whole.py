@@ -145,14 +145,14 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     ledger = io.columns(history / "ledger.parquet", columns).sort_values("step")
     walls = io.columns(history / "wall_films.parquet", ["step", "triangle", "film"])
     bridges = io.columns(history / "bridges.parquet", ["step"])
-    for name, table, weight, want, room in (
+    for name, table, weight, want, margin in (
         ("wall_films", walls, walls["film"].to_numpy(float), ledger["walls"], 1e-12 * ledger["initial"].max()),
         ("bridges", bridges, np.ones(len(bridges)), ledger["bridge_count"], 0.0),
     ):
         path = history / f"{name}.parquet"
         _steps(path, np.concatenate([table["step"], planned.outputs]), planned.outputs, "output steps")
         sums = np.bincount(np.searchsorted(planned.outputs, table["step"]), weight, len(planned.outputs))
-        off = np.abs(sums - want.to_numpy(float)) > room
+        off = np.abs(sums - want.to_numpy(float)) > margin
         if off.any():
             raise ReplayError(f"{path} holds {sums[off][0]:.6g} at step {planned.outputs[off][0]}, where the ledger has "
                               f"{want.to_numpy()[off][0]:.6g}; expected both to be the same: {AGAIN}")  # fmt: skip

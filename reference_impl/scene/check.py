@@ -66,8 +66,8 @@ def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict
 def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[str, Any]) -> None:
     edited = config.get(configuration.EDITED, [])
     wanted, given = numbers.scene(config, scene), numbers.flat(scene)
-    kept = {path: value for path, value in wanted.items() if not _is_edited(path, edited)}
-    held = [Held(path, given.get(path, MISSING), value, source) for path, (value, source) in kept.items()]
+    stored = {path: value for path, value in wanted.items() if not _is_edited(path, edited)}
+    held = [Held(path, given.get(path, MISSING), value, source) for path, (value, source) in stored.items()]
     held += [Held(path, given[path], NONE, "the scene of a case") for path in given if _beyond(path, wanted, edited)]
     if (texts := files.of_run(run)) is not None:
         values = files.held(texts, config)
@@ -88,7 +88,7 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
         section.add("scene_plan", "itself", [*plan.compared(run, scene, case=True)], "numbers that decide effects")
     if edited:
         section.not_checked.append(f"scene: set by hand after the configuration: {', '.join(edited)}")
-    if any(isinstance(value, tuple) for path, (value, _) in kept.items() if path.startswith("effects.")):
+    if any(isinstance(value, tuple) for path, (value, _) in stored.items() if path.startswith("effects.")):
         section.not_checked.append(f"scene: {effects.DECIDED}")
     section.not_checked.append(
         f"scene: where the seed puts the spheres, and what no configuration sets: {', '.join(NOT_HELD)}"
@@ -121,13 +121,13 @@ def _told(run: Path, scene: Mapping[str, Any]) -> list[Held]:
             for name, value in scene["effects"].items()
         ),
     ]
-    for told, c in zip(meta["types"], scene["classes"], strict=True):
+    for reported, c in zip(meta["types"], scene["classes"], strict=True):
         for key, name in (
             ("radius", "radius_m"),
             ("contact_angle", "contact_angle_rad"),
             ("density", "density_kg_per_m3"),
         ):
-            found.append(Held(f"meta.{c['name']}.{key}", told[key], c[name], source))
+            found.append(Held(f"meta.{c['name']}.{key}", reported[key], c[name], source))
     return found
 
 

@@ -77,7 +77,7 @@ def _matrix(setup: str, name: str, n: int) -> Floats | None:
 
 def _movers(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
     """One sine an axis: the engine's phase is that of a cosine's start, a quarter period earlier."""
-    told = {
+    reported = {
         (mesh, axis.index("1") // 2): (float(a), float(p), float(t))
         for mesh, axis, a, p, t in re.findall(
             r"^fix\s+\S+ all move/mesh mesh (\S+) viblin axis ([01] [01] [01]) order 1 amplitude (\S+) phase (\S+) period (\S+)",
@@ -88,7 +88,7 @@ def _movers(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
         motion = way_of(dict(scene), wall)
         for k, axis in enumerate("xyz"):
             size = motion["amplitude_m"][k] if motion and wall["motion"] == "vibrates" else 0.0
-            given = told.get((wall["name"], k), (0.0, None, None))
+            given = reported.get((wall["name"], k), (0.0, None, None))
             yield Held(f"deck: {wall['name']}.amplitude.{axis}", given[0], size, "scene.json: vibration", size or 1e-3)
             if size:
                 phase, period = motion["phase_rad"][k] - 0.5 * np.pi, 1.0 / motion["frequency_Hz"]

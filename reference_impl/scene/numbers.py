@@ -129,7 +129,7 @@ def _motion(config: Mapping[str, Any]) -> Expected:
 
 
 def _walls(config: Mapping[str, Any]) -> Expected:
-    data, prisms = config["materials"], config["scale"].get("wires", "mesh") == "prism"
+    data, analytic_wires = config["materials"], config["scale"].get("wires", "mesh") == "prism"
     found: Expected = {"walls": (list(tower.MOTION), "the parts of the tower in order")}
     for name, motion in tower.MOTION.items():
         material = data["wall_materials"][name]["material"]
@@ -139,7 +139,7 @@ def _walls(config: Mapping[str, Any]) -> Expected:
             "stl": (f"stl/{name}.stl", "the part it is"),
             "motion": (motion, "docs/geometry.md"),
             "contact_angle_rad": (angle, f"materials.yaml: walls.{material}.contact_angle_deg"),
-            "prisms": (prisms and name == "wires", "scales.yaml: wires"),
+            "prisms": (analytic_wires and name == "wires", "scales.yaml: wires"),
             "own_motion": (None, "walls of a case share the scene's motions"),
             "feature_angle_deg": (None, "the parts of a case's walls are those of the tower"),
         }

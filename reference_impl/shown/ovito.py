@@ -114,5 +114,5 @@ def _wrong(file: str, outputs: dict[int, Columns | None]) -> Iterator[str]:
             yield from suspects(shown, expected, broken)
 
         link = Link(name, f"{name} in {file}", rows, shown, expected, size, tried, DIGITS)
-        said = diagnosis.diagnose(iter([link]), [name])["findings"]
-        yield "; ".join(f["sentence"] for f in said) or f"{name} in {file}"
+        message = diagnosis.diagnose(iter([link]), [name])["findings"]
+        yield "; ".join(f["sentence"] for f in message) or f"{name} in {file}"

@@ -63,11 +63,14 @@ class Runs:
 
     def read_pair(self, section: str) -> None:
         """Know what a section on two presets is about."""
-        said = tables.presets(section)
+        message = tables.presets(section)
         self.pair = None
-        if said is not None:
-            twins = {p: f"{self.name(said[0])}_{p}" for p in said[1]}
-            self.pair = said[0], {p: t if (self.folder / t).exists() else self.name(said[0]) for p, t in twins.items()}
+        if message is not None:
+            comparisons = {p: f"{self.name(message[0])}_{p}" for p in message[1]}
+            self.pair = (
+                message[0],
+                {p: t if (self.folder / t).exists() else self.name(message[0]) for p, t in comparisons.items()},
+            )
 
     def numbers(self) -> list[int]:
         """Cases of the report that have results."""
@@ -127,15 +130,17 @@ def check(report: Path, cases: Path) -> Read:
         runs.read_pair(section)
         for panel in panels:
             read.curves += len(panel.curves) + len(panel.bands)
-            read.faults += [f"figure {figure}, panel {panel.title!r}: {said}" for said in _panel(runs, figure, panel)]
+            read.faults += [
+                f"figure {figure}, panel {panel.title!r}: {message}" for message in _panel(runs, figure, panel)
+            ]
             read.faults += _colours(figure, panel, colours.get(figure, colours["moisture"]))
         read.faults += _missing(runs, figure, section, panels)
     read.numbers, wrong = tables.check(text, runs.folder, runs.numbers())
     liquid = {int(row["case"]): float(row["liquid_percent"] or 0.0) for row in runs.rows}
-    told, words = sentences.check(text, runs.folder, sorted(listed), liquid)
+    reported, words = sentences.check(text, runs.folder, sorted(listed), liquid)
     read.scenes, unlike = scenes.check(text, runs.folder, [runs.name(n) for n in runs.numbers() if runs.moist(n)])
-    read.numbers += len(told)
-    read.faults += [*wrong, *tables.wrong_of(told), *words, *unlike]
+    read.numbers += len(reported)
+    read.faults += [*wrong, *tables.wrong_of(reported), *words, *unlike]
     return read
 
 
@@ -220,9 +225,10 @@ def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -
     if of is None or (points := _shown(curve, of[0])) is None:
         return False
     inside = of[0] >= 0.0
-    room = ROOM * np.maximum(1.0, np.abs(of[1]).max(initial=0.0))
+    margin = ROOM * np.maximum(1.0, np.abs(of[1]).max(initial=0.0))
     return bool(
-        (np.abs(points[0] - of[0][inside]) <= ROOM).all() and (np.abs(points[1] - factor * of[1][inside]) <= room).all()
+        (np.abs(points[0] - of[0][inside]) <= ROOM).all()
+        and (np.abs(points[1] - factor * of[1][inside]) <= margin).all()
     )
 
 

@@ -51,7 +51,7 @@ def check(text: str, folder: Path, expected: Collection[str] = ()) -> tuple[int,
     for name, data in found:
         run = folder / name
         scene = Scene(json.loads(data), Logs(run))
-        wrong += [f"scene of {run.name}: {said}" for said in scene.wrong()]
+        wrong += [f"scene of {run.name}: {message}" for message in scene.wrong()]
         count += scene.count
     return count, wrong
 
@@ -183,9 +183,9 @@ class Scene:
         for mesh in self.head["meshes"]:
             rows, moved = mesh["triangles"], np.reshape(mesh["moved"][frame], (3, 4))
             shown[rows] = rest[rows] @ moved[:, :3].T + moved[:, 3]
-            holders = set(self.logs.triangles["holder"].iloc[rows])
-            if (mesh["solid"], mesh["hidden"]) != (holders <= SOLID, holders <= HIDDEN):
-                yield f"walls of {', '.join(sorted(holders))} are drawn as others are"
+            reservoirs = set(self.logs.triangles["holder"].iloc[rows])
+            if (mesh["solid"], mesh["hidden"]) != (reservoirs <= SOLID, reservoirs <= HIDDEN):
+                yield f"walls of {', '.join(sorted(reservoirs))} are drawn as others are"
         if np.isnan(shown).any() or _off(shown, own, 2.0 * self.head["quantum"]).any():
             yield "walls are not where the log says"
 

@@ -76,10 +76,10 @@ class Cases:
 def check(text: str, folder: Path, listed: Sequence[int], liquid: Mapping[int, float]) -> tuple[list[Told], list[str]]:
     """Numbers that the sentences tell, and sentences that do not hold; `liquid`: per cent of each case, run or not."""
     cases, wrong = Cases(folder, listed, liquid), []
-    told = [*_lead(text, cases), *_cards(text, cases), *_work(text, cases), *_simulated(text, cases), *_assumed(text, cases),
+    reported = [*_lead(text, cases), *_cards(text, cases), *_work(text, cases), *_simulated(text, cases), *_assumed(text, cases),
             *_presets(text, cases)]  # fmt: skip
     wrong += [*_proof(text, cases), *_laws(text, cases), *_not_done(text, cases)]
-    return told, wrong
+    return reported, wrong
 
 
 def _one(text: str, pattern: str) -> str:
@@ -89,16 +89,18 @@ def _one(text: str, pattern: str) -> str:
 
 def _lead(text: str, cases: Cases) -> Iterator[Told]:
     """The answer in the head of the page."""
-    said = _one(text, r"<header>.*?<p>(.*?)</p>")
-    yield "head, cases", _one(said, r"(\d+) cases? of batch screening"), len(cases.listed), "whole"
+    message = _one(text, r"<header>.*?<p>(.*?)</p>")
+    yield "head, cases", _one(message, r"(\d+) cases? of batch screening"), len(cases.listed), "whole"
     times = [t for n in cases.listed if (t := _end(cases, n, "fraction_retained", "time_since_opening_s")) is not None]
     if not times:
         return
-    yield "head, time", _one(said, r"passed (\S+) s after"), times[0], "2 digits"
+    yield "head, time", _one(message, r"passed (\S+) s after"), times[0], "2 digits"
     for name, moist in (("dry", False), ("moist", True)):
         shares = cases.passed(moist)
-        words = re.search(rf"(\d\S*)(?: ± \S+)?(?: to (\d\S*)(?: ± \S+)?)? % {name}", said)
-        if shares and "% with" not in said:  # of one configuration each amount is told by itself, as in the first table
+        words = re.search(rf"(\d\S*)(?: ± \S+)?(?: to (\d\S*)(?: ± \S+)?)? % {name}", message)
+        if (
+            shares and "% with" not in message
+        ):  # of one configuration each amount is told by itself, as in the first table
             yield f"head, least passed {name}", words[1] if words else "", min(shares), "unit"
             yield f"head, most passed {name}", (words[2] or words[1]) if words else "", max(shares), "unit"
 
@@ -148,24 +150,24 @@ def _proof(text: str, cases: Cases) -> Iterator[str]:
         )
     if not cases.moist:
         wanted = "Nothing moist to cross-check."
-    for said in re.findall(r'<p class="proof">(.*?)</p>', text, re.DOTALL):
-        if tables.plain(said) != wanted:
-            yield f"the proof is said to be {tables.plain(said)!r}; expected {wanted!r}"
+    for message in re.findall(r'<p class="proof">(.*?)</p>', text, re.DOTALL):
+        if tables.plain(message) != wanted:
+            yield f"the proof is said to be {tables.plain(message)!r}; expected {wanted!r}"
 
 
 def _laws(text: str, cases: Cases) -> Iterator[str]:
     """The laws of each case against its plan."""
-    said = _one(tables.section(text, "cases"), r"<p>Laws: (.*?)\.</p>")
-    for words in filter(None, said.split("; ")):
+    message = _one(tables.section(text, "cases"), r"<p>Laws: (.*?)\.</p>")
+    for words in filter(None, message.split("; ")):
         numbers, _, listed = words.partition(": ")
         for number in map(int, re.findall(r"\d+", numbers)):
             plan = cases.json(number, "plan.json") or {"rows": []}
             used = [f"{r['effect'].replace('_', ' ')}: {r['law']}" for r in plan["rows"] if r["on"] and r.get("law")]
             if listed != (", ".join(used) or "dry contacts only"):
                 yield f"laws of case {number} are said to be {listed!r}; expected {', '.join(used) or 'dry contacts only'!r}"
-    told = {int(n) for words in said.split("; ") for n in re.findall(r"\d+", words.partition(": ")[0])}
+    reported = {int(n) for words in message.split("; ") for n in re.findall(r"\d+", words.partition(": ")[0])}
     for number in cases.listed:
-        if number not in told and cases.json(number, "plan.json"):
+        if number not in reported and cases.json(number, "plan.json"):
             yield f"laws of case {number} are not said"
 
 
@@ -180,10 +182,10 @@ def _not_done(text: str, cases: Cases) -> Iterator[str]:
 def _work(text: str, cases: Cases) -> Iterator[Told]:
     """Check the sentence on time and size of all runs together."""
     rows = [s for s in cases.summary.values() if s]
-    said = re.search(r"<p>(\S+) min of engine time for (\S+) million sphere-steps", text)
-    yield "engine time", said[1] if said else "", sum(s["wall_s"] for s in rows) / 60.0, "2 digits"
+    message = re.search(r"<p>(\S+) min of engine time for (\S+) million sphere-steps", text)
+    yield "engine time", message[1] if message else "", sum(s["wall_s"] for s in rows) / 60.0, "2 digits"
     steps = sum(s["steps"] * sum(s["spheres"].values()) for s in rows) / 1e6
-    yield "sphere-steps", said[2] if said else "", steps, "3 digits"
+    yield "sphere-steps", message[2] if message else "", steps, "3 digits"
 
 
 def _simulated(text: str, cases: Cases) -> Iterator[Told]:
@@ -191,17 +193,17 @@ def _simulated(text: str, cases: Cases) -> Iterator[Told]:
     config = cases.first
     if config is None:
         return
-    scale, said = config["scale"], _one(text, r"<h3>What was simulated</h3>(.*?)</ul>")
-    sieve = re.search(r"screen is a (\S+) mm (round|square) sieve", said)
+    scale, message = config["scale"], _one(text, r"<h3>What was simulated</h3>(.*?)</ul>")
+    sieve = re.search(r"screen is a (\S+) mm (round|square) sieve", message)
     yield "simulated, width", sieve[1] if sieve else "", scale["width_mm"]["value"], "6 digits"
     yield "simulated, shape", "1" if sieve and SIEVES[sieve[2]] == scale["shape"] else "0", 1.0, "whole"
     feed = config["materials"]["feed"]["sieve_diameter_mm"]["value"]
-    yield "simulated, the paper's sieve", _one(said, r"feed on a (\S+) mm sieve"), feed, "6 digits"
+    yield "simulated, the paper's sieve", _one(message, r"feed on a (\S+) mm sieve"), feed, "6 digits"
     factor = scale["stiffness_factor"]["value"]
     if factor < 1.0:
-        yield "simulated, softening", _one(said, r"softened to (\S+) of"), factor, "6 digits"
-        yield "simulated, collisions", _one(said, r"take (\S+) times as long"), factor**-0.5, "3 digits"
-    lasts = re.search(r"Each run lasts (\S+) s, of which (\S+) s pass", said)
+        yield "simulated, softening", _one(message, r"softened to (\S+) of"), factor, "6 digits"
+        yield "simulated, collisions", _one(message, r"take (\S+) times as long"), factor**-0.5, "3 digits"
+    lasts = re.search(r"Each run lasts (\S+) s, of which (\S+) s pass", message)
     yield "simulated, duration", lasts[1] if lasts else "", scale["duration_s"]["value"], "6 digits"
     yield "simulated, opening", lasts[2] if lasts else "", scale["slide_opens_at_s"]["value"], "6 digits"
 

@@ -47,8 +47,8 @@ def section(text: str, name: str) -> str:
 
 def presets(part: str) -> tuple[int, tuple[str, str]] | None:
     """Of which case a section shows two presets, and which."""
-    said = re.search(r"<p>Case (\d+) once with <code>(\w+)</code>.*?once with <code>(\w+)</code>", part, re.DOTALL)
-    return (int(said[1]), (said[2], said[3])) if said else None
+    message = re.search(r"<p>Case (\d+) once with <code>(\w+)</code>.*?once with <code>(\w+)</code>", part, re.DOTALL)
+    return (int(message[1]), (message[2], message[3])) if message else None
 
 
 def table(text: str) -> list[list[str]]:
@@ -134,21 +134,21 @@ def agrees(text: str, value: float | None, digits: str) -> bool:
         return abs(shown - value) <= 0.500001 * 10.0 ** -(0 if digits == "unit" else int(digits[0]))
     if shown == 0 or value == 0:
         return shown == value
-    kept = 2 if digits == "power" else int(digits[0])
-    return abs(shown - value) <= 0.500001 * 10.0 ** (np.floor(np.log10(abs(value))) + 1 - kept)
+    stored = 2 if digits == "power" else int(digits[0])
+    return abs(shown - value) <= 0.500001 * 10.0 ** (np.floor(np.log10(abs(value))) + 1 - stored)
 
 
 def check(text: str, folder: Path, cases: list[int]) -> tuple[int, list[str]]:
     """How many numbers were read, and sentences on those that are wrong."""
-    told = [*_cases(text, folder), *_ledger(text, folder), *_agreement(text, folder), *_effects(text, folder),
+    reported = [*_cases(text, folder), *_ledger(text, folder), *_agreement(text, folder), *_effects(text, folder),
             *_contributed(text, folder), *_passed(text, folder, cases), *_cards(text, folder, cases)]  # fmt: skip
-    return len(told), wrong_of(told)
+    return len(reported), wrong_of(reported)
 
 
-def wrong_of(told: list[Told]) -> list[str]:
+def wrong_of(reported: list[Told]) -> list[str]:
     """Sentences on the numbers that are wrong."""
     return [f"{where}: {shown!r} is shown; expected {value if value is None else f'{value:.6g}'}"
-             for where, shown, value, digits in told if not agrees(shown, value, digits)]  # fmt: skip
+             for where, shown, value, digits in reported if not agrees(shown, value, digits)]  # fmt: skip
 
 
 def _deep(data: Any, path: tuple[str, ...]) -> Any:
@@ -272,10 +272,10 @@ def screen(case: Mapping[str, Any]) -> str:
 
 def _cards(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
     """The numbers on top that are the worst of all cases."""
-    said = {words: value for value, words in re.findall(r"<b>(.*?)</b><span>(.*?)</span>", text)}
+    message = {words: value for value, words in re.findall(r"<b>(.*?)</b><span>(.*?)</span>", text)}
     errors = [error for n in cases for error in of_seeds(folder, f"case{n:02d}", ("ledger_error",))]
     replays = [r["quantities"].values() for n in cases if (r := of_case(folder, n, "replay.json"))]
     worst = [q["largest"] for rows in replays for q in rows if q["tolerance"] <= 1e-9]
     for words, values in (("largest error of the liquid ledger", errors), ("largest relative deviation", worst)):
-        shown = next((value for name, value in said.items() if name.startswith(words)), "–")
+        shown = next((value for name, value in message.items() if name.startswith(words)), "–")
         yield f"card, {words}", shown, max(values, default=None), "power"

@@ -45,9 +45,9 @@ def checks(file: str, given: Any, own: Own) -> Iterator[Held]:
         yield Held(f"{file}: {name}.ok", row.get("ok"), value <= limit, "its value and limit")
     for other in [name for name in listed if name not in own.checks]:
         yield Held(f"{file}: {other}", "there", NONE, "docs/results.md")
-    said = re.findall(r"\d+", str(listed.get("no_particle_lost", {}).get("text", "")))
+    message = re.findall(r"\d+", str(listed.get("no_particle_lost", {}).get("text", "")))
     want = ", ".join(map(str, own.said))
-    yield Held(f"{file}: numbers in the sentence of no_particle_lost", ", ".join(said), want, LOGS)
+    yield Held(f"{file}: numbers in the sentence of no_particle_lost", ", ".join(message), want, LOGS)
 
 
 def held(given: Mapping[str, Any], own: Own, scene: Mapping[str, Any], folder: Path) -> Iterator[Held]:

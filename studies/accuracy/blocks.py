@@ -28,10 +28,10 @@ GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
     """What is found for every setting whose levels differ, kind of case and group that was measured."""
     found = [
-        asked(table, knob, kind, group)
+        asked(table, parameter, kind, group)
         for kind in choice.SCENES
-        for knob in KNOBS
-        if not KNOBS[knob].exact_twin
+        for parameter in KNOBS
+        if not KNOBS[parameter].exact_twin
         for group in GROUPS
     ]
     return [f for f in found if f is not None]
@@ -51,12 +51,12 @@ def live_with(table: dict[str, Any]) -> str:
                 with suppress(PywetError):  # out of reach
                     chosen = choice.choose(table, accuracy, kind == "moist", groups)
                     words = [f"{KNOBS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
-                    said = [", ".join(words) or "the defaults", f"{chosen.price:.2f}\u00a0×"]
-                    if said != last:
+                    message = [", ".join(words) or "the defaults", f"{chosen.price:.2f}\u00a0×"]
+                    if message != last:
                         error = f"{100 * max(chosen.error.values()):.2g} %"
                         of = Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %")
-                        rows.append([*of, Cell(said[0], left=True), said[1], error])
-                    last = said
+                        rows.append([*of, Cell(message[0], left=True), message[1], error])
+                    last = message
     text = paragraph(
         "The cheapest settings whose errors, added up over the settings, stay below what you can live with. A cheaper setting "
         "must be shown right: what chance alone may have hidden is counted against it. Rows that choose the same as the one "
@@ -79,18 +79,18 @@ def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) 
     order = {(s.kind, s.knob, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
-        for knob in KNOBS:
-            own = [order.get((kind, knob, group)) for group in GROUPS]
+        for parameter in KNOBS:
+            own = [order.get((kind, parameter, group)) for group in GROUPS]
             if any(own):
                 cells = [Cell("–", "none") if s is None else _standing_cell(s) for s in own]
-                rows.append([Cell(f"{kind}: {KNOBS[knob].title}"), *cells])
-    said = [
+                rows.append([Cell(f"{kind}: {KNOBS[parameter].title}"), *cells])
+    message = [
         paragraph(f"{KNOBS[s.knob].title.capitalize()}, {s.kind}, {s.group}: {s.said}.")
         for s in standings
         if s.verdict == "beaten"
     ] or [paragraph("No level of any setting is as cheap and better than the default beyond doubt.")]
-    said += [paragraph(text) for text in bargains(table)]
-    return "".join(dict.fromkeys(said)) + html_table(["setting", *GROUPS], rows)
+    message += [paragraph(text) for text in bargains(table)]
+    return "".join(dict.fromkeys(message)) + html_table(["setting", *GROUPS], rows)
 
 
 def _standing_cell(standing: choice.Standing) -> Cell:
@@ -116,12 +116,12 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
     names = [_name(t) for t in tables]
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
     rows: list[list[Cell | str]] = []
-    for knob in KNOBS:
-        by_level = [{row["level"]: row for row in t["knobs"].get(knob, ())} for t in tables]
+    for parameter in KNOBS:
+        by_level = [{row["level"]: row for row in t["knobs"].get(parameter, ())} for t in tables]
         for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
-            cells = [Cell(f"{KNOBS[knob].title}: {level}")]
+            cells = [Cell(f"{KNOBS[parameter].title}: {level}")]
             for rows_of, own in zip(by_level, tables, strict=True):
-                cells += _at_scale(rows_of.get(level), level == own["default"].get(knob), groups)
+                cells += _at_scale(rows_of.get(level), level == own["default"].get(parameter), groups)
             rows.append(list(cells))
     text = "".join(
         paragraph(
@@ -153,9 +153,9 @@ def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
     names = {(n, 1): f"{i.title} ± {100 * i.between:.2g} %" for n, i in scatter.INPUTS.items()}
     names |= {("bridges_every", n): f"{KNOBS['bridges_every'].title} {n}" for n in scatter.STEPS}
     of = {name: made.loc[[key]].to_dict("records") for key, name in names.items()}
-    for knob, level in BESIDE:
-        (row,) = (r for r in table["knobs"][knob] if r["level"] == level)
-        of[f"{KNOBS[knob].title} {level}"] = row["errors"]
+    for parameter, level in BESIDE:
+        (row,) = (r for r in table["knobs"][parameter] if r["level"] == level)
+        of[f"{KNOBS[parameter].title} {level}"] = row["errors"]
     cells = {
         name: {(e["scene"], e["quantity"]): f"{100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in errors}
         for name, errors in of.items()

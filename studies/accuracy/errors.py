@@ -82,23 +82,23 @@ def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> 
     if quantity.name not in done:
         return
     runs = done[(done["scene"] == scene) & done[quantity.name].notna()]
-    chance = "instant" if quantity.name == "restitution" else "seed"  # instants of touch count as seeds
-    of_knob = {knob: of.set_index(chance) for knob, of in runs.groupby("knob")}
-    if "default" not in of_knob:
+    uncertainty = "instant" if quantity.name == "restitution" else "seed"  # instants of touch count as seeds
+    of_parameter = {parameter: of.set_index(uncertainty) for parameter, of in runs.groupby("knob")}
+    if "default" not in of_parameter:
         return
     differences: dict[tuple[str, knobs.Level], np.ndarray] = {}
-    for knob in KNOBS_OF[scene]:
-        if knob not in of_knob:
+    for parameter in KNOBS_OF[scene]:
+        if parameter not in of_parameter:
             continue
-        by_level = {level: of[quantity.name] for level, of in of_knob[knob].groupby("level")}
-        by_level[getattr(knobs.default(size), knob)] = of_knob["default"][quantity.name]
-        finest = by_level.get(knobs.reference(knob, size))
+        by_level = {level: of[quantity.name] for level, of in of_parameter[parameter].groupby("level")}
+        by_level[getattr(knobs.default(size), parameter)] = of_parameter["default"][quantity.name]
+        finest = by_level.get(knobs.reference(parameter, size))
         if finest is not None:
             for level, values in by_level.items():
-                differences[knob, level] = _differences(values, finest, quantity)  # type: ignore[index]
+                differences[parameter, level] = _differences(values, finest, quantity)  # type: ignore[index]
     spread = _pooled(differences.values()) if scene in (*SCREENING, "bed") else None
-    for (knob, level), d in differences.items():
-        yield (scene, knob, level, quantity.name, quantity.group), d, spread
+    for (parameter, level), d in differences.items():
+        yield (scene, parameter, level, quantity.name, quantity.group), d, spread
 
 
 def _differences(values: pd.Series, finest: pd.Series, quantity: Quantity) -> np.ndarray:
@@ -140,14 +140,14 @@ def prices(runs: pd.DataFrame, size: str) -> pd.DataFrame:
         done = runs[(runs["scene"] == scene) & runs["failed"].isna()].set_index("seed")
         defaults = done[done["knob"].isin(["default", "again"])]
         defaults = defaults[defaults.index.isin(defaults.index[defaults["knob"] == "default"])]
-        for knob in KNOBS_OF[scene]:
-            clock = "loop_wall_s" if knob == "ranks" else "loop_cpu_s"
+        for parameter in KNOBS_OF[scene]:
+            clock = "loop_wall_s" if parameter == "ranks" else "loop_cpu_s"
             base = defaults[clock].groupby("seed").mean()
-            for level in knobs.KNOBS[knob].levels(size):
-                default = level == getattr(knobs.default(size), knob)
-                own = defaults if default else done[(done["knob"] == knob) & (done["level"] == level)]
+            for level in knobs.KNOBS[parameter].levels(size):
+                default = level == getattr(knobs.default(size), parameter)
+                own = defaults if default else done[(done["knob"] == parameter) & (done["level"] == level)]
                 ratios = (own[clock] / base.reindex(own.index)).dropna()
                 if len(ratios):
                     middle = 1.0 if default else float(ratios.median())
-                    rows.append((scene, knob, level, middle, float(ratios.min()), float(ratios.max())))
+                    rows.append((scene, parameter, level, middle, float(ratios.min()), float(ratios.max())))
     return pd.DataFrame(rows, columns=["scene", "knob", "level", "ratio", "low", "high"])

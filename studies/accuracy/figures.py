@@ -24,25 +24,25 @@ SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_impli
 
 def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
     """Error against cost, one small picture for each setting that was measured in this group; moist and dry in one."""
-    drawn = [(knob, _kinds(table, knob, group)) for knob in KNOBS if not KNOBS[knob].exact_twin]
-    drawn = [(knob, kinds) for knob, kinds in drawn if kinds]
+    drawn = [(parameter, _kinds(table, parameter, group)) for parameter in KNOBS if not KNOBS[parameter].exact_twin]
+    drawn = [(parameter, kinds) for parameter, kinds in drawn if kinds]
     if not drawn:
         return None
     with plt.rc_context(STYLE):
         columns = min(3, len(drawn))
         figure, axes = panels(len(drawn), columns, (4.0, 2.9), sharey=True)
-        for ax, (knob, kinds) in zip(axes, drawn, strict=False):
+        for ax, (parameter, kinds) in zip(axes, drawn, strict=False):
             for kind, levels in kinds.items():
-                _draw_levels(ax, levels, table["default"][knob], kind)
-            _dress(ax, KNOBS[knob].title, kinds)
+                _draw_levels(ax, levels, table["default"][parameter], kind)
+            _dress(ax, KNOBS[parameter].title, kinds)
         for first in axes[::columns]:
             first.set_ylabel("error [%]")
     return figure
 
 
-def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
+def _kinds(table: dict[str, Any], parameter: str, group: str) -> dict[str, list[dict[str, Any]]]:
     """Levels of a setting for a moist and for a dry case, where they differ at all."""
-    by_kind = {kind: choice.points(table, knob, kind, group) for kind in choice.SCENES}
+    by_kind = {kind: choice.points(table, parameter, kind, group) for kind in choice.SCENES}
     return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
 
@@ -144,13 +144,13 @@ def seeds(runs: pd.DataFrame, size: str) -> Figure:
             for k, curve in enumerate(own):
                 label = f"default, {len(own)} seeds" if k == 0 else None
                 ax.plot(curve["time_s"], curve["retained"], color="#b9c4ce", lw=3.0, label=label)
-            for knob, colour in KNOB_COLOUR.items():
-                levels = KNOBS[knob].levels(size)
+            for parameter, colour in KNOB_COLOUR.items():
+                levels = KNOBS[parameter].levels(size)
                 for level, style in ((levels[0], "--"), (levels[-1], "-")):
-                    curves = done.loc[(done["knob"] == knob) & (done["level"] == level), "curve"].tolist()
+                    curves = done.loc[(done["knob"] == parameter) & (done["level"] == level), "curve"].tolist()
                     if curves:
                         mean = np.mean([curve["retained"] for curve in curves], axis=0)
-                        text = f"{KNOBS[knob].title} {SHORT.get(str(level), level)}"
+                        text = f"{KNOBS[parameter].title} {SHORT.get(str(level), level)}"
                         ax.plot(curves[0]["time_s"], mean, style, color=colour, lw=1.2, label=text)
             ax.set(title=f"{scene}: the seeds beside the settings", xlabel="time since the slide opened [s]")
             ax.set_xlim(left=0.0)

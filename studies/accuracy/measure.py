@@ -17,15 +17,15 @@ from studies.study import Row
 
 
 def rows_of(
-    scene: str, seed: int, knob: str, setting: Setting, size: str, config_dir: Path, vary: sieve.Vary = lambda same: same
+    scene: str, seed: int, parameter: str, setting: Setting, size: str, config_dir: Path, vary: sieve.Vary = lambda same: same
 ) -> list[Row]:  # fmt: skip
     """Do a run: a row, of colliding pairs one for each; of one that the engine refuses or that fails the reason, in `failed`.
 
     `vary` changes what a screening scene is made from.
     """
     if scene == "laws":
-        errors = {} if knob == "transfer_nodes" else bodies.law_errors(setting)
-        if knob in ("default", "transfer_nodes"):
+        errors = {} if parameter == "transfer_nodes" else bodies.law_errors(setting)
+        if parameter in ("default", "transfer_nodes"):
             errors |= bodies.sharing_error(setting, int(reference("transfer_nodes", size)))
         return [{**errors, "failed": None}]
     with tempfile.TemporaryDirectory(prefix="pywet-study-") as name:

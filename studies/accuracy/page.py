@@ -82,8 +82,8 @@ def _knobs(table: dict[str, Any], group: str) -> Section:
         "One setting changed at a time, against its finest level. Red ring: the default. Filled: resolved; hollow: within what "
         "the seeds differ by; the line upwards is how large it may be. Triangles at the foot: no error (the finest level itself)."
     )
-    said = paragraph(f"{names[0].upper()}{names[1:]}. The largest of them is drawn.")
-    return Section(group.capitalize(), said + picture(figure, text), group)
+    message = paragraph(f"{names[0].upper()}{names[1:]}. The largest of them is drawn.")
+    return Section(group.capitalize(), message + picture(figure, text), group)
 
 
 def _seeds(table: dict[str, Any], runs: pd.DataFrame, size: str) -> str:
@@ -126,10 +126,10 @@ def _times(times: pd.DataFrame | None) -> str:
 
 def _numbers(table: dict[str, Any]) -> str:
     rows: list[list[Cell | str]] = []
-    for knob, levels in table["knobs"].items():
+    for parameter, levels in table["knobs"].items():
         for row in levels:
-            default = row["level"] == table["default"][knob]
-            name = f"{KNOBS[knob].title}: {row['level']}{' (default)' if default else ''}"
+            default = row["level"] == table["default"][parameter]
+            name = f"{KNOBS[parameter].title}: {row['level']}{' (default)' if default else ''}"
             prices = [blocks.price_cell(row["price"].get(kind)) for kind in ("moist", "dry")]
             rows.append([Cell(name), *prices, *(blocks.error_cell(row["errors"], group) for group in GROUPS)])
             rows += [[Cell(f"{name} failed: {why}", "bad")] for why in row["failed"]]

@@ -121,7 +121,7 @@ def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
     """
     made = []
     (known,) = (row["errors"] for row in table["knobs"]["fraction"] if row["level"] == 0.1)
-    chance = {(e["scene"], e["quantity"]): e["limit"] * math.sqrt(e["seeds"]) for e in known}
+    uncertainty = {(e["scene"], e["quantity"]): e["limit"] * math.sqrt(e["seeds"]) for e in known}
     for scene, of_scene in rows.groupby("scene", sort=False):
         for quantity in QUANTITIES:
             runs = of_scene.pivot_table(index="seed", columns=["input", "level"], values=quantity)
@@ -130,7 +130,7 @@ def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
                        for n in STEPS if ("bridges_every", n) in runs}  # fmt: skip
             for (name, level), (half, difference) in halves.items():
                 d = difference.dropna()
-                limit = half * chance[str(scene), quantity] / math.sqrt(len(d))
+                limit = half * uncertainty[str(scene), quantity] / math.sqrt(len(d))
                 made.append((scene, name, level, quantity, half * float(d.mean()), limit, len(d)))
     return pd.DataFrame(made, columns=["scene", "input", "level", "quantity", "value", "limit", "seeds"])
 

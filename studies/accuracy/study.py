@@ -55,32 +55,32 @@ class AccuracyStudy(study.Study):
         scene, _, seed = job.partition("/")[2].rpartition("-")
         base = knobs.default(self.size)
         turned: list[tuple[str, Level | None]] = [
-            (knob, level)
-            for knob in KNOBS_OF[scene]
-            for level in knobs.KNOBS[knob].levels(self.size)
-            if level != getattr(base, knob)
+            (parameter, level)
+            for parameter in KNOBS_OF[scene]
+            for level in knobs.KNOBS[parameter].levels(self.size)
+            if level != getattr(base, parameter)
         ]
         shift = SEEDS.index(int(seed)) * len(turned) // len(SEEDS)
         again: list[tuple[str, Level | None]] = [("again", None)] if scene in SCREENING else []
         order = [("default", None), *turned[shift:], *turned[:shift], *again]
-        return [self._run(job, scene, int(seed), knob, level) for knob, level in order]
+        return [self._run(job, scene, int(seed), parameter, level) for parameter, level in order]
 
-    def _run(self, job: str, scene: str, seed: int, knob: str, level: Level | None) -> study.Run:
-        setting = self.setting(knob, level)
+    def _run(self, job: str, scene: str, seed: int, parameter: str, level: Level | None) -> study.Run:
+        setting = self.setting(parameter, level)
         given = {
-            "scene": scene, "seed": seed, "knob": knob, "setting": asdict(setting), "size": self.size,
+            "scene": scene, "seed": seed, "knob": parameter, "setting": asdict(setting), "size": self.size,
             "configuration": self.configuration if scene in SCREENING else None,
         }  # fmt: skip
         return study.Run(
-            f"{job}-{knob}" + ("" if level is None else f"-{level}"),
+            f"{job}-{parameter}" + ("" if level is None else f"-{level}"),
             given,
-            partial(measure.rows_of, scene, seed, knob, setting, self.size, self.config_dir),
-            {"scene": scene, "seed": seed, "knob": knob, "level": level},
+            partial(measure.rows_of, scene, seed, parameter, setting, self.size, self.config_dir),
+            {"scene": scene, "seed": seed, "knob": parameter, "level": level},
         )
 
-    def setting(self, knob: str, level: Any) -> Setting:
+    def setting(self, parameter: str, level: Any) -> Setting:
         """The default with one setting turned; `default` and `again` turn none."""
-        return replace(knobs.default(self.size), **({knob: level} if knob in knobs.KNOBS else {}))
+        return replace(knobs.default(self.size), **({parameter: level} if parameter in knobs.KNOBS else {}))
 
     @cached_property
     def configuration(self) -> list[dict[str, Any]]:
@@ -142,18 +142,18 @@ def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
     found, prices = errors.errors(runs, size), errors.prices(runs, size)
     failed = runs[runs["failed"].notna()]
     failed = failed.assign(said=failed["scene"] + ": " + failed["failed"].astype(str))
-    said = ["scene", "quantity", "group", "value", "limit", "family", "seeds"]
+    message = ["scene", "quantity", "group", "value", "limit", "family", "seeds"]
     rows = {
         name: [
             {
                 "level": level,
                 "price": _of(prices, name, level).set_index("scene")[["ratio", "low", "high"]].to_dict("index"),
-                "errors": _of(found, name, level)[said].to_dict("records"),
+                "errors": _of(found, name, level)[message].to_dict("records"),
                 "failed": sorted(_of(failed, name, level)["said"].unique()),
             }
-            for level in knob.levels(size)
+            for level in parameter.levels(size)
         ]
-        for name, knob in knobs.KNOBS.items()
+        for name, parameter in knobs.KNOBS.items()
     }
     return {
         "provenance": provenance(runs, size),
@@ -164,8 +164,8 @@ def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
     }
 
 
-def _of(table: pd.DataFrame, knob: str, level: knobs.Level) -> pd.DataFrame:
-    return table[(table["knob"] == knob) & (table["level"] == level)]
+def _of(table: pd.DataFrame, parameter: str, level: knobs.Level) -> pd.DataFrame:
+    return table[(table["knob"] == parameter) & (table["level"] == level)]
 
 
 def exact_start(runs: pd.DataFrame) -> float:

@@ -101,8 +101,8 @@ def regimes(table: pd.DataFrame) -> Figure:
         for (low, high), (shade, _) in parts:
             place.axvspan(low, high, color=shade, alpha=0.6, lw=0)
     axes[0].set_ylim(0.5, 3.0)
-    for (low, high), (_, said) in parts:
-        axes[0].text(0.5 * (low + high), 2.85, said, ha="center", fontsize=7.5)
+    for (low, high), (_, message) in parts:
+        axes[0].text(0.5 * (low + high), 2.85, message, ha="center", fontsize=7.5)
     return figure
 
 

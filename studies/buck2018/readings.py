@@ -44,6 +44,6 @@ def table() -> pd.DataFrame:
         "variant: as_printed": {"variant": "as_printed"},
     }
     return pd.DataFrame(
-        {"reading": said, **{column: coefficient(column, case, changed) for column, case in cases().items()}}
-        for said, changed in changes.items()
+        {"reading": message, **{column: coefficient(column, case, changed) for column, case in cases().items()}}
+        for message, changed in changes.items()
     )

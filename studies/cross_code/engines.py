@@ -78,13 +78,13 @@ def _pair(
     n, m = len(groups[LIGGGHTS]), len(groups[YADE])
     worst = max(rows, key=size)
     beyond = [r.quantity for r in rows if r.different]
-    said = (
+    message = (
         f"beyond the spread of {n} and {m} seeds: {', '.join(beyond)}"
         if beyond
         else f"within the spread of {n} and {m} seeds"
     )
     at = worst.quantity + (f", t = {worst.time_s:.2f} s" if worst.time_s is not None else "")
-    note = f"means {worst.a:.4g} and {worst.b:.4g}; {said} (least p {min(r.p or 0.0 for r in rows):.2g})"
+    note = f"means {worst.a:.4g} and {worst.b:.4g}; {message} (least p {min(r.p or 0.0 for r in rows):.2g})"
     yield basis(row, LIGGGHTS, f"stock LIGGGHTS, mean of {n} seeds", n, LINK)
     yield Cell(row, YADE, "measured", size(worst), m, None, at, note, LINK, not beyond)
 
@@ -140,7 +140,7 @@ def _set_against(row: str, column: str, ours: Floats, other: Floats, link: str) 
         return not_run(row, column, HOW)
     scale = abs(float(ours.mean()))
     _, (finding,) = statistics.test([Sample(ours[:, None] / scale, other[:, None] / scale)])
-    said = "beyond" if finding.p <= statistics.LEVEL else "within"
+    message = "beyond" if finding.p <= statistics.LEVEL else "within"
     off = abs(float(other.mean() - ours.mean())) / scale
-    note = f"mean {other.mean():.4g} of {len(other)} seeds, {said} their spread (p = {finding.p:.2g})"
+    note = f"mean {other.mean():.4g} of {len(other)} seeds, {message} their spread (p = {finding.p:.2g})"
     return Cell(row, column, "measured", off, len(other), None, "", note, link, finding.p > statistics.LEVEL)

@@ -243,8 +243,8 @@ def _drag(pair: Pair, gaps: Floats) -> Iterator[Cell]:
 
 
 def _thinned(log: pd.DataFrame) -> dict[str, list[float]]:
-    kept = log.iloc[:: max(1, len(log) // 150)]
-    return {"gap": [float(s) for s in kept["separation"]], "force": [float(f) for f in kept["capillary"]]}
+    stored = log.iloc[:: max(1, len(log) // 150)]
+    return {"gap": [float(s) for s in stored["separation"]], "force": [float(f) for f in stored["capillary"]]}
 
 
 def _curves(pair: Pair, stock: Stock) -> dict[str, Any]:

@@ -212,11 +212,11 @@ def limits(results: Table) -> str:
 
 def provenance(results: Table) -> str:
     """List the sources with state and time."""
-    said_how = paragraph(
+    message_how = paragraph(
         "`snakemake --cores 2 agreement` (or `pywet study cross-code`) runs the sources and writes this page; `data/*.json` hold"
         " the cells, `runs/` the run directories that cells link to. A source that fails blanks its own cells only."
     )
-    return said_how + table_of(results.sources.values(), {
+    return message_how + table_of(results.sources.values(), {
         "source": lambda s: s.name,
         "cells": lambda s: str(len(s.cells)),
         "time": lambda s: f"{s.wall_s:.0f} s",

@@ -29,14 +29,14 @@ STYLES: dict[str, dict[str, Any]] = {
 def all_of(sources: dict[str, Source]) -> str:
     """The pictures there are data for."""
     body = ""
-    for make, source, key, said in (
+    for make, source, key, message in (
         (forces, "forces", "equal", FORCES),
         (bed, "replayed", "bed", BED),
         (retained, "engines", "retained", RETAINED),
     ):
         curves = sources[source].curves
         if key in curves:
-            body += picture(make(curves if key == "equal" else curves[key]), said)
+            body += picture(make(curves if key == "equal" else curves[key]), message)
     if "retained" not in sources["engines"].curves:
         body += paragraph("Fraction retained in both engines: run `snakemake --cores 2 engines` first.", soft=True)
     return body

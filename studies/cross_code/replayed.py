@@ -65,22 +65,22 @@ def screening(results: Path) -> Source:
     files = sorted(results.glob("*/case*/replay.json"))
     exact = {f: Scene.read(f.with_name("scene.json")).effects.capillary == "young_laplace" for f in files}
     cells: list[Cell] = []
-    for row, kept in (
+    for row, stored in (
         ("screening", [f for f in files if not exact[f]]),
         ("screening_exact", [f for f in files if exact[f]]),
     ):
-        if not kept:
+        if not stored:
             how = "run `snakemake --cores 2` (or `pywet run 2`) first"
             for key in QUANTITIES:
                 cells += [not_run(f"{key}_{row}", column, how) for column in (LIGGGHTS, REFERENCE)]
                 cells += empty(f"{key}_{row}", {**REPLAY_REASONS, **OWN_REASONS.get(key, {})})
             continue
-        replays = [read_json(f, shape=Replay) for f in kept]
-        names = [f"{f.parent.parent.name} {f.parent.name}" for f in kept]
+        replays = [read_json(f, shape=Replay) for f in stored]
+        names = [f"{f.parent.parent.name} {f.parent.name}" for f in stored]
         contacts = sum(f.get("contacts", 0) for f in replays)
         said = f"{len(replays)} case{'s' * (len(replays) > 1)}: {', '.join(names)}; {contacts} contacts"
         said += "; exact laws come from tables" if row == "screening_exact" else ""
-        cells += _cells(row, replays, f"../{kept[0].parent.parent.name}/report.html", said, names)
+        cells += _cells(row, replays, f"../{stored[0].parent.parent.name}/report.html", said, names)
     return Source("screening", cells)
 
 

@@ -109,7 +109,7 @@ def _three(folder: Path) -> Iterator[Cell]:
     row = "davis_three"
     truth_v = np.asarray(spheres.solve({"form": "three_equal_spheres", **THREE})["final"]["velocity"], dtype=float)
     own = engine.model(12.0, 30.0, None, 8.0)
-    twin = engine.twin(folder / "davis_three", 12.0, 30.0, None, 8.0, STIFFNESS)
+    comparison = engine.twin(folder / "davis_three", 12.0, 30.0, None, 8.0, STIFFNESS)
     size = np.full(truth_v.size, float(np.abs(truth_v).max()))
     off = float(np.abs(own.velocity - truth_v).max() / size[0])
     names = [f"sphere {k + 1} {a}" for k in range(3) for a in "xy"]
@@ -117,6 +117,6 @@ def _three(folder: Path) -> Iterator[Cell]:
     yield impossible(row, EXACT, "no closed form for three spheres")
     yield truth(row, REFERENCE, note, truth_v.size)
     note = f"a spring of {STIFFNESS:.0e} N/m stands for the model's hard impact; stiffer ones come closer"
-    final = twin.velocity[-1, :, :2].ravel()
+    final = comparison.velocity[-1, :, :2].ravel()
     yield measured(row, LIGGGHTS, final, truth_v.ravel(), size, at=names, note=note, link="runs/davis_three/")
     yield from empty(row, OTHERS)

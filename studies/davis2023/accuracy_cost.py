@@ -59,9 +59,9 @@ def draw(table: pd.DataFrame) -> Figure:
     figure, axes = panels(len(cases()), 2, (5.0, 3.8))
     for ax, (name, points) in zip(axes, table.groupby("case", sort=False), strict=True):
         for (method, polar), line in points.groupby(["method", "polar"], sort=False):
-            style, said = ("o-", "polar") if polar else ("s--", "Cartesian")
+            style, message = ("o-", "polar") if polar else ("s--", "Cartesian")
             error, colour = line["error"].clip(lower=1e-16), COLOURS[str(method)]
-            ax.loglog(1e3 * line["wall_s"], error, style, color=colour, ms=3, lw=1, label=f"{method}, {said}")
+            ax.loglog(1e3 * line["wall_s"], error, style, color=colour, ms=3, lw=1, label=f"{method}, {message}")
         ax.set(xlabel="wall time [ms]", ylabel="error of the final velocities", title=name)
         ax.grid(True, lw=0.3)
     axes[0].legend(fontsize=6)

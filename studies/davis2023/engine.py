@@ -119,14 +119,14 @@ def compare() -> pd.DataFrame:
     given = (12.0, 30.0, None, 8.0)
     exact = model(*given)
     with TemporaryDirectory() as work:
-        twins = {k: twin(Path(work) / f"k{k:.0e}", *given, k) for k in STIFFNESS}
-    seen, record = twins[STIFFNESS[-1]], exact.record
+        comparisons = {k: twin(Path(work) / f"k{k:.0e}", *given, k) for k in STIFFNESS}
+    seen, record = comparisons[STIFFNESS[-1]], exact.record
     parts = [
         pd.DataFrame({"line": f"{name} {side}", "x": x, "y": y[:, pair]})
         for pair, name in ((0, "1-2"), (2, "2-3"))
         for side, x, y in (("engine", seen.time, seen.gap), ("model", record["time"], record["gap"]))
     ]
-    rows = [("engine, stiffer contact →", made.wall_s, error(made, exact), k) for k, made in twins.items()]
+    rows = [("engine, stiffer contact →", made.wall_s, error(made, exact), k) for k, made in comparisons.items()]
     for rtol in (1e-3, 1e-6, 1e-9):
         one = run(exact.problem.with_(rtol=rtol))
         rows.append(("model, smaller tolerance ↓", one.wall_s, distance(one.velocity, exact), rtol))

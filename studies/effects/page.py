@@ -53,8 +53,8 @@ def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Fi
             if choice is None:
                 face, ink, text = ABSENT, "#9aa5b1", "–"
             else:
-                kept = effect not in out and (effect in OF_THE_CONTACT or "bridges" not in out)
-                face = FACES[kept, choice.harmless]
+                stored = effect not in out and (effect in OF_THE_CONTACT or "bridges" not in out)
+                face = FACES[stored, choice.harmless]
                 ink = "white" if face in (NEEDED, WRONG) else "#1e2a36"
                 resolved = choice.worst.sure > 0
                 shown = choice.worst if resolved else max(choice.changes, key=lambda c: abs(c.change))
@@ -98,8 +98,8 @@ def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
     left.set_yticks(at, [SCENES[n].title for n in names])
     left.invert_yaxis()
     left.set_xlabel("largest change of a wanted quantity [%]\n(whisker: scatter of the seeds)")
-    for shift, which, tint, said in ((-0.19, 0, SPARE, "everything on"), (0.19, 1, NEEDED, "the plan's choice")):
-        right.barh(at + shift, [p.cpu_s[which] for p in plans], color=tint, height=0.36, label=said)
+    for shift, which, tint, message in ((-0.19, 0, SPARE, "everything on"), (0.19, 1, NEEDED, "the plan's choice")):
+        right.barh(at + shift, [p.cpu_s[which] for p in plans], color=tint, height=0.36, label=message)
     right.set_xlabel("processor time of the whole run [s]")
     right.legend(frameon=False, fontsize=9, loc="lower right")
     for axes in (left, right):

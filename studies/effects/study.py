@@ -77,14 +77,14 @@ class EffectsStudy(study.Study):
     def store(self, where: str) -> Path:
         """Keep the measured costs of the effects for the plan; `where`: machine and date, for the provenance."""
         judged = {name: verdict.choices(of) for name, of in self.of_scenes().items()}
-        said = (
+        message = (
             f"median over the scenes of `pywet study effects` ({', '.join(judged)}) of the processor time of the steps with "
             f"everything on over that without the effect, less one; scenes whose steps took under {verdict.SHORTEST} s are "
             f"left out; {where}"
         )
         others = {effect: cost for effect, cost in read_json(STORED)["added"].items() if effect in OPT_IN}
-        said += f"; {' and '.join(others)}, which are on in none of these: as stored before" if others else ""
-        write_json(STORED, {"provenance": said, "added": {**verdict.costs(judged), **others}})
+        message += f"; {' and '.join(others)}, which are on in none of these: as stored before" if others else ""
+        write_json(STORED, {"provenance": message, "added": {**verdict.costs(judged), **others}})
         return STORED
 
 

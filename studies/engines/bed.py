@@ -87,8 +87,8 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
     scene = prepare(ours, bed)
     small.run(ours, [])
     ledger = read_table(ours / "history" / "ledger.parquet").iloc[-1]
-    standing = int(ledger["bridge_count"])
-    volume = float(ledger["bridges"]) / max(standing, 1)
+    active = int(ledger["bridge_count"])
+    volume = float(ledger["bridges"]) / max(active, 1)
     beds.append({"engine": OURS, **measure(ours)})
     prepare(folder / "pywet_yade", bed)
     small.run(folder / "pywet_yade", [], engine="yade")

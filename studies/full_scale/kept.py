@@ -109,10 +109,10 @@ class Kept:
         dry, coarse = self.series("fraction_retained", "fraction_retained_spheres"), float(self.about["coarse_share"])
         return (dry - coarse) / (1.0 - coarse)
 
-    def liquid(self, *holders: str) -> Floats:
+    def liquid(self, *reservoirs: str) -> Floats:
         """Share of all liquid with these reservoirs, such as `fines` or `coarse_material_large`."""
         total = self.series("liquid_by_holder", "initial_m3")
-        return np.asarray(sum(self.series("liquid_by_holder", f"{name}_m3") for name in holders) / total)
+        return np.asarray(sum(self.series("liquid_by_holder", f"{name}_m3") for name in reservoirs) / total)
 
     @property
     def walls(self) -> Floats:

@@ -136,12 +136,12 @@ def _store(
 def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
     missing = [n for n in sorted(config.cases) if not runs.get(n)]
     rows = [k for group in (runs, *others.values()) for of in group.values() for k in of]
-    said = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All 18 cases have run."
+    message = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All 18 cases have run."
     hours = sum(k.about["cpu_s"] or 0.0 for k in rows) / 3600.0
     if not rows:
-        return [said]
+        return [message]
     return [
-        f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine ([runs.csv](full_scale/runs.csv)). {said}"
+        f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine ([runs.csv](full_scale/runs.csv)). {message}"
     ]
 
 

@@ -30,9 +30,9 @@ def spread(c: Cases, cases: Sequence[int], start: float = 0.5, stop: float = 20.
     return float((curves.max(axis=0) - curves.min(axis=0)).mean())
 
 
-def lag(kept: Kept, start: float, stop: float) -> float:
+def lag(stored: Kept, start: float, stop: float) -> float:
     """Mean of Y_small − Y_near of one case over a span of time."""
-    return kept.y(start, stop, SMALL) - kept.y(start, stop, NEAR)
+    return stored.y(start, stop, SMALL) - stored.y(start, stop, NEAR)
 
 
 def undersize(c: Cases, case: int, time: float) -> float:
@@ -40,10 +40,10 @@ def undersize(c: Cases, case: int, time: float) -> float:
     return c[case].at(c[case].undersize, time)
 
 
-def share(c: Cases, case: int, time: float, *holders: str) -> float:
+def share(c: Cases, case: int, time: float, *reservoirs: str) -> float:
     """Share of the liquid with reservoirs (`walls`: the screening apparatus) at a time."""
-    kept = c[case]
-    return kept.at(kept.walls if holders == ("walls",) else kept.liquid(*holders), time)
+    stored = c[case]
+    return stored.at(stored.walls if reservoirs == ("walls",) else stored.liquid(*reservoirs), time)
 
 
 def through(c: Cases, case: int, left: float) -> float:
@@ -53,10 +53,10 @@ def through(c: Cases, case: int, left: float) -> float:
     return float(times[more[-1] + 1]) if more[-1] + 1 < len(times) else math.inf
 
 
-def last_lag(kept: Kept) -> float:
+def last_lag(stored: Kept) -> float:
     """Last time at which Y_small is above Y_near [s]; 0 where it never is."""
-    late = np.flatnonzero((kept.retained(SMALL) > kept.retained(NEAR)) & (kept.times >= 0.5))
-    return float(kept.times[late[-1]]) if len(late) else 0.0
+    late = np.flatnonzero((stored.retained(SMALL) > stored.retained(NEAR)) & (stored.times >= 0.5))
+    return float(stored.times[late[-1]]) if len(late) else 0.0
 
 
 MAJORITY = 0.1
@@ -85,21 +85,21 @@ def largest(c: Cases, a: int, kind_a: str | None, b: int, kind_b: str | None) ->
     )
 
 
-def rise(kept: Kept, holder: str, sign: float = 1.0) -> float:
+def rise(stored: Kept, holder: str, sign: float = 1.0) -> float:
     """Largest step up (down with −1) of a reservoir's share from one output to the next after the opening."""
-    values = kept.liquid(holder)[kept.times >= 0.0]
+    values = stored.liquid(holder)[stored.times >= 0.0]
     return float(np.max(np.diff(sign * values), initial=0.0))
 
 
-def per_sphere(kept: Kept, kind: str) -> float:
+def per_sphere(stored: Kept, kind: str) -> float:
     """Liquid share that spheres of a class carried through the outlet, over the number of them that passed."""
-    spheres = kept.count("above", kind)
-    return carried(kept, kind) / max(float(spheres[0] - spheres[-1]), 1.0)
+    spheres = stored.count("above", kind)
+    return carried(stored, kind) / max(float(spheres[0] - spheres[-1]), 1.0)
 
 
-def fall(kept: Kept, kind: str) -> float:
+def fall(stored: Kept, kind: str) -> float:
     """Share of a class that passes from 5 to 20 s."""
-    return kept.at(kept.retained(kind), 5.0) - kept.at(kept.retained(kind), 20.0)
+    return stored.at(stored.retained(kind), 5.0) - stored.at(stored.retained(kind), 20.0)
 
 
 def apart(c: Cases, time: float) -> float:
@@ -107,9 +107,9 @@ def apart(c: Cases, time: float) -> float:
     return abs(share(c, 2, time, "walls") - share(c, 2, time, COARSE_MATERIAL))
 
 
-def carried(kept: Kept, kind: str) -> float:
+def carried(stored: Kept, kind: str) -> float:
     """Share of the liquid that spheres of a class held at the last output before they passed; nan where not recorded."""
-    return float((kept.about.get("carried") or {}).get(kind, math.nan))
+    return float((stored.about.get("carried") or {}).get(kind, math.nan))
 
 
 def wedged(c: Cases, case: int, kind: str) -> float:

@@ -33,17 +33,17 @@ COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "re
 """Of a row of `rows`."""
 
 
-def rows(kept: Runs, retired: Runs) -> list[tuple[str, ...]]:
+def rows(stored: Runs, retired: Runs) -> list[tuple[str, ...]]:
     """Each quantity of each case that has runs of both kinds: means, difference and whether it is significant."""
-    return [row for case in sorted(set(kept) & set(retired)) for row in _compared(case, kept[case], retired[case])]
+    return [row for case in sorted(set(stored) & set(retired)) for row in _compared(case, stored[case], retired[case])]
 
 
-def lines(kept: Runs, retired: Runs) -> list[str]:
+def lines(stored: Runs, retired: Runs) -> list[str]:
     """What retirement changes and saves, in a sentence each; none without such runs."""
-    cases = sorted(set(kept) & set(retired))
+    cases = sorted(set(stored) & set(retired))
     if not cases:
         return []
-    found = rows(kept, retired)
+    found = rows(stored, retired)
     moved = [row for row in found if row[7].startswith("yes")]
     liquid = moved and all(row[1] in OF_LIQUID for row in moved)
     most = (
@@ -51,23 +51,23 @@ def lines(kept: Runs, retired: Runs) -> list[str]:
         if liquid
         else ""
     )
-    costs = "; ".join(_cost(case, kept[case], retired[case]) for case in cases)
+    costs = "; ".join(_cost(case, stored[case], retired[case]) for case in cases)
     return [
         f"- **[Retired spheres](engine.md#retired-spheres)** (runs `retire`): {len(moved)} of {len(found)} quantities differ "
         f"significantly{most} ([retirement.csv](full_scale/retirement.csv)). Cost: {costs}.",
     ]
 
 
-def _compared(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> list[tuple[str, ...]]:
-    moist = bool(kept[0].about["events"])
+def _compared(case: int, stored: Sequence[Kept], retired: Sequence[Kept]) -> list[tuple[str, ...]]:
+    moist = bool(stored[0].about["events"])
     found: list[tuple[str, ...]] = []
     for name, of in (OF_CURVES | (OF_LIQUID if moist else {})).items():
-        one, two = (np.array([of(k) for k in runs]) for runs in (kept, retired))
-        moved, spread, told = float(two.mean() - one.mean()), "–", "one seed"
+        one, two = (np.array([of(k) for k in runs]) for runs in (stored, retired))
+        moved, spread, reported = float(two.mean() - one.mean()), "–", "one seed"
         if len(one) > 1:
             deviation = float(one.std(ddof=1))
-            chance = half_width(deviation, 1, len(one) - 1, 0.95) * np.sqrt(1.0 / len(two) + 1.0 / len(one))
-            spread, told = f"{deviation:.4f}", f"{'yes' if abs(moved) > chance else 'no'}, ± {chance:.4f}"
+            uncertainty = half_width(deviation, 1, len(one) - 1, 0.95) * np.sqrt(1.0 / len(two) + 1.0 / len(one))
+            spread, reported = f"{deviation:.4f}", f"{'yes' if abs(moved) > uncertainty else 'no'}, ± {uncertainty:.4f}"
         cells = (
             case,
             name,
@@ -76,18 +76,18 @@ def _compared(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> list[
             spread,
             f"{two.mean():.4f}",
             f"{moved:+.4f}",
-            told,
+            reported,
         )
         found.append(tuple(map(str, cells)))
     return found
 
 
-def _cost(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> str:
-    said = []
+def _cost(case: int, stored: Sequence[Kept], retired: Sequence[Kept]) -> str:
+    message = []
     for key, (name, unit, symbol) in COSTS.items():
         least = []
-        for runs in (kept, retired):
+        for runs in (stored, retired):
             values = [k.about[key] / unit for k in runs if k.about.get(key) and k.about.get("resumed_at_step") is None]
             least.append(f"{min(values):.3g}" if values else "–")
-        said.append(f"{name} {least[1]} instead of {least[0]} {symbol}")
-    return f"case {case}, {', '.join(said)}"
+        message.append(f"{name} {least[1]} instead of {least[0]} {symbol}")
+    return f"case {case}, {', '.join(message)}"

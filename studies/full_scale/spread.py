@@ -49,13 +49,13 @@ def rows(runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None
         for name, of in (asked or DRY | (MOIST if seeds[0].about["events"] else {})).items():
             values = np.array([of(k) for k in seeds])
             mean, deviation = float(values.mean()), float(values.std(ddof=1))
-            moved, told = "–", "–"
+            moved, reported = "–", "–"
             if other.get(case):
                 difference = of(other[case][0]) - mean
-                chance = half_width(deviation, 1, len(values) - 1, 0.95) * np.sqrt(1.0 + 1.0 / len(values))
+                uncertainty = half_width(deviation, 1, len(values) - 1, 0.95) * np.sqrt(1.0 + 1.0 / len(values))
                 moved = f"{difference:+.4f}"
-                told = f"{'yes' if abs(difference) > chance else 'no'}, ± {chance:.4f}"
-            found.append((str(case), name, str(len(values)), f"{mean:.4f}", f"{deviation:.4f}", moved, told))
+                reported = f"{'yes' if abs(difference) > uncertainty else 'no'}, ± {uncertainty:.4f}"
+            found.append((str(case), name, str(len(values)), f"{mean:.4f}", f"{deviation:.4f}", moved, reported))
     return found
 
 

@@ -79,8 +79,8 @@ def _of_kind(names: Sequence[str], kind: str) -> list[str]:
     for name in names:
         if not files_of_laws.is_own(name):
             raise LawError(f"{name} is no law in a file of yours; expected path/to/file.py:function", law=name)
-        if (told := files_of_laws.kind_of(name)) not in KINDS:
-            raise LawError(f"law {name} is one of {told}; the atlas judges laws of {' and '.join(KINDS)}", law=name)
+        if (reported := files_of_laws.kind_of(name)) not in KINDS:
+            raise LawError(f"law {name} is one of {reported}; the atlas judges laws of {' and '.join(KINDS)}", law=name)
     return [name for name in names if files_of_laws.kind_of(name) == kind]
 
 
@@ -187,7 +187,7 @@ def _misprints(misprints: Frame) -> str:
 
 
 def _stock(stock_errors: Frame, missing: list[str]) -> str:
-    said = paragraph(
+    message = paragraph(
         "Two bodies inside Debian's LIGGGHTS 3.8.0 and YADE 2023.02a; range of F/F exact − 1 in per cent over V* = 1e-3 and 1e-2 "
         "and contact angles 0, 20, 40°.",
         soft=True,
@@ -202,7 +202,7 @@ def _stock(stock_errors: Frame, missing: list[str]) -> str:
         "bridges": lambda r: str(r.bridges),
     })  # fmt: skip
     lines = "".join(paragraph(f"Not measured: {line}", soft=True) for line in missing)
-    return said + (measured if len(stock_errors) else "") + lines
+    return message + (measured if len(stock_errors) else "") + lines
 
 
 def _percent(value: float) -> str:

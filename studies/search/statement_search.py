@@ -127,8 +127,12 @@ def calibrate(file: Path, folder: Path, say: Callable[[str], None] = lambda line
 def described(question: Search, found: Outcome) -> dict[str, Any]:
     """The answer as plain data: verdicts of all combinations, survivors, sentences."""
     table = [
-        {"values": dict(place), "survived": place in found.survivors, "verdicts": {str(n): v for n, v in said.items()}}
-        for place, said in zip(question.places, found.verdicts, strict=True)
+        {
+            "values": dict(place),
+            "survived": place in found.survivors,
+            "verdicts": {str(n): v for n, v in message.items()},
+        }
+        for place, message in zip(question.places, found.verdicts, strict=True)
     ]
     never = [s.number for s in question.asked if not any(v[s.number] == judging.HOLDS for v in found.verdicts)]
     sentences = [_counted(row) for row in table if row["survived"]]

@@ -125,13 +125,13 @@ def falling(run: Run) -> Floats:
 def ledgers(run: Run) -> Floats:
     """Error of each cell's liquid over its liquid, the largest over all outputs, shape (cells,)."""
     films = run.by_cell(run.films, "id", run.films["film"].to_numpy(float))
-    standing = run.by_cell(run.bridges, "i", run.bridges["volume"].to_numpy(float))
+    active = run.by_cell(run.bridges, "i", run.bridges["volume"].to_numpy(float))
     wall = run.events[run.events["partner_kind"] != SPHERE]
     sign = np.where(wall["kind"] == FORMATION, -1.0, 1.0)
     on_walls = np.cumsum(run.by_cell(_at_output(run, wall), "i", sign * wall["share_j"].to_numpy(float)), axis=0)
     first = np.zeros(len(run.batch.cells))
     np.add.at(first, run.cell[1:], run.first[1:])
-    error = np.abs(films + standing + on_walls - first).max(axis=0)
+    error = np.abs(films + active + on_walls - first).max(axis=0)
     return np.asarray(error / np.where(first > 0.0, first, 1.0), dtype=np.float64)
 
 
@@ -149,22 +149,22 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
     k dt²/m of the energy in play (the leapfrog's own swing), and round-off of the places.
     """
     kinetic, touching, potential = moving(run), springs(run), falling(run)
-    standing = run.by_cell(run.bridges, "i", stored(run, run.bridges))
+    active = run.by_cell(run.bridges, "i", stored(run, run.bridges))
     energy_of = stored(run, run.events)
     sign = np.where(run.events["kind"] == FORMATION, 1.0, -1.0)
     known = _at_output(run, run.events)
     booked = np.cumsum(run.by_cell(known, "i", sign * energy_of), axis=0)
-    total = kinetic + touching + potential + standing - booked
+    total = kinetic + touching + potential + active - booked
     lag = pull(run, run.events) * run.events["speed"].to_numpy(float) * run.batch.time_step
     late = np.cumsum(run.by_cell(known, "i", 1.5 * lag), axis=0)
     gained = total - total[0] - late
     inside = potential - potential.min(axis=0)
     swing = np.cumsum(run.by_cell(known, "i", np.abs(energy_of)), axis=0)
-    play = np.maximum.accumulate(kinetic + touching + inside, axis=0) + np.abs(standing) + swing
+    play = np.maximum.accumulate(kinetic + touching + inside, axis=0) + np.abs(active) + swing
     stiffest = max(p.normal_stiffness_N_per_m for p in run.batch.pairs)
     play = np.maximum(play, 0.5 * stiffest * (1e-9 * run.radius.min()) ** 2)  # below, places are round-off
     made, raw = np.max(gained / play, axis=0), np.max((total - total[0]) / play, axis=0)
-    held = (touching + np.abs(standing)).max(axis=0) / play.max(axis=0)
+    held = (touching + np.abs(active)).max(axis=0) / play.max(axis=0)
     return made, np.array([order(run, n) for n in range(len(run.batch.cells))]) + held * rounding(run, kinetic), raw
 
 
@@ -206,8 +206,16 @@ def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
     fine = np.where(made <= allowed, "stable", "energy")  # not a number counts as made
     state = np.select([~finite, ledger > LEDGER], ["not finite", "ledger"], fine)
     names = [cell.name for cell in batch.cells]
-    told = {"state": state, "said": "", "ledger": ledger, "made": made, "allowed": allowed, "events": count, "raw": raw}
-    return pd.DataFrame(told, index=names).to_dict("index")  # type: ignore[return-value]
+    reported = {
+        "state": state,
+        "said": "",
+        "ledger": ledger,
+        "made": made,
+        "allowed": allowed,
+        "events": count,
+        "raw": raw,
+    }
+    return pd.DataFrame(reported, index=names).to_dict("index")  # type: ignore[return-value]
 
 
 def budget(run_dir: Path) -> dict[str, float]:

@@ -132,7 +132,7 @@ ORDER = ("stable", "energy", "ledger", "not finite", "stopped")
 def states(batch: Batch, run_dir: Path) -> list[dict[str, Any]]:
     """Run a job; the state of each of its cells, by the maps' own measure of energy."""
     left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
-    made = {name: {"state": "stopped", "said": said, "made": math.nan} for name, said in stopped.items()}
+    made = {name: {"state": "stopped", "said": message, "made": math.nan} for name, message in stopped.items()}
     if len(stopped) < len(batch.cells):
         for name, v in judge.verdicts(left, run_dir).items():
             by_energy = "energy" if v["raw"] > MADE else "stable"
@@ -255,4 +255,4 @@ def row_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
     else:
         judged = states(chart.batch(y), run_dir)
     points = zip(chart.x[1], judged, limits, strict=True)
-    return pd.DataFrame([{"x": float(x), "y": y, **told, "limit": limit} for x, told, limit in points])
+    return pd.DataFrame([{"x": float(x), "y": y, **reported, "limit": limit} for x, reported, limit in points])

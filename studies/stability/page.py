@@ -127,11 +127,11 @@ def field(cases: pd.DataFrame) -> Figure:
         (middle, "film_over_r3_high", "fastest_m_per_s", "largest film over r³ (0 at the left)", "fastest sphere [m/s]"),
         (right, "of_advised", "time_step_s", "time step over the advisor's limit", "time step [s]"),
     )  # fmt: skip
-    for panel, x, y, x_said, y_said in pairs:
+    for panel, x, y, x_message, y_message in pairs:
         across, up = cases[x].to_numpy(float), cases[y].to_numpy(float)
         low_x, low_y = (v[v > 0].min() / 4.0 if (v > 0).any() else 1.0 for v in (across, up))
         panel.scatter(np.maximum(across, low_x), np.maximum(up, low_y), c=tint, s=7, alpha=0.7, linewidths=0)
-        panel.set(xscale="log", yscale="log", xlabel=x_said, ylabel=y_said)
+        panel.set(xscale="log", yscale="log", xlabel=x_message, ylabel=y_message)
         panel.tick_params(labelsize=8.5)
     names = {"stable": "stable", "law": "energy made by the tangential law", "stopped": "stopped by a guard"}
     present = [s for s in names if (cases["state"] == s).any()]

@@ -73,22 +73,22 @@ def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tupl
             driver.run(run_dir, batch.ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)
             return batch, stopped
         except PywetError as error:
-            said, spheres = (error.reason, error.spheres) if isinstance(error, StoppedRun) else ("", ())
+            message, spheres = (error.reason, error.spheres) if isinstance(error, StoppedRun) else ("", ())
             name = batch.owner()[spheres[0]] if spheres else ""
             if not name or name in stopped:
-                return batch, {**{c.name: said or str(error) for c in batch.cells}, **stopped}
-            stopped[name] = said
+                return batch, {**{c.name: message or str(error) for c in batch.cells}, **stopped}
+            stopped[name] = message
             batch = batch.without({name})
 
 
 def objected(batch: Batch, run_dir: Path) -> dict[str, str]:
     """What the independent replay objects to, by the cell of the worst record; key "" where a record names no sphere."""
-    said: dict[str, list[str]] = {}
+    message: dict[str, list[str]] = {}
     for name, q in recompute(run_dir)["quantities"].items():
         if not q["ok"]:
             cell = batch.owner()[int(q["worst"]["i"])] if q["worst"].get("i") else ""
-            said.setdefault(cell, []).append(f"{name} off by {q['largest']:.1e} (limit {q['tolerance']:.0e})")
-    return {cell: "; ".join(sentences) for cell, sentences in said.items()}
+            message.setdefault(cell, []).append(f"{name} off by {q['largest']:.1e} (limit {q['tolerance']:.0e})")
+    return {cell: "; ".join(sentences) for cell, sentences in message.items()}
 
 
 STOPPED = {"state": "stopped", "said": "", "ledger": 0.0, "made": 0.0, "allowed": 0.0, "events": 0}
@@ -122,7 +122,7 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
     if len(stopped) < len(batch.cells):
         verdicts = judge.verdicts(left, run_dir)
         replayed, books = objected(left, run_dir), judge.budget(run_dir)
-    verdicts |= {name: {**STOPPED, "said": said} for name, said in stopped.items()}
+    verdicts |= {name: {**STOPPED, "said": message} for name, message in stopped.items()}
     made = {name for name, v in verdicts.items() if v["state"] == "energy"}
     explained = by_the_law(left, made, run_dir.with_name(run_dir.name + "-passive"), allow_unstable)
     for cell in batch.cells:

@@ -32,10 +32,10 @@ def yade_force(points: pd.DataFrame, law: str) -> pd.DataFrame:
         raise PywetError(f"the law {law} was asked for; expected one of {', '.join(YADE_LAWS)}")
     table = checked(points)
     refused = expressible(table, one_angle=True)
-    kept = np.array([k not in refused for k in range(len(table))], dtype=bool)
+    stored = np.array([k not in refused for k in range(len(table))], dtype=bool)
     force = np.full(len(table), np.nan)
-    if kept.any():
-        force[kept] = _measure(table[kept], law)
+    if stored.any():
+        force[stored] = _measure(table[stored], law)
     return with_force(points, force, "YADE", refused)
 
 

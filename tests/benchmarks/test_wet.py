@@ -54,17 +54,17 @@ def test_inputs_of_beds_are_those_of_the_scenes_that_answer(problem: str, tmp_pa
         sphere, liquid = scene.classes[0], scene.liquid
         assert liquid is not None and scene.effects.bridges == (case == "moist")
         for pair in scene.pairs:
-            told = (pair.friction, pair.restitution, pair.rolling_friction_m, pair.normal_stiffness_N_per_m,
+            reported = (pair.friction, pair.restitution, pair.rolling_friction_m, pair.normal_stiffness_N_per_m,
                     pair.tangential_stiffness_N_per_m / pair.normal_stiffness_N_per_m)  # fmt: skip
             names = ("friction", "restitution", "rolling_friction_m", "normal_stiffness_N_per_m",
                      "tangential_over_normal_stiffness")  # fmt: skip
-            assert told == pytest.approx([given[n] for n in names])
-        told = (sphere.count, sphere.radius_m, sphere.density_kg_per_m3, math.degrees(sphere.contact_angle_rad),
+            assert reported == pytest.approx([given[n] for n in names])
+        reported = (sphere.count, sphere.radius_m, sphere.density_kg_per_m3, math.degrees(sphere.contact_angle_rad),
                 liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s, liquid.density_kg_per_m3, scene.time_step_s,
                 scene.duration_s, math.hypot(*scene.gravity_m_per_s2))  # fmt: skip
         names = ("spheres", "radius_m", "density_kg_per_m3", "contact_angle_deg", "surface_tension_N_per_m", "viscosity_Pa_s",
                  "liquid_density_kg_per_m3", "time_step_s", "duration_s", "gravity_m_per_s2")  # fmt: skip
-        assert told == pytest.approx([given[n] for n in names], rel=1e-6)
+        assert reported == pytest.approx([given[n] for n in names], rel=1e-6)
         angles = [math.degrees(w.contact_angle_rad) for w in scene.walls]
         assert angles == pytest.approx([given["contact_angle_deg"]] * len(angles))
         film = given["cases"]["moist"]["film_m"]
@@ -98,9 +98,9 @@ def test_the_files_are_what_makes_them(problem: str) -> None:
     """Inputs and answers follow from make.py."""
     inputs, answers = MAKE["made"](problem)
     assert json.loads(json.dumps(inputs)) == of(problem)[0]
-    for made, kept in zip(answers["answers"], of(problem)[1], strict=True):
-        assert {**made, "value": None} == {**kept, "value": None}
-        assert made["value"] == pytest.approx(kept["value"], rel=1e-9)
+    for made, stored in zip(answers["answers"], of(problem)[1], strict=True):
+        assert {**made, "value": None} == {**stored, "value": None}
+        assert made["value"] == pytest.approx(stored["value"], rel=1e-9)
 
 
 @pytest.mark.parametrize("problem", ["pair_at_rest", "unequal_pair", "sphere_and_plate"])
@@ -380,12 +380,12 @@ def test_speed_is_read_where_the_film_is_left() -> None:
 def test_the_drums_of_the_second_engine_are_those_of_the_table() -> None:
     """docs/second_engine.md against seeds.csv; dry, two engines are within two standard errors."""
     text = (WET.parents[1] / "docs" / "second_engine.md").read_text()
-    kept = pd.read_csv(WET / "seeds.csv").query("problem == 'drum'").set_index(["program", "case"])
+    stored = pd.read_csv(WET / "seeds.csv").query("problem == 'drum'").set_index(["program", "case"])
     ours, yade = MAKE["SEEDED"], "YADE, Rabinovich"
     shown = {"LIGGGHTS, dry": (ours, "dry"), "YADE, dry": (yade, "dry"), "LIGGGHTS+pywet": (ours, "moist"),
              "YADE": (yade, "moist"), "washino": ("LIGGGHTS, washino", "moist"), "easo": ("LIGGGHTS, easo", "moist")}  # fmt: skip
     for name, key in shown.items():
-        assert f"| {name} | {kept.loc[key, 'mean']:.1f} ± {kept.loc[key, 'deviation']:.1f} |" in text
-    one, two = (kept.loc[(program, "dry")] for program in (ours, yade))
+        assert f"| {name} | {stored.loc[key, 'mean']:.1f} ± {stored.loc[key, 'deviation']:.1f} |" in text
+    one, two = (stored.loc[(program, "dry")] for program in (ours, yade))
     error = math.hypot(one["deviation"], two["deviation"]) / math.sqrt(3.0)
     assert abs(one["mean"] - two["mean"]) < 2.0 * error

@@ -135,11 +135,11 @@ def drum(folder: Path, **parameter: Any) -> Path:
 
 def test_runs_have_seeds_of_their_own_and_are_kept(tmp_path: Path, engine: list[Any]) -> None:
     """Friction 0.3 ± 0.06; called again nothing runs again, and where a file is gone that run alone."""
-    said: list[str] = []
-    first = answering.calibrate(drum(tmp_path), tmp_path / "out", say=said.append)
+    output_text: list[str] = []
+    first = answering.calibrate(drum(tmp_path), tmp_path / "out", say=output_text.append)
     count = len(engine)
-    assert len({scene.seed for scene in engine}) == count == first["runs"]["count"] + 3 == len(said) + 3
-    assert "this round ends in about" in said[0]
+    assert len({scene.seed for scene in engine}) == count == first["runs"]["count"] + 3 == len(output_text) + 3
+    assert "this round ends in about" in output_text[0]
     (friction,) = first["parameters"]["friction"]["intervals"]
     assert 0.5 * (friction["low"] + friction["high"]) == pytest.approx(0.3, abs=0.02)
     assert friction["high"] - friction["low"] == pytest.approx(0.12, abs=0.03)
@@ -219,5 +219,5 @@ def test_mistakes_of_the_file(tmp_path: Path) -> None:
         done = CliRunner().invoke(
             app, ["calibrate", str(ask(tmp_path, {**PULL, **change})), "--out", str(tmp_path / "out")]
         )
-        said = " ".join(done.stderr.split())
-        assert done.exit_code == 1 and words in said, said
+        output_text = " ".join(done.stderr.split())
+        assert done.exit_code == 1 and words in output_text, output_text

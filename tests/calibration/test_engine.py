@@ -35,10 +35,10 @@ def test_ten_hidden_frictions_lie_in_their_intervals(tmp_path: Path) -> None:
         ranges = found.problem.intervals(0)
         inside = any(r.low <= share <= r.high for r in ranges)
         held += inside
-        said = ", ".join(f"{0.1 + 0.4 * r.low:.3f} to {0.1 + 0.4 * r.high:.3f}" for r in ranges)
+        output_text = ", ".join(f"{0.1 + 0.4 * r.low:.3f} to {0.1 + 0.4 * r.high:.3f}" for r in ranges)
         assert found.runs is not None and found.surface is not None
         print(
-            f"{friction:.2f} as {measured.value:.1f} deg: {said} {inside} {len(found.runs.places)} runs, {found.stopped}, "
+            f"{friction:.2f} as {measured.value:.1f} deg: {output_text} {inside} {len(found.runs.places)} runs, {found.stopped}, "
             f"deviation {found.surface.deviation[0]:.2f}",
             flush=True,
         )

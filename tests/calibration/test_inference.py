@@ -68,8 +68,8 @@ def test_a_surface_knows_how_well_it_is_known() -> None:
     """A straight line fitted to cubic terms: the mean of 1000 fits is the line, their spread what each fit says of itself."""
     random, places = np.random.default_rng(2), np.tile(np.linspace(0, 1, 5), 4)[:, None]
     fits = [Surface.through(places, 3.0 + places + random.normal(0, 0.5, places.shape)) for _ in range(1000)]
-    told = [fit.at(np.array([0.3])) for fit in fits]
-    means, variances = np.array([m[0] for m, _ in told]), np.array([v[0] for _, v in told])
+    reported = [fit.at(np.array([0.3])) for fit in fits]
+    means, variances = np.array([m[0] for m, _ in reported]), np.array([v[0] for _, v in reported])
     assert means.mean() == pytest.approx(3.3, abs=4 * means.std() / math.sqrt(1000))
     assert variances.mean() == pytest.approx(means.var(), rel=0.15)
     assert np.mean([fit.misfit < 0.05 for fit in fits]) == pytest.approx(0.05, abs=0.02)

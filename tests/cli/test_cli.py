@@ -233,8 +233,8 @@ def test_each_command_is_in_a_group_and_has_an_example_that_can_be_parsed() -> N
     shown = CliRunner().invoke(app, ["--help"], env={"COLUMNS": "200"}).output
     assert all(group in shown for group in groups.GROUPS) and "─ Commands ─" not in shown
     for name, words in ((name, words) for group in groups.GROUPS.values() for name, words in group.items()):
-        told = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
-        assert f"Example: pywet {name}" in told, name
+        reported = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
+        assert f"Example: pywet {name}" in reported, name
         given = words.split()
         path = given[:2] if name in ("collide", "study") else given[:1]
         options = CliRunner().invoke(app, [*path, "--help"], env={"COLUMNS": "200"}).output

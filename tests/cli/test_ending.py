@@ -51,39 +51,42 @@ def finished(folder: Path, retained: float = RETAINED, **replay: object) -> Path
 def test_ten_lines_of_a_case(tmp_path: Path) -> None:
     """(1 − 0.75)/(1 − 0.5) of what can pass has passed; two of four sentences on what was not checked, the others counted."""
     run = finished(tmp_path / "case02")
-    said = list(ending.lines([run], run / "report.html"))
-    assert len(said) == 10
-    assert "0.75; share that cannot pass 0.500, so 50 % of what can pass has passed" in said[1]
-    assert "4 bridges formed, 2 ruptured" in said[2]
-    assert "checked: in part: 2 quantities in 43 values recomputed, largest deviation 2e-12" in said[3]
-    assert said[4].strip() == f"not checked: {NOT_CHECKED[0]}" and "and 2 more not checked" in said[6]
-    assert said[7].endswith("results/: fraction_retained.csv, liquid_by_holder.csv")
-    assert said[8] == f"report: {run / 'report.html'}" and said[9] == f"next: pywet plot {run} --out curves.pdf"
+    output_text = list(ending.lines([run], run / "report.html"))
+    assert len(output_text) == 10
+    assert "0.75; share that cannot pass 0.500, so 50 % of what can pass has passed" in output_text[1]
+    assert "4 bridges formed, 2 ruptured" in output_text[2]
+    assert "checked: in part: 2 quantities in 43 values recomputed, largest deviation 2e-12" in output_text[3]
+    assert output_text[4].strip() == f"not checked: {NOT_CHECKED[0]}" and "and 2 more not checked" in output_text[6]
+    assert output_text[7].endswith("results/: fraction_retained.csv, liquid_by_holder.csv")
+    assert (
+        output_text[8] == f"report: {run / 'report.html'}"
+        and output_text[9] == f"next: pywet plot {run} --out curves.pdf"
+    )
 
 
 def test_what_was_not_compared_at_all_comes_first(tmp_path: Path) -> None:
     """A kind of the scene without a single value is worse than a window: it heads the list."""
     run = finished(tmp_path / "case02", nothing_compared=["bridges: none formed or ruptured in the run"])
-    said = list(ending.lines([run], None))
-    assert said[3].startswith("checked: in part")
-    assert said[4].strip() == "nothing compared: bridges: none formed or ruptured in the run"
-    assert "and 3 more" in said[6]
+    output_text = list(ending.lines([run], None))
+    assert output_text[3].startswith("checked: in part")
+    assert output_text[4].strip() == "nothing compared: bridges: none formed or ruptured in the run"
+    assert "and 3 more" in output_text[6]
 
 
 def test_seeds_are_a_mean_with_its_interval(tmp_path: Path) -> None:
     """Student's t for three seeds is 4.303: 4.303 × 0.01/√3 = 0.025."""
     runs = [finished(tmp_path / f"case02{end}", y) for end, y in (("", 0.74), ("-8", 0.75), ("-9", 0.76))]
-    said = list(ending.lines(runs, None))
-    assert "fraction retained at the end 0.750 ± 0.025 (95 % interval of the mean over 3 seeds)" in said[1]
-    assert said[-1] == f"next: pywet plot {' '.join(map(str, runs))} --out curves.pdf"
+    output_text = list(ending.lines(runs, None))
+    assert "fraction retained at the end 0.750 ± 0.025 (95 % interval of the mean over 3 seeds)" in output_text[1]
+    assert output_text[-1] == f"next: pywet plot {' '.join(map(str, runs))} --out curves.pdf"
 
 
 def test_an_objection_is_the_end_and_the_next_command_asks_again(tmp_path: Path) -> None:
     """The worst of several seeds is named, and everything is written before the command ends in its sentence."""
     row = {**REPLAY["quantities"]["capillary"], "largest": 0.1}  # type: ignore[index]
     runs = [finished(tmp_path / "case02"), finished(tmp_path / "case02-8", quantities={"capillary": row})]
-    said = list(ending.lines(runs, None))
-    assert any(line.startswith("checked: no (case02-8)") for line in said) and "pywet replay" in said[-1]
+    output_text = list(ending.lines(runs, None))
+    assert any(line.startswith("checked: no (case02-8)") for line in output_text) and "pywet replay" in output_text[-1]
     with pytest.raises(PywetError, match=r"case02-8: the replay disagrees on capillary: 0\.1"):
         ending.show(runs)
     assert all("capillary" in (run / "details.txt").read_text() for run in runs)
@@ -134,6 +137,6 @@ def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
                "initial_liquid_m3": 1e-9, "events": None, "effects": {"bridges": True}, "checks": [], "versions": {},
                "liquid_end_m3": {"spheres_ore_5_4_mm": 4e-10, "outlet_overs": 6e-10, "total": 1e-9}}  # fmt: skip
     write_json(run / "summary.json", summary)
-    said = [*ending._screen([run]), *ending._liquid([run])]
-    assert "cut size d50 2.5 mm" in said[0] and "efficiency" in said[0]
-    assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in said[1]
+    output_text = [*ending._screen([run]), *ending._liquid([run])]
+    assert "cut size d50 2.5 mm" in output_text[0] and "efficiency" in output_text[0]
+    assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in output_text[1]

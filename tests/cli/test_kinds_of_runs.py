@@ -69,14 +69,14 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def test_run_scene_ends_in_ten_lines(runs: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:
     """On the screen ten lines, in details.txt all of them, with --verbose both; its page is named and exists."""
     run = runs["custom"]
-    said = (run / "printed.txt").read_text().strip().splitlines()
-    assert len(said) <= 10 and "100 % spheres beads" in said[1]
-    assert f"report: {run / 'report.html'}" in said and (run / "report.html").exists()
+    output_text = (run / "printed.txt").read_text().strip().splitlines()
+    assert len(output_text) <= 10 and "100 % spheres beads" in output_text[1]
+    assert f"report: {run / 'report.html'}" in output_text and (run / "report.html").exists()
     details = (run / "details.txt").read_text().splitlines()
     assert len(details) > 60
     ending.show([run], verbose=True)
     printed = capsys.readouterr().out.strip().splitlines()
-    assert len(printed) >= len(details) + len(said) and printed[-1] == said[-1]
+    assert len(printed) >= len(details) + len(output_text) and printed[-1] == output_text[-1]
 
 
 def outcome(command: str, run: Path, second: Path) -> tuple[int, str]:
@@ -97,14 +97,14 @@ def test_commands_on_each_kind(
     for kind, run in runs.items():
         second = tmp_path / f"{kind}_2"
         (shutil.copytree if run.is_dir() else shutil.copy)(run, second)
-        code, said = outcome(command, run, second)
+        code, output_text = outcome(command, run, second)
         if kind == "answer":
-            good = code in (1, 2) and str(run) in said and "expected" in said and "run" in said
+            good = code in (1, 2) and str(run) in output_text and "expected" in output_text and "run" in output_text
         else:
             status, sentence = REFUSED.get((command, kind), (0, ""))
-            good = code == status and sentence in said
+            good = code == status and sentence in output_text
         if not good:
-            wrong.append((kind, code, said[-600:]))
+            wrong.append((kind, code, output_text[-600:]))
     assert wrong == []
 
 

@@ -141,5 +141,5 @@ def running() -> Iterator[Path]:
 
 
 def _idle() -> int:
-    said = subprocess.run(["sinfo", "--noheader", "-N", "-o", "%T"], capture_output=True, text=True, check=False)
-    return said.stdout.split().count("idle")
+    output_text = subprocess.run(["sinfo", "--noheader", "-N", "-o", "%T"], capture_output=True, text=True, check=False)
+    return output_text.stdout.split().count("idle")

@@ -118,8 +118,8 @@ def test_mechanism_of_two_spheres() -> None:
 )
 def test_outcomes_of_the_paper(given: dict[str, float], expected: tuple[str, str | None]) -> None:
     """Fig. 5, 10a (collinear), 14, 15; the window matters: with Ca = ∞ rotating doublets part in the end."""
-    said = spheres.describe(spheres.run(spheres.three_equal_spheres(**given)))
-    assert (said["outcome"], said["name"]) == expected
+    output_text = spheres.describe(spheres.run(spheres.three_equal_spheres(**given)))
+    assert (output_text["outcome"], output_text["name"]) == expected
 
 
 def test_first_rotation_is_that_of_the_true_centre_distance() -> None:

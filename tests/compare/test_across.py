@@ -48,8 +48,8 @@ def compared(*arguments: object) -> tuple[int, str]:
 def test_five_and_seven_per_cent(groups: tuple[Path, Path], tmp_path: Path) -> None:
     """The first line is the verdict, the second the difference: +0.0125 ± 0.052 of the ends above, by hand from Student's t."""
     figure, answer = tmp_path / "moisture.svg", tmp_path / "answer.json"
-    code, said = compared(*groups, "--across", "liquid", "--plot", figure, "--json", answer)
-    first, second = said.splitlines()[:2]
+    code, output_text = compared(*groups, "--across", "liquid", "--plot", figure, "--json", answer)
+    first, second = output_text.splitlines()[:2]
     assert code == 0 and first.startswith("no difference beyond the spread of 4 and 4 seeds")
     assert "B − A +0.0125 ± 0.052 (95 %): not significant" in second and "A 0.705 ± 0.054" in second
     rows = {row["quantity"]: row for row in json.loads(answer.read_text())["rows"]}
@@ -60,21 +60,22 @@ def test_five_and_seven_per_cent(groups: tuple[Path, Path], tmp_path: Path) -> N
 
 def test_the_table_fits_80_columns(groups: tuple[Path, Path]) -> None:
     """Every row of the table is at most 80 characters wide, none is cut off."""
-    said = compared(*groups, "--across", "liquid")[1].splitlines()
-    start = next(k for k, line in enumerate(said) if line.startswith("quantity"))
-    end = next(k for k, line in enumerate(said) if line.startswith("B − A:"))
-    assert end - start > 10 and all(len(line) <= 80 and "…" not in line for line in said[start:end])
+    output_text = compared(*groups, "--across", "liquid")[1].splitlines()
+    start = next(k for k, line in enumerate(output_text) if line.startswith("quantity"))
+    end = next(k for k, line in enumerate(output_text) if line.startswith("B − A:"))
+    assert end - start > 10 and all(len(line) <= 80 and "…" not in line for line in output_text[start:end])
 
 
 def test_another_moisture_is_refused_with_the_way_to_it(groups: tuple[Path, Path]) -> None:
     """Without --across the sentence names the option; a setting that is none is refused with those that are."""
-    code, said = compared(*groups)
-    assert code == 2 and "--across liquid compares groups across it" in " ".join(said.split())
-    code, said = compared(*groups, "--across", "moisture")
+    code, output_text = compared(*groups)
+    assert code == 2 and "--across liquid compares groups across it" in " ".join(output_text.split())
+    code, output_text = compared(*groups, "--across", "moisture")
     assert (
-        code == 2 and "--across moisture was given; expected a setting that may differ: sphere classes, liquid," in said
+        code == 2
+        and "--across moisture was given; expected a setting that may differ: sphere classes, liquid," in output_text
     )
-    code, said = compared(groups[0].parent / "five", "--a", groups[0])
+    code, output_text = compared(groups[0].parent / "five", "--a", groups[0])
     assert code == 2
 
 

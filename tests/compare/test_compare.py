@@ -100,8 +100,8 @@ def test_single_runs(tmp_path: Path) -> None:
     assert run(str(a), str(tmp_path / "same"))[0] == 0
     assert verdict.compare([a], [tmp_path / "same"]).verdict == "the runs are bit-identical"
     assert "within round-off" in verdict.compare([a], [near]).verdict
-    code, said = run(str(a), str(far), "--json", str(tmp_path / "out.json"))
-    assert code == 1 and "says nothing about significance" in " ".join(said.split())
+    code, output_text = run(str(a), str(far), "--json", str(tmp_path / "out.json"))
+    assert code == 1 and "says nothing about significance" in " ".join(output_text.split())
     rows = {r["quantity"]: r for r in json.loads((tmp_path / "out.json").read_text())["rows"]}
     assert rows["fraction retained"]["deviation"] == pytest.approx(1e-3, rel=1e-6)
     assert not rows["fraction retained small"]["different"] if "fraction retained small" in rows else True
@@ -117,8 +117,8 @@ def test_groups_from_folders(tmp_path: Path) -> None:
             table = pd.read_parquet(path)
             pd.concat([table.assign(x=table["x"] + 1e-6 * random.normal())]).to_parquet(path)
     assert run(str(tmp_path / "a"), str(tmp_path / "b"))[0] == 0
-    code, said = run("--a", str(tmp_path / "a"), "--b", str(tmp_path / "c"))
-    assert code == 1 and "beyond the spread of 5 and 5 seeds" in " ".join(said.split())
+    code, output_text = run("--a", str(tmp_path / "a"), "--b", str(tmp_path / "c"))
+    assert code == 1 and "beyond the spread of 5 and 5 seeds" in " ".join(output_text.split())
 
 
 def test_what_cannot_be_compared(tmp_path: Path) -> None:
@@ -177,24 +177,24 @@ def test_digest_of_runs_of_ones_own(tmp_path: Path) -> None:
     of it. Numbers have their units."""
     seeds = [replayed(tmp_path / "seeds" / str(k), 0.01 * k) for k in range(1, 5)]
     file = str(tmp_path / "mine.json")
-    code, said = run(str(tmp_path / "seeds"), "--out", file, command="digest")
-    assert code == 0 and "numbers of 4 runs" in said
+    code, output_text = run(str(tmp_path / "seeds"), "--out", file, command="digest")
+    assert code == 0 and "numbers of 4 runs" in output_text
     assert digest.load(Path(file)).scene is not None
     assert run(str(seeds[0]), "--digest", file)[0] == 0
-    code, said = run(str(replayed(tmp_path / "far", 1.0)), "--digest", file)
-    assert code == 1 and "changed since" in said
-    rows = [line.split() for line in said.splitlines() if "mean height at the end" in line]
+    code, output_text = run(str(replayed(tmp_path / "far", 1.0)), "--digest", file)
+    assert code == 1 and "changed since" in output_text
+    rows = [line.split() for line in output_text.splitlines() if "mean height at the end" in line]
     assert rows and all("m" in row for row in rows)
     other = replayed(tmp_path / "other")
     scene = Scene.read(other / "scene.json")
     (other / "scene.json").write_text(scene.model_copy(update={"gravity_m_per_s2": (0.0, 0.0, -1.0)}).model_dump_json())
-    code, said = run(str(other), "--digest", file)
-    assert code == 2 and "differ in gravity" in said and "changed" not in said
-    code, said = run(str(seeds[0]), str(other), "--out", file, command="digest")
-    assert code == 2 and "expected runs of one scene" in said
+    code, output_text = run(str(other), "--digest", file)
+    assert code == 2 and "differ in gravity" in output_text and "changed" not in output_text
+    code, output_text = run(str(seeds[0]), str(other), "--out", file, command="digest")
+    assert code == 2 and "expected runs of one scene" in output_text
     assert run(str(seeds[0]), command="digest")[0] == 2  # no file is named
-    code, said = run(str(seeds[0]), "--digest", str(references.STORE / "pull.json"))
-    assert code == 2 and "differ in case" in said
+    code, output_text = run(str(seeds[0]), "--digest", str(references.STORE / "pull.json"))
+    assert code == 2 and "differ in case" in output_text
 
 
 def test_a_digest_is_refused_when_the_replay_disagrees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,8 +17,8 @@ CONFIG = config.load(Path(__file__).parents[2] / "config")
 def test_tables_of_a_smoke_case_take_what_is_said() -> None:
     """Smoke case 2 wrote 24,648 events and 34,335 contacts (docs/replay.md), 82 and 209 bytes each, and two windows of 20 steps
     of 335 spheres: 12 MB to within a factor of two, which a disk that is asked for has to allow."""
-    told = needs.need(CONFIG, 2, "smoke").disk_B
-    assert 0.5 < told / (24_648 * 82 + 34_335 * 209 + 2 * 40 * 335 * 146) < 2.0
+    reported = needs.need(CONFIG, 2, "smoke").disk_B
+    assert 0.5 < reported / (24_648 * 82 + 34_335 * 209 + 2 * 40 * 335 * 146) < 2.0
 
 
 def test_what_is_asked_of_a_cluster_doubles_with_each_attempt() -> None:
@@ -36,18 +36,18 @@ def test_campaign_counts_every_seed_and_the_twin_of_another_preset(
     one = needs.need
     monkeypatch.setattr(needs, "need", lambda *a: replace(one(*a), seconds=slower * one(*a).seconds))
     several = CONFIG.settings.model_copy(update={"seeds": 3})
-    said = {}
+    output_text = {}
     for chosen in (CONFIG, config.Config(CONFIG.folder, several, CONFIG.materials, CONFIG.scales, CONFIG.cases)):
         last = needs.campaign(chosen, "full")[-2]
         runs, hours, tables = re.findall(r"(\d+) runs.*?([\d.]+) core-hours.*?([\d.]+) GB of tables", last)[0]
-        said[chosen.settings.seeds] = int(runs), float(hours), float(tables)
-    assert (said[1][0], said[3][0]) == (19, 57)
-    assert said[3][1] == pytest.approx(3 * said[1][1], rel=0.01) and said[3][2] == pytest.approx(
-        3 * said[1][2], rel=0.1
+        output_text[chosen.settings.seeds] = int(runs), float(hours), float(tables)
+    assert (output_text[1][0], output_text[3][0]) == (19, 57)
+    assert output_text[3][1] == pytest.approx(3 * output_text[1][1], rel=0.01) and output_text[3][2] == pytest.approx(
+        3 * output_text[1][2], rel=0.1
     )
 
 
 def test_spheres_that_are_retired_cost_nothing() -> None:
     """Of the time loop of case 2 at full scale 0.93 (20.1 - 3.3)/20.1 is saved; its start, some seconds, is not."""
-    kept = needs.need(CONFIG.without_retirement(), 2, "full").seconds
-    assert needs.need(CONFIG, 2, "full").seconds == pytest.approx((1.0 - 0.93 * 16.8 / 20.1) * kept, rel=0.02)
+    stored = needs.need(CONFIG.without_retirement(), 2, "full").seconds
+    assert needs.need(CONFIG, 2, "full").seconds == pytest.approx((1.0 - 0.93 * 16.8 / 20.1) * stored, rel=0.02)

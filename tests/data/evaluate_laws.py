@@ -507,15 +507,15 @@ def rows() -> Iterator[dict[str, str]]:
 
 def main() -> None:
     with TABLE.open() as stream:
-        kept = list(csv.DictReader(stream))
+        stored = list(csv.DictReader(stream))
     made = list(rows())
     names = {(row["kind"], row["law"]) for row in made}
-    kept = [row for row in kept if (row["kind"], row["law"]) not in names]
+    stored = [row for row in stored if (row["kind"], row["law"]) not in names]
     with TABLE.open("w", newline="") as stream:
         writer = csv.DictWriter(stream, made[0].keys(), lineterminator="\n")
         writer.writeheader()
-        writer.writerows(kept + made)
-    print(f"{len(made)} rows evaluated, {len(kept)} kept", file=sys.stderr)
+        writer.writerows(stored + made)
+    print(f"{len(made)} rows evaluated, {len(stored)} kept", file=sys.stderr)
 
 
 if __name__ == "__main__":

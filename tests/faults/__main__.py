@@ -41,18 +41,18 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("results/faults"),
 ) -> None:
     """Try random faults."""
-    rooms = room or list(ROOMS)
-    unknown = sorted(set(rooms) - set(ROOMS))
+    packages = room or list(ROOMS)
+    unknown = sorted(set(packages) - set(ROOMS))
     if unknown:
         raise typer.BadParameter(f"there is no room {unknown[0]}; expected one of {', '.join(ROOMS)}")
     table = out.absolute() / "faults.csv"
     table.parent.mkdir(parents=True, exist_ok=True)
     rows = read(table)
     bench, begun = Bench(out.absolute()), time.monotonic()
-    bench.open(rooms)
+    bench.open(packages)
     print(f"without a fault: {time.monotonic() - begun:.0f} s", flush=True)
     known = {(row["room"], int(row["number"])) for row in rows}
-    wanted = [(rooms[n % len(rooms)], n // len(rooms)) for n in range(new)]
+    wanted = [(packages[n % len(packages)], n // len(packages)) for n in range(new)]
     ahead, begun = [place for place in wanted if place not in known], time.monotonic()
     for done, (place, number) in enumerate(ahead, 1):
         row = one(bench, number, seed, place)
@@ -61,7 +61,7 @@ def main(
         left = (time.monotonic() - begun) / done * (len(ahead) - done)
         print(f"{done}/{len(ahead)} {said(row)} ({left / 60:.0f} min to go)", flush=True)
     for row in rows if tests else ():
-        if row["by"] in OPEN and not row["said"].startswith(ASKED) and row["room"] in rooms:
+        if row["by"] in OPEN and not row["said"].startswith(ASKED) and row["room"] in packages:
             if (mutant := asked.again(row, bench.tree / "pywet")) is None:
                 continue
             failed = asked.ask(bench, mutant, engine=engine)
@@ -82,8 +82,8 @@ def one(bench: Bench, number: int, seed: int, room: str) -> dict[str, str]:
     while verdict is None:
         mutant = draw(bench.files(room), chance)
         verdict: Verdict | None = bench.judge(mutant, room)
-    told = verdict.said.replace(f"{bench.tree}/", "")[:SAID]  # in this order: half a path would be kept
-    values = (str(number), room, below(mutant.path), str(mutant.line), mutant.what, verdict.by, told)
+    reported = verdict.said.replace(f"{bench.tree}/", "")[:SAID]  # in this order: half a path would be kept
+    values = (str(number), room, below(mutant.path), str(mutant.line), mutant.what, verdict.by, reported)
     return dict(zip(COLUMNS, values, strict=True))
 
 

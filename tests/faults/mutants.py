@@ -112,12 +112,12 @@ def _dropped(path: Path, text: str) -> Iterator[Mutant]:
     """Whole statements on one line that change something."""
     lines = text.split("\n")
     for k, line in enumerate(lines):
-        said = line.strip()
+        output_text = line.strip()
         if path.suffix == ".py":
-            whole = re.fullmatch(CHANGES, said) and said.count("(") == said.count(")")
+            whole = re.fullmatch(CHANGES, output_text) and output_text.count("(") == output_text.count(")")
             new = line[: len(line) - len(line.lstrip())] + "pass"
         else:
-            whole = said.endswith(";") and re.match(r"[\w.>\[\]-]+ (?:[-+*/]?=) |[\w.>-]+\(", said)
+            whole = output_text.endswith(";") and re.match(r"[\w.>\[\]-]+ (?:[-+*/]?=) |[\w.>-]+\(", output_text)
             new = ""
-        if whole and not said.startswith(NO_STATEMENT):
-            yield Mutant(path, k + 1, f"dropped: {said}", "\n".join([*lines[:k], new, *lines[k + 1 :]]))
+        if whole and not output_text.startswith(NO_STATEMENT):
+            yield Mutant(path, k + 1, f"dropped: {output_text}", "\n".join([*lines[:k], new, *lines[k + 1 :]]))

@@ -68,11 +68,11 @@ def counted(sources: Path, objects: Path) -> Lines:
     """Lines of the plugin that gcov counted; `objects` holds its notes and counters."""
     lines: Lines = {}
     for path in objects.glob("*.gcda"):
-        said = subprocess.run(
+        output_text = subprocess.run(
             ["gcov", "-t", path.name], cwd=objects, capture_output=True, text=True, check=False
         ).stdout
         name = None
-        for row in said.splitlines():
+        for row in output_text.splitlines():
             count, number, text = [*row.split(":", 2), "", ""][:3]
             if source := re.match(r"Source:(.*)", text):
                 name = Path(source.group(1)).name if Path(source.group(1)).parent == sources else None

@@ -84,12 +84,12 @@ def test_what_imports_a_changed_module_is_forgotten() -> None:
     import pywet.runs.rundir as rundir
 
     names = ("pywet.runs.rundir", "pywet.report.vtk", "pywet.scene")
-    kept = {name: sys.modules[name] for name in list(sys.modules) if name.startswith("pywet")}
+    stored = {name: sys.modules[name] for name in list(sys.modules) if name.startswith("pywet")}
     try:
         server.forget("pywet.runs.rundir", rooms.ROOT)
         assert [name in sys.modules for name in names] == [False, False, True]
     finally:
-        sys.modules.update(kept)
+        sys.modules.update(stored)
         sys.modules["pywet.runs"].rundir = rundir  # type: ignore[attr-defined]
         sys.modules["pywet.report"].vtk = vtk  # type: ignore[attr-defined]
 

@@ -80,19 +80,19 @@ class Bench:
 
     def _know(self, scene: str) -> None:
         """Marks of a sound run, and of a scene by name the lines it comes to."""
-        kept = self.out / "sound" / scene
+        stored = self.out / "sound" / scene
         scenes.configure(self._way(scene).config, scene)
-        if not (kept / "known.json").exists():
+        if not (stored / "known.json").exists():
             first = self._sound(scene)
-            shutil.rmtree(kept, ignore_errors=True)
-            shutil.copytree(self.run, kept / "run")
+            shutil.rmtree(stored, ignore_errors=True)
+            shutil.copytree(self.run, stored / "run")
             lines = {} if "=" in scene else self._reached(scene)
             if self._sound(scene) != first:
                 raise SystemExit(f"two sound runs of scene {scene} differ")
-            (kept / "known.json").write_text(
+            (stored / "known.json").write_text(
                 json.dumps({"marks": first, "lines": {k: sorted(v) for k, v in lines.items()}})
             )
-        known = json.loads((kept / "known.json").read_text())
+        known = json.loads((stored / "known.json").read_text())
         self.sound[scene] = known["marks"]
         self.lines[scene] = {name: set(numbers) for name, numbers in known["lines"].items()}
 
@@ -187,8 +187,8 @@ class Bench:
         now, then = ({n: m for n, m in made.items() if part in ("view", "") or not n.startswith("vtk/")}
                      for made in (marks(self.run), self.sound[scene]))  # fmt: skip
         changed = sorted(name for name in now.keys() | then.keys() if now.get(name) != then.get(name))
-        said = f"{scene}: changes {', '.join(changed[:4])}"
-        return Verdict("survives", said) if changed else Verdict("no effect", scene)
+        output_text = f"{scene}: changes {', '.join(changed[:4])}"
+        return Verdict("survives", output_text) if changed else Verdict("no effect", scene)
 
     def _trial(self, way: Way, mutant: Mutant | None) -> dict[str, Any]:
         """In a copy of the process."""

@@ -127,13 +127,13 @@ def touching_centres(wires: Surface, radius: float, overlap: float, width: float
     outward /= np.linalg.norm(outward, axis=2, keepdims=True)
     trial = (points + outward * (radius - 0.5 * overlap)).reshape(-1, 3)
     trial = generator.permutation(trial[np.hypot(trial[:, 0], trial[:, 1]) < 0.5 * width - radius])[:3000]
-    kept: list[NDArray[np.float64]] = []
+    stored: list[NDArray[np.float64]] = []
     for x, per_wire in zip(trial, distance(wires, trial), strict=True):
         nearest, second = np.sort(per_wire)[:2]
-        free = all(np.linalg.norm(x - k) > 2.1 * radius for k in kept)
+        free = all(np.linalg.norm(x - k) > 2.1 * radius for k in stored)
         if radius - overlap < nearest < radius - 0.1 * overlap and second > 1.02 * radius and free:
-            kept.append(x)
-    return np.array(kept)
+            stored.append(x)
+    return np.array(stored)
 
 
 def distance(surface: Surface, points: NDArray[np.float64]) -> NDArray[np.float64]:

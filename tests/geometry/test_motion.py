@@ -29,7 +29,7 @@ def test_engine_sum_is_that_of_the_mover() -> None:
     """Σ over movers of axis · (−A ω sin(ω n Δt + p)) Δt, added up step by step as mesh_mover_linear.cpp does."""
     step, steps = 2e-6, 5000
     shift = np.zeros(3)
-    for words in (said.split() for said in viblin_words(VIBRATION)):
+    for words in (output_text.split() for output_text in viblin_words(VIBRATION)):
         axis, (amplitude, phase, period) = np.array(words[2:5], float), map(float, words[8::2])
         omega = 2.0 * math.pi / period
         for n in range(1, steps + 1):
@@ -82,8 +82,8 @@ def test_ellipse_of_the_paper(case: int, vertical: float) -> None:
 
 def test_movers_leave_out_axes_at_rest_and_print_all_digits() -> None:
     vibration = Vibration(amplitude_m=(0.0, 0.0, 0.0009), phase_rad=(0.0, 0.0, 0.1), frequency_Hz=50.6)
-    (said,) = viblin_words(vibration)
-    words = said.split()
+    (output_text,) = viblin_words(vibration)
+    words = output_text.split()
     assert words[:7] == ["viblin", "axis", "0", "0", "1", "order", "1"]
     assert float(words[8]) == 0.0009
     assert float(words[10]) == 0.1 - 0.5 * math.pi

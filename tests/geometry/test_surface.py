@@ -52,10 +52,10 @@ def test_wire_volume_is_the_prisms(sides: int, length: float) -> None:
     radius = 0.001
     corners = wire(np.array([-0.5 * length, 0.02, 0.0]), np.array([0.5 * length, 0.02, 0.0]), radius, sides, 1.02)
     surface = make_surface("w", "wires", [(corners, radius)])
-    prism = 0.5 * sides * radius**2 * math.sin(2 * math.pi / sides) * length
-    assert enclosed(surface.corners) == pytest.approx(prism, rel=SINGLE * 5)
+    analytic_wire = 0.5 * sides * radius**2 * math.sin(2 * math.pi / sides) * length
+    assert enclosed(surface.corners) == pytest.approx(analytic_wire, rel=SINGLE * 5)
     assert surface.area.sum() == pytest.approx(
-        2 * sides * radius * math.sin(math.pi / sides) * length + 2 * prism / length, rel=SINGLE * 5
+        2 * sides * radius * math.sin(math.pi / sides) * length + 2 * analytic_wire / length, rel=SINGLE * 5
     )
 
 

@@ -94,8 +94,8 @@ def test_an_effect_can_be_switched_by_hand(effect: str) -> None:
     made = make(water(), **{effect: False})
     assert getattr(made.effects, effect) is None
     assert next(r for r in made.rows if r.effect == effect).why == f"effects.{effect} is off in config.yaml"
-    kept = make(water(viscosity=1e-9), tolerance=1.0, decide="tolerance", **{effect: True})
-    assert getattr(kept.effects, effect) is not None
+    stored = make(water(viscosity=1e-9), tolerance=1.0, decide="tolerance", **{effect: True})
+    assert getattr(stored.effects, effect) is not None
 
 
 def test_bridges_off_takes_their_effects_along() -> None:
@@ -135,10 +135,10 @@ def test_what_is_left_out_is_negligible_together() -> None:
         made = chosen(water(), DILUTE, tolerance, speed=5.0)
         dropped = [row.number for row in made.rows if row.why == "negligible by its number"]
         assert sum(dropped) < tolerance
-        kept = [row for row in made.rows if row.why == "negligible alone, not together with what is left out"]
-        assert all(row.on and row.number < tolerance for row in kept)
-        if kept:
-            assert sum(dropped) + min(row.number for row in kept) >= tolerance
+        stored = [row for row in made.rows if row.why == "negligible alone, not together with what is left out"]
+        assert all(row.on and row.number < tolerance for row in stored)
+        if stored:
+            assert sum(dropped) + min(row.number for row in stored) >= tolerance
 
 
 def test_negligible_liquid_that_nobody_asks_for_runs_dry() -> None:

@@ -50,9 +50,9 @@ def test_a_run_says_what_is_asked_and_made_before_it_starts(tmp_path: Path, monk
     )
     monkeypatch.setattr(scene_stages, "finish", start)
     done = CliRunner().invoke(app, ["run-scene", str(tmp_path / "two.yaml"), "--out", str(tmp_path / "run")])
-    said = done.stdout + done.stderr
+    output_text = done.stdout + done.stderr
     assert done.exit_code and all(
-        said.index(name) < said.index("starts here") for name in ("asked", "made", "fine", "all")
+        output_text.index(name) < output_text.index("starts here") for name in ("asked", "made", "fine", "all")
     )
 
 

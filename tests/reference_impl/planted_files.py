@@ -150,9 +150,9 @@ def text(file: str, pattern: str, replacement: Callable[[re.Match[str]], str]) -
     """A text file changed where a pattern first fits."""
 
     def apply(folder: Path) -> None:
-        said, count = re.subn(pattern, replacement, (folder / file).read_text(), count=1, flags=re.MULTILINE)
+        output_text, count = re.subn(pattern, replacement, (folder / file).read_text(), count=1, flags=re.MULTILINE)
         assert count == 1, pattern
-        (folder / file).write_text(said)
+        (folder / file).write_text(output_text)
 
     return apply
 

@@ -59,14 +59,14 @@ def heap(folder: Path) -> Path:
     return folder
 
 
-def plant(sound: Path, folder: Path, planted: Planted) -> Path:
+def plant(sound: Path, folder: Path, injected: Planted) -> Path:
     """A copy of a run with one fault in its history."""
     shutil.copytree(sound, folder, dirs_exist_ok=True)
     meta = folder / "history" / "meta.json"
     names = (*io.TABLES, *io.WALL_TABLES)
     tables: Tables = {t: pd.read_parquet(folder / "history" / f"{t}.parquet") for t in names}
     tables["meta"] = json.loads(meta.read_text())
-    planted.change(tables)
+    injected.change(tables)
     meta.write_text(json.dumps(tables.pop("meta")))
     for name, frame in tables.items():
         frame.to_parquet(folder / "history" / f"{name}.parquet", index=False)

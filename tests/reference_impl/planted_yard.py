@@ -36,11 +36,11 @@ def plant(sound: Path, folder: Path, *faults: Planted) -> Path:
     shutil.copytree(sound, folder, dirs_exist_ok=True, copy_function=lambda a, b: Path(b).hardlink_to(a))
     for made in ("replay.json", "contributions.json"):
         (folder / made).unlink(missing_ok=True)
-    for planted in faults:
-        name = planted.table
+    for injected in faults:
+        name = injected.table
         beside = name in ("trajectory", "mesh_motion")
         path = folder / f"{name}.parquet" if beside else folder / "history" / f"{name}.parquet"
-        table = planted.change(pd.read_parquet(path))
+        table = injected.change(pd.read_parquet(path))
         path.unlink()
         table.to_parquet(path, index=False)
     return folder

@@ -115,8 +115,8 @@ def test_exact_split_of_both_orders_and_of_twins() -> None:
     other = transfer.exact_ratios(laws.SPHERE, 5e-4, 1e-3, 0.5, 0.2, nodes, at)
     assert one + other == pytest.approx(np.ones(4), abs=1e-15)
     assert one[0] == one[1] and np.ptp(one) > 0.01
-    twins = transfer.exact_ratios(laws.SPHERE, 1e-3, 1e-3, 0.2, 0.2, nodes, at)
-    assert np.array_equal(twins, np.full(4, 0.5))
+    comparisons = transfer.exact_ratios(laws.SPHERE, 1e-3, 1e-3, 0.2, 0.2, nodes, at)
+    assert np.array_equal(comparisons, np.full(4, 0.5))
 
 
 def test_exact_split_of_too_much_liquid_is_the_last_that_has_a_bridge() -> None:

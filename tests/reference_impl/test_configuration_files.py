@@ -88,8 +88,8 @@ def test_fault_of_the_reader_is_named(monkeypatch: pytest.MonkeyPatch, fault: st
     """With the value, the expected one and the file that says so."""
     plant, *words = FAULTS[fault]
     plant(monkeypatch)
-    said = [f["sentence"] for f in sections(CONFIG).findings]
-    assert any(all(word in sentence for word in words) for sentence in said), said
+    output_text = [f["sentence"] for f in sections(CONFIG).findings]
+    assert any(all(word in sentence for word in words) for sentence in output_text), output_text
 
 
 def test_wrong_row_of_a_list_is_named() -> None:

@@ -82,7 +82,7 @@ def test_no_false_alarm_on_a_wall_with_a_name_in_any_script(tmp_path: Path, name
 
 def test_no_false_alarm_with_an_origin_and_materials_of_walls(tmp_path: Path) -> None:
     """Plant coordinates, two materials, a contact of their own, a film by thickness, given positions."""
-    said = {
+    output_text = {
         "name": "plant", "duration_s": 0.1, "origin_mm": [1000.0, 2000.0, 30.0], "wall_material": "steel",
         "materials": {"glass": {"density_kg_per_m3": 2500, "rolling_friction": 0.02},
                       "steel": {"density_kg_per_m3": 7800, "contact_angle_deg": 40}},
@@ -95,7 +95,7 @@ def test_no_false_alarm_with_an_origin_and_materials_of_walls(tmp_path: Path) ->
         "walls": [{"name": "floor", "block": {"low_mm": [980, 1980, 20], "high_mm": [1020, 2020, 30]},
                    "turns": {"turns_per_minute": 6, "axis": [0, 0, 2], "origin_mm": [1000, 2000, 30]}}],
     }  # fmt: skip
-    building.write(Scene(**said), tmp_path)
+    building.write(Scene(**output_text), tmp_path)
     assert check.check(tmp_path).findings == []
 
 

@@ -50,8 +50,8 @@ def test_first_record_and_share_are_named(heap_dir: Path, tmp_path: Path) -> Non
         rows = (tables["contacts"]["step"] >= 1500) & (tables["contacts"]["partner_kind"] == laws.LARGE_WALL)
         tables["contacts"].loc[rows, "capillary"] *= 0.7
 
-    planted = planted_log.Planted(change, "capillary", "it is 0.7 times")
-    found = replay(planted_log.plant(heap_dir, tmp_path, planted))["diagnosis"]["findings"]
+    injected = planted_log.Planted(change, "capillary", "it is 0.7 times")
+    found = replay(planted_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
     log = pd.read_parquet(heap_dir / "history" / "contacts.parquet")
     changed = log[(log["step"] >= 1500) & (log["partner_kind"] == laws.LARGE_WALL)]
     assert len(found) == 1
@@ -71,8 +71,8 @@ def test_what_nothing_explains_is_said_so(heap_dir: Path, tmp_path: Path) -> Non
         noise = np.random.default_rng(1).normal(1.0, 0.1, len(tables["contacts"]))
         tables["contacts"]["capillary"] *= noise
 
-    planted = planted_log.Planted(change, "capillary", "")
-    found = replay(planted_log.plant(heap_dir, tmp_path, planted))["diagnosis"]["findings"]
+    injected = planted_log.Planted(change, "capillary", "")
+    found = replay(planted_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
     assert [f["fault"] for f in found] == [None]
     assert "cause not among the" in found[0]["sentence"] and found[0]["explained"] == 0
 
@@ -82,13 +82,13 @@ def test_exit_status_of_the_command(heap_dir: Path, tmp_path: Path, capsys: pyte
     """0, 1 with the table and one sentence, 2; JSON holds what replay.json holds."""
     wrong = planted_log.plant(heap_dir, tmp_path / "wrong", planted_log.FAULTS["torque on j left out"])
     assert command.run([heap_dir]) == 0
-    said = capsys.readouterr()
-    assert "contacts at" in said.out and said.err == ""
+    output_text = capsys.readouterr()
+    assert "contacts at" in output_text.out and output_text.err == ""
     assert command.run([wrong]) == 1
-    said = capsys.readouterr()
-    assert "fault: torque on j (between spheres, in every record): it is 0 times what is expected" in said.out
-    assert "suspect: torque on j: it is left out" in said.out
-    assert said.err.strip() == "the replay disagrees on torque_j; its worst records are in replay.json"
+    output_text = capsys.readouterr()
+    assert "fault: torque on j (between spheres, in every record): it is 0 times what is expected" in output_text.out
+    assert "suspect: torque on j: it is left out" in output_text.out
+    assert output_text.err.strip() == "the replay disagrees on torque_j; its worst records are in replay.json"
     assert command.run([heap_dir, wrong], as_json=True) == 1
     both = json.loads(capsys.readouterr().out)
     assert [found["status"] for found in both] == ["agrees", "disagrees"]

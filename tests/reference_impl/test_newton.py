@@ -143,14 +143,14 @@ def test_a_wrong_start_of_semi_implicit_drag_is_found_and_named(
 ) -> None:
     """As an engine would log it that starts its drag from something else."""
     _, found = scenes.closed(semi_implicit)
-    planted = []
+    injected = []
     for f in found:
         _, own, size, rows, second = f.checks[name]
-        planted.append(replace(f, checks={**f.checks, name: (wrong(own, second), own, size, rows, second)}))
+        injected.append(replace(f, checks={**f.checks, name: (wrong(own, second), own, size, rows, second)}))
     setup = window.read(semi_implicit)
-    failed = [q.name for q in newton.check(setup, planted) if not q.ok]
+    failed = [q.name for q in newton.check(setup, injected) if not q.ok]
     assert failed == [name]
-    sentences = [f["sentence"] for f in diagnosis.diagnose(motion.links(setup, planted, failed), failed)["findings"]]
+    sentences = [f["sentence"] for f in diagnosis.diagnose(motion.links(setup, injected, failed), failed)["findings"]]
     assert any(said in sentence and motion.PUSHES[name] in sentence for sentence in sentences), sentences
 
 
@@ -367,5 +367,5 @@ def test_a_sphere_that_hardly_turns_has_no_rolling_direction(tmp_path: Path, spi
     falling = small.Sphere(1, (0.0, 0.0, scenes.R + 1e-7), (0.0, 0.0, -0.05), (spin, 0.0, 0.0))
     folder = scenes.on_walls(tmp_path, small.floor(), [falling], steps=60)
     assert_closed(folder, contacts=30)
-    told = scenes.closed(folder)[1][0].counts["no_rolling_direction"]
-    assert (told > 0) == (spin < 1e-6), told
+    reported = scenes.closed(folder)[1][0].counts["no_rolling_direction"]
+    assert (reported > 0) == (spin < 1e-6), reported

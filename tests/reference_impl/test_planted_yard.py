@@ -51,8 +51,10 @@ def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[s
     findings = result["diagnosis"]["findings"]
     for fault in faults:
         assert not result["quantities"][fault.quantity]["ok"]
-        said = [s for f in findings if fault.quantity in f["quantities"] for s in (f["sentence"], *f["consequences"])]
-        assert any(fault.words in sentence for sentence in said), (fault, said)
+        output_text = [
+            s for f in findings if fault.quantity in f["quantities"] for s in (f["sentence"], *f["consequences"])
+        ]
+        assert any(fault.words in sentence for sentence in output_text), (fault, output_text)
 
 
 def test_the_page_lists_every_fault() -> None:
@@ -65,6 +67,8 @@ def test_the_page_lists_every_fault() -> None:
         for words in (r"Each of these (\d+)", r"(\d+) downstream", r"; (\d+) are detected without")
     )
     count, after, nameless = (found[1] for found in counts if found)
-    said = f"[{count} injected faults](docs/planted_faults.md), {after} of them downstream of the engine, are found"
+    output_text = (
+        f"[{count} injected faults](docs/planted_faults.md), {after} of them downstream of the engine, are found"
+    )
     assert nameless == "0"
-    assert f"{said} and described" in (planted_table.PAGE.parents[1] / "README.md").read_text()
+    assert f"{output_text} and described" in (planted_table.PAGE.parents[1] / "README.md").read_text()

@@ -60,8 +60,8 @@ def test_scene_of_a_reading_agrees_and_its_exchange_is_named(key: str, value: st
     assert not scene.check(tmp_path).findings
     default = getattr(CONFIG.settings.readings, key)
     put(f"settings.readings.{key}", default, "config.json")(tmp_path)
-    said = [f["sentence"] for f in scene.check(tmp_path).findings]
-    assert any(SCENES[key, value] in sentence for sentence in said), said
+    output_text = [f["sentence"] for f in scene.check(tmp_path).findings]
+    assert any(SCENES[key, value] in sentence for sentence in output_text), output_text
 
 
 EXCHANGES: dict[tuple[str, str], tuple[str, object, str, str]] = {
@@ -109,8 +109,10 @@ def test_reading_that_was_exchanged_behind_the_replay_is_named(
     copy, (place, default, quantity, words) = Path(shutil.copytree(read_dir, tmp_path / "run")), EXCHANGES[reading]
     exchange(copy, place, default)
     result = replay(copy)
-    said = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
-    assert not result["quantities"][quantity]["ok"] and any(words in sentence for sentence in said), result["diagnosis"]
+    output_text = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
+    assert not result["quantities"][quantity]["ok"] and any(words in sentence for sentence in output_text), result[
+        "diagnosis"
+    ]
 
 
 @pytest.mark.slow

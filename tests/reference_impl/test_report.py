@@ -79,7 +79,7 @@ def _files(run: Path, number: int, random: np.random.Generator) -> None:
     if data["events"]:
         data["events"] = {"formations": 12000 + number, "ruptures": 11000 + number}
         data["ledger_error"] = float(random.uniform(1e-16, 9e-16))
-        holders = (
+        reservoirs = (
             "coarse_material",
             "fines",
             "wires",
@@ -89,7 +89,7 @@ def _files(run: Path, number: int, random: np.random.Generator) -> None:
             "left",
             "standing_bridges",
         )
-        data["liquid_end_m3"] = {name: float(random.uniform(1e-8, 1e-6)) for name in holders}
+        data["liquid_end_m3"] = {name: float(random.uniform(1e-8, 1e-6)) for name in reservoirs}
         rows = {}
         for name in ("volume", "force"):
             largest, median = (float(v) for v in random.uniform(2, 9, 2) * [1e-13, 1e-16])
@@ -113,8 +113,8 @@ def _files(run: Path, number: int, random: np.random.Generator) -> None:
 
 def written(folder: Path) -> Path:
     out = folder / "report.html"
-    template, twins = ROOT / "workflow" / "report", {TWIN: (2, "exact")}
-    report.write(settings.load(ROOT / "config"), "smoke", CASES, folder, template, None, out, twins)
+    template, comparisons = ROOT / "workflow" / "report", {TWIN: (2, "exact")}
+    report.write(settings.load(ROOT / "config"), "smoke", CASES, folder, template, None, out, comparisons)
     return out
 
 

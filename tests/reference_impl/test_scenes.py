@@ -133,6 +133,6 @@ FAULTS: dict[str, tuple[Callable[[Head, Arrays], None], str]] = {
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_is_found_and_named(right: str, heap_dir: Path, name: str) -> None:
-    plant, said = FAULTS[name]
+    plant, output_text = FAULTS[name]
     faults = read(changed(right, plant), heap_dir)
-    assert any(said in fault for fault in faults), faults
+    assert any(output_text in fault for fault in faults), faults

@@ -74,11 +74,11 @@ def test_replay_counts_and_shows_the_sections(copy: Path, capsys: pytest.Capture
     SCENE["amplitude 0.1 % high"].change(copy)
     put("fraction_retained_end", 0.123, "summary.json")(copy)
     assert command.run([copy]) == 1
-    said = capsys.readouterr()
-    assert "fault: scene: vibration.amplitude_m.z is 0.0009009, expected 0.0009" in said.out
-    assert "fault: results: summary.json: fraction_retained_end is 0.123" in said.out
-    assert "scene: DISAGREES" in said.out and "results: DISAGREES" in said.out
-    assert "scene_numbers" in said.err and "results_summary" in said.err
+    output_text = capsys.readouterr()
+    assert "fault: scene: vibration.amplitude_m.z is 0.0009009, expected 0.0009" in output_text.out
+    assert "fault: results: summary.json: fraction_retained_end is 0.123" in output_text.out
+    assert "scene: DISAGREES" in output_text.out and "results: DISAGREES" in output_text.out
+    assert "scene_numbers" in output_text.err and "results_summary" in output_text.err
     assert json.loads((copy / "replay.json").read_text())["ok"] is False
 
 
@@ -92,8 +92,12 @@ def test_without_configuration_or_results_nothing_is_said_to_agree(copy: Path) -
     assert "scene: no configuration (config.json) in the run directory" in found["not_checked"]
     assert "results: there are none yet in the run directory" in found["not_checked"]
     assert not [name for name in found["quantities"] if name.startswith(("scene_", "results_"))]
-    said = table(found)
-    assert "scene: not checked" in said and "scene: agrees" not in said and "results: agrees" not in said
+    output_text = table(found)
+    assert (
+        "scene: not checked" in output_text
+        and "scene: agrees" not in output_text
+        and "results: agrees" not in output_text
+    )
 
 
 @pytest.mark.engine
@@ -210,8 +214,10 @@ def test_dry_run_agrees_and_its_faults_are_named(dry_dir: Path, tmp_path: Path) 
     copy = Path(shutil.copytree(dry_dir, tmp_path / "run"))
     RESULTS["classes exchanged"].change(copy)
     SCENE["restitution 0.1 % low"].change(copy)
-    said = [f["sentence"] for f in (*scene.check(copy).findings, *results.check(copy).findings)]
-    assert any("pairs.3-0.restitution" in s for s in said) and any("near_mesh should hold" in s for s in said)
+    output_text = [f["sentence"] for f in (*scene.check(copy).findings, *results.check(copy).findings)]
+    assert any("pairs.3-0.restitution" in s for s in output_text) and any(
+        "near_mesh should hold" in s for s in output_text
+    )
 
 
 @pytest.mark.engine

@@ -66,8 +66,8 @@ def test_faults_are_found_across_cuts(
     heap_dir: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each event in a part of its own: the same findings as of the whole log."""
-    planted = planted_log.plant(heap_dir, tmp_path, planted_log.FAULTS[name])
-    assert at_size(planted, 1, monkeypatch) == at_size(planted, spans.SIZE, monkeypatch)
+    injected = planted_log.plant(heap_dir, tmp_path, planted_log.FAULTS[name])
+    assert at_size(injected, 1, monkeypatch) == at_size(injected, spans.SIZE, monkeypatch)
 
 
 def test_a_late_fault_of_a_long_log_is_named(heap_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,12 +76,12 @@ def test_a_late_fault_of_a_long_log_is_named(heap_dir: Path, tmp_path: Path, mon
     def change(tables: planted_log.Tables) -> None:
         planted_log.one("events", "film_i_after", -3, 1.001)(tables)
 
-    planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "film_after", ""))
-    whole = at_size(planted, spans.SIZE, monkeypatch)["diagnosis"]
+    injected = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "film_after", ""))
+    whole = at_size(injected, spans.SIZE, monkeypatch)["diagnosis"]
     monkeypatch.setattr(looked, "MOST", 12)
-    part = at_size(planted, 6, monkeypatch)["diagnosis"]
-    said = [[(f["quantities"], f["fault"], f["first"]["step"]) for f in d["findings"]] for d in (whole, part)]
-    assert said[0] == said[1] and any("film_after" in names for names, _, _ in said[1])
+    part = at_size(injected, 6, monkeypatch)["diagnosis"]
+    output_text = [[(f["quantities"], f["fault"], f["first"]["step"]) for f in d["findings"]] for d in (whole, part)]
+    assert output_text[0] == output_text[1] and any("film_after" in names for names, _, _ in output_text[1])
     assert whole["looked_at"] == "" and "the fault was looked for in events of steps" in part["looked_at"]
 
 
@@ -92,8 +92,8 @@ def test_a_late_fault_of_the_contacts_is_named(heap_dir: Path, tmp_path: Path, m
     def change(tables: planted_log.Tables) -> None:
         tables["contacts"].loc[tables["contacts"]["step"] >= 1500, "capillary"] *= 0.5
 
-    planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "capillary", ""))
-    found = at_size(planted, 6, monkeypatch)["diagnosis"]["findings"]
+    injected = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "capillary", ""))
+    found = at_size(injected, 6, monkeypatch)["diagnosis"]["findings"]
     assert [f["fault"] for f in found] == ["half of it counts"]
 
 
@@ -106,10 +106,10 @@ def test_a_late_fault_of_the_snapshots_is_named(
         late = tables["bridges"]["step"] > tables["bridges"]["step"].median()
         tables["bridges"].loc[late, "separation"] *= 1.001
 
-    planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "snapshot_separation", ""))
-    whole = at_size(planted, spans.SIZE, monkeypatch)["diagnosis"]["findings"]
+    injected = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "snapshot_separation", ""))
+    whole = at_size(injected, spans.SIZE, monkeypatch)["diagnosis"]["findings"]
     monkeypatch.setattr(looked, "MOST", 12)
-    part = at_size(planted, 6, monkeypatch)["diagnosis"]["findings"]
+    part = at_size(injected, 6, monkeypatch)["diagnosis"]["findings"]
     assert [f["fault"] for f in part] == [f["fault"] for f in whole] == ["it is 1.001 times what it should be"]
     assert part[0]["records"] < whole[0]["records"]
 
@@ -155,9 +155,9 @@ def test_a_log_out_of_order_is_refused(heap_dir: Path, tmp_path: Path) -> None:
     def change(tables: planted_log.Tables) -> None:
         tables["events"] = tables["events"].iloc[::-1]
 
-    planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "", ""))
+    injected = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "", ""))
     with pytest.raises(io.ReplayError, match="is not in the order of its steps"):
-        replay(planted)
+        replay(injected)
 
 
 def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:

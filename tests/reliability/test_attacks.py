@@ -152,12 +152,12 @@ def test_a_law_that_somebody_else_names_runs_only_with_trust(
     folder = tmp_path / "given"
     folder.mkdir()
     file = run_with(law, tmp_path / "run") if command == "timestep" else query_with(law, folder / "query.json")
-    code, said = pywet(command, file)
+    code, output_text = pywet(command, file)
     assert code == 1
-    assert f"{law} is not in the folder of a file that you gave" in said and "--trust" in said
+    assert f"{law} is not in the folder of a file that you gave" in output_text and "--trust" in output_text
     assert not ran.exists()
-    code, said = pywet(command, file, "--trust")
-    assert (code, ran.exists()) == (0, True), said
+    code, output_text = pywet(command, file, "--trust")
+    assert (code, ran.exists()) == (0, True), output_text
 
 
 OWN_SCENE = """
@@ -215,8 +215,8 @@ def test_one_rule_for_laws_that_a_given_file_names(
     folder = tmp_path / "given"
     folder.mkdir()
     arguments = naming(command, str(law), folder)
-    code, said = pywet(*arguments)
-    assert code == 1 and "move it below the file that names it, or give --trust" in said, said
+    code, output_text = pywet(*arguments)
+    assert code == 1 and "move it below the file that names it, or give --trust" in output_text, output_text
     assert not ran.exists()
     shutil.rmtree(folder / "config", ignore_errors=True)
     arguments = naming(command, "law.py", folder)
@@ -368,9 +368,9 @@ def test_a_folder_that_others_could_fill_is_refused(
 ) -> None:
     if "somebody" in says and os.getuid() != 0:
         pytest.skip("only root can give a folder away")
-    planted = tmp_path / f"pywet-{os.getuid()}"
-    planted.mkdir(mode=0o700)
-    spoil(planted)
+    injected = tmp_path / f"pywet-{os.getuid()}"
+    injected.mkdir(mode=0o700)
+    spoil(injected)
     monkeypatch.delenv("PYWET_CACHE", raising=False)
     monkeypatch.setenv("HOME", "/dev/null")
     monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null")
@@ -429,8 +429,8 @@ def test_machine_code_is_kept_under_all_sources_that_are_compiled(
 
     And whoever asks it to keep has it look in that folder.
     """
-    for room in sources.COMPILED:
-        shutil.copytree(ROOT / "pywet" / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"))
+    for margin in sources.COMPILED:
+        shutil.copytree(ROOT / "pywet" / margin, tmp_path / margin, ignore=shutil.ignore_patterns("__pycache__"))
     before = machine_code.key()
     monkeypatch.setattr(sources, "PACKAGE", tmp_path)
     elsewhere = machine_code.key()
@@ -480,9 +480,9 @@ def test_a_user_without_a_home_can_work(open_folder: Path) -> None:
         )
         assert done.returncode == 0, done.stderr
     assert float(done.stdout) == pytest.approx(6.2831853e-3, rel=1e-6)  # 4 pi sigma r_red at touch
-    kept = open_folder / "pywet-65534"
-    assert (kept.stat().st_uid, kept.stat().st_mode & 0o777) == (65534, 0o700)
-    assert list(kept.rglob("*.nbc"))
+    stored = open_folder / "pywet-65534"
+    assert (stored.stat().st_uid, stored.stat().st_mode & 0o777) == (65534, 0o700)
+    assert list(stored.rglob("*.nbc"))
 
 
 @pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
@@ -516,14 +516,14 @@ def test_machine_code_is_not_loaded_from_a_folder_open_to_all(variable: str, tmp
 def test_the_reference_keeps_nothing_in_a_folder_open_to_all(tmp_path: Path) -> None:
     shared = tmp_path / "shared"
     shared.mkdir()
-    for mode, kept in ((0o777, "False"), (0o700, "True")):
+    for mode, stored in ((0o777, "False"), (0o700, "True")):
         shared.chmod(mode)
         code = "from reference_impl import compiled; print(compiled.KEPT)"
         done = subprocess.run(
             [sys.executable, "-c", code], env=os.environ | {"NUMBA_CACHE_DIR": str(shared)}, capture_output=True,
             text=True, check=True, cwd=ROOT,
         )  # fmt: skip
-        assert done.stdout.strip() == kept
+        assert done.stdout.strip() == stored
 
 
 # --- programs that hang

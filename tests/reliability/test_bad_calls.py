@@ -43,10 +43,14 @@ HINTS = re.compile(
 
 def in_process(program: str, words: list[str]) -> tuple[int, str]:
     """Exit status and all that is said by a program in this process."""
-    said, before = io.StringIO(), sys.argv
+    output_text, before = io.StringIO(), sys.argv
     sys.argv = [program, *words]
     try:
-        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said), warnings.catch_warnings():
+        with (
+            contextlib.redirect_stderr(output_text),
+            contextlib.redirect_stdout(output_text),
+            warnings.catch_warnings(),
+        ):
             warnings.simplefilter("ignore")  # a module that is imported already is run once more
             (runpy.run_path if program.endswith(".py") else runpy.run_module)(program, run_name="__main__")
         code = 0
@@ -54,7 +58,7 @@ def in_process(program: str, words: list[str]) -> tuple[int, str]:
         code = end.code if isinstance(end.code, int) else int(end.code is not None)
     finally:
         sys.argv = before
-    return code, said.getvalue()
+    return code, output_text.getvalue()
 
 
 def content(folder: Path) -> dict[str, bytes]:
@@ -95,14 +99,14 @@ def test_a_call_that_cannot_be_right_is_refused_in_a_sentence(
         with limited(LIMIT_S):
             if call.program:
                 path = str(ROOT / call.program) if call.program.endswith(".py") else call.program
-                code, said = in_process(path, words)
+                code, output_text = in_process(path, words)
             else:
                 result = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, words)
-                code, said = result.exit_code, result.stderr + result.stdout
+                code, output_text = result.exit_code, result.stderr + result.stdout
                 assert result.exception is None or isinstance(result.exception, SystemExit), repr(result.exception)
         os.chdir(work)
-        assert code in (1, 2) and not any(never in said for never in NEVER), (code, said[-2000:])
-        assert len(said.strip()) > 20 and HINTS.search(said), said
+        assert code in (1, 2) and not any(never in output_text for never in NEVER), (code, output_text[-2000:])
+        assert len(output_text.strip()) > 20 and HINTS.search(output_text), output_text
         assert {name: content(work).get(name) for name in before} == before
         ends[code] += 1
         programs[call.program or f"pywet {call.words[0]}"] += 1

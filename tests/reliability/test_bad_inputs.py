@@ -95,20 +95,20 @@ def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, m
         shutil.copytree(made[row["made"]], run)
     for name, how in row.get("damage", {}).items():
         damage(run / name, how)
-    twin = made.get(row.get("made", ""))
-    arguments = [str(a).format(here=here, config=config, run=run, twin=twin) for a in row["run"]]
+    comparison = made.get(row.get("made", ""))
+    arguments = [str(a).format(here=here, config=config, run=run, twin=comparison) for a in row["run"]]
     result = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, arguments)
-    said = result.stderr + result.stdout
-    assert result.exit_code == row["exit"], said
-    assert not any(words in said for words in NEVER), said
+    output_text = result.stderr + result.stdout
+    assert result.exit_code == row["exit"], output_text
+    assert not any(words in output_text for words in NEVER), output_text
     for words in row.get("says", ()):
-        assert words in re.sub(r"\s+", " ", said), said
+        assert words in re.sub(r"\s+", " ", output_text), output_text
     if "error" in row:
         error = result.exception.__context__ if result.exception else None
-        assert isinstance(error, PywetError), said
+        assert isinstance(error, PywetError), output_text
         assert {name: getattr(error, name) for name in row["error"]} == row["error"]
         assert {Path(error.where).name.partition(" line ")[0]} <= {*row.get("config", ()), "config.yaml"}
-        assert str(error).splitlines()[0] in said
+        assert str(error).splitlines()[0] in output_text
     if row["exit"] == 1:
         lines = [  # where nobody has called `make setup` yet, that is said first
             line for line in result.stderr.strip().splitlines() if not line.startswith("compiling for this processor")

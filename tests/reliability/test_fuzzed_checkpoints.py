@@ -27,11 +27,11 @@ def bed(folder: Path) -> Path:
 @pytest.fixture(scope="module")
 def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run whose raw files and checkpoints were kept."""
-    kept = pytest.MonkeyPatch()
-    kept.setattr(collecting, "tidy", lambda engine: None)
+    stored = pytest.MonkeyPatch()
+    stored.setattr(collecting, "tidy", lambda engine: None)
     run = bed(tmp_path_factory.mktemp("unbroken"))
     driver.run(run, 1, progress=False)
-    kept.undo()
+    stored.undo()
     return run
 
 

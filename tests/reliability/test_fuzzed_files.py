@@ -69,8 +69,8 @@ def tried(name: str, folder: Path, seeds: Iterable[int]) -> Counter[str]:
                 reader.read(path)
                 ends["read"] += 1
             except reader.refusals as error:
-                said = str(error)  # `errors.border` shortens it and shows control characters as escapes
-                assert 10 < len(said) < 5000
+                output_text = str(error)  # `errors.border` shortens it and shows control characters as escapes
+                assert 10 < len(output_text) < 5000
                 ends["refused"] += 1
         path.write_bytes(sound[path])
     return ends

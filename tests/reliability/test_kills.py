@@ -261,8 +261,8 @@ def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path:
         DAMAGES[damage](run_dir / path.relative_to(cut_off[1]), at)
         found, passed = checkpoint.find(run_dir / "engine.partial", mark_of(run_dir))
         assert (found.step if found else None) == (older.step if fall_back else None), (path, at, passed)
-        said = next(phrase for phrase in passed if phrase.startswith(f"step {newer.step} ("))
-        assert path.name in said or path == sums, said
+        output_text = next(phrase for phrase in passed if phrase.startswith(f"step {newer.step} ("))
+        assert path.name in output_text or path == sums, output_text
         shutil.rmtree(run_dir)
 
 
@@ -320,8 +320,8 @@ def test_goes_on_from_the_older_one_and_says_so(
     flip(run_dir / newer.engine.relative_to(killed_), newer.engine.stat().st_size // 2)
     at = driver.run(run_dir, progress=False).resumed_at_step
     assert at == older.step
-    said = [line for line in caplog.text.splitlines() if "passed over" in line]
-    assert len(said) == 1 and f"step {newer.step} (checkpoint/engine.{newer.step} was changed)" in said[0]
+    output_text = [line for line in caplog.text.splitlines() if "passed over" in line]
+    assert len(output_text) == 1 and f"step {newer.step} (checkpoint/engine.{newer.step} was changed)" in output_text[0]
     assert_same(tables_of(whole), tables_of(run_dir))
 
 

@@ -66,12 +66,12 @@ def test_a_folder_of_others_is_refused_as_it_is(
     shipped.begin(tmp_path)
     monkeypatch.chdir(tmp_path)
     before = content(tmp_path)
-    code, said = call(*words, "--out", out)
+    code, output_text = call(*words, "--out", out)
     if words[0] == "calibrate" and out:
         assert code == 0 and {name: content(tmp_path)[name] for name in before} == before
         return
     says = "holds sweep.csv and no sweep" if words[0] == "sweep" else "no list of what a run wrote"
-    assert code == 1 and (says if out else "the argument of --out is empty") in said
+    assert code == 1 and (says if out else "the argument of --out is empty") in output_text
     assert content(tmp_path) == before
 
 
@@ -162,8 +162,11 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
     try:
         os.read(reader, 1)
         for name, words in calls.items():
-            code, said = call(*words)
-            assert code == 1 + (name in ("compare", "digest")) and "another run is at work in" in said, (name, said)
+            code, output_text = call(*words)
+            assert code == 1 + (name in ("compare", "digest")) and "another run is at work in" in output_text, (
+                name,
+                output_text,
+            )
             assert {k: v for k, v in content(run).items() if k != run_folder.LOCK} == before, name
     finally:
         os.kill(child, 9)
@@ -234,8 +237,8 @@ def test_another_configuration_is_moved_aside(tmp_path: Path, caplog: pytest.Log
         with identity.held(run, word):
             identity.leave(run, word)
             files.write_json(run / "engine" / "run.json", word)
-    kept = {p.name: json.loads((p / "engine" / "run.json").read_text()) for p in tmp_path.iterdir()}
-    assert kept == {"case02.1": "five", "case02.2": "seven", "case02": "nine"}
+    stored = {p.name: json.loads((p / "engine" / "run.json").read_text()) for p in tmp_path.iterdir()}
+    assert stored == {"case02.1": "five", "case02.2": "seven", "case02": "nine"}
     assert f"held a run of another configuration or version of pywet, which is {run}.1" in caplog.text
 
 
@@ -334,15 +337,15 @@ def deletes(path: Path) -> bool:
 
 def test_the_table_of_deletions_is_whole() -> None:
     """docs/reliability.md has a row for each module that deletes or overwrites files, and for no other."""
-    rooms = ("pywet", "workflow", "reference_impl", "benchmarks", "studies")
-    found = {str(p.relative_to(ROOT)) for room in rooms for p in (ROOT / room).rglob("*.py") if deletes(p)}
+    packages = ("pywet", "workflow", "reference_impl", "benchmarks", "studies")
+    found = {str(p.relative_to(ROOT)) for margin in packages for p in (ROOT / margin).rglob("*.py") if deletes(p)}
     section = (
         (ROOT / "docs" / "reliability.md").read_text().partition("## What may be deleted")[2].partition("\n## ")[0]
     )
-    told = {
+    reported = {
         name for row in re.findall(r"^\| (.*?) \|", section, re.MULTILINE) for name in re.findall(r"`([^`]+\.py)`", row)
     }
-    assert found == told
+    assert found == reported
 
 
 def test_runs_of_a_study_are_discarded_by_their_lists(tmp_path: Path) -> None:

@@ -94,10 +94,10 @@ def test_a_stopped_run_goes_on(whole: Path, tmp_path: Path, how: str) -> None:
         os.killpg(call.pid, number)
     else:
         os.kill(call.pid if whom == "parent" else engine, number)
-    said = call.communicate(timeout=60)[1]
-    assert call.returncode == code, said
-    assert says in said and "Traceback" not in said
-    assert len(said.strip().splitlines()) == (1 if says else 0), said
+    output_text = call.communicate(timeout=60)[1]
+    assert call.returncode == code, output_text
+    assert says in output_text and "Traceback" not in output_text
+    assert len(output_text.strip().splitlines()) == (1 if says else 0), output_text
     for _ in range(500):
         if not engines(run_dir):
             break
@@ -105,13 +105,13 @@ def test_a_stopped_run_goes_on(whole: Path, tmp_path: Path, how: str) -> None:
     assert not engines(run_dir)
     run_dir.rename(moved)
     again = called(moved)
-    said = again.communicate(timeout=600)[1]
-    assert again.returncode == 0, said
+    output_text = again.communicate(timeout=600)[1]
+    assert again.returncode == 0, output_text
     assert '"resumed_at_step": null' not in (moved / "engine" / "run.json").read_text()
     assert_same(tables_of(whole), tables_of(moved))
     assert (moved / "notes.txt").read_text() == "mine" and not (moved / gone).exists()
-    kept = {str(p.relative_to(moved)) for p in moved.rglob("*")} - {"notes.txt"}
-    assert {n for n in kept if "log.until-" not in n} == {str(p.relative_to(whole)) for p in whole.rglob("*")}
+    stored = {str(p.relative_to(moved)) for p in moved.rglob("*")} - {"notes.txt"}
+    assert {n for n in stored if "log.until-" not in n} == {str(p.relative_to(whole)) for p in whole.rglob("*")}
 
 
 def test_half_written_files_of_killed_processes_go(tmp_path: Path) -> None:

@@ -127,9 +127,9 @@ def test_the_replay_says_what_it_compared_and_what_not(bed: Path) -> None:
     assert held["windows"] == [[163, 238], [563, 638], [963, 1038], [1363, 1438]]
     assert (held["rows"]["trajectory"], held["rows"]["window_states"]) == (32 * 9, 32 * 300)
     assert "forces and motion: steps outside the windows, 1301 of 1601" in found["not_checked"]
-    said = table(found)
-    assert "compared: all 9 output steps to step 1600, 4 windows of 300 steps; rows: trajectory 288," in said
-    assert all(f"not checked: {sentence}" in said for sentence in found["not_checked"])
+    output_text = table(found)
+    assert "compared: all 9 output steps to step 1600, 4 windows of 300 steps; rows: trajectory 288," in output_text
+    assert all(f"not checked: {sentence}" in output_text for sentence in found["not_checked"])
 
 
 @pytest.mark.parametrize(

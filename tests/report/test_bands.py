@@ -46,15 +46,15 @@ def test_the_figure_has_the_width_it_is_printed_in(seeds: list[Path], tmp_path: 
     assert box is not None and float(box[1]) == pytest.approx(width * MM, abs=0.1)
     assert Image.open(tmp_path / "f.png").width == pytest.approx(width / 25.4 * 300, abs=1)
     drawn = ElementTree.parse(tmp_path / "f.svg").getroot()
-    said = [" ".join("".join(t.itertext()).split()) for t in drawn.iter("{http://www.w3.org/2000/svg}text")]
+    output_text = [" ".join("".join(t.itertext()).split()) for t in drawn.iter("{http://www.w3.org/2000/svg}text")]
     labels = (
         "fraction retained [-]",
         "partition: share retained [-]",
         "share of the liquid put in [-]",
         "diameter [mm]",
     )
-    assert [label for label in labels if label not in said] == []
-    assert any("95 % confidence interval" in text for text in said) and said.count("case02") == 2
+    assert [label for label in labels if label not in output_text] == []
+    assert any("95 % confidence interval" in text for text in output_text) and output_text.count("case02") == 2
     assert "font-size: 8px" in (tmp_path / "f.svg").read_text()
 
 

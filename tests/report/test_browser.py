@@ -171,8 +171,8 @@ def test_pointing_at_a_sphere_says_what_it_is(shown: Any) -> None:
     at(shown, 2)
     x, y = shown.evaluate("document.querySelector('.viewer').panels[0].where(0)")
     shown.locator("canvas").first.hover(position={"x": x, "y": y})
-    said = shown.inner_text(".tip")
-    assert said == "sphere 1: POM 8 mm, 8.00 mm; film 37.0 µm; 0.10 m/s; 2 bridges to 3, wire"
+    output_text = shown.inner_text(".tip")
+    assert output_text == "sphere 1: POM 8 mm, 8.00 mm; film 37.0 µm; 0.10 m/s; 2 bridges to 3, wire"
     shown.locator("canvas").first.hover(position={"x": 3, "y": 3})
     assert not shown.is_visible(".tip")
 
@@ -216,9 +216,9 @@ def test_walls_in_front_do_not_wash_out_spheres(shown: Any) -> None:
 
 def test_small_curves_have_ticks(shown: Any) -> None:
     """Fraction retained from 0 to 1 in fifths, time to 0.02 s in steps of 0.005 s."""
-    said = shown.locator(".charts svg").first.locator("text").all_text_contents()
-    assert [t for t in ("0.2", "0.4", "0.6", "0.8", "1") if t not in said] == []
-    assert [t for t in ("0.005", "0.01", "0.015", "0.02", "time in s") if t not in said] == []
+    output_text = shown.locator(".charts svg").first.locator("text").all_text_contents()
+    assert [t for t in ("0.2", "0.4", "0.6", "0.8", "1") if t not in output_text] == []
+    assert [t for t in ("0.005", "0.01", "0.015", "0.02", "time in s") if t not in output_text] == []
 
 
 def test_curves_are_saved_as_csv_and_svg(tmp_path: Path, tab: Any) -> None:
@@ -241,7 +241,7 @@ def test_curves_are_saved_as_csv_and_svg(tmp_path: Path, tab: Any) -> None:
     assert table["y"].tolist() == [1.0, 0.25, 1.0, 0.5] and table["x"].tolist() == [0.0, 1.0] * 2
     drawn = ElementTree.fromstring(saved["svg"])
     assert drawn.tag == "{http://www.w3.org/2000/svg}svg" and "dry" in "".join(drawn.itertext())
-    assert [said for said in tab.said if not said.startswith("data:")] == []
+    assert [output_text for output_text in tab.said if not output_text.startswith("data:")] == []
 
 
 def test_tables_of_eighteen_cases_fit_the_page(tmp_path: Path, tab: Any) -> None:

@@ -80,20 +80,22 @@ def test_paraview_shows_spheres_bridges_walls_and_curves(run: Path, tmp_path: Pa
     # and refuses about one in seventy
     screen = [] if os.environ.get("DISPLAY") else ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset"]
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    said = subprocess.run([*screen, "pvbatch", str(look)], env=environment, capture_output=True, text=True, check=False)
-    line = next((text for text in said.stdout.splitlines() if text.startswith("TOLD ")), None)
-    assert line is not None, said.stderr[-2000:]
-    told = json.loads(line.removeprefix("TOLD "))
-    assert told["times"] == [0.0, 0.01, 0.02] and told["curves"] == ["fraction_retained"]
+    output_text = subprocess.run(
+        [*screen, "pvbatch", str(look)], env=environment, capture_output=True, text=True, check=False
+    )
+    line = next((text for text in output_text.stdout.splitlines() if text.startswith("TOLD ")), None)
+    assert line is not None, output_text.stderr[-2000:]
+    reported = json.loads(line.removeprefix("TOLD "))
+    assert reported["times"] == [0.0, 0.01, 0.02] and reported["curves"] == ["fraction_retained"]
     # at 0.02 s: 4 mm around (-6, 0, 6) mm, 2 mm around (0, 0, -50) and (6, 0, -50); facets lie inside their sphere
-    np.testing.assert_allclose(told["spheres"]["bounds"], np.array([-10, 8, -4, 4, -52, 10]) * 1e-3, atol=1e-4)
+    np.testing.assert_allclose(reported["spheres"]["bounds"], np.array([-10, 8, -4, 4, -52, 10]) * 1e-3, atol=1e-4)
     # two bridges, one at a wire; no wall but the wire has any
-    assert told["bridges"]["cells"] == 2 and told["bridges at large walls"]["cells"] == 0
+    assert reported["bridges"]["cells"] == 2 and reported["bridges at large walls"]["cells"] == 0
     corners = vtk.cuboids(RunDir(run), 200).points.reshape(-1, 8, 3)
     edges = np.stack([corners[:, k] - corners[:, 0] for k in (1, 3, 4)], axis=1)
-    assert told["volume"] == pytest.approx(np.abs(np.linalg.det(edges)).sum(), rel=1e-6)
+    assert reported["volume"] == pytest.approx(np.abs(np.linalg.det(edges)).sum(), rel=1e-6)
     # wires and side walls have risen by 2 mm, the bin has not
-    heights = [told[name]["bounds"][4] for name in ("wires", "side_wall", "collecting_bin")]
+    heights = [reported[name]["bounds"][4] for name in ("wires", "side_wall", "collecting_bin")]
     np.testing.assert_allclose(heights, [2e-3, 2e-3, -0.06], atol=1e-6)
     pixels = np.asarray(Image.open(picture).convert("RGB"), dtype=float)
     scene = pixels[:, : int(0.6 * pixels.shape[1])]

@@ -114,10 +114,10 @@ def test_one_seed_of_each_preset_is_no_difference(config: settings.Config, folde
     assert shown["rows"][0]["paper"].endswith(", one seed")
     spread = [0.64, 0.65, 0.66, 0.67, 0.68]
     half = 2.306 * np.std(spread, ddof=1) * np.sqrt(2 / 5)
-    said = presets.apart(spread, [v + 0.01 for v in spread], "exact")
-    assert "cannot be told" in said and f"{0.01 - half:+.3f} and {0.01 + half:+.3f}" in said
-    said = presets.apart(spread, [v + 0.1 for v in spread], "exact")
-    assert "differs by more than seeds do" in said and f"{0.1 - half:+.3f} and {0.1 + half:+.3f}" in said
+    output_text = presets.apart(spread, [v + 0.01 for v in spread], "exact")
+    assert "cannot be told" in output_text and f"{0.01 - half:+.3f} and {0.01 + half:+.3f}" in output_text
+    output_text = presets.apart(spread, [v + 0.1 for v in spread], "exact")
+    assert "differs by more than seeds do" in output_text and f"{0.1 - half:+.3f} and {0.1 + half:+.3f}" in output_text
 
 
 def test_a_failed_case_is_named_with_its_reason_escaped(config: settings.Config, folder: Path) -> None:
@@ -219,8 +219,8 @@ def test_kinds_of_which_nothing_was_compared_are_said(config: settings.Config, f
     assert proof.startswith("Bookkeeping and forces recomputed in part: ")
     assert f'<span class="fair">case 2 nothing compared: {sentence}</span>' in text
     assert f'<span class="fair">done; nothing compared: {sentence}</span>' in text
-    standing = verdict.standing(folder / "case02")
-    assert (standing.word, standing.grade) == ("in part", "fair") and sentence in standing.sentence
+    active = verdict.standing(folder / "case02")
+    assert (active.word, active.grade) == ("in part", "fair") and sentence in active.sentence
 
 
 def test_the_word_proven_is_nowhere(config: settings.Config, folder: Path) -> None:
@@ -278,12 +278,12 @@ def test_every_assumption_of_the_configuration_is_listed_with_its_reason(config:
 
 def test_a_source_of_one_word_is_listed_too(config: settings.Config) -> None:
     """Assumed without a reason, measured: both are numbers that the paper does not give."""
-    said = {
+    output_text = {
         "viscosity_Pa_s": NonNegativeEntry(value=0.002, source="assumption"),
         "surface_tension_N_per_m": PositiveEntry(value=0.05, source="measured"),
     }
-    own = config.materials.model_copy(update={"liquid": config.materials.liquid.model_copy(update=said)})
-    rows = {name: said for name, *said in report.assumptions(replace(config, materials=own), "smoke")}
+    own = config.materials.model_copy(update={"liquid": config.materials.liquid.model_copy(update=output_text)})
+    rows = {name: output_text for name, *output_text in report.assumptions(replace(config, materials=own), "smoke")}
     assert rows["materials · liquid · viscosity_Pa_s"] == ["0.002", "no reason is given"]
     assert rows["materials · liquid · surface_tension_N_per_m"] == ["0.05", "measured"]
 

@@ -130,12 +130,12 @@ def test_nothing_of_an_earlier_run_is_left(tmp_path: Path) -> None:
         "history/window_states.parquet",
         "results/checks.json",
     ]
-    kept = ["scene.json", "history/spheres.parquet", "stl/wires.stl"]
+    stored = ["scene.json", "history/spheres.parquet", "stl/wires.stl"]
     run_folder.claim(tmp_path)
-    run_folder.record(tmp_path, [*made, *kept])
-    for name in [*made, *kept]:
+    run_folder.record(tmp_path, [*made, *stored])
+    for name in [*made, *stored]:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     tables.forget(tmp_path)
     assert not any((tmp_path / name).exists() for name in made)
-    assert all((tmp_path / name).exists() for name in kept)
+    assert all((tmp_path / name).exists() for name in stored)

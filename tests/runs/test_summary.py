@@ -20,6 +20,6 @@ def test_energies_of_a_dry_run(tmp_path: Path) -> None:
     at.loc[(at["step"] == at["step"].max()) & (at["id"] == 1), ["wx", "wz"]] = 18.0, 24.0
     write_table(at, folder / "trajectory.parquet")
     large, small = (1400.0 * 4.0 / 3.0 * math.pi * r**3 for r in (4e-3, 2e-3))
-    told = summary.general(RunDir(folder))["energy_J"]
-    assert told["spin"] == pytest.approx(0.5 * 0.4 * large * 4e-3**2 * 30.0**2, rel=1e-12)
-    assert told["kinetic"] == pytest.approx(0.5 * (large + 2 * small) * 0.1**2, rel=1e-12)
+    reported = summary.general(RunDir(folder))["energy_J"]
+    assert reported["spin"] == pytest.approx(0.5 * 0.4 * large * 4e-3**2 * 30.0**2, rel=1e-12)
+    assert reported["kinetic"] == pytest.approx(0.5 * (large + 2 * small) * 0.1**2, rel=1e-12)

@@ -74,9 +74,9 @@ def test_equal_runs_are_done_once_and_stand_twice_in_the_table(tmp_path: Path) -
             run = super().runs(job)[0]
             return [run, Run(run.name, run.given, run.make, {"n": 10 * run.labels["n"]})]
 
-    twins = Twins(tmp_path)
-    twins.do("low")
-    assert twins.done == [1] and twins.gather(["low"])["n"].tolist() == [1, 10]
+    comparisons = Twins(tmp_path)
+    comparisons.do("low")
+    assert comparisons.done == [1] and comparisons.gather(["low"])["n"].tolist() == [1, 10]
 
 
 def test_a_number_that_is_not_finite_is_missing(tmp_path: Path) -> None:

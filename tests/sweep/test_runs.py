@@ -337,9 +337,9 @@ def test_the_folder_of_another_file_is_refused(tmp_path: Path, monkeypatch: pyte
 def test_a_result_that_no_run_has_is_named_and_stops_nothing(tmp_path: Path) -> None:
     """A head-on collision has no tangential restitution: table and page are made, `plot` refuses to draw nothing."""
     of = asked(tmp_path, {**WALL, "gather": ["e_t", "e_n"]})
-    said: list[str] = []
-    made = sweep_command.carry_out(of, 1, 1, 0, said.append)
+    output_text: list[str] = []
+    made = sweep_command.carry_out(of, 1, 1, 0, output_text.append)
     assert made["e_t"].isna().all() and made["e_n"].notna().all()
-    assert "e_t: no run has it" in said and "e_t: no run has it" in (of.folder / "report.html").read_text()
+    assert "e_t: no run has it" in output_text and "e_t: no run has it" in (of.folder / "report.html").read_text()
     with pytest.raises(PywetError, match="no run has e_t; expected a result that some have"):
         sweep_command.plot(of.folder, ["friction", "e_t"], None)

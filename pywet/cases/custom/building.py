@@ -201,8 +201,8 @@ class Building:
         scene, cell = self.said, 2.0 * max(c.radius_m for c in self.classes)
         low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
         extent.refuse_vast(scene.name, low, high, cell)
-        room = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
-        return extent.with_room(low, high, *room, cell)
+        space = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
+        return extent.with_room(low, high, *space, cell)
 
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:

@@ -88,9 +88,9 @@ def shorter_step(config: Config, case_number: int, scale_name: str) -> str | Non
 def refuse_unwetted(config: Config, case: Case, walls: bool) -> None:
     """Raise where a bridge would meet a contact angle from 90 deg: no law of the bridges holds there."""
     data = config.materials
-    holders = {choice.material for _, choice in data.wall_materials} if walls else set()
+    reservoirs = {choice.material for _, choice in data.wall_materials} if walls else set()
     angles = {f"spheres.{case.material}": data.sphere(case.material).contact_angle_deg.value}
-    angles |= {f"walls.{name}": data.walls[name].contact_angle_deg.value for name in sorted(holders)}
+    angles |= {f"walls.{name}": data.walls[name].contact_angle_deg.value for name in sorted(reservoirs)}
     for name, angle in angles.items():
         if angle >= 90.0:
             raise PywetError(

@@ -103,7 +103,9 @@ def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
 
 def wall_liquid(run: RunDir) -> pd.DataFrame:
     """Liquid on the walls [m3] at each output, films and the walls' side of active bridges; one column per WALL_HOLDERS."""
-    return run.on_walls({holder: name for name, holders in WALL_HOLDERS.items() for holder in holders}, "holder")
+    return run.on_walls(
+        {reservoir: name for name, reservoirs in WALL_HOLDERS.items() for reservoir in reservoirs}, "holder"
+    )
 
 
 def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
@@ -121,8 +123,8 @@ def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
         for kind in scene.classes:
             frame[column(prefix, kind.name, "_m3")] = (line.liquid * place)[:, line.types == kind.type].sum(axis=1)
     used = {wall.holder for wall in scene.walls}
-    for name, holders in WALL_HOLDERS.items():
-        if used & set(holders):
+    for name, reservoirs in WALL_HOLDERS.items():
+        if used & set(reservoirs):
             frame[f"{name}_m3"] = walls[name].to_numpy()
     frame["left_m3"] = run.ledger_at("left")
     places = ["coarse_material_m3", "fines_m3", "left_m3", *(f"{n}_m3" for n in WALL_HOLDERS if f"{n}_m3" in frame)]

@@ -66,12 +66,12 @@ def jacobian(s: Any, w: Any) -> Any:
     n = w.count.size
     matrix, up = np.empty((n, n)), np.empty(n)
     for q in range(n):
-        kept = w.y[q]
-        d = 1.5e-8 * max(abs(kept), w.scale[q] / (SHARPER * w.now.tolerance))
-        w.y[q] = kept + d
-        d = w.y[q] - kept
+        stored = w.y[q]
+        d = 1.5e-8 * max(abs(stored), w.scale[q] / (SHARPER * w.now.tolerance))
+        w.y[q] = stored + d
+        d = w.y[q] - stored
         derivative(w.y, up, s, w, w.lam_new)
-        w.y[q] = kept
+        w.y[q] = stored
         matrix[:, q] = (up - w.f[:n]) / d
     return matrix
 

@@ -68,8 +68,8 @@ def table(
         raise PywetError(f"{where} asks for {count} collisions, expected at most {MOST}; split the sweep")
     problems = []
     for chosen, given in combinations(content):
-        said = ", ".join(f"{key} {value}" for key, value in chosen.items())
-        problems.append((chosen, parse(Problem, given, f"{where} ({said})")))
+        message = ", ".join(f"{key} {value}" for key, value in chosen.items())
+        problems.append((chosen, parse(Problem, given, f"{where} ({message})")))
     return collide_all(problems, threads=threads, report=report)
 
 

@@ -38,9 +38,9 @@ class Program:
         """One line of the script; PywetError with what the program says against it."""
         self._library.lammps_command(self.handle, line.encode())
         if self._library.lammps_has_error(self.handle):
-            said = C.create_string_buffer(SENTENCE)
-            self._library.lammps_get_last_error_message(self.handle, said, C.c_int(SENTENCE))
-            raise PywetError(said.value.decode(errors="replace").strip().removeprefix("ERROR: "))
+            message = C.create_string_buffer(SENTENCE)
+            self._library.lammps_get_last_error_message(self.handle, message, C.c_int(SENTENCE))
+            raise PywetError(message.value.decode(errors="replace").strip().removeprefix("ERROR: "))
 
     def close(self) -> None:
         """The last call but the plugin's `finish`, which ends MPI."""

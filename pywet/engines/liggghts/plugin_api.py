@@ -174,10 +174,13 @@ class Plugin:
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
             own = np.flatnonzero(part == p)
-            prism = prism_of(corners[own], f"part {p} of wall {wall.name}")
-            section, ends = _doubles(prism.section), (C.c_double(prism.low), C.c_double(prism.high))
+            analytic_wire = prism_of(corners[own], f"part {p} of wall {wall.name}")
+            section, ends = (
+                _doubles(analytic_wire.section),
+                (C.c_double(analytic_wire.low), C.c_double(analytic_wire.high)),
+            )
             first = int(own[0])
-            self._library.pywet_add_prism(number, first, prism.axis, *ends, len(section), _pointer(section))
+            self._library.pywet_add_prism(number, first, analytic_wire.axis, *ends, len(section), _pointer(section))
 
     def set_output(self, steps: Iterable[int], windows: Iterable[tuple[int, int]]) -> None:
         """Steps at which snapshots and the ledger are written; half-open windows of steps of the contact log."""

@@ -60,11 +60,11 @@ def _refuse_flood(folder: Path, scene: Scene) -> None:
     """End a run whose engine writes messages without end."""
     for path in _too_large(folder):
         with open(path, "rb") as log:
-            said = log.read(4096).decode(errors="replace").strip().splitlines()
+            message = log.read(4096).decode(errors="replace").strip().splitlines()
         raise StoppedRun(
             f"{scene.name}: LIGGGHTS was ended at step {last_step(folder)} of {scene.steps}: it wrote more than "
             f"{LARGEST_LOG // 10**6} MB into {path}, where some hundred lines were expected; the first is: "
-            f"{said[0][:200] if said else ''!r}",
+            f"{message[0][:200] if message else ''!r}",
             step=last_step(folder),
         )
 

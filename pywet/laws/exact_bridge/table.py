@@ -150,8 +150,8 @@ def balances(theta_small: float, theta_large: float) -> Floats:
 
 def _saturate(excess: Floats) -> Floats:
     """The identity up to EXACT, from there smoothly (twice continuously differentiable) towards FURTHEST."""
-    room = FURTHEST - EXACT
-    return np.where(excess <= EXACT, excess, EXACT + room * np.tanh((excess - EXACT) / room))
+    margin = FURTHEST - EXACT
+    return np.where(excess <= EXACT, excess, EXACT + margin * np.tanh((excess - EXACT) / margin))
 
 
 @jit

@@ -95,10 +95,10 @@ def test_a_fed_deck_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     assert run.ledger["initial"].to_numpy() == pytest.approx(due, rel=1e-9, abs=1e-22)
     assert run.liquid["wall_deck_m3"].iloc[-1] > 0 and len(run.events)
     copy = Path(shutil.copytree(tmp_path / "deck", tmp_path / "other"))
-    told = json.loads((copy / "scene.json").read_text())
-    for c in told["classes"]:
+    reported = json.loads((copy / "scene.json").read_text())
+    for c in reported["classes"]:
         c["fed"]["from_s"] += 0.01
-    (copy / "scene.json").write_text(json.dumps(told))
+    (copy / "scene.json").write_text(json.dumps(reported))
     wrong = {name for name, q in (pywet.replay(copy) or {})["quantities"].items() if not q["ok"]}
     assert {"newton_force", "ledger", "energy_gravity", "results_liquid_by_wall"} <= wrong
 

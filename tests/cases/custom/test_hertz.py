@@ -99,8 +99,12 @@ def test_a_moist_scene_runs_and_is_replayed(tmp_path: Path) -> None:
         materials={"glass": {**GLASS, "youngs_modulus_Pa": 2e6}, "steel": STEEL}, wall_material="steel",
         liquid={"percent": 1.0}, duration_s=0.016, results={"checkpoints": 2, "windows": 3, "window_steps": 15},
     )  # fmt: skip
-    said = pywet.run(scene, tmp_path).replay
-    assert said["ok"] and said["quantities"]["newton_force"]["largest"] < 1e-9 and said["newton"]["dry_contacts"] > 50
+    output_text = pywet.run(scene, tmp_path).replay
+    assert (
+        output_text["ok"]
+        and output_text["quantities"]["newton_force"]["largest"] < 1e-9
+        and output_text["newton"]["dry_contacts"] > 50
+    )
     deck = (tmp_path / "engine" / "setup.liggghts").read_text()
     assert "model hertz tangential history rolling_friction cdt" in deck and deck.isascii()
     assert json.loads((tmp_path / "scene.json").read_text())["contacts"] == "planes"

@@ -87,9 +87,9 @@ def told(of: dict[str, Any], folder: Path) -> str:
 
 @pytest.mark.parametrize("name", FAULTY)
 def test_a_scene_is_told_of_keys_that_a_scene_has(name: str, tmp_path: Path) -> None:
-    said = told(FAULTY[name], tmp_path)
-    assert not set(WORD.findall(said)) & NO_KEY, said
-    assert "the box" not in said, said
+    output_text = told(FAULTY[name], tmp_path)
+    assert not set(WORD.findall(output_text)) & NO_KEY, output_text
+    assert "the box" not in output_text, output_text
 
 
 def test_an_unstable_step_is_told_in_words_of_a_scene(tmp_path: Path) -> None:

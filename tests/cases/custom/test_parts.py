@@ -83,11 +83,11 @@ def test_as_many_bridges_as_faces_that_are_met(folder: Path, tmp_path: Path) -> 
     colour = {int(part): tuple(rgb) for part, rgb in zip(faces["part"], faces["colour"], strict=True)}
     assert [colour[part] for part in (0, 1, 2, 6)] == [render.FACES[k] for k in (0, 1, 2, 0)]
 
-    said = json.loads((tmp_path / "scene.json").read_text())
-    meshes = walls.read(tmp_path, said)
-    assert not any(held.wrong for held in parts.derived(said, meshes))
-    said["walls"][2]["triangle_part"] = [max(p - 1, 0) for p in said["walls"][2]["triangle_part"]]
-    wrong = [held for held in parts.derived(said, meshes) if held.wrong]
+    output_text = json.loads((tmp_path / "scene.json").read_text())
+    meshes = walls.read(tmp_path, output_text)
+    assert not any(held.wrong for held in parts.derived(output_text, meshes))
+    output_text["walls"][2]["triangle_part"] = [max(p - 1, 0) for p in output_text["walls"][2]["triangle_part"]]
+    wrong = [held for held in parts.derived(output_text, meshes) if held.wrong]
     assert len(wrong) == 1 and wrong[0].given == 4, wrong  # two faces of a block, two triangles each
 
 
@@ -229,6 +229,6 @@ def test_a_sphere_that_leaves_at_a_checkpoint_says_so_in_words_that_the_user_has
                   spheres=[entry], duration_s=0.05)  # fmt: skip
     with pytest.raises(
         pywet.PywetError, match=r"left the simulated box before step \d+.*through the upper z face"
-    ) as told:
+    ) as reported:
         pywet.run(given, tmp_path)
-    assert "disk" not in str(told.value) and "enlarge the box" not in str(told.value)
+    assert "disk" not in str(reported.value) and "enlarge the box" not in str(reported.value)

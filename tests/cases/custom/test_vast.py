@@ -45,8 +45,8 @@ def test_a_box_that_the_engine_cannot_list_is_refused(tmp_path: Path) -> None:
 
     A block 30 m long takes 5.5e5 of them.
     """
-    said = r"box of 3626 x 3626 x 2826 mm, 1\.4e\+09 cells .* \(3 mm\); expected at most 1e\+08: .* stl_unit"
-    with pytest.raises(ConfigError, match=said):
+    output_text = r"box of 3626 x 3626 x 2826 mm, 1\.4e\+09 cells .* \(3 mm\); expected at most 1e\+08: .* stl_unit"
+    with pytest.raises(ConfigError, match=output_text):
         scene(tmp_path, 0.1 * CUP, stl_unit="m").scene()
     with pytest.raises(ConfigError, match=r"mm, 1e\+12 cells of the largest sphere's diameter"):
         scene(tmp_path, moves={"velocity_m_per_s": (3e3, 3e3, 3e3), "for_s": 0.01}).scene()

@@ -47,8 +47,8 @@ def test_nan_of_a_law_stops_the_run_and_names_the_contact(tmp_path: Path) -> Non
     """The spheres, the step and the separation, to six digits; the finished-run folder does not appear."""
     path = tmp_path / "law.py"
     path.write_text(LAW)
-    said = r"not finite for the bridge of sphere 1 and sphere 2 at step \d+ \(separation 0\.00040098\d m\)"
-    with pytest.raises(PywetError, match=said):
+    output_text = r"not finite for the bridge of sphere 1 and sphere 2 at step \d+ \(separation 0\.00040098\d m\)"
+    with pytest.raises(PywetError, match=output_text):
         pair(tmp_path / "run", f"{path}:bad", speed=0.0501234)  # a multiple of 1.002468e-6 m each step
     assert not (tmp_path / "run" / "engine").exists()
 

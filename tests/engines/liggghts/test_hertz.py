@@ -192,12 +192,12 @@ def test_a_wrong_modulus_is_found(moist: Path, tmp_path: Path, body: int | str, 
     body, the modulus and the factor of the engine's value over that of the scene."""
     shutil.copytree(moist, tmp_path / "wrong")
     file = tmp_path / "wrong" / "scene.json"
-    said = json.loads(file.read_text())
-    (said["hertz"]["walls"] if body == "walls" else said["hertz"]["spheres"][body])[key] *= factor
-    file.write_text(json.dumps(said))
+    output_text = json.loads(file.read_text())
+    (output_text["hertz"]["walls"] if body == "walls" else output_text["hertz"]["spheres"][body])[key] *= factor
+    file.write_text(json.dumps(output_text))
     result = replay(tmp_path / "wrong")
     assert not result["ok"] and result["quantities"]["newton_force"]["largest"] > 1e-6
-    name = "the walls" if body == "walls" else f"class {said['classes'][body]['name']}"
+    name = "the walls" if body == "walls" else f"class {output_text['classes'][body]['name']}"
     what = {"youngs_modulus_Pa": "Young's modulus", "poissons_ratio": "Poisson's ratio"}[key]
     sentences = " ".join(finding["sentence"] for finding in result["diagnosis"]["findings"])
     named = re.search(rf"the {what} of {name} is ([0-9.]+) times what it should be", sentences)

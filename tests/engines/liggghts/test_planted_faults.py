@@ -67,8 +67,8 @@ def test_fault_that_outputs_and_events_show(foundry: planted.Foundry, tmp_path: 
     contact_log, quantity, words = planted.BESIDE[fault]
     foundry.run(tmp_path, planted.scene(tmp_path, contact_log), fault)
     result = replay(tmp_path)
-    said = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
-    assert not result["quantities"][quantity]["ok"] and words in said[0]
+    output_text = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
+    assert not result["quantities"][quantity]["ok"] and words in output_text[0]
 
 
 @pytest.mark.parametrize(
@@ -81,8 +81,8 @@ def test_fault_of_retirement(foundry: planted.Foundry, tmp_path: Path, fault: st
     (tmp_path / "scene.json").write_text(scene.model_dump_json())
     foundry.run(tmp_path, [], fault)
     result = replay(tmp_path)
-    said = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
-    assert not result["quantities"][quantity]["ok"] and any(words in sentence for sentence in said), said
+    output_text = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
+    assert not result["quantities"][quantity]["ok"] and any(words in sentence for sentence in output_text), output_text
 
 
 @pytest.mark.parametrize("what", planted.UNSEEN)

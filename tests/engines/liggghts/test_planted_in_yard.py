@@ -48,5 +48,5 @@ def test_fault_is_found_and_named(foundry: planted.Foundry, tmp_path: Path, faul
     result = replay(tmp_path)
     assert not result["quantities"][quantity]["ok"]
     findings = [f for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
-    said = [sentence for f in findings for sentence in (f["sentence"], *f["consequences"])]
-    assert any(words in sentence for sentence in said), said
+    output_text = [sentence for f in findings for sentence in (f["sentence"], *f["consequences"])]
+    assert any(words in sentence for sentence in output_text), output_text

@@ -102,10 +102,10 @@ def test_spheres_that_enter_on_two_ranks(tmp_path: Path) -> None:
     for ranks in (1, 2):
         run_dir = tmp_path / str(ranks)
         scene = beds.prepare(run_dir, spheres, steps)
-        fed = scene.classes[1].model_copy(
+        inserted = scene.classes[1].model_copy(
             update={"count": count, "fed": Fed(from_s=0.0, for_s=0.8 * steps * beds.STEP)}
         )
-        scene = scene.model_copy(update={"classes": (scene.classes[0], fed)})
+        scene = scene.model_copy(update={"classes": (scene.classes[0], inserted)})
         (run_dir / "scene.json").write_text(scene.model_dump_json())
         small.run(run_dir, spheres, ranks)
         runs.append(run_dir)

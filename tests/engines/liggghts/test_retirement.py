@@ -174,8 +174,8 @@ def test_injected_faults_are_found(moist: Path, tmp_path: Path, name: str) -> No
     change(frame).to_parquet(tmp_path / f"{table}.parquet", index=False)
     result = replay(tmp_path)
     assert not result["ok"] and not result["quantities"][quantity]["ok"]
-    said = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
-    assert any(words in sentence for sentence in said), said
+    output_text = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
+    assert any(words in sentence for sentence in output_text), output_text
 
 
 @pytest.mark.parametrize(

@@ -38,10 +38,10 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def test_small_moist_scenes(environment: dict[str, str], tmp_path: Path, words: str) -> None:
     command = [sys.executable, "-m", "pywet.cli.app", "scene", *words.split(), "--out", str(tmp_path / "run")]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-    said = done.stdout + done.stderr
-    said += "".join(path.read_text(errors="replace") for path in tmp_path.rglob("*.log") if path.is_file())
-    assert done.returncode == 0, said[-3000:]
-    assert not any(word in said for word in SPEAKS), said[-3000:]
+    output_text = done.stdout + done.stderr
+    output_text += "".join(path.read_text(errors="replace") for path in tmp_path.rglob("*.log") if path.is_file())
+    assert done.returncode == 0, output_text[-3000:]
+    assert not any(word in output_text for word in SPEAKS), output_text[-3000:]
     built = list(Path(environment["XDG_CACHE_HOME"]).rglob("libpywet-*.so"))
     symbols = subprocess.run(["nm", "-D", str(built[0])], capture_output=True, text=True, check=True).stdout
     assert "__asan_" in symbols and "__ubsan_" in symbols

@@ -99,9 +99,9 @@ def test_drops_and_bridges_each_at_their_own_steps(tmp_path: Path) -> None:
     assert schedule.drop_every(scene) == 45 and (drops["step"] % 45 == 0).all()
     assert (drops["step"] % 2 == 1).sum() > 5 and (drops["step"] % 2 == 0).sum() > 5
     assert len(events) > 50 and (events["step"] % 2 == 0).all()
-    said = replay(tmp_path)
-    assert said["ok"], said["diagnosis"]
-    assert said["quantities"]["drop_volume"]["count"] == len(drops)
+    output_text = replay(tmp_path)
+    assert output_text["ok"], output_text["diagnosis"]
+    assert output_text["quantities"]["drop_volume"]["count"] == len(drops)
 
 
 def test_in_free_flight_nothing_lets_go(tmp_path: Path) -> None:

@@ -25,10 +25,11 @@ ROOT = Path(__file__).parents[3]
 CONFIG = config.load(ROOT / "config")
 
 
-def run_of(scene: str, seed: int, knob: str, level: Any, values: dict[str, float], loop: float) -> dict[str, Any]:
+def run_of(scene: str, seed: int, parameter: str, level: Any, values: dict[str, float], loop: float) -> dict[str, Any]:
     """The row of a run as the study gathers it."""
     return {
-        "run": f"{scene}-{seed}-{knob}-{level}", "scene": scene, "seed": seed, "knob": knob, "level": level, "failed": None,
+        "run": f"{scene}-{seed}-{parameter}-{level}", "scene": scene, "seed": seed, "knob": parameter, "level": level,
+        "failed": None,
         **values, "loop_cpu_s": loop, "loop_wall_s": 2.0 * loop, "cpu_s": loop + 1.0, "wall_s": loop + 1.0,
         "curve": {"time_s": [0.0, 0.1], "retained": [1.0, 0.9]},
     }  # fmt: skip
@@ -62,9 +63,9 @@ def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
         )  # as many steps: the study has them in a row
         assert CONFIG.settings.laws.preset == "paper" and made.capillary == "rabinovich"
         assert made.ranks == CONFIG.settings.ranks and made.bridges_every == step.bridges_every
-    for knob in KNOBS.values():
+    for parameter in KNOBS.values():
         for size in ("quick", "standard", "reduced"):
-            assert getattr(knobs.default(size), knob.name) in knob.levels(size)
+            assert getattr(knobs.default(size), parameter.name) in parameter.levels(size)
 
 
 def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
@@ -131,11 +132,15 @@ def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -
     for _ in range(300):
         kept = []
         for seed in sieve.SEEDS[:3]:
-            for knob, levels in (("fraction", (0.1, 0.025)), ("stiffness", (0.003, 0.03)), ("wire_sides", (4, 16))):
+            for parameter, levels in (
+                ("fraction", (0.1, 0.025)),
+                ("stiffness", (0.003, 0.03)),
+                ("wire_sides", (4, 16)),
+            ):
                 for level in levels:
                     noise = random.normal(0.0, 0.02, 2)
                     values = {"retained_mean": 0.9 + noise[0], "retained_end": 0.8 + noise[1]}
-                    kept.append(run_of("dry", seed, knob, level, values, 4.0))
+                    kept.append(run_of("dry", seed, parameter, level, values, 4.0))
             noise = random.normal(0.0, 0.02, 2)
             kept.append(
                 run_of(
@@ -237,10 +242,10 @@ def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_sto
     """Nothing is both cheaper and better beyond doubt, in any quantity. The law is not in the list: it follows the paper."""
     table = choice.for_scale(scale)[0]
     for kind in choice.SCENES:
-        for knob in ("fraction", "stiffness", "wire_sides", "integration"):
+        for parameter in ("fraction", "stiffness", "wire_sides", "integration"):
             for group in errors.GROUPS:
-                standing = choice.standing(table, knob, kind, group)
-                assert standing is None or standing.verdict != "beaten", standing
+                active = choice.standing(table, parameter, kind, group)
+                assert active is None or active.verdict != "beaten", active
 
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
@@ -249,8 +254,8 @@ def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
     fine = choice.standing(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert fine is not None and fine.verdict == "on the front"
     vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, PRICES, limit=0.1)
-    told = choice.standing(vague, "stiffness", "dry", "fraction retained")
-    assert told is not None and told.verdict == "not told apart"
+    reported = choice.standing(vague, "stiffness", "dry", "fraction retained")
+    assert reported is not None and reported.verdict == "not told apart"
 
 
 def test_a_damaged_calibration_counts_as_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -417,8 +422,8 @@ def test_the_longer_step_of_semi_implicit_drag_is_weighed() -> None:
     picked = choice.choose(table, 0.3, True, turned=turned, longer_by=7.0)
     assert picked.levels["integration"] == "semi_implicit"
     assert choice.choose(table, 0.02, True, turned=turned, longer_by=7.0).levels["integration"] == "explicit"
-    said = command._semi_implicit(60.0, 420.0, table, choice.WANTED)
-    assert "semi_implicit takes 1 min, 7.0 times less" in said
+    output_text = command._semi_implicit(60.0, 420.0, table, choice.WANTED)
+    assert "semi_implicit takes 1 min, 7.0 times less" in output_text
 
 
 def test_plan_says_settings_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -464,8 +469,8 @@ def test_plan_weighs_semi_implicit_drag_for_a_thick_liquid(tmp_path: Path, monke
     thick = config.load(folder)
     tight, loose = (command.plan(thick, 2, "smoke", accuracy, [], None) for accuracy in ("2%", "30%"))
     assert any("viscous_integration = explicit" in line for line in tight)
-    (said,) = (line for line in tight if "the viscous force governs the step" in line)
-    assert float(said.split(" times less")[0].split(", ")[-1]) > 1.5
+    (output_text,) = (line for line in tight if "the viscous force governs the step" in line)
+    assert float(output_text.split(" times less")[0].split(", ")[-1]) > 1.5
     assert any("viscous_integration = semi_implicit" in line for line in loose)
 
 

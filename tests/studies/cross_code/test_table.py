@@ -132,9 +132,9 @@ def test_engines_are_read_from_the_crosscheck(tmp_path: Path) -> None:
     assert [len(made.curves["retained"][column]) for column in (LIGGGHTS, YADE)] == [5, 5]
     assert cells["case_restitution", YADE].deviation == pytest.approx(0.0125)
     assert cells["case_friction", LIGGGHTS].state == "not run" and cells["bed_dry_contacts", YADE].within is not None
-    kept = cells["retained_dry", YADE]
-    assert kept.deviation == pytest.approx(0.2, abs=5e-3) and "beyond the spread of 5 and 5 seeds" in kept.note
-    assert kept.within is False and cells["retained_dry", LIGGGHTS].state == "basis"
+    stored = cells["retained_dry", YADE]
+    assert stored.deviation == pytest.approx(0.2, abs=5e-3) and "beyond the spread of 5 and 5 seeds" in stored.note
+    assert stored.within is False and cells["retained_dry", LIGGGHTS].state == "basis"
     assert cells["bed_moist_height", YADE].within
     assert cells["bed_moist_height", "washino"].deviation == pytest.approx(0.2, abs=0.01)
     assert "beyond their spread" in cells["bed_moist_height", "washino"].note

@@ -36,8 +36,8 @@ def test_bridges_per_sphere_are_those_that_formed_and_did_not_rupture(tmp_path: 
     bed.prepare(tmp_path, bed.Bed(spheres=8, seconds=0.05))
     small.run(tmp_path, [])
     kinds = pd.read_parquet(tmp_path / "history" / "events.parquet")["kind"].value_counts()
-    standing = kinds[FORMATION] - kinds.get(RUPTURE, 0)
-    assert standing >= 8 and bed.measure(tmp_path)["bridges_per_sphere"] == 2.0 * standing / 8
+    active = kinds[FORMATION] - kinds.get(RUPTURE, 0)
+    assert active >= 8 and bed.measure(tmp_path)["bridges_per_sphere"] == 2.0 * active / 8
 
 
 def test_an_unknown_model_is_one_sentence() -> None:

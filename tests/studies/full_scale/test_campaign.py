@@ -207,12 +207,12 @@ def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
     left = [round(100 * run.at(run.retained(), 1.5)) for run in (moist, dry)]
     assert f"{left[0]} % of the feed is still on the screen after 1.5 s, dry {left[1]} %" in readme
     assert max(run.at(run.undersize, 10.0) for run in (moist, dry)) < 0.005
-    told = (ROOT / "docs" / "full_scale.md").read_text()
+    reported = (ROOT / "docs" / "full_scale.md").read_text()
     with open(ROOT / "docs" / "full_scale" / "statements.csv", newline="", encoding="utf-8") as file:
         verdicts = {int(row["statement"]): row["verdict"] for row in csv.DictReader(file)}
     screening = [verdict for number, verdict in verdicts.items() if number < 40]
     holding, failing, open_ = (screening.count(verdict) for verdict in (HOLDS, FAILS, OPEN))
-    assert "All 18 cases have run." in told and "not looked for yet" not in told
+    assert "All 18 cases have run." in reported and "not looked for yet" not in reported
     assert (
         f"of 39 statements that the paper makes of its curves, {holding} are confirmed, {failing} are not, each with its "
         f"reason, and {open_} are inconclusive" in readme
@@ -240,7 +240,7 @@ def test_what_springs_do_is_told_from_what_seeds_do(tmp_path: Path) -> None:
     assert spread.half_through(one) == pytest.approx(1.934, abs=2e-3)
     halves = [spread.half_through(k) for k in seeds]
     near, far = make(tmp_path / "near", 1, rate=0.41), make(tmp_path / "far", 1, rate=1.5)
-    for stiff, told in ((near, "no"), (far, "yes")):
+    for stiff, reported in ((near, "no"), (far, "yes")):
         row = next(r for r in spread.rows({1: seeds}, {1: [stiff]}, (1, 2)) if "half of the undersize" in r[1])
         cells = list(row)
         assert cells[2:4] == ["3", f"{np.mean(halves):.4f}"] and float(cells[4]) == pytest.approx(
@@ -248,7 +248,7 @@ def test_what_springs_do_is_told_from_what_seeds_do(tmp_path: Path) -> None:
         )
         assert float(cells[5]) == pytest.approx(spread.half_through(stiff) - np.mean(halves), abs=1e-4)
         limit = 4.3027 * np.std(halves, ddof=1) * (4 / 3) ** 0.5
-        assert cells[6].startswith(told) and float(cells[6].split("±")[1]) == pytest.approx(limit, abs=1e-4)
+        assert cells[6].startswith(reported) and float(cells[6].split("±")[1]) == pytest.approx(limit, abs=1e-4)
     assert spread.lines(spread.rows({1: seeds[:1]}, {}, (1,))) == []
 
 
@@ -256,15 +256,15 @@ def test_what_retirement_changes_is_told_from_what_seeds_do(tmp_path: Path) -> N
     """Means of three and of two runs: Student's 4.303 · √(1/3 + 1/2) of the seeds' spread; a case of one seed has none."""
     seeds = [make(tmp_path / "a", 2, seed=k, rate=r) for k, r in ((1, 0.38), (2, 0.4), (3, 0.42))]
     halves = np.array([spread.half_through(k) for k in seeds])
-    for rate, told in ((0.4, "no"), (1.0, "yes")):
+    for rate, reported in ((0.4, "no"), (1.0, "yes")):
         retired = [make(tmp_path / str(rate), 2, seed=k, rate=rate) for k in (1, 2)]
         rows = retirement.rows({2: seeds, 8: seeds[:1]}, {2: retired, 8: retired[:1]})
         cells = next(row for row in rows if row[0] == "2" and "half of the undersize" in row[1])
-        assert cells[2] == "3, 2" and cells[7].startswith(told)
+        assert cells[2] == "3, 2" and cells[7].startswith(reported)
         assert float(cells[6]) == pytest.approx(spread.half_through(retired[0]) - halves.mean(), abs=1e-4)
         limit = 4.3027 * halves.std(ddof=1) * (1 / 3 + 1 / 2) ** 0.5
         assert float(cells[7].split("±")[1].strip(" |")) == pytest.approx(limit, abs=1e-4)
         assert any(row[:3] == ("8", "Y at 5 s", "1, 1") and row[-1] == "one seed" for row in rows)
-        (said,) = retirement.lines({2: seeds}, {2: retired})
-        assert "case 2, engine 1 instead of 1 core-hours." in said
+        (output_text,) = retirement.lines({2: seeds}, {2: retired})
+        assert "case 2, engine 1 instead of 1 core-hours." in output_text
     assert retirement.lines({2: seeds}, {}) == []

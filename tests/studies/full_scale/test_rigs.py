@@ -61,11 +61,11 @@ def test_the_table_holds_what_a_rig_decides() -> None:
 def test_the_page_is_made_of_the_stored_tables() -> None:
     """docs/rig.md, and the times that its first lines name."""
     assert (ROOT / rigs.PAGE).read_text() == rigs.text(FOUND)
-    for rig, said in (("sieve190", "7.3 s"), ("sieve185", "9.1 s"), ("sieve180", "10.4 s")):
+    for rig, output_text in (("sieve190", "7.3 s"), ("sieve185", "9.1 s"), ("sieve180", "10.4 s")):
         passed = through({1: FOUND[rig][1][0]}, 1, 0.01)
         assert (
             f"**{rig.removeprefix('sieve')} mm** after {passed:.1f} s" in " ".join(rigs.HEAD.split())
-            and said in rigs.HEAD
+            and output_text in rigs.HEAD
         )
 
 

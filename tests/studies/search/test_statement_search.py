@@ -132,5 +132,5 @@ def test_runs_of_a_search_are_stored(tmp_path: Path, monkeypatch: pytest.MonkeyP
     for runs in (1, 0):
         answer = statement_search.calibrate(file, tmp_path / "out")
         assert answer["runs"] == runs and answer["reached"]
-    kept = json.loads((tmp_path / "out" / "stroke=peak_to_peak" / "data" / "case01-10007" / "run.json").read_text())
-    assert kept["combination"] == "stroke=peak_to_peak" and kept["statements"] == answer["statements_digest"]
+    stored = json.loads((tmp_path / "out" / "stroke=peak_to_peak" / "data" / "case01-10007" / "run.json").read_text())
+    assert stored["combination"] == "stroke=peak_to_peak" and stored["statements"] == answer["statements_digest"]
