@@ -43,7 +43,7 @@ def rooms(graph: Graph) -> Graph:
     joined: Graph = {}
     for name, imported in graph.items():
         joined.setdefault(of(name), set()).update(of(other) for other in imported if of(other) != of(name))
-    return {margin: others - {""} for margin, others in joined.items() if margin}
+    return {package: others - {""} for package, others in joined.items() if package}
 
 
 def circle(graph: Graph) -> list[str]:
@@ -58,16 +58,18 @@ def circle(graph: Graph) -> list[str]:
 def direct(graph: Graph) -> Graph:
     """Without the arrows that a longer way stands for; of a graph without circles."""
     beyond: Graph = {}
-    for margin in TopologicalSorter(graph).static_order():
-        beyond[margin] = set().union(*(beyond[other] | {other} for other in graph[margin]))
-    return {margin: {o for o in others if not any(o in beyond[p] for p in others)} for margin, others in graph.items()}
+    for package in TopologicalSorter(graph).static_order():
+        beyond[package] = set().union(*(beyond[other] | {other} for other in graph[package]))
+    return {
+        package: {o for o in others if not any(o in beyond[p] for p in others)} for package, others in graph.items()
+    }
 
 
 def mermaid(graph: Graph) -> str:
     """A drawing of a graph without circles: who needs another stands above it, with the arrows that are `direct`."""
     lines = ["graph TD"]
-    for margin, others in sorted(direct(graph).items()):
-        lines += [f"    {margin} --> {' & '.join(sorted(others))}"] if others else []
+    for package, others in sorted(direct(graph).items()):
+        lines += [f"    {package} --> {' & '.join(sorted(others))}"] if others else []
     return "\n".join(lines)
 
 

@@ -70,8 +70,8 @@ def test_ten_things_are_looked_for() -> None:
 def test_every_file_that_the_page_names_is_there() -> None:
     paths = [
         path.relative_to(ROOT)
-        for margin in ("pywet", "studies", "reference_impl", "tests")
-        for path in (ROOT / margin).rglob("*")
+        for package in ("pywet", "studies", "reference_impl", "tests")
+        for path in (ROOT / package).rglob("*")
     ]
     named = set(re.findall(r"`([\w./]+\.(?:py|cpp|h))`", PAGE))
     assert len(named) > 40

@@ -34,7 +34,7 @@ def _column(question: Question, found: Found, k: int, axes: list[Axes]) -> None:
     profiles = [solved.profile(k, float(u)) for u in shares]
     reported = [solved.response(place) for _, place in profiles]
     at = [parameter.at(float(u)) for u in shares]
-    uncertainty = 0
+    column = 0
     for j, target in enumerate(question.targets):
         axis = axes[j]
         mean, error = np.array([m[j] for m, _, _ in reported]), np.sqrt([v[j] for _, v, _ in reported])
@@ -45,8 +45,8 @@ def _column(question: Question, found: Found, k: int, axes: list[Axes]) -> None:
         axis.fill_between(at, mean - error, mean + error, color=NAVY, alpha=0.2, lw=0)
         if found.runs is not None and target.kind == "scene":
             places = [parameter.at(float(place[k])) for place in found.runs.places]
-            axis.plot(places, [v[uncertainty] for v in found.runs.values], ".", color=INK, ms=4, label="runs")
-            uncertainty += 1
+            axis.plot(places, [v[column] for v in found.runs.values], ".", color=INK, ms=4, label="runs")
+            column += 1
         axis.set(ylabel=target.quantity)
         axis.legend()
     likelihood = np.exp(-0.5 * np.array([above for above, _ in profiles]))

@@ -96,12 +96,12 @@ def staying(scene: Scene, spec: ApparatusSpec, time: Floats) -> Floats:
     counts = np.array([float(c.count) for c in scene.classes])
     width = 2.0 * np.array([c.radius_m for c in scene.classes])
     aperture, pitch = spec.aperture_m, spec.aperture_m + spec.wire_diameter_m
-    uncertainty = np.clip(1.0 - width / aperture, 0.0, None) ** 2 * (aperture / pitch) ** 2
+    passage = np.clip(1.0 - width / aperture, 0.0, None) ** 2 * (aperture / pitch) ** 2
     left, step = [], scene.duration_s / len(time)
     for t in time:
         if t > scene.slide.opens_at_s:
             layers = max(1.0, float(counts @ width**2) / area(spec))
-            counts = counts * np.exp(-scene.vibration.frequency_Hz * step / layers * uncertainty)
+            counts = counts * np.exp(-scene.vibration.frequency_Hz * step / layers * passage)
         left.append(counts)
     return np.array(left)
 

@@ -142,13 +142,13 @@ def to_columns(records: np.ndarray) -> dict[str, np.ndarray]:
 
 def in_order(records: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """Records sorted by some of their whole numbers; equal ones stay as they are."""
-    code, margin = np.zeros(len(records), np.int64), 1
+    code, combinations = np.zeros(len(records), np.int64), 1
     for name in names if len(records) else ():
         values = records[name].astype(np.int64)
         least = int(values.min())
         span = int(values.max()) - least + 1
-        code, margin = code * span + (values - least), margin * span
-    if margin >= 1 << 63:  # too large for one number
+        code, combinations = code * span + (values - least), combinations * span
+    if combinations >= 1 << 63:  # too large for one number
         return records[np.lexsort([records[name] for name in reversed(names)])]
     return records if (code[1:] >= code[:-1]).all() else records[np.argsort(code, kind="stable")]
 

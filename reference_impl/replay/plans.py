@@ -81,8 +81,8 @@ def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
     out, slow = scene["output"], impulse(scene)
     count, length = int(out["contact_windows"]), int(out["contact_window_steps"])
     begin, end = steps * k // count, steps * (k + 1) // count
-    uncertainty = int(hashlib.sha256(f"window {k} of seed {scene['seed']}".encode()).hexdigest()[:12], 16) / 16.0**12
-    at = begin + int(uncertainty * max(1, end // 8 if k == 0 else end - begin - length))
+    fraction = int(hashlib.sha256(f"window {k} of seed {scene['seed']}".encode()).hexdigest()[:12], 16) / 16.0**12
+    at = begin + int(fraction * max(1, end // 8 if k == 0 else end - begin - length))
     at = at // slow * slow
     output = outputs_every(scene) * math.ceil(at / outputs_every(scene))
     if k % 4 == 3 and output < end - length:

@@ -82,8 +82,8 @@ def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> 
     if quantity.name not in done:
         return
     runs = done[(done["scene"] == scene) & done[quantity.name].notna()]
-    uncertainty = "instant" if quantity.name == "restitution" else "seed"  # instants of touch count as seeds
-    of_parameter = {parameter: of.set_index(uncertainty) for parameter, of in runs.groupby("knob")}
+    member = "instant" if quantity.name == "restitution" else "seed"  # instants of touch count as seeds
+    of_parameter = {parameter: of.set_index(member) for parameter, of in runs.groupby("knob")}
     if "default" not in of_parameter:
         return
     differences: dict[tuple[str, knobs.Level], np.ndarray] = {}

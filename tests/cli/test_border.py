@@ -101,7 +101,7 @@ def test_links_in_a_circle_are_no_fault(tmp_path: Path) -> None:
 def test_every_program_of_the_package_has_the_border() -> None:
     """`if __name__ == "__main__"` of a module without it would print a traceback."""
     root = Path(__file__).parents[2]
-    programs = [p for margin in ("pywet", "studies", "reference_impl") for p in (root / margin).rglob("*.py")]
+    programs = [p for package in ("pywet", "studies", "reference_impl") for p in (root / package).rglob("*.py")]
     programs = [p for p in programs if '__name__ == "__main__"' in p.read_text()]
     bare = [str(p.relative_to(root)) for p in programs if "border(" not in p.read_text()]
     assert bare == ["pywet/laws/trial.py"]  # whose end, whatever it is, its parent puts into words

@@ -429,8 +429,8 @@ def test_machine_code_is_kept_under_all_sources_that_are_compiled(
 
     And whoever asks it to keep has it look in that folder.
     """
-    for margin in sources.COMPILED:
-        shutil.copytree(ROOT / "pywet" / margin, tmp_path / margin, ignore=shutil.ignore_patterns("__pycache__"))
+    for package in sources.COMPILED:
+        shutil.copytree(ROOT / "pywet" / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
     before = machine_code.key()
     monkeypatch.setattr(sources, "PACKAGE", tmp_path)
     elsewhere = machine_code.key()

@@ -338,7 +338,7 @@ def deletes(path: Path) -> bool:
 def test_the_table_of_deletions_is_whole() -> None:
     """docs/reliability.md has a row for each module that deletes or overwrites files, and for no other."""
     packages = ("pywet", "workflow", "reference_impl", "benchmarks", "studies")
-    found = {str(p.relative_to(ROOT)) for margin in packages for p in (ROOT / margin).rglob("*.py") if deletes(p)}
+    found = {str(p.relative_to(ROOT)) for package in packages for p in (ROOT / package).rglob("*.py") if deletes(p)}
     section = (
         (ROOT / "docs" / "reliability.md").read_text().partition("## What may be deleted")[2].partition("\n## ")[0]
     )

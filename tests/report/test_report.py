@@ -219,8 +219,8 @@ def test_kinds_of_which_nothing_was_compared_are_said(config: settings.Config, f
     assert proof.startswith("Bookkeeping and forces recomputed in part: ")
     assert f'<span class="fair">case 2 nothing compared: {sentence}</span>' in text
     assert f'<span class="fair">done; nothing compared: {sentence}</span>' in text
-    active = verdict.standing(folder / "case02")
-    assert (active.word, active.grade) == ("in part", "fair") and sentence in active.sentence
+    outcome = verdict.standing(folder / "case02")
+    assert (outcome.word, outcome.grade) == ("in part", "fair") and sentence in outcome.sentence
 
 
 def test_the_word_proven_is_nowhere(config: settings.Config, folder: Path) -> None:

@@ -38,10 +38,10 @@ def waiting(
     places, kinds = np.zeros((len(turn), 3)), np.array([kind for _, kind in turn], dtype=np.int64)
     for n, (at, kind) in enumerate(turn):
         entry, radius = entries[kind - 1], classes[kind - 1].radius_m
-        margin = ROOM * (reach[kind - 1] + reach[kinds[:n] - 1])
+        distance = ROOM * (reach[kind - 1] + reach[kinds[:n] - 1])
         for _ in range(TRIES):
             place = _inside(entry.box or entry.cylinder, radius, random) - at * np.array(entry.velocity_m_per_s)
-            if (((places[:n] - place) ** 2).sum(axis=1) >= margin**2).all():
+            if (((places[:n] - place) ** 2).sum(axis=1) >= distance**2).all():
                 places[n] = place
                 break
         else:

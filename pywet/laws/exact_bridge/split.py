@@ -62,7 +62,7 @@ def parts(y: Floats, c: Case) -> tuple[float, float]:
     length, whole = integrals(t, h, w0, w1, w2, f)
     z, left = integrals(neck_position(y, c), h, w0, w1, w2, f)
     cap_i, cap_j = contact(y[PHI_I], c.ri, c.ti)[4], contact(y[PHI_J], c.rj, c.tj)[4]
-    custom_i = cap_part(y[PHI_I], c.ri, c.ti, z)
-    custom_j = cap_part(y[PHI_J], c.rj, c.tj, length - z)
-    volume_i = left - custom_i - (cap_j - custom_j)
+    body_i = cap_part(y[PHI_I], c.ri, c.ti, z)
+    body_j = cap_part(y[PHI_J], c.rj, c.tj, length - z)
+    volume_i = left - body_i - (cap_j - body_j)
     return volume_i, whole - cap_i - cap_j - volume_i

@@ -33,8 +33,8 @@ def test_the_head_is_green_only_where_all_was_checked(changes: dict, word: str, 
     (run / "summary.json").write_text(json.dumps(summary))
     replay = {"ok": True, "quantities": {"capillary": ROW}, "unchecked": [], "not_checked": [], **changes}
     (run / "replay.json").write_text(json.dumps(replay))
-    active = verdict.standing(run)
-    assert (active.word, active.grade) == (word, grade)
+    outcome = verdict.standing(run)
+    assert (outcome.word, outcome.grade) == (word, grade)
     listed = verdict.not_checked(replay)
-    assert grade == "bad" or all(sentence in active.sentence for sentence in listed)
+    assert grade == "bad" or all(sentence in outcome.sentence for sentence in listed)
     assert (grade == "good") == (not listed and grade != "bad")
