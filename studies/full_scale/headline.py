@@ -20,13 +20,14 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     written = ["# Full scale", ""]
     if all(runs.get(n) for n in (1, 2, 10, 11)):
         written += [
-            f"- **Passage**: 5 % of liquid delays it. On 8 mm half of the undersize is through after {_half(runs, 1)} dry and "
-            f"{_half(runs, 2)} moist (POM), {_half(runs, 10)} and {_half(runs, 11)} (glass); after 10 s all of it is.",
+            "- **Passage**: 5 % of liquid delays it. With apertures of 8 mm half of the undersize has passed after "
+            f"{_half(runs, 1)} dry and {_half(runs, 2)} moist (POM), {_half(runs, 10)} and {_half(runs, 11)} (glass); after "
+            "10 s all of it has.",
         ]
     if all(runs.get(n) for n in (7, 8, 16, 17)):
         y = [f"{runs[n][0].at(runs[n][0].retained(), 20.0):.2f}" for n in (7, 8, 16, 17)]
         written += [
-            f"  On 5.6 mm the screen retains {y[0]} of the feed dry and {y[1]} moist after 20 s (POM), {y[2]} dry and {y[3]} "
+            f"  With 5.6 mm the screen retains {y[0]} of the feed dry and {y[1]} moist after 20 s (POM), {y[2]} dry and {y[3]} "
             "moist (glass; more dry than moist spheres peg).",
         ]
     for name, n in (("POM", 2), ("glass", 11)):

@@ -97,7 +97,8 @@ def _early(runs: Runs, folder: Path) -> str:
     left = [100 * run.at(run.undersize, 3.0) for run in (runs[k][0] for k in (1, 2, 3))]
     deep = [f"{of('deep', n, 'all'):.2f} instead of {of('as_is', n, 'all'):.2f}" for n in (1, 3)]
     return (
-        f"at 3 s {left[0]:.0f} % of the undersize is left dry, {left[1]:.0f} % with 5 % and {left[2]:.0f} % with 10 % of liquid. "
+        f"at 3 s {left[0]:.0f} % of the dry undersize has not yet passed, {left[1]:.0f} % with 5 % and "
+        f"{left[2]:.0f} % with 10 % of liquid. "
         f"A bed twice as deep retains {deep[0]} of the feed dry, {deep[1]} with 10 %: the depth of the bed, which follows from "
         "the diameter of the sieve, decides ([rig](rig.md)). Why 10 % delays passage further is unknown."
     )
@@ -226,8 +227,8 @@ REASONS: dict[int, Callable[[Runs, Path], str]] = {
                  "is small."),
     41: _of_laws("its second half is confirmed. At a hundredth of the rupture distance Willett deviates by 0.8 % from the exact "
                  "bridge, Weigert by 2.4 %; the paper compares with measured points."),
-    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett deviates by 15 % from a third of the rupture "
-                 "distance on, Rabinovich by up to 24 % beyond half of it."),
+    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett deviates by 15 % beyond a third of the rupture "
+                 "distance, Rabinovich by up to 24 % beyond half of it."),
     43: _of_laws("in the first configuration Rabinovich deviates from the exact bridge by 20 % at 0.7 of the rupture distance."),
     47: _of_laws("by the parabola model (equations 35 to 43) the larger sphere gets more at 10° than at 40°. Statement 33 of the "
                  "same paper contradicts this one and is confirmed."),

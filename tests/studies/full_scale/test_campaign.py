@@ -205,7 +205,7 @@ def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
     assert f"{moist.about['events']['formations']:,} liquid bridges" in readme
     assert f"ledger closes to {moist.about['ledger_error']:.0e}".replace("e-0", "e-") in readme
     left = [round(100 * run.at(run.retained(), 1.5)) for run in (moist, dry)]
-    assert f"{left[0]} % of the feed is still on the screen after 1.5 s, dry {left[1]} %" in readme
+    assert f"After 1.5 s {left[0]} % of the moist and {left[1]} % of the dry feed is still on the screen" in readme
     assert max(run.at(run.undersize, 10.0) for run in (moist, dry)) < 0.005
     reported = (ROOT / "docs" / "full_scale.md").read_text()
     with open(ROOT / "docs" / "full_scale" / "statements.csv", newline="", encoding="utf-8") as file:
@@ -214,7 +214,7 @@ def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
     holding, failing, open_ = (screening.count(verdict) for verdict in (HOLDS, FAILS, OPEN))
     assert "All 18 cases have run." in reported and "not looked for yet" not in reported
     assert (
-        f"of 39 statements that the paper makes of its curves, {holding} are confirmed, {failing} are not, each with its "
+        f"of the paper's 39 statements on its curves, {holding} are confirmed, {failing} are not, each with its "
         f"reason, and {open_} are inconclusive" in readme
     )
     with open(ROOT / "docs" / "full_scale" / "seeds.csv", newline="", encoding="utf-8") as file:
