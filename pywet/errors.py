@@ -137,7 +137,7 @@ def shown(path: Path) -> str:
 
 
 def refused(error: OSError) -> str:
-    """What the operating system refused, as a sentence: full disk, no permission, a name that is too long."""
+    """Describe an error of the operating system in one sentence: full disk, no permission, a name that is too long."""
     where = shown(Path(os.fsdecode(error.filename))) if isinstance(error.filename, str | bytes) else "a file"
     return f"{where}: {error.strerror or one_line(error)}; expected a path that can be read or written, and free space there"
 
@@ -182,7 +182,7 @@ def border(
 
 
 def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
-    """What a program that is started by `python -m` was given, name by name; a sentence where it is not so many, or no such kind.
+    """Parse the arguments of a program started by `python -m`; raise `PywetError` if their number or kind is wrong.
 
     `run_dir, step = arguments(RUN_DIR=Path, STEP=int)`.
     """

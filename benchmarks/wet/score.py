@@ -175,7 +175,7 @@ def grade(line: dict) -> str:
 
 
 def solved(lines: list[dict], within: float) -> bool:
-    """Whether all is answered, each within the tolerance or its own uncertainty."""
+    """Return whether all is answered, each within the tolerance or its own uncertainty."""
     return all(
         line["answered"] == line["asked"] and (line["largest"] <= within or line["within"] == line["asked"])
         for line in lines

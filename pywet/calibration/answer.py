@@ -144,7 +144,7 @@ def _unknown(group: dict[str, Any]) -> str:
 
 
 def _of_runs(answer: dict[str, Any]) -> list[str]:
-    """How many runs, why no more, how far seeds scatter, and the check."""
+    """Return the lines on the number of runs, the reason for stopping, the scatter of the seeds and the check."""
     runs = answer["runs"]
     scatter = ", ".join(f"{d:.2g}" for d in runs["deviation"])
     lines = [

@@ -49,7 +49,7 @@ def _collision(problem: Problem, name: str) -> float:
 
 @dataclass(frozen=True)
 class Kind:
-    """How a file becomes an experiment, and how a number is read off it; `of_chance`: by runs of an engine."""
+    """Functions that make an experiment from a file and read quantities off it; `of_chance`: it needs runs of an engine."""
 
     read: Callable[[Path], dict[str, Any]]
     build: Callable[[dict[str, Any], Path], Any]
@@ -111,7 +111,7 @@ class Experiment:
 
     @property
     def of_chance(self) -> bool:
-        """Whether the experiment is run in an engine, with a random initial arrangement."""
+        """Return whether the experiment is run in an engine, with a random initial arrangement."""
         return KINDS[self.kind].of_chance
 
     def built(self, settings: Mapping[str, float], seed: int = 0) -> Any:
@@ -176,7 +176,7 @@ def _said(settings: Mapping[str, float]) -> str:
 
 
 def holds(content: Any, key: str) -> bool:
-    """Whether a dotted key is written in the content of a file.
+    """Return whether a dotted key is written in the content of a file.
 
     >>> holds({"bodies": [{"radius_m": 1e-3}]}, "bodies.0.radius_m"), holds({"bodies": []}, "bodies.0.radius_m")
     (True, False)

@@ -132,7 +132,7 @@ def _round(window: tuple[Floats, Floats], seeds: int) -> list[Floats]:
 
 
 def _moved(solved: Problem, window: tuple[Floats, Floats]) -> tuple[Floats, Floats] | None:
-    """Where the next round is to look; None where here."""
+    """Return the bounds of the next round (shares of the given bounds); None if they stay the same."""
     width = window[1] - window[0]
     ranges = [solved.intervals(k) for k in range(solved.count)]
     first, last = np.array([r[0].low for r in ranges]), np.array([r[-1].high for r in ranges])

@@ -425,7 +425,7 @@ def _check_choice(config: Config) -> None:
 
 
 def _check_references(config: Config) -> None:
-    """What cases name must be in materials.yaml; cases that cannot be built for the same reason stand on one line."""
+    """Raise an error if a case refers to something that is not in materials.yaml, with one line for each reason."""
     path, cases_of = config.folder / cases_module.FILE, defaultdict(list)
     for number, case in config.cases.items():
         try:

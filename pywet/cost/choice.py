@@ -185,7 +185,7 @@ def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Standing:
-    """Where the default of a setting stands in one group of quantities.
+    """Rank of the default of a setting among its levels in one group of quantities.
 
     It is beaten when another level is no dearer and no less accurate, beyond doubt: at the limit for all errors of the study
     together (`family`), since all of them are looked at.
@@ -225,7 +225,7 @@ def points(table: dict[str, Any], knob: str, kind: str, group: str) -> list[dict
 
 
 def standing(table: dict[str, Any], knob: str, kind: str, group: str) -> Standing | None:
-    """Where the default of a setting stands; None where the group was not measured for it."""
+    """Rank the default of a setting among its levels; None if the group was not measured for it."""
     levels = points(table, knob, kind, group)
     own = next((p for p in levels if p["level"] == table["default"][knob]), None)
     if own is None or len(levels) < 2:
@@ -272,5 +272,5 @@ def _compare(one: dict[str, Any], two: dict[str, Any]) -> tuple[list[Any], list[
 
 
 def _less(one: tuple[float, float], two: tuple[float, float]) -> bool:
-    """Whether the first error is smaller beyond chance."""
+    """Return whether the first error is significantly smaller than the second."""
     return two[0] - one[0] > max(one[1], two[1], MATTERS)

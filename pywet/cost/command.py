@@ -92,7 +92,7 @@ def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups
 
 
 def predicted(config: Config, case: int, scale: str) -> str:
-    """How long a case will take, as text; empty where this machine has not been measured yet."""
+    """Return the predicted time of a case as text; empty if this machine has not been measured yet."""
     machine = cost.kept()
     if machine is None:
         return ""

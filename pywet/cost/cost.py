@@ -112,7 +112,7 @@ def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambd
 
 @dataclass(frozen=True)
 class Habit:
-    """What the study knows of costs: of a moist run with a law, and with an integration, over that with the default's.
+    """Measured factors on the cost of a moist run by law and by integration, relative to the defaults.
 
     `exact_start`: the same of the start, where the exact bridge's functions are compiled as well.
     """

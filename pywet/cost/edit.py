@@ -31,7 +31,7 @@ PLACES = {
 
 @dataclass(frozen=True)
 class Size:
-    """How large a study is: sieve [mm], simulated time and opening of the slide [s] (None: as the scale has it), seeds.
+    """Size of a study: sieve [mm], simulated time and opening of the slide [s] (None: as in the scale), number of seeds.
 
     `dry_seeds`: more for dry screening, whose runs are short (0: as many).
     """

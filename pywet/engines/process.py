@@ -179,7 +179,7 @@ def _line_reporter(scene: Scene) -> Report:
 
 
 def last_words(lines: Iterable[str], returncode: int) -> str:
-    """Why a program stopped, from the lines it wrote: the first with ERROR, else the signal, else the last with a word in it."""
+    """Return the reason why a program stopped: its first line with ERROR, else its signal, else its last line with a word."""
     said = [line.strip() for line in lines if re.search(r"\w", line)]
     named = next((line for line in said if re.search(r"\bERROR\b", line)), None)
     if named is not None:

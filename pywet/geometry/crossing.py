@@ -33,7 +33,7 @@ def crossing(points: Floats, triangles: Ints) -> Floats | None:
 
 
 def _through(edges: Floats, facets: Floats) -> Floats | None:
-    """Where an edge of one of the first triangles passes through the second of its pair (Moeller and Trumbore 1997)."""
+    """Return the first point where an edge of one triangle passes through the other of its pair (Moeller and Trumbore 1997)."""
     a, one, two = facets[:, 0], facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0]
     for k in range(3):
         start, way = edges[:, k], edges[:, (k + 1) % 3] - edges[:, k]

@@ -91,7 +91,7 @@ def enclosed(corners: Floats) -> float:
 
 
 def inside(point: Floats, corners: Floats) -> bool:
-    """Whether a point lies within triangles: their solid angles about it add up to more than half a sphere."""
+    """Return whether a point lies within triangles: their solid angles about it add up to more than half a sphere."""
     if not len(corners):
         return False
     a, b, c = np.moveaxis(corners - point, 1, 0)

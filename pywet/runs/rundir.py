@@ -72,7 +72,7 @@ class RunDir:
 
     @property
     def moist(self) -> bool:
-        """Whether bridges were simulated, so that the liquid tables exist."""
+        """Return whether bridges were simulated, so that the liquid tables exist."""
         return self.scene.effects.bridges
 
     def table(self, name: str) -> pd.DataFrame:
@@ -171,7 +171,7 @@ class RunDir:
 
     @cached_property
     def formations(self) -> tuple[Ints, Ints, int]:
-        """When bridges formed: their ends, sorted; of every formation place there * span + step, sorted; the span [steps]."""
+        """Return the sorted ends of bridges, position * span + step of every formation (sorted), and the span [steps]."""
         parts = self.parts("history/events", ["step", "kind", "partner_kind", "i", "j"])
         log = pd.concat([part[part["kind"] == FORMATION] for part in parts])
         names, place = np.unique(bridge_ends(log), return_inverse=True)

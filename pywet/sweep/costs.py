@@ -21,7 +21,7 @@ class Cost(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether it could be predicted."""
+        """Return whether the cost could be predicted."""
         return not math.isnan(self.seconds)
 
 

@@ -74,7 +74,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 
 def _stream(path: Path) -> bool:
-    """Whether a path is a character device or a pipe, such as /dev/stdout; FileError for what is neither that nor a file."""
+    """Return whether a path is a character device or a pipe, such as /dev/stdout; raise FileError if it is not a file either."""
     if not os.path.lexists(path):
         return False
     try:

@@ -92,12 +92,12 @@ class Finding:
 
     @property
     def known(self) -> str:
-        """What the residuals say: which force, at which kind of contact, since which step, by which factor."""
+        """Describe the residuals: which force, at which kind of contact, since which step, by which factor."""
         return f"{self.what} ({self.where}, {self.since}): {self.seen}"
 
     @property
     def sentence(self) -> str:
-        """What, where, since when, how sure, and the next-best; of an unknown fault what the residuals say."""
+        """Describe the fault: quantity, place, first step, certainty and alternatives; of an unknown fault the residuals."""
         what = f"{self.what}: {self.fault or self.seen}"
         what += f" ({self.number:+.3g} {self.per})" if self.per and self.number is not None else ""
         share = f"explains {self.explained} of {self.broken} records that disagree"
@@ -148,7 +148,7 @@ def broken(link: Link) -> Floats:
 
 
 def place(link: Link, rows: Floats) -> tuple[str, str]:
-    """Where (the smallest named group that holds all rows) and since when."""
+    """Return the smallest named group that contains all rows, and the first step with its bodies, as text."""
     where, group = "everywhere", np.ones(len(rows), dtype=bool)
     for name, mark in link.marks.items():
         if (mark | ~rows).all() and mark.sum() < group.sum():
@@ -247,7 +247,7 @@ def liquid_constants(findings: list[Finding]) -> list[Finding]:
 
 
 def diagnose(links: Iterator[Link], failed: list[str]) -> dict[str, Any]:
-    """What is wrong, named; `failed` are the quantities beyond their limits, those that only follow are listed apart."""
+    """Name the faults of a run; `failed`: quantities beyond their limits, of which those that only follow are listed apart."""
     with np.errstate(all="ignore"):
         found = [finding for link in links for finding in judge(link)]
     result = liquid_constants(joined([replace(f, number=_digits(f.number)) for f in found]))

@@ -121,7 +121,7 @@ def shared(run: Run) -> Link | None:
 
 
 def missed(run: Run) -> Iterator[Link]:
-    """Where films touch, at an output step or where bridges act in a window, there is a bridge."""
+    """Compare with the bridges that must exist where films touch, at outputs and in windows; yield links of missing ones."""
     events = run.table("events")
     lives = Lives(none(), events, 0, -1)
     table = missing.touching(run, lives, formations.Held(run))
@@ -176,7 +176,7 @@ def _of_walls_missed(
 
 
 def _beside(run: Run, table: pd.DataFrame, lives: Lives) -> Floats:
-    """Whether the sphere has a bridge to another part of the same mesh in that step."""
+    """Return whether the sphere has a bridge to another part of the same mesh in that step."""
     parts = nearest.parts(run)
     found, step = np.zeros(len(table), dtype=bool), table["step"].to_numpy(np.int64)
     j = np.where(table["partner_kind"] != laws.SPHERE, table["j"], 0).astype(np.int64)

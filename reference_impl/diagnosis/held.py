@@ -54,7 +54,7 @@ class Held:
 
     @property
     def wrong(self) -> bool:
-        """Whether the deviation exceeds the tolerance."""
+        """Return whether the deviation exceeds the tolerance."""
         return not self.off <= TOLERANCE
 
 
@@ -101,7 +101,7 @@ class Section:
 
     @property
     def any(self) -> bool:
-        """Whether a single value was compared."""
+        """Return whether at least one value was compared."""
         return any(q.count for q in self.quantities)
 
     @property

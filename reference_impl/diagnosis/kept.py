@@ -55,7 +55,7 @@ def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
 
 
 def felt_films(run: Run) -> Iterator[Link]:
-    """What sampled films felt, and their drops where that is right."""
+    """Yield the links of the forces felt by sampled films and of their drops."""
     table = io.table(io.where(run.folder, "felt"), "felt").sort_values(["id", "step"], ignore_index=True)
     own = felt.recomputed(run, table)
     logged, scale = vectors(table, "felt"), np.maximum(np.linalg.norm(own, axis=1), felt.STANDARD)
@@ -190,7 +190,7 @@ def ledger(run: Run) -> Iterator[Link]:
 
 
 def triangles(run: Run, of: str) -> Link | None:
-    """Which triangle: a number has no size, so each is right or not."""
+    """Compare the triangle of each bridge at a wall with the closest one; None without bridges at walls."""
     found = bridge_ends.of_events(run) if of == "event" else bridge_ends.of_snapshots(run)
     at = np.flatnonzero(found.wall)
     if not len(at):

@@ -77,7 +77,7 @@ PUSHES = {
 
 
 def _pushes(found: list[Forces], failed: list[str]) -> Iterator[Link]:
-    """What semi-implicit drag starts from, where that is beyond its limits: a term lost or with another sign, a factor."""
+    """Yield links of the forces from which semi-implicit drag starts, if beyond their limits: a term lost, its sign, a factor."""
     for name, what in PUSHES.items():
         checked = [f.checks[name] for f in found if name in f.checks]
         if name not in failed or not checked:

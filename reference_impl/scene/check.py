@@ -96,14 +96,14 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
 
 
 def _is_edited(path: str, edited: list[str]) -> bool:
-    """Whether a field, or one within it, was set by hand; `classes.count` stands for that of every class."""
+    """Return whether a field, or one within it, was set by hand; `classes.count` stands for that of every class."""
     parts = path.split(".")
     short = ".".join([parts[0], *parts[2:]])
     return any(name in (path, short) or path.startswith(f"{name}.") for name in edited)
 
 
 def _beyond(path: str, wanted: Mapping[str, Any], edited: list[str]) -> bool:
-    """Whether the scene holds what the configuration does not know; of effects decided by their numbers nothing is known."""
+    """Return whether a field of the scene is not determined by the configuration; effects and box are left out."""
     known = path in wanted or path in NOT_HELD or _is_edited(path, edited)
     return not known and not path.startswith(("effects.", "box_"))
 

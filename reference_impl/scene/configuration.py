@@ -38,7 +38,7 @@ def of_run(folder: Path) -> dict[str, Any] | None:
 
 
 def reading(config: Mapping[str, Any], key: str, default: str) -> str:
-    """How a place of the paper that is left open is read (docs/readings.md)."""
+    """Return the reading that the configuration selects for an ambiguity of the paper (docs/readings.md)."""
     return str((config["settings"].get("readings") or {}).get(key, default))
 
 

@@ -23,7 +23,7 @@ MATRICES = ("kn", "kt", "gamman_abs", "coefficientFriction", "coefficientRolling
 
 
 def there(folder: Path) -> bool:
-    """Whether the engine's folder contains a deck."""
+    """Return whether the engine's folder contains a deck."""
     return all((folder / "engine" / name).exists() for name in (SETUP, RUN, DATA))
 
 

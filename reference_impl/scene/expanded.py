@@ -53,7 +53,7 @@ def not_held(written: Said, scene: Said) -> Iterator[str]:
 
 
 def _given_gravity(written: Said, scene: Said) -> bool:
-    """Whether the description's own gravity counts with a deck: another than the plain one, or as the scene has it."""
+    """Return whether the description's gravity counts with a deck: it is not the plain one, or the scene has the plain one."""
     own = tuple(written["gravity_m_per_s2"])
     return own != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
 

@@ -28,7 +28,7 @@ CAPPED = ("viscous_normal", "rolling", "tangential_history", "wall_films")
 
 
 def there(run: Path) -> bool:
-    """Whether the run has a plan."""
+    """Return whether the run has a plan."""
     return (run / FILE).exists()
 
 

@@ -39,7 +39,7 @@ def read(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
 
 
 def by_table(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
-    """The same as the engine reported them, where the STL files are no more than a copy."""
+    """Return the corners of every wall [m] as the engine reported them, for scenes whose STL files are only a copy."""
     table = io.every(folder / "history" / "triangles.parquet").sort_values("triangle")
     corners = np.stack([vectors(table, f"v{k}") for k in range(3)], axis=1)
     return {wall["name"]: corners[(table["mesh"] == wall["name"]).to_numpy()] for wall in scene["walls"]}

@@ -25,7 +25,7 @@ MOTION = ["type", "x", "y", "z", "vx", "vy", "vz"]
 
 
 def written(folder: Path) -> bool:
-    """Whether the results of a run are those of a scene of one's own."""
+    """Return whether the results of a run are those of a user-defined scene."""
     if any(path.stem in NAMES for path in (folder / "results").glob("*")):
         return True
     path = folder / "summary.json"
@@ -64,7 +64,7 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
 
 
 def _booked(scene: Mapping[str, Any], left: pd.DataFrame) -> dict[str, float]:
-    """What had left through each outlet [m3]; none where spheres are retired in a bin, which go on being counted."""
+    """Return the liquid that had left through each outlet [m3]; empty if spheres are retired in a bin, which still count."""
     return {
         f"outlet_{o['name']}_m3": float(left["film"][left["outlet"] == k].sum())
         for k, o in enumerate(scene.get("outlets") or [], start=1)

@@ -14,7 +14,7 @@ KINDS = ("parquet", "csv")
 
 
 def there(folder: Path) -> bool:
-    """Whether the run has tables of results, or a summary of them."""
+    """Return whether the run has tables of results, or a summary of them."""
     return (folder / "results").is_dir() or (folder / "summary.json").exists()
 
 

@@ -88,7 +88,7 @@ def neighbours(case: int, runs: Mapping[int, Sequence[Kept]], run: Kept | None =
 
 
 def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
-    """Whether the stored runs show a statement."""
+    """Return whether the stored runs show a statement."""
     if not statement.cases:  # of the law alone
         return _decided(statement, [{}], [0.0] * len(statement.parts))
     if any(not runs.get(case) for case in statement.cases):

@@ -49,7 +49,7 @@ def below(path: Path) -> str:
 
 
 def reached(lines: set[int], mutant: Mutant) -> bool:
-    """Whether a run comes to the statement of the fault, or, where lines do not tell, to its file."""
+    """Return whether a run comes to the statement of the fault, or, where lines do not tell, to its file."""
     if mutant.path.suffix != ".py":
         return bool(lines & {mutant.line, mutant.line - 1, mutant.line + 1})
     inner = [n for n in ast.walk(ast.parse(mutant.path.read_text())) if isinstance(n, ast.stmt)

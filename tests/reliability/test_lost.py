@@ -318,7 +318,7 @@ OF_MODULES = {
 
 
 def deletes(path: Path) -> bool:
-    """Whether a module deletes, renames, cuts or opens files to write over them by itself."""
+    """Return whether a module deletes, renames, cuts or opens files to write over them by itself."""
     for node in ast.walk(ast.parse(path.read_text())):
         if not isinstance(node, ast.Call):
             continue

@@ -206,7 +206,7 @@ class Building:
 
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:
-        """Where spheres leave; an outlet too thin for the fastest is refused."""
+        """Return the regions in which spheres are removed; refuse one that is too thin for the fastest sphere."""
         refuse_thin(self.said.name, self.said.outlets, self.speed, self.said.gravity_m_per_s2)
         return tuple(outlet.region() for outlet in self.said.outlets)
 
@@ -222,7 +222,7 @@ class Building:
 
     @property
     def _released(self) -> Floats:
-        """Where spheres are when gravity begins to act on them: at the start, or on insertion [m]."""
+        """Return the positions [m] at which gravity begins to act on the spheres: at the start, or on insertion."""
         at = np.zeros(len(self.spheres))
         for c in self.classes:
             at[self.spheres["type"] == c.type] = times(c) or 0.0

@@ -23,7 +23,7 @@ stated in replay.json; only the interpolated transfer table has a wider one."""
 
 @dataclass(frozen=True)
 class Agreement:
-    """How well the replay reproduces one quantity over all its records; deviations are relative to `scale`."""
+    """Deviations of one quantity between replay and engine over all its records, relative to `scale`."""
 
     quantity: str
     scale: str

@@ -68,7 +68,7 @@ def compiler_version() -> str:
 
 
 def kept() -> Path:
-    """Where the plugin of these sources is stored once it is built."""
+    """Return the path at which the plugin of these sources is stored once it is built."""
     return caches.folder() / f"libpywet-{source_hash()}.so"
 
 

@@ -70,7 +70,7 @@ def fingerprint(run_dir: Path, scene: Scene, *parts: str) -> str:
 
 
 def saved(name: str, step: object, whole: bool = True) -> str:
-    """Where in the engine's folder its state (`engine`), the plugin's (`state`) or their sums lie; half-written until `whole`."""
+    """Return the path of the state of the engine (`engine`) or plugin (`state`), or of their sums; partial until `whole`."""
     return f"{FOLDER}/{name}.{step}{'' if whole else PARTIAL}"
 
 
@@ -81,7 +81,7 @@ def start(folder: Path, mark: str) -> None:
 
 
 def belongs(folder: Path, mark: str) -> bool:
-    """Whether a folder holds a run of the scene with this fingerprint."""
+    """Return whether a folder holds a run of the scene with this fingerprint."""
     try:
         return bool(read_json(folder / FINGERPRINT, "") == {"fingerprint": mark})
     except PywetError:
@@ -163,7 +163,7 @@ def _sum(content: dict[str, Any]) -> int:
 
 
 def _files(folder: Path, ending: str = "") -> list[tuple[str, int, Path]]:
-    """What there is of checkpoints: name, step, path; those that may be half-written by their `ending`, strangers never."""
+    """List name, step and path of the checkpoint files in a folder; `ending` selects those that may be incomplete."""
     return [
         (m[1], int(m[2]), path)
         for path in (folder / FOLDER).glob("*")
@@ -201,7 +201,7 @@ def cut_back(folder: Path, point: Checkpoint) -> None:
 
 
 def unread(folder: Path) -> bool:
-    """Whether the engine has begun but not got beyond reading its restart file."""
+    """Return whether the engine has begun but not got beyond reading its restart file."""
     log = folder / LOG
     return log.exists() and "\nneighbor " not in log.read_text(errors="replace")
 

@@ -259,7 +259,7 @@ class Plugin:
         self._library.pywet_wait()
 
     def held(self) -> dict[str, int]:
-        """What a rank holds, the most of all ranks, and whether contacts are in batches; the first one knows, all take part."""
+        """Count spheres, bridges and wall pairs of the fullest rank and whether contacts are batched; a collective call."""
         names = ("spheres_and_ghosts", "bridges", "wall_pairs", "contacts_in_batches")
         most = (C.c_int64 * len(names))()
         self._library.pywet_held(most)
@@ -271,7 +271,7 @@ class Plugin:
 
 
 def in_use(law: registry.Law) -> tuple[Any, ...]:
-    """What the plugin is given of a law: objects with an `address` for each slot of its kind."""
+    """Return the objects of a law whose `address` the plugin receives, one for each slot of its kind."""
     return (batch(law.functions),) if KINDS[law.kind].force else law.functions
 
 

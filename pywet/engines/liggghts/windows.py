@@ -44,7 +44,7 @@ def next_step(windows: list[tuple[int, int]]) -> list[str]:
 
 
 def deck_lines(scene: Scene, touched: Sequence[str]) -> dict[str, Any] | None:
-    """What the template of the set-up needs, None where nothing is recorded; `touched`: walls whose contacts are the engine's."""
+    """Return the values for the set-up's template, None without windows; `touched`: walls whose contacts the engine computes."""
     windows = schedule.recorded(scene)
     if not windows:
         return None

@@ -42,7 +42,7 @@ def pressed_pair(
 
 
 def is_stable(run_dir: Path, viscosity: float, step: float, how: str, bridges_every: int = 1) -> bool:
-    """Whether the swing dies away: the speed in the last fifth is below a hundredth of that in the first 20 steps."""
+    """Return whether the swing dies away: the speed in the last fifth is below a hundredth of that in the first 20 steps."""
     _, bodies = pressed_pair(run_dir, viscosity, step, how, bridges_every)
     try:
         small.run(run_dir, bodies, allow_unstable=True)
