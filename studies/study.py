@@ -131,7 +131,7 @@ def write_rows(path: Path, value: Any) -> None:
 
 
 def configured(config: Config, number: int, scale: str) -> dict[str, Any]:
-    """What a run of a case depends on in the configuration, but for ranks and presets, which a study sets itself."""
+    """Return the part of the configuration on which a run of a case depends, without ranks and presets, which a study sets."""
     resolved = config.resolved(number, scale)
     del resolved["settings"]["ranks"], resolved["settings"]["both_presets"]
     return resolved

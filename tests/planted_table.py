@@ -28,7 +28,7 @@ LISTED = PAGE.with_suffix(".csv")
 
 
 class Place(NamedTuple):
-    """Where some faults are injected, in a word and a sentence, the test that injects them, and name -> (shows in, named)."""
+    """Position of some injected faults in a word and a sentence, their test, and name -> (quantity, words of the message)."""
 
     word: str
     sentence: str
@@ -37,23 +37,23 @@ class Place(NamedTuple):
 
 
 def shown(faults: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
-    """Of faults that carry their quantity and words."""
+    """Return the rows of faults that carry their quantity and words."""
     return {name: (fault.quantity, fault.words) for name, fault in faults.items()}
 
 
 def motion() -> dict[str, tuple[str, str]]:
-    """Of numbers that engine and reference are told differently: those that are named, and those that are found alone."""
+    """Return the rows of numbers that differ between engine and reference: those named, and those found alone."""
     found = {name: (quantity, test_newton.NAMED_DRY.get(name, "")) for name, quantity in test_newton.SEEN_IN.items()}
     return found | {n: (found.get(n, ("newton_torque",))[0], words) for n, (_, words) in test_newton.NAMED.items()}
 
 
 def of_report(faults: Mapping[str, tuple[Any, str]], where: str) -> dict[str, tuple[str, str]]:
-    """What is read back has no quantities, each sentence begins with its place."""
+    """Return the rows of faults in pages: they have no quantity, and each message begins with the position."""
     return {name: (where, words) for name, (_, words) in faults.items()}
 
 
 def of_exports(faults: Mapping[str, tuple[str, Any, str]], where: str) -> dict[str, tuple[str, str]]:
-    """Of files for other programs: each sentence names the column or the quantity."""
+    """Return the rows of faults in files for other programs: each message names the column or the quantity."""
     return {name: (where, words) for name, (_, _, words) in faults.items()}
 
 

@@ -70,7 +70,7 @@ def test_a_stopped_run_carries_spheres_and_step(
 
 
 def test_ranks_that_srun_did_not_start_are_no_stop_of_the_engine(tmp_path: Path) -> None:
-    """What srun says of two nodes on one machine: the failed launch is the reason, not the rank that it killed for it."""
+    """Read srun's message on two nodes of one machine: the failed launch is the reason, not the rank that srun killed for it."""
     said = ["Job step aborted: Waiting up to 7 seconds for job step to finish."]
     said += ["error: task 0 launch failed: Unspecified error", "error: second: task 1: Killed"]
     (tmp_path / process.OUTPUT).write_text("".join(f"srun: {line}\n" for line in said))

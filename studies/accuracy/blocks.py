@@ -26,7 +26,7 @@ GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 
 def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
-    """What is found for every setting whose levels differ, kind of case and group that was measured."""
+    """Apply a function to every setting whose levels differ, kind of case and group that was measured."""
     found = [
         asked(table, parameter, kind, group)
         for kind in choice.SCENES
@@ -100,7 +100,7 @@ def _standing_cell(standing: choice.Standing) -> Cell:
 
 
 def bargains(table: dict[str, Any]) -> list[str]:
-    """What much accuracy may be had for little more, one sentence each."""
+    """Return one sentence for each setting that gains much accuracy at little additional cost."""
     sentences = _everywhere(table, choice.bargain)
     if any(text.startswith("Capillary law") for text in sentences):
         sentences.append(
@@ -111,7 +111,7 @@ def bargains(table: dict[str, Any]) -> list[str]:
 
 
 def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
-    """What changes with scale and size: costs and errors next to each other, then what to choose there."""
+    """Tabulate the costs and errors of several scales and sizes, and the settings to be chosen there."""
     tables, groups = (table, *others), ("fraction retained", "liquid shares")
     names = [_name(t) for t in tables]
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
@@ -177,7 +177,7 @@ def scattered(table: dict[str, Any]) -> str:
 
 
 def seeds_said(made: dict[str, Any]) -> str:
-    """How many seeds a study has, in words."""
+    """Return the number of seeds of a study in words."""
     dry = made.get("dry_seeds", made["seeds"])
     return f"{made['seeds']} seeds" + ("" if dry == made["seeds"] else f" ({dry} of dry screening)")
 

@@ -30,7 +30,7 @@ Sample = tuple[tuple[object, ...], np.ndarray, tuple[float, int] | None]
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a user wants: the group it belongs to, in words, its scene, and whether errors are relative to its size."""
+    """Quantity of interest: its group, description and scenes, and whether errors are relative to its size."""
 
     name: str
     group: str

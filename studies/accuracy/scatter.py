@@ -114,7 +114,7 @@ class ScatterStudy(study.Study):
 
 
 def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
-    """What one standard deviation of each input makes: scene, input, level, quantity, value, limit (99 %), seeds.
+    """Return the effect of one standard deviation of each input: scene, input, level, quantity, value, limit (99 %), seeds.
 
     Half of high minus low; of `bridges_every` each level minus the default. What chance makes of a difference of two runs is
     taken from the study's `table`, whose deviation is pooled over many levels of the same scene.

@@ -122,7 +122,7 @@ def _engine(
 def _best(
     row: str, preset: str, said: str, fit: str, own: Callable[[], Floats], exact: Floats, note: str, at: Sequence[str] = ()
 ) -> Iterator[Cell]:  # fmt: skip
-    """What a row is compared with: the paper's law by the reference, or the exact bridge, which the reference solves too."""
+    """Yield the reference of a row: the paper's law by the reference, or the exact bridge, which the reference solves too."""
     if preset == "paper":
         yield impossible(row, EXACT, fit)
         yield truth(row, REFERENCE, said, len(exact))
@@ -185,7 +185,7 @@ def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
 
 
 def _edges(pair: Pair, stock: Stock) -> Iterator[Cell]:
-    """Where the force of a stock program ends; from the stock models' own law also the volume their bridge has."""
+    """Yield the distance at which the force of a stock program ends, and its bridge's volume by the stock models' law."""
     for column in stock.there:
         edge = stock.edge(column, pair.key)
         for preset in CAPILLARY:

@@ -90,7 +90,7 @@ def impossible(row: str, column: str, why: str) -> Cell:
 
 
 def empty(row: str, reasons: Mapping[str, str]) -> Iterator[Cell]:
-    """Such cells of several programs: column -> why."""
+    """Return the empty cells of several programs, given the reason for each column."""
     return (impossible(row, column, why) for column, why in reasons.items())
 
 

@@ -165,7 +165,7 @@ def _hint(row: Row, cell: Cell) -> str:
 
 
 def meanings(results: Table) -> str:
-    """What a reader should take from the colours; every row in which LIGGGHTS + pywet is not at round-off, with the reason."""
+    """Explain the colours, and list every row in which LIGGGHTS + pywet is not at round-off, with the reason."""
     loose = sorted((c for c in results.ours if (c.deviation or 0.0) > ROUND_OFF), key=lambda c: -(c.deviation or 0.0))
     listed = paragraph("All rows in which LIGGGHTS + pywet is farther than `1e-9` from the truth, and why:")
     return "".join(paragraph(t) for t in MEANINGS) + listed + table_of(loose, {

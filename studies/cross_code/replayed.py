@@ -53,7 +53,7 @@ def source(folder: Path) -> Source:
 
 
 def of_engine(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
-    """What the same scenes give in an engine that has the plugin."""
+    """Yield the results of the same scenes in an engine that has the plugin."""
     for name, replayed in (("pair", _pair), ("wall_pull", _wall), ("bed", _bed)):
         yield from _cells(name, [replayed(folder / name, engine)], f"runs/{name}/", "")
     yield from _cluster(folder / "cluster", engine)

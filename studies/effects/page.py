@@ -139,7 +139,7 @@ def shares(runs: dict[str, pd.DataFrame]) -> Figure:
 
 
 def unused(runs: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """Of choices in each scene: ms a step, time over everything on, memory [MB], the plugin's arrays [B], if it is loaded."""
+    """Tabulate for each choice and scene: ms per step, time relative to all effects, memory [MB], arrays [B] of the plugin."""
     rows = []
     for name, of in runs.items():
         timed = of.assign(time=step_time(of)).set_index("seed")

@@ -169,7 +169,7 @@ def prepare(
 
 
 def table(jobs: Sequence[Job]) -> list[str]:
-    """What each case asks for and takes, as lines."""
+    """Return the resources that each case requires as lines of a table."""
     needed = [j.need for j in jobs]
     lines = ["case    spheres    steps [1e6]    lists    bridges    processor time [h]    disk [GB]"]
     for j, n in zip(jobs, needed, strict=True):

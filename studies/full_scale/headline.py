@@ -16,7 +16,7 @@ def _half(runs: Runs, case: int) -> str:
 
 
 def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
-    """What liquid does to passage, where it goes, and how many statements are confirmed; none without the cases it is about."""
+    """Summarise passage, distribution of the liquid and confirmed statements; a line without its cases is left out."""
     written = ["# Full scale", ""]
     if all(runs.get(n) for n in (1, 2, 10, 11)):
         written += [

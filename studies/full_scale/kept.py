@@ -151,7 +151,7 @@ NOT_MOVED = ["step", "time_s", "time_since_opening_s", "initial_m3", "total_m3"]
 
 
 def _whole(run: Kept, table: str, name: str) -> float:
-    """What a column is a part of: all liquid, all spheres of its class; else 1."""
+    """Return the total that a column is a part of: all liquid, or all spheres of its class; else 1."""
     if table == "liquid_by_holder":
         return float(run.series(table, "initial_m3")[0]) or 1.0
     if name.startswith(("above_", "wedged_")):

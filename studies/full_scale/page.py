@@ -165,7 +165,7 @@ def _price(runs: Runs) -> list[str]:
 
 
 def _lacking(runs: Runs, stiff: Runs) -> list[str]:
-    """What the page cannot say for want of runs."""
+    """List the results that are missing from the page because runs are missing."""
     seeds = ", ".join(str(len(runs.get(n, ()))) for n in SEEDED)
     lines: list[str] = []
     if any(len(runs.get(n, ())) < SEEDS for n in SEEDED):
@@ -215,7 +215,7 @@ def _change(row: tuple[str, ...]) -> str:
 
 
 def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
-    """What is known at full scale of effects in no preset."""
+    """Summarise the full-scale results on effects that are in no preset."""
     lines = []
     for effect in SWITCHED:
         shown = [row for row in _switched(runs, variants, effect) if row[2] in DIVISIONS]

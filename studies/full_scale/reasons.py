@@ -125,7 +125,7 @@ def _dry_near(runs: Runs, folder: Path) -> str:
 
 
 def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[Runs, Path], str]:
-    """How far dry, moist and moister lie apart from 2 s to `end`, and the seeds of a case."""
+    """Describe the differences of Y from 2 s to `end` over the liquid content, and the scatter of the seeds of a case."""
 
     def said(runs: Runs, folder: Path) -> str:
         y = [runs[n][0].y(2.0, end) for n in cases]

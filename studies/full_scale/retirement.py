@@ -39,7 +39,7 @@ def rows(stored: Runs, retired: Runs) -> list[tuple[str, ...]]:
 
 
 def lines(stored: Runs, retired: Runs) -> list[str]:
-    """What retirement changes and saves, in a sentence each; none without such runs."""
+    """Summarise the changes and savings by retirement, one sentence each; none without such runs."""
     cases = sorted(set(stored) & set(retired))
     if not cases:
         return []

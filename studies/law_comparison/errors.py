@@ -41,7 +41,7 @@ def force_errors(forces: pd.DataFrame, own: Iterable[str] = ()) -> pd.DataFrame:
 
 
 def bodies(points: pd.DataFrame) -> NDArray[np.str_]:
-    """Which of `BODIES` each row is of."""
+    """Return the entry of `BODIES` to which each row belongs."""
     return np.select([points["ratio"] == 1.0, points["ratio"] > 0.0], BODIES[:2], BODIES[2])
 
 
@@ -87,7 +87,7 @@ def transfer_table(limits: pd.DataFrame) -> pd.DataFrame:
 
 
 def misprint_table(forces: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
-    """What a misprint does, in per cent of the mended law: smallest, median and largest difference per bodies."""
+    """Tabulate the effect of a misprint in per cent of the corrected law: smallest, median and largest difference per bodies."""
     parts = []
     for kind, names in PRINTED.items():
         points = forces if kind == "capillary" else limits

@@ -66,7 +66,7 @@ def test_two_hundred_hidden_surface_tensions(tmp_path: Path) -> None:
 
 
 def test_ten_hidden_viscosities(tmp_path: Path) -> None:
-    """Of a layer, from rebounds at two speeds: nine or ten of ten."""
+    """Find ten hidden viscosities of a layer from rebounds at two speeds: nine or ten intervals contain them."""
     content = yaml.safe_load((EXAMPLES / "calibrations" / "binder.yaml").read_text())
     targets = [{**t, "wall": str(EXAMPLES / "wall_wet.json")} for t in content["targets"]]
     viscosity = {"viscosity": content["parameters"]["viscosity in Pa s"]}

@@ -84,14 +84,14 @@ def test_a_fault_of_a_program_is_one_sentence(
 
 
 def test_a_word_without_end_is_shown_by_its_ends(capsys: pytest.CaptureFixture[str]) -> None:
-    """What was expected is not pushed out of the sentence by what was given."""
+    """Expect the expected values in the message, however long the given value is."""
     with pytest.raises(SystemExit), border():
         raise PywetError(f"there is no engine {'a' * 4000}z; expected liggghts or lammps")
     assert capsys.readouterr().err == f"there is no engine {'a' * 80}…{'a' * 78}z; expected liggghts or lammps\n"
 
 
 def test_links_in_a_circle_are_no_fault(tmp_path: Path) -> None:
-    """Of a law's file, which is looked for with its links followed."""
+    """Expect a message for a law's file that is a link to itself."""
     (tmp_path / "law.py").symlink_to("law.py")
     own.trust([f"{tmp_path}/law.py:force"], tmp_path)
     with pytest.raises(PywetError, match=r"law\.py does not exist; expected path/to/file.py:function"):

@@ -169,7 +169,7 @@ def helps(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str
 
 
 def test_no_help_loses_a_word_in_brackets(runner: CliRunner) -> None:
-    """What stands in brackets, such as [m/s], is markup for the printer: it would be eaten. Every word of a help is printed."""
+    """Print every word of a help, also in brackets such as [m/s], which the printer would take for markup."""
     for words, command in helps(typer.main.get_command(app)):
         shown = re.sub(r"[\W_]+", "", runner.invoke(app, [*words, "--help"]).output)
         for text in (command.help, *(getattr(p, "help", None) for p in command.params)):

@@ -48,6 +48,6 @@ def test_campaign_counts_every_seed_and_the_twin_of_another_preset(
 
 
 def test_spheres_that_are_retired_cost_nothing() -> None:
-    """Of the time loop of case 2 at full scale 0.93 (20.1 - 3.3)/20.1 is saved; its start, some seconds, is not."""
+    """Expect that 0.93 (20.1 - 3.3)/20.1 of the time loop of case 2 at full scale is saved; its start, some seconds, is not."""
     stored = needs.need(CONFIG.without_retirement(), 2, "full").seconds
     assert needs.need(CONFIG, 2, "full").seconds == pytest.approx((1.0 - 0.93 * 16.8 / 20.1) * stored, rel=0.02)

@@ -66,7 +66,7 @@ def ask(bench: Bench, mutant: Mutant, tests: Sequence[str] = (), engine: bool = 
 
 
 def _keep_plugin(bench: Bench, mutant: Mutant) -> None:
-    """Where the tests look for it: what was compiled here in a part of the time."""
+    """Copy the plugin to where the tests look for it, since compiling takes long."""
     from pywet.engines.liggghts import build
     from pywet.util import caches
 

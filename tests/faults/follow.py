@@ -34,7 +34,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Way:
-    """Where a run is made, from which configuration, with which plugin, for a fault of which module."""
+    """Run in which a fault is tried: its folder, configuration and plugin, and the module with the fault."""
 
     run: Path
     config: Path

@@ -56,7 +56,7 @@ def keep(path: Path) -> None:
 
 
 def kept(path: Path) -> Lines:
-    """What a copy of this process has written down."""
+    """Return the lines that a forked copy of this process has recorded."""
     lines: Lines = {}
     for part in json.loads(path.read_text()):
         for name, numbers in part.items():

@@ -101,7 +101,7 @@ def test_the_answer_of_a_copy_and_how_it_ended() -> None:
 
 
 def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
-    """Of the file asked about, those that are executed."""
+    """Compare the recorded lines of a small file with those that are executed."""
     path = tmp_path / "way.py"
     path.write_text("def way(x):\n    if x:\n        return 1\n    return 2\n")
     space: dict[str, Any] = {}

@@ -26,7 +26,7 @@ LIMIT_S = 900.0
 
 @dataclass
 class Bench:
-    """Where trials are made: the copy of the program, its objects, and what sound runs leave and come to."""
+    """Workplace of trials: the copy of the program, its objects, and the outputs and executed lines of correct runs."""
 
     out: Path
     sound: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -45,7 +45,7 @@ class Bench:
         return self.out / "plugin.so"
 
     def files(self, room: str) -> list[Path]:
-        """Of a module, in the copy: the program itself may change meanwhile."""
+        """Return the files of a module in the copy; the program itself may change meanwhile."""
         return files(room, self.tree / "pywet")
 
     def open(self, modules: Sequence[str]) -> None:
@@ -161,7 +161,7 @@ class Bench:
         return library if self.objects.library(library, mutant.path) else None
 
     def judge(self, mutant: Mutant, room: str) -> Verdict | None:
-        """Who notices; None for a fault that does not compile."""
+        """Return what detects a fault; None for a fault that does not compile."""
         if mutant.path.suffix == ".py":
             try:
                 compile(mutant.text, str(mutant.path), "exec")
@@ -183,7 +183,7 @@ class Bench:
         return Verdict(answer["by"], answer["said"])
 
     def _changed(self, scene: str, part: str) -> Verdict:
-        """Of a run that nobody objects to: whether it left anything else than the sound one."""
+        """Return whether a run that nothing objects to left other files than the correct one."""
         now, then = ({n: m for n, m in made.items() if part in ("view", "") or not n.startswith("vtk/")}
                      for made in (marks(self.run), self.sound[scene]))  # fmt: skip
         changed = sorted(name for name in now.keys() | then.keys() if now.get(name) != then.get(name))

@@ -52,7 +52,7 @@ def test_files_that_are_no_sieve_analysis(tmp_path: Path, text: str, words: str)
 
 
 def test_cut_off_mass_is_reported(tmp_path: Path) -> None:
-    """Of the class 1 to 2 mm half lies below its geometric mean, in the logarithm; above 4 mm another quarter."""
+    """Expect half of the class 1 to 2 mm below its geometric mean, in the logarithm, and another quarter above 4 mm."""
     (tmp_path / "sieve.csv").write_text(GOOD["comma"])
     sizes = SizeDistribution(file=Path("sieve.csv"), smallest_mm=math.sqrt(2), largest_mm=4).sizes(tmp_path)
     assert (sizes.below, sizes.above) == pytest.approx((0.125, 0.25))

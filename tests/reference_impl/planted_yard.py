@@ -123,7 +123,7 @@ def opens_late(steps: int, step_s: float, speed: float) -> Change:
 
 
 def first_triangle(of_kind: int | None) -> Change:
-    """Of each wall part only the lowest triangle that is there (of events of a kind)."""
+    """Replace the triangles of each wall part by the lowest one that occurs (in events of a kind)."""
 
     def change(table: pd.DataFrame) -> pd.DataFrame:
         rows = table["partner_kind"] > 0

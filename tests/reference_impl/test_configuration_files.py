@@ -20,7 +20,7 @@ CONFIG = config.load(ROOT / "config")
 
 
 def sections(loaded: Config, case: int = 2) -> Section:
-    """What the section says of a case's configuration."""
+    """Return the replay's section on a case's configuration."""
     section, texts = Section("scene"), config.texts(loaded)
     section.add("scene_configuration", "itself", files.held(texts, loaded.resolved(case, "smoke")), "values")
     section.not_checked += files.not_checked(texts)

@@ -21,7 +21,7 @@ LENGTH = 200
 
 @pytest.mark.engine
 def test_a_sound_run_is_not_diagnosed(heap_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where all agrees, the diagnosis is not even called."""
+    """Expect that the diagnosis is not even called if everything agrees."""
     monkeypatch.setattr(faults, "find", lambda *_: pytest.fail("diagnosed without need"))
     result = replay(heap_dir)
     assert result["ok"] and result["diagnosis"] is None
@@ -120,7 +120,7 @@ def test_two_faults_in_one_equation() -> None:
 
 
 def test_equal_suspects_are_said_to_be_equal() -> None:
-    """Those that explain all cannot be distinguished, and all are said; a general one never wins over a cause."""
+    """Expect that all suspects are reported that explain all records; a general one never replaces a cause."""
     own = np.ones(LENGTH)
     names, some = ("cause", "other cause", "third"), np.where(np.arange(LENGTH) < 150, 2.0, 1.0)
     alike = [

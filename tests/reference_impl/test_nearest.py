@@ -16,7 +16,7 @@ from reference_impl.replay import formations
 
 
 def closest_to(corners: np.ndarray, x: list[float]) -> nearest.Closest:
-    """Of one fixed part with these triangles."""
+    """Return the closest points of one fixed part with these triangles."""
     setup: Any = SimpleNamespace(
         corners=corners, part=np.zeros(len(corners), np.int64), step=1e-6,
         scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},

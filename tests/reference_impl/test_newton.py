@@ -343,7 +343,7 @@ def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float
 
 
 def test_wet_springs_begin_anew(tmp_path: Path) -> None:
-    """The same spheres with films: each meeting begins without a spring, which the check asks for in wet runs."""
+    """Repeat the impact with films: each contact begins without a spring, which the check requires in wet runs."""
     quantities, counts, meetings = rubbing(tmp_path, 50.0, 0.0, liquid=water(1e-5), effects=small.PAPER)
     assert meetings == 2
     assert quantities["contact_spring"].ok

@@ -84,7 +84,7 @@ def test_closed_forms_agree(tmp_path: Path, name: str) -> None:
 
 @pytest.fixture(scope="module")
 def exact_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same with preset `exact`."""
+    """Run the scene with preset `exact`."""
     return lift(tmp_path_factory.mktemp("exact"), small.EXACT, (SIXTY, SIXTY, SIXTY))
 
 

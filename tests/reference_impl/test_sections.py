@@ -112,7 +112,7 @@ def test_damaged_files_are_one_sentence(copy: Path, file: str) -> None:
 
 
 def of_files(folder: Path, case: int, scale: str) -> dict[str, Any]:
-    """What config.json says, from config.yaml, materials.yaml, scales.yaml and cases.csv."""
+    """Return the part of config.json that comes from config.yaml, materials.yaml, scales.yaml and cases.csv."""
     read = {name: yaml.safe_load((folder / f"{name}.yaml").read_text()) for name in ("config", "materials", "scales")}
     with open(folder / "cases.csv", newline="") as file:
         row = next(row for row in csv.DictReader(file) if int(row["case"]) == case)

@@ -26,7 +26,7 @@ TIMES = ("wall_s", "cpu_s", "peak_memory_B", "events_per_s", "contacts_per_s")
 
 
 def at_size(folder: Path, size: int, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """What a replay in parts of that many events says, but for its times; with what the effects contributed."""
+    """Return the result of a replay in chunks of that many events, without its times; with the contributions of the effects."""
     monkeypatch.setattr(spans.go_through, "__defaults__", (size,))
     monkeypatch.setattr(spans, "PIECE", spans.PIECE if size == spans.SIZE else 2500)
     found = {k: v for k, v in replay(folder).items() if k not in TIMES}
@@ -150,7 +150,7 @@ def test_each_bridge_is_found_as_one_after_the_other_says() -> None:
 
 
 def test_a_log_out_of_order_is_refused(heap_dir: Path, tmp_path: Path) -> None:
-    """What is read on cannot be put in order afterwards."""
+    """Expect that a log out of order is refused, since chunks cannot be sorted afterwards."""
 
     def change(tables: planted_log.Tables) -> None:
         tables["events"] = tables["events"].iloc[::-1]
@@ -161,7 +161,7 @@ def test_a_log_out_of_order_is_refused(heap_dir: Path, tmp_path: Path) -> None:
 
 
 def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same bits: nothing is reordered or fused."""
+    """Expect the same bits: the compiler neither reorders nor fuses operations."""
     run = io.read(heap_dir)
     events, fixed, tables = run.table("events"), bodies.bodies(run), transfer.Tables(run.table("transfer"))
     partners, outputs, results = bodies.pairs(events, fixed), np.array([0, 500, 1000]), []
@@ -175,7 +175,7 @@ def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.Mon
 
 
 def test_median_of_many_is_good_to_a_thousandth() -> None:
-    """Of the histogram that stands for more deviations than are stored; it depends on the values alone."""
+    """Compare the median of the histogram that represents more deviations than are stored; it depends on the values alone."""
     values = np.random.default_rng(1).lognormal(-30.0, 5.0, 2 * compare.KEPT)
     parts = [compare.Deviations(part) for part in np.array_split(values, 7)]
     together = compare.gathered(parts)

@@ -100,7 +100,7 @@ ODD = "a b#$HOME&'\"ä ${x} `y`"
 @pytest.mark.engine
 @pytest.mark.parametrize(("effects", "ranks"), [(small.DRY, 1), (small.PAPER, 2)])
 def test_a_run_directory_with_any_name_works(effects: Any, ranks: int, tmp_path: Path) -> None:
-    """The same bits as in a plain folder: what is above the run directory never meets the engine's script."""
+    """Expect the same bits as in a plain folder: no path above the run directory enters the engine's script."""
     sphere = small.Sphere(1, (0.0, 0.0, 1.0e-3), velocity=(0.0, 0.0, -0.1))
     found = []
     for name in ("plain", ODD):
@@ -235,7 +235,7 @@ def test_one_rule_for_laws_that_a_given_file_names(
 
 
 def naming_elsewhere(command: str, law: Path, folder: Path) -> list[str]:
-    """The same of a law outside of the folder, with another text, so that it has not been tried yet."""
+    """Write a configuration that names a law outside of the folder, with another text, so that it has not been tested yet."""
     other = law.with_name("other.py")
     other.write_text(law.read_text() + "# other\n")
     shutil.rmtree(folder / "config", ignore_errors=True)

@@ -69,7 +69,7 @@ def test_what_is_not_deep_is_not_warned_of() -> None:
 
 
 def test_a_scene_that_may_press_a_ball_through_a_plate_is_warned_of_before_it_runs() -> None:
-    """The same ball falls 0.25 m onto 1 mm at 2000 N/m; stiff enough, or 8 mm thick, there is no warning."""
+    """Drop a ball 0.25 m onto a plate of 1 mm at 2000 N/m; if it is stiff, or the plate 8 mm thick, there is no warning."""
 
     def said(stiffness: float, thick_mm: float) -> list[str]:
         steel = {"steel": {"density_kg_per_m3": 7850, "stiffness_N_per_m": stiffness}}

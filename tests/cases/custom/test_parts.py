@@ -41,7 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Drawn:
-    """What would be drawn."""
+    """Record the calls that would draw."""
 
     def __init__(self) -> None:
         self.meshes: list[Any] = []

@@ -58,7 +58,7 @@ def is_stable(run_dir: Path, viscosity: float, step: float, how: str, bridges_ev
 
 
 def advised(run_dir: Path, viscosity: float, how: str, bridges_every: int = 1) -> tuple[float, str]:
-    """What the advisor allows for the pair, and which effect governs."""
+    """Return the time step that the advisor allows for the pair, and the effect that limits it."""
     scene, _ = pressed_pair(run_dir, viscosity, 1e-6, how, bridges_every)
     limits = [
         limit for limit in time_steps.advise(scene).limits if limit.stability and limit.effect != "viscous tangential"

@@ -180,7 +180,7 @@ def test_film_below_zero_is_named(tmp_path: Path) -> None:
 
 
 def test_two_runs_in_one_folder(tmp_path: Path) -> None:
-    """That of a second process is refused."""
+    """Expect that a run of a second process in the same folder is refused."""
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
     held = f"with run_lock.hold(Path({str(tmp_path)!r})): print(1, flush=True); time.sleep(60)"

@@ -27,7 +27,7 @@ def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundr
 
 @pytest.mark.parametrize("kind", [between.EXPLICIT, between.SEMI, between.WIRES, between.DRIPPING])
 def test_sound_run_agrees(foundry: planted.Foundry, tmp_path: Path, kind: str) -> None:
-    """What is found below is the fault and not the patch; every kind of record between the windows is compared."""
+    """Expect no finding without a fault, so that those below are not due to the patch; every kind of record is compared."""
     foundry.run(tmp_path, between.prepare(tmp_path, kind), "none")
     result = replay(tmp_path)
     assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}

@@ -24,7 +24,7 @@ def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundr
 
 @pytest.mark.parametrize("scene", [yard.prepare, *planted_in_yard.SCENES])
 def test_nothing_planted_nothing_found(foundry: planted.Foundry, tmp_path: Path, scene: planted_in_yard.Scene) -> None:
-    """What is found below is the fault and not the patch."""
+    """Expect no finding without a fault, so that those below are not due to the patch."""
     foundry.run(tmp_path, scene(tmp_path), "none")
     result = replay(tmp_path)
     assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}

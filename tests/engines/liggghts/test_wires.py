@@ -63,7 +63,7 @@ def run(folder: Path, spheres: list[small.Sphere], wires: Surface, prisms: bool,
 
 
 def states(folder: Path) -> pd.DataFrame:
-    """What was recorded, by step and sphere."""
+    """Return the recorded states by step and sphere."""
     return pd.read_parquet(folder / "history/window_states.parquet").set_index(["step", "id"])
 
 

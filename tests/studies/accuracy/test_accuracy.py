@@ -322,7 +322,7 @@ def test_runs_of_another_configuration_are_done_again(tmp_path: Path, monkeypatc
         return AccuracyStudy(tmp_path / "study", "quick", tmp_path / "config")
 
     def done() -> int:
-        """How many runs are done in a call."""
+        """Return the number of runs that a call makes."""
         now, names = study(), []
         for job in jobs:
             now.do(job, lambda name, share: names.append(name))

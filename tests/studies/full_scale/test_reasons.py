@@ -45,7 +45,7 @@ def test_each_statement_that_fails_is_named_and_an_unknown_reason_said() -> None
 
 
 def test_kept_runs_that_contradict_the_paper_have_their_reasons() -> None:
-    """What the page says of them rests on tables that are stored."""
+    """Expect a reason from stored tables for each statement that is not confirmed."""
     runs = kept.variants(Path("docs/full_scale/data"))[""]
     failed = [s.number for s in STATEMENTS if judge(s, runs).verdict == FAILS]
     with open("docs/full_scale/reasons.csv", newline="", encoding="utf-8") as file:
