@@ -194,8 +194,8 @@ def rank(problem: str, lines: list[dict]) -> str:
                 whole = row["answered"] == row["asked"]
                 off = float(row["largest"]) if whole and row["largest"] else math.inf
                 worst[row["program"]] = max(worst.get(row["program"], 0.0), off)
-    own = max(line["largest"] for line in lines)
-    better = [name for name, off in worst.items() if off < own]
+    largest_error = max(line["largest"] for line in lines)
+    better = [name for name, off in worst.items() if off < largest_error]
     return f"rank {len(better) + 1} of {len(worst) + 1} with the stored programs" if worst else ""
 
 

@@ -227,20 +227,20 @@ def points(table: dict[str, Any], knob: str, kind: str, group: str) -> list[dict
 def standing(table: dict[str, Any], knob: str, kind: str, group: str) -> Standing | None:
     """Rank the default of a setting among its levels; None if the group was not measured for it."""
     levels = points(table, knob, kind, group)
-    own = next((p for p in levels if p["level"] == table["default"][knob]), None)
-    if own is None or len(levels) < 2:
+    at_default = next((p for p in levels if p["level"] == table["default"][knob]), None)
+    if at_default is None or len(levels) < 2:
         return None
     verdict, by, said = "on the front", None, "every cheaper level is less accurate, every more accurate one dearer"
     for other in levels:
-        if other is own or other["low"] > own["high"]:  # dearer in every round
+        if other is at_default or other["low"] > at_default["high"]:  # dearer in every round
             continue
-        better, worse = _compare(other, own)
+        better, worse = _compare(other, at_default)
         price = f"{other['price']:.2f} of the price ({other['low']:.2f} to {other['high']:.2f})"
         if better and not worse:
             return Standing(
                 knob, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}"
             )
-        if not worse and other["high"] < own["low"]:
+        if not worse and other["high"] < at_default["low"]:
             verdict, by = "not told apart", other["level"]
             said = f"{other['level']} costs {price}; within chance the runs do not tell the two apart"
     return Standing(knob, kind, group, verdict, by, said)
@@ -249,17 +249,17 @@ def standing(table: dict[str, Any], knob: str, kind: str, group: str) -> Standin
 def bargain(table: dict[str, Any], knob: str, kind: str, group: str) -> str | None:
     """A level that takes away much of the default's error for little more, as a sentence; None where there is none."""
     levels = points(table, knob, kind, group)
-    own = next((p for p in levels if p["level"] == table["default"][knob]), None)
-    if own is None:
+    at_default = next((p for p in levels if p["level"] == table["default"][knob]), None)
+    if at_default is None:
         return None
-    better = [p for p in levels if p["price"] <= WORTH and own["value"] - p["value"] > GAIN]
-    better = [p for p in better if _compare(p, own)[0] and not _compare(p, own)[1]]
+    better = [p for p in levels if p["price"] <= WORTH and at_default["value"] - p["value"] > GAIN]
+    better = [p for p in better if _compare(p, at_default)[0] and not _compare(p, at_default)[1]]
     if not better:
         return None
     best = min(better, key=lambda p: p["value"])
     return (
-        f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: the default ({own['level']}) is off by "
-        f"{100 * own['value']:.0f} %; {best['level']} takes that to {100 * best['value']:.1g} % "
+        f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: the default ({at_default['level']}) is off by "
+        f"{100 * at_default['value']:.0f} %; {best['level']} takes that to {100 * best['value']:.1g} % "
         f"for {best['price']:.2f} of the price."
     )
 

@@ -47,8 +47,8 @@ class Size:
 def law_names(level: str) -> dict[str, str | None]:
     """Fields of the configuration's laws for a level of the capillary setting."""
     exact = level == "exact"
-    own = {"preset": "exact", "capillary": None} if exact else {"preset": "paper", "capillary": level}
-    return {**own, "rupture": None, "transfer": None}
+    chosen = {"preset": "exact", "capillary": None} if exact else {"preset": "paper", "capillary": level}
+    return {**chosen, "rupture": None, "transfer": None}
 
 
 def shown(parameter: str, level: Level) -> str:

@@ -21,8 +21,8 @@ def crossing(points: Floats, triangles: Ints) -> Floats | None:
     corners = points[triangles]
     low, high = corners.min(axis=1), corners.max(axis=1)
     for start in range(0, len(triangles), BLOCK):
-        own = slice(start, start + BLOCK)
-        near = ((low[own, None] <= high) & (high[own, None] >= low)).all(axis=2)
+        block = slice(start, start + BLOCK)
+        near = ((low[block, None] <= high) & (high[block, None] >= low)).all(axis=2)
         first, second = np.nonzero(near)
         first += start
         apart = ~(triangles[first][:, :, None] == triangles[second][:, None, :]).any(axis=(1, 2))

@@ -53,7 +53,7 @@ class Link:
     what: str
     table: pd.DataFrame
     logged: Floats
-    own: Floats
+    expected: Floats
     size: Floats
     suspects: Callable[[Floats], Iterator[Suspect]]
     """Given the broken records (a mask), the changed formulas in the order in which ties are decided."""
@@ -139,7 +139,7 @@ def within(link: Link, value: Floats, tolerance: float) -> Floats:
 
 def broken(link: Link) -> Floats:
     """Records that disagree and do not follow from another link."""
-    right = within(link, link.own, link.tolerance)
+    right = within(link, link.expected, link.tolerance)
     for value in link.excuses:
         if right.all():
             break
@@ -201,7 +201,7 @@ def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], name
         since=since, first=plain(link.table.iloc[int(np.argmax(rows))]), explained=int(rows.sum()) if named else 0,
         broken=int(rest.sum()), records=len(rest), tried=len(tried), next_best=others[0] if others else None,
         alike=tuple(dict.fromkeys(name for name in alike if name != best.fault)),
-        seen=link.says(rows) if link.says else described(link.logged[rows], link.own[rows]),
+        seen=link.says(rows) if link.says else described(link.logged[rows], link.expected[rows]),
     )  # fmt: skip
 
 
@@ -311,10 +311,10 @@ def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
 
 def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Causes, each with the sentences of the findings that show it again."""
-    own = [{*f["quantities"]} for f in findings]
+    expected = [{*f["quantities"]} for f in findings]
     shown = [[SHOW_AGAIN.get(q, set()) for q in f["quantities"]] for f in findings]
     fits = [
-        [bool(f["fault"]) and all(o & names for o in of) for f, names in zip(findings, own, strict=True)]
+        [bool(f["fault"]) and all(o & names for o in of) for f, names in zip(findings, expected, strict=True)]
         for of in shown
     ]
     causes = []

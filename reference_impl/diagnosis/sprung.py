@@ -24,11 +24,11 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
     ):
         if name not in failed:
             continue
-        logged, own, size, tables = zip(*(f.checks[name] for f in found), strict=True)
+        logged, expected, size, tables = zip(*(f.checks[name] for f in found), strict=True)
         rows = pd.concat(tables, ignore_index=True)
         wall, b = rows["wall"].to_numpy(bool), rows["b"].to_numpy()
         marks = {"between spheres": ~wall} | {f"at {v.name}": wall & (b >= v.first) & (b < v.last) for v in setup.walls}
-        one, two, scale = (np.concatenate(v) for v in (logged, own, size))
+        one, two, scale = (np.concatenate(v) for v in (logged, expected, size))
 
         def suspects(
             broken: Floats, name: str = name, one: Floats = one, two: Floats = two, marks: Any = marks

@@ -54,8 +54,8 @@ def not_held(written: Said, scene: Said) -> Iterator[str]:
 
 def _given_gravity(written: Said, scene: Said) -> bool:
     """Return whether the description's gravity counts with a deck: it is not the plain one, or the scene has the plain one."""
-    own = tuple(written["gravity_m_per_s2"])
-    return own != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
+    described = tuple(written["gravity_m_per_s2"])
+    return described != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
 
 
 def _gravity(deck: Said) -> list[float]:

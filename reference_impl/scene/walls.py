@@ -158,9 +158,9 @@ def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
         pairs = np.unique(np.column_stack([part, stl.bodies(corners)]), axis=0)
         found.append(Held("wires, parts that are one bar", len(pairs), len(given), "each wire is one part"))
     for k, width in enumerate(given):
-        own = corners[part == k]
+        in_part = corners[part == k]
         upright = name in ("slide", "impact_plate")
-        want = plan.small_half_width if name == "wires" else stl.half_width(own, upright)
+        want = plan.small_half_width if name == "wires" else stl.half_width(in_part, upright)
         found.append(
             Held(f"walls.{name}.part_half_width_m[{k}]", width, want, "half the shorter side of the part", room=ROOM)
         )
@@ -187,7 +187,7 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
     of_part = [(w, width) for w in scene["walls"] for width in w["part_half_width_m"]]
     wide = np.array([np.nan if width is None else width for _, width in of_part])
     size = np.bincount(part, weights=areas, minlength=len(p))
-    angle, own = np.array([w["contact_angle_rad"] for w, _ in of_part]), p["half_width"].to_numpy(float)
+    angle, in_part = np.array([w["contact_angle_rad"] for w, _ in of_part]), p["half_width"].to_numpy(float)
     found = [
         _row("history/triangles.part", t["part"].to_numpy(float), part.astype(float), 1.0),
         _row("history/triangles.area", t["area"].to_numpy(float), areas, areas, 1e-6),
@@ -197,7 +197,7 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
         ),
         _row("history/parts.contact_angle", p["contact_angle"].to_numpy(float), angle, 1.0),
         _row("history/parts.area", p["area"].to_numpy(float), size, size, 1e-6),
-        _row("history/parts.half_width", np.nan_to_num(own, posinf=0.0), np.nan_to_num(wide, posinf=0.0), 1e-3),
+        _row("history/parts.half_width", np.nan_to_num(in_part, posinf=0.0), np.nan_to_num(wide, posinf=0.0), 1e-3),
     ]
     for column in ("mesh", "holder"):
         want = [scene["walls"][k]["name" if column == "mesh" else "holder"] for k in wall_of]

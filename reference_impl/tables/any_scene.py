@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from reference_impl.replay import io, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.tables import at_walls
-from reference_impl.tables.own import ALL_THERE, Bodies, Output, Own, accounted, outputs, slug
+from reference_impl.tables.recomputed import ALL_THERE, Bodies, Output, Recomputed, accounted, outputs, slug
 
 NAMES = ("liquid_by_wall", "contact_statistics")
 STATISTICS = (
@@ -35,7 +35,7 @@ def written(folder: Path) -> bool:
         return False  # said where it is read
 
 
-def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
+def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:
     """Read all outputs of a run once."""
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
@@ -49,7 +49,7 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
         lost = max(lost, int((~o.here & (last >= o.step)).sum()))
     by_wall, contacts = pd.DataFrame(liquid), pd.DataFrame(touching)
     initial = float(of.film.sum())
-    return Own(
+    return Recomputed(
         tables=dict(zip(NAMES, (by_wall, contacts), strict=True)),
         liquid=by_wall,
         checks={"no_particle_lost": float(lost), "liquid_accounted_for": accounted(by_wall, initial)},

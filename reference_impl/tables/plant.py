@@ -16,7 +16,7 @@ import pandas as pd
 
 from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.replay import plans, retired
-from reference_impl.tables.own import Bodies, outputs
+from reference_impl.tables.recomputed import Bodies, outputs
 
 RESULTS = {1: "results/screen.json", 2: "results/screen_2.json", 3: "results/screen_3.json"}
 """Of each deck, from above."""

@@ -80,9 +80,9 @@ def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) 
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
         for parameter in KNOBS:
-            own = [order.get((kind, parameter, group)) for group in GROUPS]
-            if any(own):
-                cells = [Cell("–", "none") if s is None else _standing_cell(s) for s in own]
+            ranks = [order.get((kind, parameter, group)) for group in GROUPS]
+            if any(ranks):
+                cells = [Cell("–", "none") if s is None else _standing_cell(s) for s in ranks]
                 rows.append([Cell(f"{kind}: {KNOBS[parameter].title}"), *cells])
     message = [
         paragraph(f"{KNOBS[s.knob].title.capitalize()}, {s.kind}, {s.group}: {s.said}.")
@@ -120,8 +120,8 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         by_level = [{row["level"]: row for row in t["knobs"].get(parameter, ())} for t in tables]
         for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
             cells = [Cell(f"{KNOBS[parameter].title}: {level}")]
-            for rows_of, own in zip(by_level, tables, strict=True):
-                cells += _at_scale(rows_of.get(level), level == own["default"].get(parameter), groups)
+            for rows_of, study in zip(by_level, tables, strict=True):
+                cells += _at_scale(rows_of.get(level), level == study["default"].get(parameter), groups)
             rows.append(list(cells))
     text = "".join(
         paragraph(
@@ -160,7 +160,7 @@ def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
         name: {(e["scene"], e["quantity"]): f"{100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in errors}
         for name, errors in of.items()
     }
-    return [[name, *(own.get(column, "–") for column in columns)] for name, own in cells.items()]
+    return [[name, *(values.get(column, "–") for column in columns)] for name, values in cells.items()]
 
 
 def scattered(table: dict[str, Any]) -> str:
@@ -203,12 +203,12 @@ def price_cell(price: dict[str, float] | None) -> Cell:
 
 
 def error_cell(errors: Sequence[dict[str, Any]], group: str) -> Cell:
-    own = [e for e in errors if e["group"] == group]
-    if not own:
+    of_group = [e for e in errors if e["group"] == group]
+    if not of_group:
         return Cell("–", "none")
-    worst = max(own, key=lambda e: (abs(e["value"]) > e["limit"], abs(e["value"])))
+    worst = max(of_group, key=lambda e: (abs(e["value"]) > e["limit"], abs(e["value"])))
     value, limit = 100 * abs(worst["value"]), 100 * worst["limit"]
-    hint = "; ".join(f"{e['scene']} {e['quantity']} {100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in own)
+    hint = "; ".join(f"{e['scene']} {e['quantity']} {100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in of_group)
     if value == 0.0:
         return Cell("0", "", hint)
     return Cell(f"{value:.2g} ± {limit:.1g}" if limit else f"{value:.2g}", "" if value > limit else "none", hint)

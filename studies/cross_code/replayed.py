@@ -216,14 +216,16 @@ def _split(folder: Path) -> Iterator[Cell]:
 
     v = nodes["v_star"].to_numpy(float) * (4.0 / 3.0 * R) ** 3
     angle = math.radians(15.0)
-    own = np.array([young_laplace.rupture(float(x), R, 2.0 * R, angle, angle).transfer_ratio for x in v])
+    solved = np.array([young_laplace.rupture(float(x), R, 2.0 * R, angle, angle).transfer_ratio for x in v])
     other = np.array([bridge.rupture(float(x), R, 2.0 * R, angle, angle).bridge.share_i for x in v])
     names = [f"V* {x:.1e}" for x in nodes["v_star"]]
     yield truth(row, EXACT, "exact profile at its limit, split at the neck", len(v))
     one = np.ones(len(v))
-    yield measured(row, REFERENCE, other, own, one, at=names, note="collocation, shares no code")
+    yield measured(row, REFERENCE, other, solved, one, at=names, note="collocation, shares no code")
     table = nodes["transfer_i"].to_numpy(float)
-    yield measured(row, LIGGGHTS, table, own, one, at=names, note="table written by the run", link="runs/exact_pair/")
+    yield measured(
+        row, LIGGGHTS, table, solved, one, at=names, note="table written by the run", link="runs/exact_pair/"
+    )
     yield from empty(row, {YADE: NO_MIGRATION, WASHINO: NO_LOG, EASO: NO_LOG})
 
 

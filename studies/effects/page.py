@@ -145,13 +145,14 @@ def unused(runs: dict[str, pd.DataFrame]) -> pd.DataFrame:
         timed = of.assign(time=step_time(of)).set_index("seed")
         full = timed.loc[timed["variant"] == EVERYTHING, "time"]
         for variant in (EVERYTHING, PLANNED, "no bridges", IDLE):
-            own = timed[timed["variant"] == variant]
-            if len(own):
-                ratio = (own["time"] / full).median() if full.min() >= SHORTEST else math.nan
+            of_variant = timed[timed["variant"] == variant]
+            if len(of_variant):
+                ratio = (of_variant["time"] / full).median() if full.min() >= SHORTEST else math.nan
                 rows.append({
-                    "scene": name, "variant": variant, "step_ms": 1e3 * (own["time"] / own["steps"]).median(), "ratio": ratio,
-                    "memory_MB": own["peak_memory_B"].astype(float).median() / 1e6,
-                    "arrays_B": int(own["plugin_arrays_B"].median()), "loaded": bool(own["plugin"].iloc[0]),
+                    "scene": name, "variant": variant,
+                    "step_ms": 1e3 * (of_variant["time"] / of_variant["steps"]).median(), "ratio": ratio,
+                    "memory_MB": of_variant["peak_memory_B"].astype(float).median() / 1e6,
+                    "arrays_B": int(of_variant["plugin_arrays_B"].median()), "loaded": bool(of_variant["plugin"].iloc[0]),
                 })  # fmt: skip
     return pd.DataFrame(rows)
 

@@ -134,16 +134,16 @@ class Moved(Kept):
 
     @cached_property
     def tables(self) -> dict[str, pd.DataFrame]:
-        own = Kept(self.folder)
-        moved = {name: own.tables[name].astype(float) for name in TABLES}
+        this = Kept(self.folder)
+        moved = {name: this.tables[name].astype(float) for name in TABLES}
         for name, frame in moved.items():
             for key in frame.columns.difference(NOT_MOVED):
                 others = [k for k in self.seeds if key in k.tables[name]]
                 if len(others) == len(self.seeds):
                     each = np.array(
-                        [np.interp(own.times, k.times, k.series(name, key)) / _whole(k, name, key) for k in others]
+                        [np.interp(this.times, k.times, k.series(name, key)) / _whole(k, name, key) for k in others]
                     )
-                    frame[key] += (each[self.which] - each.mean(axis=0)) * _whole(own, name, key)
+                    frame[key] += (each[self.which] - each.mean(axis=0)) * _whole(this, name, key)
         return moved
 
 

@@ -29,14 +29,14 @@ def write(path: Path, columns: Sequence[str], rows: Iterable[Sequence[object]]) 
 def run_row(config: Config, run: Kept) -> tuple[object, ...]:
     """One run's settings, cost, agreement with the replay and results, in the order of `RUN_COLUMNS`."""
     about = run.about
-    own = max(s.stiffness_sphere_sphere_N_per_m.value for s in config.materials.spheres.values())
+    stiffest = max(s.stiffness_sphere_sphere_N_per_m.value for s in config.materials.spheres.values())
     moist = bool(about["events"])
     liquid = (run.liquid("coarse_material"), run.liquid("fines"), run.walls) if moist else ()
     sizes = (about.get(key) for key in ("peak_memory_B", "replay_peak_memory_B", "disk_B"))
     return (
         run.folder.name,
         about["scale"],
-        f"{about['normal_stiffness_N_per_m'] / own:.2g}",
+        f"{about['normal_stiffness_N_per_m'] / stiffest:.2g}",
         f"{1e6 * about['time_step_s']:.3g}",
         None if about["cpu_s"] is None else f"{about['cpu_s'] / 3600:.2f}",
         "no" if about["resumed_at_step"] is None else "yes",

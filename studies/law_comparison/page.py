@@ -28,10 +28,10 @@ Frame = Any
 
 
 def write_page(
-    folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True, own: Sequence[str] = ()
+    folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True, custom: Sequence[str] = ()
 ) -> Path:
     """Compute and draw everything; returns the page's path. `own`: capillary and rupture laws in files of the user's."""
-    pulls, breaks = (_of_kind(own, kind) for kind in KINDS)
+    pulls, breaks = (_of_kind(custom, kind) for kind in KINDS)
     report("exact bridges", 0.0)
     atlas = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
     report("laws, and tables of the exact law", 0.15)
@@ -123,11 +123,11 @@ def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
     by_law = {name: rows.set_index(["bodies", "gap"]) for name, rows in tables["forces"].groupby("law", sort=False)}
     cost, places = tables["cost"].set_index("law"), [(b, g) for b in errors.BODIES for g in errors.GAPS]
     rows: page.Rows = []
-    for law, own in sorted(by_law.items(), key=lambda item: float(item[1].loc[("equal spheres", "gap"), "median"])):
-        hints = {p: f"95 %: {_percent(own.loc[p, 'p95'])} %, worst {_percent(own.loc[p, 'worst'])} % at {own.loc[p, 'where']}"
-                 for p in own.index}  # fmt: skip
-        cells = [_graded(own.loc[p, "median"], hints[p]) if p in hints else Cell("") for p in places]
-        equal = _graded(own.loc[("equal spheres", "gap"), "p95"], hints["equal spheres", "gap"])
+    for law, row in sorted(by_law.items(), key=lambda item: float(item[1].loc[("equal spheres", "gap"), "median"])):
+        hints = {p: f"95 %: {_percent(row.loc[p, 'p95'])} %, worst {_percent(row.loc[p, 'worst'])} % at {row.loc[p, 'where']}"
+                 for p in row.index}  # fmt: skip
+        cells = [_graded(row.loc[p, "median"], hints[p]) if p in hints else Cell("") for p in places]
+        equal = _graded(row.loc[("equal spheres", "gap"), "p95"], hints["equal spheres", "gap"])
         price = [f"{cost.loc[law, 'ns']:.0f}", f"{cost.loc[law, 'ratio']:.2f}"]
         rows.append([Cell(f"`{short(law)}`", "good" if law == "young_laplace" else ""), *cells, equal, *price])
     header = ["law", *(f"{b}: {g}" for b, g in places), "95 %, all gaps, equal spheres", "ns per call", "× rabinovich"]

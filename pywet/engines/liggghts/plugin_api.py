@@ -173,13 +173,13 @@ class Plugin:
         """The parts of the mesh added last as prisms; `number` of the wall in the scene."""
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
-            own = np.flatnonzero(part == p)
-            analytic_wire = prism_of(corners[own], f"part {p} of wall {wall.name}")
+            of_part = np.flatnonzero(part == p)
+            analytic_wire = prism_of(corners[of_part], f"part {p} of wall {wall.name}")
             section, ends = (
                 _doubles(analytic_wire.section),
                 (C.c_double(analytic_wire.low), C.c_double(analytic_wire.high)),
             )
-            first = int(own[0])
+            first = int(of_part[0])
             self._library.pywet_add_prism(number, first, analytic_wire.axis, *ends, len(section), _pointer(section))
 
     def set_output(self, steps: Iterable[int], windows: Iterable[tuple[int, int]]) -> None:

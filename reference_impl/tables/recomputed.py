@@ -97,7 +97,7 @@ class Output:
 
 
 @dataclass
-class Own:
+class Recomputed:
     """Result tables as recomputed from the logs."""
 
     tables: dict[str, pd.DataFrame]
