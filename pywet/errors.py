@@ -173,7 +173,7 @@ def border(
         say("\n".join(one_line(LONG_WORD.sub(r"\1…\2", line), 2000) for line in lines))
         raise SystemExit(1) from None
     except KeyboardInterrupt as stop:
-        sentence, code = ending.said(one_line(given), stop)
+        sentence, code = ending.message(one_line(given), stop)
         say(sentence)
         raise SystemExit(code) from None
     except Exception as error:

@@ -218,7 +218,7 @@ def three_in_the_engine(engine: str) -> Iterator[Row]:
         if (given["h_a"], given["h_min"], given["e_dry"]) != (spheres_engine.H_A, spheres_engine.H_MIN, 1):
             continue
         with tempfile.TemporaryDirectory(prefix="pywet-wet-") as folder:
-            found = spheres_engine.twin(
+            found = spheres_engine.in_engine(
                 Path(folder), given["St_n"], given["theta12_deg"], None, given["t_end"], 1e9, given["mu_f"], engine
             )
         for a in wanted:

@@ -54,7 +54,7 @@ class Kind:
     read: Callable[[Path], dict[str, Any]]
     build: Callable[[dict[str, Any], Path], Any]
     quantities: Mapping[str, Callable[[Any], float]]
-    of_chance: bool = False
+    random_start: bool = False
 
 
 def _json(path: Path) -> dict[str, Any]:
@@ -79,13 +79,13 @@ KINDS = {
         lambda path: read_yaml(path, Scene, begun("drum")),
         lambda content, path: Scene(**{**content, "folder": path.parent, "file": path}),
         OF_SCENE,
-        of_chance=True,
+        random_start=True,
     ),
 }
 """Key of a target -> its kind of experiment."""
 
 
-class Kept(TypedDict):
+class StoredResult(TypedDict):
     """Result of an engine's run: the value read from it, and its time."""
 
     quantities: dict[str, float]
@@ -110,14 +110,14 @@ class Experiment:
         return cls(kind, file, _filled(content, changes))
 
     @property
-    def of_chance(self) -> bool:
+    def random_start(self) -> bool:
         """Return whether the experiment is run in an engine, with a random initial arrangement."""
-        return KINDS[self.kind].of_chance
+        return KINDS[self.kind].random_start
 
     def built(self, settings: Mapping[str, float], seed: int = 0) -> Any:
         """Build the experiment with these values of its keys; the seed is added to that of the scene's file."""
         content = _filled(self.content, {key: v for key, v in settings.items() if holds(self.content, key)})
-        if self.of_chance:
+        if self.random_start:
             content["seed"] = content.get("seed", 1) + seed
         try:
             return KINDS[self.kind].build(content, self.file)
@@ -129,16 +129,18 @@ class Experiment:
         """Compute the value of an experiment that needs no engine."""
         return _number(KINDS[self.kind].quantities[quantity](self.built(settings)), quantity, settings)
 
-    def run(self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int) -> Kept:
+    def run(
+        self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int
+    ) -> StoredResult:
         """Numbers of a run of the engine; one whose numbers are stored in the folder is not done again."""
         scene = self.built(settings, seed)
         place = folder / _name(scene)
-        stored = read_if_there(place / "calibration.json", shape=Kept)
+        stored = read_if_there(place / "calibration.json", shape=StoredResult)
         if stored is None or not set(wanted) <= set(stored["quantities"]):
             started = time.monotonic()
             run = commands.run(scene, place, ranks)
             numbers = {q: _number(OF_SCENE[q](run), q, {**settings, "seed": scene.seed}) for q in wanted}
-            stored = Kept(quantities=numbers, wall_s=time.monotonic() - started)
+            stored = StoredResult(quantities=numbers, wall_s=time.monotonic() - started)
             write_json(place / "calibration.json", stored)
         return stored
 

@@ -25,7 +25,7 @@ KNOWN = 0.5
 ENOUGH = "the response is known at least twice as well as the target"
 SPENT = "most_runs are spent, more would narrow the intervals"
 AT_ONCE = "nothing is of chance"
-Said = Callable[[str], None]
+Report = Callable[[str], None]
 Measure = Callable[[Floats, int], tuple[Floats, float]]
 """Place, seed -> values of the targets that are of chance, seconds."""
 
@@ -35,7 +35,7 @@ class Runs:
     """Runs of the engine so far: places (n, parameters), values (n, targets of chance)."""
 
     measure: Measure
-    say: Said
+    say: Report
     places: list[Floats] = field(default_factory=list)
     values: list[Floats] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
@@ -70,15 +70,17 @@ class Found:
     surface: Surface | None = None
 
 
-def find(question: Question, experiments: list[Experiment], folder: Path, ranks: int, say: Said) -> Found:
+def find(question: Question, experiments: list[Experiment], folder: Path, ranks: int, say: Report) -> Found:
     """The answer to a question; runs are stored in the folder."""
-    uncertainty = [k for k, e in enumerate(experiments) if e.of_chance]
+    uncertainty = [k for k, e in enumerate(experiments) if e.random_start]
     targets, names = question.targets, [t.quantity for t in question.targets]
 
     def direct(place: Floats) -> Floats:
         """Means of all targets without chance, zero in place of the others."""
         settings = question.settings(place)
-        return np.array([0.0 if e.of_chance else e.value(q, settings) for e, q in zip(experiments, names, strict=True)])
+        return np.array(
+            [0.0 if e.random_start else e.value(q, settings) for e, q in zip(experiments, names, strict=True)]
+        )
 
     def measure(place: Floats, seed: int) -> tuple[Floats, float]:
         settings, values, seconds = question.settings(place), [], 0.0

@@ -93,7 +93,7 @@ def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups
 
 def predicted(config: Config, case: int, scale: str) -> str:
     """Return the predicted time of a case as text; empty if this machine has not been measured yet."""
-    machine = cost.kept()
+    machine = cost.measured_here()
     if machine is None:
         return ""
     seconds, _ = cost.predict(config, case, scale, machine, habit(choice.for_scale(scale)[0]))

@@ -41,7 +41,7 @@ class Knob:
     standard: tuple[Level, ...] = ()
     reduced: tuple[Level, ...] = ()
     """As `quick` where there are none."""
-    exact_twin: bool = False
+    exact_pair: bool = False
     """Whether all levels ought to give the same result, so that it is their cost alone that matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
@@ -50,8 +50,8 @@ class Knob:
 
 
 KNOBS: dict[str, Knob] = {
-    knob.name: knob
-    for knob in (
+    setting.name: setting
+    for setting in (
         Knob(
             "fraction",
             "time step",
@@ -83,9 +83,9 @@ KNOBS: dict[str, Knob] = {
         ),
         Knob(
             "contact_log", "contact log", "config.yaml: output", ("0x20", "2x20", "20x50"), ("0x20", "2x20", "50x100"),
-            ("2x20", "50x100"), exact_twin=True,
+            ("2x20", "50x100"), exact_pair=True,
         ),
-        Knob("ranks", "ranks", "config.yaml: ranks", (2, 1), exact_twin=True),
+        Knob("ranks", "ranks", "config.yaml: ranks", (2, 1), exact_pair=True),
         Knob(
             "integration", "viscous integration", "config.yaml: time_step.viscous_integration",
             ("semi_implicit", "explicit"),
@@ -113,9 +113,9 @@ def default(size: str) -> Setting:
     return Setting(stiffness=0.1) if size.startswith("reduced") else Setting()
 
 
-def reference(knob: str, size: str) -> Level:
+def reference(setting: str, size: str) -> Level:
     """Return the finest level of a setting, with which the others are compared."""
-    return KNOBS[knob].levels(size)[-1]
+    return KNOBS[setting].levels(size)[-1]
 
 
 def log_windows(text: str) -> tuple[int, int]:

@@ -31,10 +31,10 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
                 "walls whose parts follow from a feature angle",
             )
             section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
-        if (said := described.of_run(run)) is None:
+        if (description := described.of_run(run)) is None:
             section.not_checked.append(f"scene: no configuration ({configuration.FILE}) in the run directory")
         else:
-            _user_defined(section, run, said, scene)
+            _user_defined(section, run, description, scene)
         return section
     scene = io.scene(run)
     try:
@@ -47,9 +47,9 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
     return section
 
 
-def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict[str, Any]) -> None:
+def _user_defined(section: Section, run: Path, description: dict[str, Any], scene: dict[str, Any]) -> None:
     try:
-        held = described.held(run, said, scene)
+        held = described.held(run, description, scene)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, ArithmeticError) as error:
         raise io.ReplayError(
             f"{run}: scene.json and {described.FILE} do not describe the same scene ({error!r}); expected both of one run: "
@@ -60,7 +60,7 @@ def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict
         section.add("scene_plan", "itself", [*plan.compared(run, scene, case=False)], "numbers that decide effects")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
         section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
-    section.not_checked.append(f"scene: {described.not_held(said, scene)}")
+    section.not_checked.append(f"scene: {described.not_held(description, scene)}")
 
 
 def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[str, Any]) -> None:

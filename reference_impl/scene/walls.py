@@ -46,7 +46,7 @@ def by_table(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
 
 
 def _length(name: str, given: float, expected: float, source: str) -> Held:
-    return Held(f"{name} (measured on the STL)", given, expected, source, room=ROOM)
+    return Held(f"{name} (measured on the STL)", given, expected, source, allowance=ROOM)
 
 
 def _wires(plan: Plan, corners: Floats) -> Iterator[Held]:
@@ -127,7 +127,7 @@ def _plates(config: Mapping[str, Any], plan: Plan, z: Heights, meshes: Mapping[s
         angle = float(np.radians(config["apparatus"]["impact_plate_angle_deg"]["value"]))
         edge = plan.apothem - max(OPENING[0] * plan.width, OPENING[1] * plan.aperture)
         tilt, of_tilt = "impact_plate, angle [rad] (measured on the STL)", "scales.yaml: impact_plate_angle_deg"
-        yield Held(tilt, plate.angle, angle, of_tilt, room=2e-6)
+        yield Held(tilt, plate.angle, angle, of_tilt, allowance=2e-6)
         yield _length("impact_plate, high end", float(plate.high[2]), z.plate_top, "two apertures below the wires")
         yield _length("impact_plate, low edge", float(plate.high[0]), edge, "opening of 0.4 widths or 3 apertures")
         yield _length("impact_plate.thickness_m", plate.thickness, t, "scales.yaml: wall_thickness_mm")
@@ -139,7 +139,7 @@ def _box(plan: Plan, scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> 
     low = np.min([c.reshape(-1, 3).min(axis=0) for c in meshes.values()], axis=0) - MARGIN
     high = np.max([c.reshape(-1, 3).max(axis=0) + drawn * (n == "slide") for n, c in meshes.items()], axis=0) + MARGIN
     return [
-        Held(f"{end}.{axis}", given, float(want), "10 mm beyond the walls", room=ROOM)
+        Held(f"{end}.{axis}", given, float(want), "10 mm beyond the walls", allowance=ROOM)
         for end, wanted in (("box_low_m", low), ("box_high_m", high))
         for axis, given, want in zip("xyz", scene[end], wanted, strict=True)
     ]
@@ -162,7 +162,9 @@ def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
         upright = name in ("slide", "impact_plate")
         want = plan.small_half_width if name == "wires" else stl.half_width(in_part, upright)
         found.append(
-            Held(f"walls.{name}.part_half_width_m[{k}]", width, want, "half the shorter side of the part", room=ROOM)
+            Held(
+                f"walls.{name}.part_half_width_m[{k}]", width, want, "half the shorter side of the part", allowance=ROOM
+            )
         )
     return found
 
@@ -208,9 +210,11 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
     return found
 
 
-def _row(name: str, given: Floats, expected: Floats, size: Floats | float, room: float = 0.0) -> Held:
+def _row(name: str, given: Floats, expected: Floats, size: Floats | float, allowance: float = 0.0) -> Held:
     """The row of a column that is farthest off."""
     off = np.abs(given - expected) / size
     at = int(np.argmax(np.where(np.isfinite(off), off, np.inf)))
     scale = float(np.broadcast_to(size, off.shape)[at])
-    return Held(f"{name} (row {at})", float(given[at]), float(expected[at]), "stl/ and scene.json", scale, room * scale)
+    return Held(
+        f"{name} (row {at})", float(given[at]), float(expected[at]), "stl/ and scene.json", scale, allowance * scale
+    )

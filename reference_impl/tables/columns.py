@@ -74,7 +74,7 @@ def _named(name: str, h: Held, wrong: dict[str, Floats], recomputed: pd.DataFram
     if not h.wrong or c not in wrong:
         return h
     words = next(_likenesses(c, wrong, recomputed, scale_of(c, scales)), "")
-    return Held(h.name, h.given, h.expected, h.source, h.scale, h.room, words)
+    return Held(h.name, h.given, h.expected, h.source, h.scale, h.allowance, words)
 
 
 def _likenesses(c: str, wrong: dict[str, Floats], recomputed: pd.DataFrame, scale: float) -> Iterator[str]:

@@ -84,7 +84,7 @@ def held(given: Mapping[str, Any], expected: Recomputed, scene: Mapping[str, Any
     rounding = 1e-14 * sum(
         abs(e) for e in energy.values() if e is not None and np.isfinite(e)
     )  # what is left of their difference
-    yield from (replace(held, room=rounding) for held in _group("energy_J", given, energy, LOGS))
+    yield from (replace(held, allowance=rounding) for held in _group("energy_J", given, energy, LOGS))
     yield from checks("summary.json", given.get("checks"), expected)
 
 

@@ -31,14 +31,14 @@ def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
         asked(table, parameter, kind, group)
         for kind in choice.SCENES
         for parameter in KNOBS
-        if not KNOBS[parameter].exact_twin
+        if not KNOBS[parameter].exact_pair
         for group in GROUPS
     ]
     return [f for f in found if f is not None]
 
 
-def all_standings(table: dict[str, Any]) -> list[choice.Standing]:
-    return _everywhere(table, choice.standing)
+def all_standings(table: dict[str, Any]) -> list[choice.Rank]:
+    return _everywhere(table, choice.rank)
 
 
 def live_with(table: dict[str, Any]) -> str:
@@ -75,17 +75,17 @@ def fronts(table: dict[str, Any]) -> str:
     )
 
 
-def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) -> str:
-    order = {(s.kind, s.knob, s.group): s for s in standings}
+def rank_table(table: dict[str, Any], standings: Sequence[choice.Rank]) -> str:
+    order = {(s.kind, s.setting, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
         for parameter in KNOBS:
             ranks = [order.get((kind, parameter, group)) for group in GROUPS]
             if any(ranks):
-                cells = [Cell("–", "none") if s is None else _standing_cell(s) for s in ranks]
+                cells = [Cell("–", "none") if s is None else _rank_cell(s) for s in ranks]
                 rows.append([Cell(f"{kind}: {KNOBS[parameter].title}"), *cells])
     message = [
-        paragraph(f"{KNOBS[s.knob].title.capitalize()}, {s.kind}, {s.group}: {s.said}.")
+        paragraph(f"{KNOBS[s.setting].title.capitalize()}, {s.kind}, {s.group}: {s.verdict_text}.")
         for s in standings
         if s.verdict == "beaten"
     ] or [paragraph("No level of any setting is as cheap and better than the default beyond doubt.")]
@@ -93,10 +93,10 @@ def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) 
     return "".join(dict.fromkeys(message)) + html_table(["setting", *GROUPS], rows)
 
 
-def _standing_cell(standing: choice.Standing) -> Cell:
-    grade: Any = GRADE[standing.verdict]
-    by = "" if standing.by is None else f" ({figures.SHORT.get(str(standing.by), standing.by)})"
-    return Cell(standing.verdict + by, grade, standing.said)
+def _rank_cell(rank: choice.Rank) -> Cell:
+    grade: Any = GRADE[rank.verdict]
+    by = "" if rank.by is None else f" ({figures.SHORT.get(str(rank.by), rank.by)})"
+    return Cell(rank.verdict + by, grade, rank.verdict_text)
 
 
 def bargains(table: dict[str, Any]) -> list[str]:
@@ -136,8 +136,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         "against the finest level of the same scale; pale where chance may have made them."
     )
     chosen = "".join(
-        f"<h3>{_name(t).capitalize()}</h3>{fronts(t)}{live_with(t)}{standing_table(t, all_standings(t))}"
-        for t in others
+        f"<h3>{_name(t).capitalize()}</h3>{fronts(t)}{live_with(t)}{rank_table(t, all_standings(t))}" for t in others
     )
     return text + html_table(header, rows) + chosen
 

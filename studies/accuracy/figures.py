@@ -22,9 +22,9 @@ FLOOR = 1e-4
 SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_implicit": "semi-implicit"}
 
 
-def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
+def setting_panels(table: dict[str, Any], group: str) -> Figure | None:
     """Error against cost, one small picture for each setting that was measured in this group; moist and dry in one."""
-    drawn = [(parameter, _kinds(table, parameter, group)) for parameter in KNOBS if not KNOBS[parameter].exact_twin]
+    drawn = [(parameter, _kinds(table, parameter, group)) for parameter in KNOBS if not KNOBS[parameter].exact_pair]
     drawn = [(parameter, kinds) for parameter, kinds in drawn if kinds]
     if not drawn:
         return None

@@ -103,31 +103,38 @@ def _engine(
     where = f"V* {V_STAR:g}, contact angle 15°, {len(at)} gaps"
     wanted = pair.exact(at) if preset == "exact" else pair.paper(at)
     computed = lambda: np.array([computed_bridge.solve(g, *pair.bridge).force * SIGMA for g in at])  # noqa: E731
-    said = "Young-Laplace meridian in closed form" if preset == "exact" else "closed form typed anew from the paper"
+    source_text = (
+        "Young-Laplace meridian in closed form" if preset == "exact" else "closed form typed anew from the paper"
+    )
     fit = "the law is a fit; what the exact bridge gives is in the rows below"
-    yield from _best(row, preset, f"{said}; {where}", fit, computed, wanted, "collocation, shares no code", names)
+    yield from _best(
+        row, preset, f"{source_text}; {where}", fit, computed, wanted, "collocation, shares no code", names
+    )
     table = "tabulated force in the engine, stated error 0.1 % of the force at touch"
     note = table if preset == "exact" else "contact log of a pull at 0.05 m/s"
     yield measured(row, LIGGGHTS, force, wanted, at=names, note=note, link=link)
     broken = events.loc[events["kind"] == RUPTURE, "rupture_distance"].to_numpy(float)[:1]
     row = f"rupture_{preset}_{pair.key}"
     computed = lambda: np.array([computed_bridge.rupture(*pair.bridge).separation])  # noqa: E731
-    said = "limit of stability of the exact bridge" if preset == "exact" else "closed form typed anew from the paper"
+    source_text = (
+        "limit of stability of the exact bridge" if preset == "exact" else "closed form typed anew from the paper"
+    )
     fit = "the law is a fit; the exact limit is in the rows below"
-    yield from _best(row, preset, said, fit, computed, np.array([limit]), "second variation, shares no code")
+    yield from _best(row, preset, source_text, fit, computed, np.array([limit]), "second variation, shares no code")
     note = "event log; table, stated error 2e-4" if preset == "exact" else "event log"
     yield measured(row, LIGGGHTS, broken, np.array([limit]), note=note, link=link)
 
 
 def _best(
-    row: str, preset: str, said: str, fit: str, computed: Callable[[], Floats], exact: Floats, note: str, at: Sequence[str] = ()
+    row: str, preset: str, source_text: str, fit: str, computed: Callable[[], Floats], exact: Floats, note: str,
+    at: Sequence[str] = (),
 ) -> Iterator[Cell]:  # fmt: skip
     """Yield the reference of a row: the paper's law by the reference, or the exact bridge, which the reference solves too."""
     if preset == "paper":
         yield impossible(row, EXACT, fit)
-        yield truth(row, REFERENCE, said, len(exact))
+        yield truth(row, REFERENCE, source_text, len(exact))
     else:
-        yield truth(row, EXACT, said, len(exact))
+        yield truth(row, EXACT, source_text, len(exact))
         yield measured(row, REFERENCE, computed(), exact, at=at, note=note)
 
 

@@ -99,7 +99,7 @@ def not_run(row: str, column: str, how: str) -> Cell:
     return Cell(row, column, "not run", note=how)
 
 
-def said(deviation: float | None) -> str:
+def deviation_text(deviation: float | None) -> str:
     """A deviation as it stands in the table.
 
     >>> said(0.0), said(3.2e-16), said(0.0123), said(0.43)

@@ -116,7 +116,7 @@ def _three(folder: Path) -> Iterator[Cell]:
     row = "davis_three"
     truth_v = np.asarray(spheres.solve({"form": "three_equal_spheres", **THREE})["final"]["velocity"], dtype=float)
     expected = engine.model(12.0, 30.0, None, 8.0)
-    comparison = engine.twin(folder / "davis_three", 12.0, 30.0, None, 8.0, STIFFNESS)
+    comparison = engine.in_engine(folder / "davis_three", 12.0, 30.0, None, 8.0, STIFFNESS)
     size = np.full(truth_v.size, float(np.abs(truth_v).max()))
     off = float(np.abs(expected.velocity - truth_v).max() / size[0])
     names = [f"sphere {k + 1} {a}" for k in range(3) for a in "xy"]

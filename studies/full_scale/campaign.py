@@ -28,7 +28,7 @@ from pywet.ending import die_with_parent
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.errors import PywetError, border, one_line
 from pywet.runs.summary import commit
-from studies.full_scale import kept
+from studies.full_scale import stored_runs
 from studies.full_scale.judging import fingerprint
 from studies.full_scale.statements import STATEMENTS
 
@@ -125,7 +125,7 @@ class Campaign:
             job.failed = one_line(log[-1] if log else f"exit code {job.process.returncode}")
         else:
             try:
-                kept.keep(
+                stored_runs.keep(
                     job.folder,
                     self.data,
                     job.name,

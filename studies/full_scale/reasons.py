@@ -18,13 +18,13 @@ from pywet.cases.screening.results import column
 from pywet.errors import PywetError, border
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_json, write_csv
-from studies.full_scale.kept import COARSE, DIGITS, UNDERSIZE, WALLS, Kept
 from studies.full_scale.quantities import MAJORITY, through
+from studies.full_scale.stored_runs import COARSE, DIGITS, UNDERSIZE, WALLS, StoredRun
 from studies.full_scale.trials import named
 
 FOLDER = Path("docs/full_scale/reasons")
 SMALL, NEAR = UNDERSIZE
-Runs = Mapping[int, Sequence[Kept]]
+Runs = Mapping[int, Sequence[StoredRun]]
 
 
 def side_walls(runs: Sequence[RunDir]) -> pd.DataFrame:
@@ -127,7 +127,7 @@ def _dry_near(runs: Runs, folder: Path) -> str:
 def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[Runs, Path], str]:
     """Describe the differences of Y from 2 s to `end` over the liquid content, and the scatter of the seeds of a case."""
 
-    def said(runs: Runs, folder: Path) -> str:
+    def sentence(runs: Runs, folder: Path) -> str:
         y = [runs[n][0].y(2.0, end) for n in cases]
         seeds = [k.y(2.0, end) for k in runs[seeded]]
         return (
@@ -135,7 +135,7 @@ def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[R
             f"{seeded} differ by up to {max(seeds) - min(seeds):.4f}."
         )
 
-    return said
+    return sentence
 
 
 def _spreads(runs: Runs, groups: Sequence[Sequence[int]], *spans: tuple[float, float]) -> list[float]:
@@ -179,14 +179,14 @@ def _still_changing(runs: Runs, folder: Path) -> str:
 
 
 def _too_little_left(runs: Runs, folder: Path) -> str:
-    said = []
+    lines_of = []
     for number in (8, 17):
         run = runs[number][0]
         held = [100.0 * run.at(run.liquid(h), 20.0) for h in ("coarse_material", "fines")]
-        said.append(f"case {number}: {held[0]:.1f} % on the coarse material, {held[1]:.1f} % on the fines")
+        lines_of.append(f"case {number}: {held[0]:.1f} % on the coarse material, {held[1]:.1f} % on the fines")
     return (
         "its first half is confirmed. But most of the undersize has passed and taken its liquid along at 20 s "
-        f"({'; '.join(said)}). The reason is that of 6."
+        f"({'; '.join(lines_of)}). The reason is that of 6."
     )
 
 
@@ -214,9 +214,9 @@ def _few_left(runs: Runs, folder: Path) -> str:
     )
 
 
-def _of_laws(said: str) -> Callable[[Runs, Path], str]:
+def _of_laws(sentence: str) -> Callable[[Runs, Path], str]:
     """A reason that follows from the laws and the equations of the paper alone."""
-    return lambda runs, folder: said
+    return lambda runs, folder: sentence
 
 
 REASONS: dict[int, Callable[[Runs, Path], str]] = {

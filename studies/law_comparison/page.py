@@ -33,25 +33,25 @@ def write_page(
     """Compute and draw everything; returns the page's path. `own`: capillary and rupture laws in files of the user's."""
     pulls, breaks = (_of_kind(custom, kind) for kind in KINDS)
     report("exact bridges", 0.0)
-    atlas = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
+    comparison = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
     report("laws, and tables of the exact law", 0.15)
-    force_errors = errors.force_errors(atlas.forces, pulls).drop(columns=list(cost.LEFT_OUT), errors="ignore")
+    force_errors = errors.force_errors(comparison.forces, pulls).drop(columns=list(cost.LEFT_OUT), errors="ignore")
     tables = {
-        "forces": errors.force_table(atlas.forces, force_errors),
-        "rupture": errors.rupture_table(atlas.limits, breaks),
-        "transfer": errors.transfer_table(atlas.limits),
-        "misprints": errors.misprint_table(atlas.forces, atlas.limits),
+        "forces": errors.force_table(comparison.forces, force_errors),
+        "rupture": errors.rupture_table(comparison.limits, breaks),
+        "transfer": errors.transfer_table(comparison.limits),
+        "misprints": errors.misprint_table(comparison.forces, comparison.limits),
         "cost": cost.measure(pulls),
     }
     report("stock programs", 0.5)
-    measured, missing = stock.measure(atlas.forces) if with_stock else (pd.DataFrame(), ["not asked for"])
+    measured, missing = stock.measure(comparison.forces) if with_stock else (pd.DataFrame(), ["not asked for"])
     tables["stock"] = stock.summary(measured)
     report("pictures", 0.85)
     with plt.rc_context(STYLE):
         drawn = {
-            "error_maps": figures.error_maps(atlas.forces, force_errors, pulls),
+            "error_maps": figures.error_maps(comparison.forces, force_errors, pulls),
             "force_curves": figures.force_curves(pulls),
-            "rupture": figures.rupture_curves(atlas.limits, breaks),
+            "rupture": figures.rupture_curves(comparison.limits, breaks),
             "fig7": figures.fig7(),
             "validation": figures.validation(),
             "cost": figures.cost_bars(tables["cost"]),

@@ -54,12 +54,12 @@ READS = {
 }
 
 
-def kind_of(state: str, said: str) -> str:
+def kind_of(state: str, message: str) -> str:
     """Name the guard that stopped a point."""
     if state != "stopped":
         return state
     for words, name in (("moves at", "speed"), ("overlaps", "overlap"), ("left the simulated box", "box")):
-        if words in said:
+        if words in message:
             return name
     return "other"
 

@@ -175,7 +175,7 @@ def test_what_is_not_answered_is_counted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("problem", "text", "said"),
+    ("problem", "text", "message"),
     [
         ("spheres", "case,quantity,at,value\n", "problem spheres was given; expected one of drum,"),
         ("drum", "a,b\n1,2\n", "expected case, quantity, at, value"),
@@ -193,14 +193,14 @@ def test_what_is_not_answered_is_counted(tmp_path: Path) -> None:
         ("drum", None, "cannot be read"),
     ],
 )
-def test_refusals(problem: str, text: str | None, said: str, tmp_path: Path) -> None:
+def test_refusals(problem: str, text: str | None, message: str, tmp_path: Path) -> None:
     """One sentence, exit code 2; by an interpreter without any package."""
     table = tmp_path / "answers.csv"
     if text is not None:
         table.write_text(text)
     command = [sys.executable, "-I", "-S", str(WET / "score.py"), problem, str(table)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode == 2 and message in done.stderr and "Traceback" not in done.stderr
 
 
 def run_score(*given: object) -> subprocess.CompletedProcess[str]:

@@ -71,5 +71,5 @@ def _keep_plugin(bench: Bench, mutant: Mutant) -> None:
     from pywet.util import caches
 
     if (library := bench.plugin(mutant)) and library.exists():
-        shutil.copy(library, build.kept())
-        caches.seal(build.kept())
+        shutil.copy(library, build.cached())
+        caches.seal(build.cached())

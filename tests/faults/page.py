@@ -52,14 +52,14 @@ def page(rows: list[dict[str, str]]) -> str:
     """The whole page."""
     distinct = list({(r["file"], r["line"], r["what"]): r for r in rows}.values())
     table = [f"| part | changes | {' | '.join(NAMES)} | detected |", "|---|" + "---|" * (len(NAMES) + 2)]
-    for room in [*dict.fromkeys(r["room"] for r in distinct), "all"]:
-        tried = [r for r in distinct if room in ("all", r["room"])]
+    for module in [*dict.fromkeys(r["room"] for r in distinct), "all"]:
+        tried = [r for r in distinct if module in ("all", r["room"])]
         of = Counter(verdict(r) for r in tried)
         noticed = sum(of[name] for name in NOTICED)
         early = sum(verdict(r) in NOTICED and r[BEFORE] not in OPEN for r in tried)
         counts = " | ".join(str(of[name]) for name in NAMES)
         all_faults = noticed + of["open"]
-        table.append(f"| {room} | {len(tried)} | {counts} | {noticed} of {all_faults} |")
+        table.append(f"| {module} | {len(tried)} | {counts} | {noticed} of {all_faults} |")
     return HEAD.format(
         count=len(rows), distinct=len(distinct), faults=all_faults, found=noticed, early=early, table="\n".join(table)
     )

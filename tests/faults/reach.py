@@ -55,7 +55,7 @@ def keep(path: Path) -> None:
     path.write_text(json.dumps([{name: sorted(numbers) for name, numbers in lines.items()} for lines in _open]))
 
 
-def kept(path: Path) -> Lines:
+def recorded(path: Path) -> Lines:
     """Return the lines that a forked copy of this process has recorded."""
     lines: Lines = {}
     for part in json.loads(path.read_text()):

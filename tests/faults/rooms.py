@@ -38,9 +38,9 @@ AFTER = ("results", "view")
 """Modules that work on a finished run."""
 
 
-def files(room: str, package: Path = PACKAGE) -> list[Path]:
+def files(module: str, package: Path = PACKAGE) -> list[Path]:
     """Existing files of a module."""
-    return sorted(p for pattern in ROOMS[room] for p in package.glob(pattern) if p.name not in LEFT_OUT)
+    return sorted(p for pattern in ROOMS[module] for p in package.glob(pattern) if p.name not in LEFT_OUT)
 
 
 def below(path: Path) -> str:

@@ -130,7 +130,7 @@ def test_semi_implicit_drag(semi_implicit: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "wrong", "said"),
+    ("name", "wrong", "message"),
     [
         ("window_push", lambda own, second: 1.01 * own, "it is 1.01 times what it should be"),
         ("window_push", lambda own, second: own - second, "that of the second sphere is left out"),
@@ -139,7 +139,7 @@ def test_semi_implicit_drag(semi_implicit: Path) -> None:
     ],
 )
 def test_a_wrong_start_of_semi_implicit_drag_is_found_and_named(
-    semi_implicit: Path, name: str, wrong: Callable[[Any, Any], Any], said: str
+    semi_implicit: Path, name: str, wrong: Callable[[Any, Any], Any], message: str
 ) -> None:
     """As an engine would log it that starts its drag from something else."""
     _, found = scenes.closed(semi_implicit)
@@ -151,7 +151,7 @@ def test_a_wrong_start_of_semi_implicit_drag_is_found_and_named(
     failed = [q.name for q in newton.check(setup, injected) if not q.ok]
     assert failed == [name]
     sentences = [f["sentence"] for f in diagnosis.diagnose(motion.links(setup, injected, failed), failed)["findings"]]
-    assert any(said in sentence and motion.PUSHES[name] in sentence for sentence in sentences), sentences
+    assert any(message in sentence and motion.PUSHES[name] in sentence for sentence in sentences), sentences
 
 
 def test_dry_replay(dry: Path) -> None:

@@ -389,7 +389,7 @@ def test_a_plugin_that_is_not_what_was_built_is_built_anew(cache: Path, monkeypa
 
     monkeypatch.setattr(build, "_compile", compile_)
     monkeypatch.setattr(build, "source_hash", lambda: "0123")
-    path = build.kept()
+    path = build.cached()
     path.write_bytes(b"planted")
     for spoil in (
         lambda: None,  # injected without a check sum

@@ -150,7 +150,7 @@ def test_file_operations_of_collection(
         run_dir = shutil.copytree(ended, tmp_path / str(number))
         status = struck(lambda: collect(run_dir), number, names, blow)  # noqa: B023
         assert status in (0, -9 if blow is killed else 3), f"ended with {status} at operation {number}"
-        if not collecting.kept(run_dir, mark_of(run_dir)):
+        if not collecting.finished_run(run_dir, mark_of(run_dir)):
             collect(run_dir)
         collecting.tidy(run_dir / "engine")
         assert_same(wanted, tables_of(run_dir))

@@ -113,7 +113,7 @@ def belongs(run_dir: Path, mark: str) -> bool:
         return False
 
 
-def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
+def finished_run(run_dir: Path, mark: str) -> dict[str, Any] | None:
     """run.json of a finished run of this scene, if all its tables are as they were made; else None."""
     if not belongs(run_dir, mark):
         return None

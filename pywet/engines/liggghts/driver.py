@@ -106,7 +106,7 @@ def run(
             scene, run_dir, folder, mark, ranks, progress, launch, mpi, {"extra": extra, "integrate": integrate}
         )
         fixed = {"engine_version": version, "plugin_hash": plugin.stem.removeprefix("libpywet-") if plugin else None}
-        done = collecting.kept(run_dir, mark) if keep else None
+        done = collecting.finished_run(run_dir, mark) if keep else None
         if done:
             write_inputs(scene, run_dir)
             collecting.tidy(run_dir / "engine")

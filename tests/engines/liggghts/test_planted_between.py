@@ -57,7 +57,7 @@ def test_fault_between_ranks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fa
     (tmp_path / "cache").mkdir(mode=0o700)
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv(VARIABLE, fault)
-    library = build.kept()
+    library = build.cached()
     with monkeypatch.context() as patched:
         patched.setattr(build, "SOURCES", planted.patched_sources(tmp_path / "sources"))
         build._compile(library)

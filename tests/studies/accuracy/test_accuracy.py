@@ -244,25 +244,25 @@ def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_sto
     for kind in choice.SCENES:
         for parameter in ("fraction", "stiffness", "wire_sides", "integration"):
             for group in errors.GROUPS:
-                active = choice.standing(table, parameter, kind, group)
+                active = choice.rank(table, parameter, kind, group)
                 assert active is None or active.verdict != "beaten", active
 
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
-    beaten = choice.standing(toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
+    beaten = choice.rank(toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert beaten is not None and (beaten.verdict, beaten.by) == ("beaten", 0.003)
-    fine = choice.standing(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
+    fine = choice.rank(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert fine is not None and fine.verdict == "on the front"
     vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, PRICES, limit=0.1)
-    reported = choice.standing(vague, "stiffness", "dry", "fraction retained")
+    reported = choice.rank(vague, "stiffness", "dry", "fraction retained")
     assert reported is not None and reported.verdict == "not told apart"
 
 
 def test_a_damaged_calibration_counts_as_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path))
-    assert cost.kept() is None
+    assert cost.measured_here() is None
     cost._path().write_text('{"values": [1')
-    assert cost.kept() is None
+    assert cost.measured_here() is None
 
 
 def test_settings_are_written_into_a_copy_that_reads_back(tmp_path: Path) -> None:

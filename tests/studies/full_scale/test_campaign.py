@@ -20,9 +20,9 @@ from pywet.products.apertures import screen_of
 from pywet.runs.rundir import RunDir
 from pywet.scene import Vibration
 from pywet.util.files import read_json, write_json, write_table
-from studies.full_scale import campaign, kept, page, retirement, spread
+from studies.full_scale import campaign, page, retirement, spread, stored_runs
 from studies.full_scale.judging import FAILS, HOLDS, OPEN
-from studies.full_scale.kept import Kept, keep, wedged
+from studies.full_scale.stored_runs import StoredRun, keep, wedged
 from tests.cases.screening import synthetic
 from tests.cost.test_times import costs_of
 from tests.studies.full_scale.made import make
@@ -48,7 +48,7 @@ def test_what_is_kept_can_be_read_again(finished: Path, tmp_path: Path) -> None:
     assert (one.case, one.about["contacts"], one.about["ledger_error"] < 1e-12) == (2, 12, True)
     held = one.liquid("coarse_material", "fines")[-1] + one.walls[-1] + one.liquid("collecting_bin")[-1]
     assert held == pytest.approx(1.0, rel=1e-6)
-    assert list(kept.variants(tmp_path / "data")[""]) == [2]
+    assert list(stored_runs.variants(tmp_path / "data")[""]) == [2]
 
 
 def test_a_run_that_may_not_be_believed_is_not_kept(finished: Path, tmp_path: Path) -> None:
@@ -104,8 +104,8 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_ag
     data, command = tmp_path / "data", [sys.executable, str(tmp_path / "fake.py")]
     failed = campaign.Campaign(jobs, data, command, {"variant": "", "scale": "smoke"}, cores=2).run()
     assert [(j.number, j.failed) for j in failed] == [(1, "case 1 cannot be run")]
-    assert Kept(data / "case02-7").case == 2
-    assert Kept(data / "case02-7").about["settings"] == {"fraction": 0.05, "stiffness": 0.01, "bridges_every": 1}
+    assert StoredRun(data / "case02-7").case == 2
+    assert StoredRun(data / "case02-7").about["settings"] == {"fraction": 0.05, "stiffness": 0.01, "bridges_every": 1}
     assert "case02-7: kept in" in capsys.readouterr().out
 
 
@@ -172,7 +172,9 @@ def test_the_commits_that_tables_name_can_be_found() -> None:
     git = ["git", "-C", str(ROOT), "rev-parse", "--verify", "--quiet"]
     if subprocess.run([*git, "101bd0f^{commit}"], capture_output=True, check=False).returncode:
         pytest.skip("no history here")
-    named = {str(Kept(p.parent).about["commit"]) for p in (ROOT / "docs" / "full_scale" / "data").glob("*/run.json")}
+    named = {
+        str(StoredRun(p.parent).about["commit"]) for p in (ROOT / "docs" / "full_scale" / "data").glob("*/run.json")
+    }
     lost = {c for c in named if subprocess.run([*git, f"{c}^{{commit}}"], capture_output=True, check=False).returncode}
     assert named and lost <= set(page.COMMITS)
 
@@ -201,7 +203,7 @@ def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
 def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
     """Case 2 at full scale: bridges formed, ledger, and what is left on the screen, moist and dry."""
     readme = " ".join((ROOT / "README.md").read_text().split())
-    dry, moist = (Kept(ROOT / "docs" / "full_scale" / "data" / f"case0{k}-10007") for k in (1, 2))
+    dry, moist = (StoredRun(ROOT / "docs" / "full_scale" / "data" / f"case0{k}-10007") for k in (1, 2))
     assert f"{moist.about['events']['formations']:,} liquid bridges" in readme
     assert f"ledger closes to {moist.about['ledger_error']:.0e}".replace("e-0", "e-") in readme
     left = [round(100 * run.at(run.retained(), 1.5)) for run in (moist, dry)]

@@ -13,9 +13,9 @@ from pywet.cases.screening import cases
 from pywet.errors import PywetError
 from studies.full_scale import rigs
 from studies.full_scale.judging import fingerprint, judge
-from studies.full_scale.kept import variants
 from studies.full_scale.quantities import through
 from studies.full_scale.statements import STATEMENTS
+from studies.full_scale.stored_runs import variants
 
 ROOT = Path(__file__).parents[3]
 FOUND = variants(ROOT / rigs.DATA)
