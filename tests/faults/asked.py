@@ -50,7 +50,7 @@ def ask(bench: Bench, mutant: Mutant, tests: Sequence[str] = (), engine: bool = 
     words = [sys.executable, "-m", "pytest", "-x", "-q", "-m", which, "-p", "no:cacheprovider",
              "--basetemp", str(bench.out / "asked"), *named]  # fmt: skip
     environment = {**os.environ, "PYTHONPATH": str(bench.tree), "PYTHONDONTWRITEBYTECODE": "1"}
-    with bench.planted(mutant):
+    with bench.injected(mutant):
         _keep_plugin(bench, mutant)
         try:
             done = subprocess.run(

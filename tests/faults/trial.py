@@ -143,7 +143,7 @@ class Bench:
         return next((s for s in scenes.SCENES if reached(self.lines[s].get(name, set()), mutant)), None)
 
     @contextmanager
-    def planted(self, mutant: Mutant) -> Iterator[None]:
+    def injected(self, mutant: Mutant) -> Iterator[None]:
         """The fault in the copy of the program, and the file as it was afterwards, its time included."""
         before = mutant.path.read_bytes(), mutant.path.stat()
         mutant.path.write_text(mutant.text)
@@ -169,7 +169,7 @@ class Bench:
                 return None
         built = module in BUILT
         scene = "paper" if built else self.scene_for(mutant)
-        with self.planted(mutant):
+        with self.injected(mutant):
             library = self.plugin(mutant)
             if library is None:
                 return None

@@ -14,7 +14,7 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import CHANGES, PIECES, exchanged
 from reference_impl.replay import command, laws
 from reference_impl.replay.replay import replay, table
-from tests.reference_impl import planted_log
+from tests.reference_impl import injected_log
 
 LENGTH = 200
 
@@ -28,11 +28,11 @@ def test_a_sound_run_is_not_diagnosed(heap_dir: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.engine
-@pytest.mark.parametrize("name", planted_log.FAULTS)
+@pytest.mark.parametrize("name", injected_log.FAULTS)
 def test_fault_in_the_log_is_named(heap_dir: Path, tmp_path: Path, name: str) -> None:
     """Named first, in its own equation; what only follows from it is not called a fault of its own."""
-    fault = planted_log.FAULTS[name]
-    result = replay(planted_log.plant(heap_dir, tmp_path, fault))
+    fault = injected_log.FAULTS[name]
+    result = replay(injected_log.plant(heap_dir, tmp_path, fault))
     assert not result["ok"]
     found = result["diagnosis"]["findings"]
     assert fault.words in found[0]["sentence"] and fault.quantity in found[0]["quantities"], found
@@ -46,12 +46,12 @@ def test_fault_in_the_log_is_named(heap_dir: Path, tmp_path: Path, name: str) ->
 def test_first_record_and_share_are_named(heap_dir: Path, tmp_path: Path) -> None:
     """A fault from some step on at the floor only: where, since when and how many."""
 
-    def change(tables: planted_log.Tables) -> None:
+    def change(tables: injected_log.Tables) -> None:
         rows = (tables["contacts"]["step"] >= 1500) & (tables["contacts"]["partner_kind"] == laws.LARGE_WALL)
         tables["contacts"].loc[rows, "capillary"] *= 0.7
 
-    injected = planted_log.Planted(change, "capillary", "it is 0.7 times")
-    found = replay(planted_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
+    injected = injected_log.Injected(change, "capillary", "it is 0.7 times")
+    found = replay(injected_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
     log = pd.read_parquet(heap_dir / "history" / "contacts.parquet")
     changed = log[(log["step"] >= 1500) & (log["partner_kind"] == laws.LARGE_WALL)]
     assert len(found) == 1
@@ -67,12 +67,12 @@ def test_first_record_and_share_are_named(heap_dir: Path, tmp_path: Path) -> Non
 def test_what_nothing_explains_is_said_so(heap_dir: Path, tmp_path: Path) -> None:
     """Noise is no fault with a name."""
 
-    def change(tables: planted_log.Tables) -> None:
+    def change(tables: injected_log.Tables) -> None:
         noise = np.random.default_rng(1).normal(1.0, 0.1, len(tables["contacts"]))
         tables["contacts"]["capillary"] *= noise
 
-    injected = planted_log.Planted(change, "capillary", "")
-    found = replay(planted_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
+    injected = injected_log.Injected(change, "capillary", "")
+    found = replay(injected_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
     assert [f["fault"] for f in found] == [None]
     assert "cause not among the" in found[0]["sentence"] and found[0]["explained"] == 0
 
@@ -80,7 +80,7 @@ def test_what_nothing_explains_is_said_so(heap_dir: Path, tmp_path: Path) -> Non
 @pytest.mark.engine
 def test_exit_status_of_the_command(heap_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """0, 1 with the table and one sentence, 2; JSON holds what replay.json holds."""
-    wrong = planted_log.plant(heap_dir, tmp_path / "wrong", planted_log.FAULTS["torque on j left out"])
+    wrong = injected_log.plant(heap_dir, tmp_path / "wrong", injected_log.FAULTS["torque on j left out"])
     assert command.run([heap_dir]) == 0
     output_text = capsys.readouterr()
     assert "contacts at" in output_text.out and output_text.err == ""

@@ -20,7 +20,7 @@ from reference_impl.replay.replay import replay, table
 from reference_impl.scene import check as scene
 from reference_impl.tables import check as results
 from tests.cases.screening import synthetic
-from tests.reference_impl.planted_files import RESULTS, SCENE, edit, put, times
+from tests.reference_impl.injected_files import RESULTS, SCENE, edit, put, times
 
 ROOT = Path(__file__).parents[2]
 CONFIG = config.load(ROOT / "config")

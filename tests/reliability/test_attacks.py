@@ -390,11 +390,11 @@ def test_a_plugin_that_is_not_what_was_built_is_built_anew(cache: Path, monkeypa
     monkeypatch.setattr(build, "_compile", compile_)
     monkeypatch.setattr(build, "source_hash", lambda: "0123")
     path = build.cached()
-    path.write_bytes(b"planted")
+    path.write_bytes(b"injected")
     for spoil in (
         lambda: None,  # injected without a check sum
         lambda: path.write_bytes(path.read_bytes()[:500]),  # cut
-        lambda: path.write_bytes(b"planted"),
+        lambda: path.write_bytes(b"injected"),
         lambda: path.with_name(path.name + caches.SEAL).unlink(),
         lambda: path.with_name(path.name + caches.SEAL).write_bytes(b"\xff"),
         path.unlink,
@@ -415,7 +415,7 @@ def test_damaged_machine_code_counts_as_missing(tmp_path: Path) -> None:
         good = (tmp_path / name).read_bytes()
         flipped = bytearray(good)
         flipped[-3] ^= 4
-        for bad in (b"", good[: len(good) // 2], bytes(flipped), b"planted"):
+        for bad in (b"", good[: len(good) // 2], bytes(flipped), b"injected"):
             (tmp_path / name).write_bytes(bad)
             assert files.load("key") is None
         files.save("key", {"code": b"abc" * 50})
