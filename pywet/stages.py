@@ -157,7 +157,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 
 
 def results(run_dir: Path) -> None:
-    """Stage results: fraction retained, liquid by holder, checks, summary."""
+    """Stage results: fraction retained, liquid by reservoir, checks, summary."""
     from pywet.cases.screening.results import summarise, write_results
     from pywet.runs.rundir import RunDir
 

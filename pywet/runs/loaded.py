@@ -91,7 +91,7 @@ class Run:
 
     @cached_property
     def liquid(self) -> pd.DataFrame:
-        """Liquid on each class of spheres and each wall (screening: each holder) at the outputs."""
+        """Liquid on each class of spheres and each wall (screening: each reservoir) at the outputs."""
         named = ("results/liquid_by_wall", "results/liquid_by_holder")
         there = [name for name in named if (self.path / f"{name}.parquet").exists()]
         return self._table(there[0] if there else named[0])

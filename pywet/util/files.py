@@ -328,7 +328,7 @@ def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
     from pywet.schema import NUMBER, expected_columns
 
     kinds = expected_columns(path)
-    if path.parent.name == "results" and kinds:  # one column more for each size class and holder
+    if path.parent.name == "results" and kinds:  # one column more for each size class and reservoir
         kinds = {**{str(name): NUMBER for name in table.columns}, **kinds}
     for name, kind in kinds.items():
         if name in table:

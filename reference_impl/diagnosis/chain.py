@@ -128,7 +128,7 @@ def kept(run: Run, expected: Pair) -> Link:
 
 
 def carried(run: Run, both: pd.DataFrame) -> Link:
-    """The film at the start of a step is what the last event of this holder has left."""
+    """The film at the start of a step is what the last event of this reservoir has left."""
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
     ends = both.drop_duplicates(["holder", "phase"], keep="last").sort_values("phase", kind="stable")
     before = ends.groupby("holder")["after"].shift(1)

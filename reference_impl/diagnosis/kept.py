@@ -1,6 +1,6 @@
 """What the tables next to the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
 
-Each is held against the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
+Each is compared with the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
 factor, a shift, another row, another time.
 """
 
@@ -174,7 +174,7 @@ def speeds(setup: window.Setup) -> Iterator[Link]:
 
 
 def ledger(run: Run) -> Iterator[Link]:
-    """Counts, and the liquid of each sort of holder by the films, bridges and wall films of the snapshots."""
+    """Counts, and the liquid of each sort of reservoir by the films, bridges and wall films of the snapshots."""
     table, (counts, recomputed_counts), (held, recomputed_held), size = kept_tables.Count(run).values(run)
     for names, logged, expected, quantity, what, scale, limit in (
         (

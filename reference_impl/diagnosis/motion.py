@@ -1,6 +1,6 @@
 """Newton's law put to the diagnosis: which of the forces on a sphere does not act as the reference says.
 
-The change of speed (or spin) of each sphere is held against the sum of its forces; for each force it is asked whether one factor
+The change of speed (or spin) of each sphere is compared with the sum of its forces; for each force it is asked whether one factor
 on it, or a constant acceleration, brings the records back. Tried only where the equations of the log hold, for a wrong force
 in the log is a wrong force here too. See diagnosis.py.
 """

@@ -1,6 +1,6 @@
-"""A run at its outputs by the reference's own reading of the logs: spheres, and the liquid that belongs to each holder.
+"""A run at its outputs by the reference's own reading of the logs: spheres, and the liquid that belongs to each reservoir.
 
-A sphere holds its film and its side of every standing bridge (Elskamp & Kruggel-Emden 2018, sections 4, 5.3). The logs are read
+A sphere holds its film and its side of every active bridge (Elskamp & Kruggel-Emden 2018, sections 4, 5.3). The logs are read
 in parts: of a long run one output is in memory at a time.
 """
 
@@ -32,7 +32,7 @@ LOGS = {
 
 @dataclass
 class Bodies:
-    """Spheres in the order of their ids, classes, and the holder of every triangle."""
+    """Spheres in the order of their ids, classes, and the reservoir of every triangle."""
 
     ids: Floats
     kind: Floats

@@ -1,4 +1,4 @@
-"""Fraction retained and liquid by holder of a screening run: Elskamp & Kruggel-Emden 2018, (44), (45)."""
+"""Fraction retained and liquid by reservoir of a screening run: Elskamp & Kruggel-Emden 2018, (44), (45)."""
 
 from __future__ import annotations
 

@@ -248,7 +248,7 @@ def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
 
 
 def mesh_of(config: Config, scale: Scale, surface: Surface) -> WallMesh:
-    """The scene's description of a surface, with the contact angle of what its holder is made of."""
+    """The scene's description of a surface, with the contact angle of what its reservoir is made of."""
     material = config.materials.walls[getattr(config.materials.wall_materials, surface.holder).material]
     angle = math.radians(material.contact_angle_deg.value)
     if surface.holder != "wires":

@@ -86,7 +86,7 @@ def skin(scene: Scene) -> float:
 
 
 def checkpoints(scene: Scene) -> list[int]:
-    """Steps of the checkpoints. Without the plugin a run takes the forces of such a step anew, so that they keep out of windows,
+    """Steps of the checkpoints. Without the plugin a run takes the forces of such a step again, so that they keep out of windows,
     whose motion is checked against the forces recorded."""
     return schedule.checkpoints(scene, () if attached(scene) else schedule.recorded(scene))
 
