@@ -47,7 +47,8 @@ paper's contact stiffness. Times of one seed are uncertain by some tenths of a s
 
 ## Undersize on the screen
 
-Per cent of the undersize fed, and large spheres wedged in an aperture. All outputs: `docs/full_scale/rigs`.
+Undersize on the screen in per cent of that in the feed, and number of large spheres wedged in an aperture.
+All outputs: `docs/full_scale/rigs`.
 
 """
 BETWEEN = """
