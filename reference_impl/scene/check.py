@@ -59,7 +59,7 @@ def _user_defined(section: Section, run: Path, description: dict[str, Any], scen
     if scene["effects"]["bridges"] and plan.there(run):
         section.add("scene_plan", "itself", [*plan.compared(run, scene, case=False)], "numbers that decide effects")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
-        section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
+        section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers that the plugin was told")
     section.not_checked.append(f"scene: {described.not_held(description, scene)}")
 
 
@@ -79,7 +79,7 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
     section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
     section.add("scene_start", "itself", start.starts(run, config, scene), "numbers of the start")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
-        section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
+        section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers that the plugin was told")
     if deck.there(run):
         section.add("scene_deck", "itself", deck.read(run, scene, _resumed(run)), "numbers of the deck")
     else:
@@ -108,7 +108,7 @@ def _beyond(path: str, wanted: Mapping[str, Any], edited: list[str]) -> bool:
     return not known and not path.startswith(("effects.", "box_"))
 
 
-def _told(run: Path, scene: Mapping[str, Any]) -> list[Held]:
+def _passed_to_plugin(run: Path, scene: Mapping[str, Any]) -> list[Held]:
     """history/meta.json, which goes to the plugin, against the scene."""
     meta, liquid = json.loads((run / "history" / "meta.json").read_text()), scene["liquid"]
     source = "scene.json"

@@ -91,13 +91,13 @@ class EffectsStudy(study.Study):
 def result(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> dict[str, Any]:
     scenes = {
         name: {"left_out": verdict.left_out(runs[name]), "plan_right": verdict.planned(choices).harmless,
-               "choices": [_told(c) for c in choices]}
+               "choices": [_as_dict(c) for c in choices]}
         for name, choices in judged.items()
     }  # fmt: skip
     return {"tolerance": TOLERANCE, "scenes": scenes, "added": verdict.costs(judged)}
 
 
-def _told(c: Choice) -> dict[str, Any]:
+def _as_dict(c: Choice) -> dict[str, Any]:
     return study.plain({
         "variant": c.variant, "quantity": c.worst.quantity, "change": c.worst.change, "spread": c.worst.spread,
         "harmless": c.harmless, "saving": c.saving, "saving_spread": c.saving_spread,

@@ -24,12 +24,12 @@ def test_every_wire_of_a_screen_is_a_prism(aperture: float) -> None:
     scale = CONFIG.scale("full")
     wires = build_apparatus(cases.apparatus_spec(CONFIG, APERTURES[aperture], scale)).surfaces[0]
     for part, radius in enumerate(wires.part_half_width):
-        own = wires.corners[wires.part == part]
-        found = prism_of(own, f"wire {part}")
+        of_part = wires.corners[wires.part == part]
+        found = prism_of(of_part, f"wire {part}")
         assert len(found.section) == scale.wire_sides.value
         middle = 0.5 * (found.section.min(axis=0) + found.section.max(axis=0))
         assert np.linalg.norm(found.section - middle, axis=1) == pytest.approx(np.full(8, radius), abs=1e-8)
-        assert found.low == own[..., found.axis].min() and found.high == own[..., found.axis].max()
+        assert found.low == of_part[..., found.axis].min() and found.high == of_part[..., found.axis].max()
 
 
 def test_what_is_no_prism_is_refused() -> None:

@@ -103,17 +103,19 @@ def test_exit_status_of_the_command(heap_dir: Path, tmp_path: Path, capsys: pyte
     assert "lacks speed; expected the columns" in capsys.readouterr().out
 
 
-def link(logged: np.ndarray, own: np.ndarray, suspects: list[Suspect], **more: object) -> Link:
+def link(logged: np.ndarray, expected: np.ndarray, suspects: list[Suspect], **more: object) -> Link:
     """A link of its own, for the rules of judgement."""
     steps = pd.DataFrame({"step": np.arange(len(logged)), "i": 1, "j": 2})
-    return Link("x", "thing", steps, logged, own, np.abs(own), lambda _: iter(suspects), **more)  # type: ignore[arg-type]
+    return Link("x", "thing", steps, logged, expected, np.abs(expected), lambda _: iter(suspects), **more)  # type: ignore[arg-type]
 
 
 def test_two_faults_in_one_equation() -> None:
     """Each named with the records that are its own."""
-    own = np.linspace(1.0, 2.0, LENGTH)
-    logged = np.where(np.arange(LENGTH) < 120, 2.0 * own, own**2 + 5.0)
-    first, second = diagnosis.judge(link(logged, own, [Suspect("square", own**2 + 5.0), Suspect("double", 2.0 * own)]))
+    expected = np.linspace(1.0, 2.0, LENGTH)
+    logged = np.where(np.arange(LENGTH) < 120, 2.0 * expected, expected**2 + 5.0)
+    first, second = diagnosis.judge(
+        link(logged, expected, [Suspect("square", expected**2 + 5.0), Suspect("double", 2.0 * expected)])
+    )
     assert (first.fault, first.explained, first.broken) == ("double", 120, 200)
     assert (second.fault, second.explained, second.broken) == ("square", 80, 80)
     assert first.next_best == ("square", 80 / 200)
@@ -121,14 +123,14 @@ def test_two_faults_in_one_equation() -> None:
 
 def test_equal_suspects_are_said_to_be_equal() -> None:
     """Expect that all suspects are reported that explain all records; a general one never replaces a cause."""
-    own = np.ones(LENGTH)
+    expected = np.ones(LENGTH)
     names, some = ("cause", "other cause", "third"), np.where(np.arange(LENGTH) < 150, 2.0, 1.0)
     alike = [
-        Suspect("seen", 2.0 * own, general=True),
-        *(Suspect(name, 2.0 * own) for name in names),
+        Suspect("seen", 2.0 * expected, general=True),
+        *(Suspect(name, 2.0 * expected) for name in names),
         Suspect("part", some),
     ]
-    (found,) = diagnosis.judge(link(2.0 * own, own, alike))
+    (found,) = diagnosis.judge(link(2.0 * expected, expected, alike))
     assert found.fault == "cause"
     assert "cannot be told apart from: other cause, or third)" in found.sentence
     assert found.as_dict()["alike"] == ["other cause", "third"]
@@ -136,8 +138,8 @@ def test_equal_suspects_are_said_to_be_equal() -> None:
 
 def test_what_follows_is_excused() -> None:
     """A record that is right by the other link's value is not broken."""
-    own, logged = np.ones(LENGTH), np.full(LENGTH, 3.0)
-    assert diagnosis.judge(link(logged, own, [], excuses=(logged,))) == []
+    expected, logged = np.ones(LENGTH), np.full(LENGTH, 3.0)
+    assert diagnosis.judge(link(logged, expected, [], excuses=(logged,))) == []
 
 
 def test_exchanged_pieces_are_put_back() -> None:

@@ -132,10 +132,14 @@ def test_semi_implicit_drag(semi_implicit: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "wrong", "message"),
     [
-        ("window_push", lambda own, second: 1.01 * own, "it is 1.01 times what it should be"),
-        ("window_push", lambda own, second: own - second, "that of the second sphere is left out"),
-        ("window_spin_push", lambda own, second: own - 2 * second, "that of the second sphere has the other sign"),
-        ("window_sharing", lambda own, second: own - second, "that of the second sphere is left out"),
+        ("window_push", lambda expected, second: 1.01 * expected, "it is 1.01 times what it should be"),
+        ("window_push", lambda expected, second: expected - second, "that of the second sphere is left out"),
+        (
+            "window_spin_push",
+            lambda expected, second: expected - 2 * second,
+            "that of the second sphere has the other sign",
+        ),
+        ("window_sharing", lambda expected, second: expected - second, "that of the second sphere is left out"),
     ],
 )
 def test_a_wrong_start_of_semi_implicit_drag_is_found_and_named(
@@ -145,8 +149,8 @@ def test_a_wrong_start_of_semi_implicit_drag_is_found_and_named(
     _, found = scenes.closed(semi_implicit)
     injected = []
     for f in found:
-        _, own, size, rows, second = f.checks[name]
-        injected.append(replace(f, checks={**f.checks, name: (wrong(own, second), own, size, rows, second)}))
+        _, expected, size, rows, second = f.checks[name]
+        injected.append(replace(f, checks={**f.checks, name: (wrong(expected, second), expected, size, rows, second)}))
     setup = window.read(semi_implicit)
     failed = [q.name for q in newton.check(setup, injected) if not q.ok]
     assert failed == [name]

@@ -246,9 +246,9 @@ def test_the_reader_reads_what_vtk_reads(run: Path) -> None:
         path = run / "vtk" / f"{kind}_000000200.vtu"
         mine, theirs = vtu.read(path), pyvista.read(path)
         np.testing.assert_array_equal(mine.points, theirs.points)
-        for own, other in ((mine.of_points, theirs.point_data), (mine.of_cells, theirs.cell_data)):
-            assert set(own) == set(other.keys())
-            for name, values in own.items():
+        for written, other in ((mine.of_points, theirs.point_data), (mine.of_cells, theirs.cell_data)):
+            assert set(written) == set(other.keys())
+            for name, values in written.items():
                 np.testing.assert_array_equal(values, other[name])
         assert {n: list(theirs.field_data[n]) for n in mine.words} == mine.words
     assert mine.words["holder_from_0"] == ["wires", "side_wall", "collecting_bin"]
