@@ -182,7 +182,7 @@ def angles() -> pd.DataFrame:
 
 
 def of_drums() -> Iterator[tuple[str, Report]]:
-    """What the drum's angle changes by: mean of pairs of runs that are alike in the rest, and what chance makes of it."""
+    """Yield the changes of the drum's angle: means of pairs of runs that differ in one input, with their uncertainty."""
     of, n = angles(), len(angles().columns)
     text, sign = _change(of.xs(TENSIONS[1], level="tension") - of.xs(TENSIONS[0], level="tension"))
     yield "cohesion", (f"20 to 70 mN/m, {n} seeds: {text}", sign)

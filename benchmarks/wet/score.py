@@ -43,11 +43,11 @@ WORDS = 200
 
 
 class Refused(Exception):
-    """What was given cannot be scored."""
+    """Error that the given file cannot be scored."""
 
 
 def printable(given: object) -> str:
-    """What was given as a message can hold it: on one line, printable, not long."""
+    """Return a text as a message can contain it: on one line, printable, not long."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(given))
     return text if len(text) <= WORDS else f"{text[:WORDS]}…"
 
