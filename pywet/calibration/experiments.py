@@ -102,7 +102,7 @@ class Experiment:
 
     @classmethod
     def read(cls, kind: str, file: Path, changes: Mapping[str, Any]) -> Experiment:
-        """From its file, with some keys changed."""
+        """Read an experiment from its file, with some keys changed."""
         content = KINDS[kind].read(file)
         for key in changes:
             if not holds(content, key):

@@ -51,7 +51,7 @@ def of_run(run_dir: Path) -> dict[str, str]:
 
 
 def trust(run_dir: Path) -> None:
-    """Let those that a run names be run, as they are now."""
+    """Allow the functions that a run names to be executed with their present content."""
     own.trust(_left(run_dir)["functions"].values())
 
 

@@ -262,7 +262,7 @@ def ledger(run: Run) -> Link:
 
 
 def links(run: Run, expected: Pair) -> Iterator[Link]:
-    """All of these but the lives; `expected`: the shares of each event as they should be."""
+    """Yield all links of the events but the lives of bridges; `expected`: the shares of each event as they should be."""
     events = run.table("events")
     if len(events):
         both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))

@@ -106,7 +106,7 @@ class Section:
 
     @property
     def said(self) -> str:
-        """In one line: never `agrees` where nothing was compared."""
+        """Summarise the section in one line: never `agrees` if nothing was compared."""
         if not self.any:
             return f"{self.name}: not checked"
         bad = sum(not q.ok for q in self.quantities)

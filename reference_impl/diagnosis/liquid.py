@@ -162,7 +162,7 @@ def asked(e: Events, **other: Floats) -> tuple[Floats, Floats]:
 
 
 def granted(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Each its share where more is asked of a film in a step than it holds."""
+    """Return the volumes drawn from each film, in proportion if more is requested in a step than it holds."""
     both = links_chain.sides(
         e.table, (np.where(e.formation, asks[0], 0.0), np.where(e.formation, asks[1], 0.0)), e.fixed
     )

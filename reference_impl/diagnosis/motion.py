@@ -112,7 +112,7 @@ def _joined(laws: list[tuple[Any, ...]]) -> tuple[Floats, Floats, Floats, pd.Dat
 def _suspects(
     logged: Floats, expected: Floats, terms: dict[str, Floats], mass: Floats | None
 ) -> Callable[[Floats], Iterator[Suspect]]:
-    """One factor on one part; a constant acceleration."""
+    """Yield as suspects one factor on one term, and a constant acceleration."""
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         rest = logged - expected

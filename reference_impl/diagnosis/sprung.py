@@ -55,7 +55,7 @@ def _moved(setup: Setup, f: Forces, start: Floats) -> Floats:
 
 
 def _other(f: Forces, by: int) -> Floats:
-    """For each contact with a wall that began from a spring that of the next in its step, by spheres and partners."""
+    """Return, for contacts with a wall that began from a spring, the spring of the next contact in its step."""
     start, t = f.start.copy(), f.touches
     had = (f.start != 0.0).any(axis=1) & ~np.asarray(f.known, dtype=bool)
     for k in np.unique(t.k[had]):

@@ -17,7 +17,7 @@ NOT_HELD = ("largest_overlap", "transfer_nodes", "spheres_file")
 
 
 def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
-    """Everything compared; `config` in place of the copy that the run carries. Without either nothing is said to agree."""
+    """Compare the scene with its configuration; `config` replaces the run's copy. Without either it never agrees."""
     section, run = Section(NAME), Path(folder)
     config = configuration.of_run(run) if config is None else config
     if config is None:

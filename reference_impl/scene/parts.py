@@ -20,7 +20,7 @@ ROUNDING_DEG = 1e-3
 
 
 def derived(scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> Iterator[Held]:
-    """For every wall whose parts follow from an angle: triangles whose part is not the derived one."""
+    """Compare the parts of every wall that follow from an angle with those of its triangles."""
     for wall in scene["walls"]:
         angle, name = wall.get("feature_angle_deg"), wall["name"]
         if angle is None:

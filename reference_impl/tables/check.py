@@ -19,7 +19,7 @@ def there(folder: Path) -> bool:
 
 
 def check(folder: Path) -> Section:
-    """Everything compared; nothing where there are no results yet."""
+    """Compare all tables of results; nothing if there are none yet."""
     section, run = Section(NAME), Path(folder)
     if not there(run):
         section.not_checked.append("results: there are none yet in the run directory")

@@ -47,7 +47,7 @@ def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -
 
 
 def _of_batch(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.DataFrame) -> pd.DataFrame:
-    """All spheres; who has ever been in the bin and is there at the end belongs to the unders."""
+    """Assign each sphere of a batch to its product: those that have been in the bin and are there at the end are unders."""
     first = np.full(len(of.ids), np.nan)
     for o in outputs(folder, scene, of, ["z"]):
         below = np.zeros(len(of.ids), bool)

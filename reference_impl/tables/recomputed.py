@@ -46,7 +46,7 @@ class Bodies:
 
     @classmethod
     def of(cls, folder: Path, scene: Mapping[str, Any], row_of: Callable[[Mapping[str, Any]], str]) -> Bodies:
-        """From scene.json and the start; `row_of`: under which name a wall's liquid is booked."""
+        """Read the bodies from scene.json and the start; `row_of`: name under which a wall's liquid is counted."""
         spheres = io.columns(folder / "history" / "spheres.parquet", ["id", "type", "film"]).sort_values("id")
         kind = spheres["type"].to_numpy(int)
         mass = io.masses(scene)
@@ -159,7 +159,7 @@ def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tu
 
 
 def accounted(liquid: pd.DataFrame, initial: float) -> float:
-    """By how much all reservoirs together differ from the liquid put in until then, over all of it."""
+    """Return the relative difference between the liquid of all reservoirs and the liquid put in until then."""
     return float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0.0 else 0.0
 
 

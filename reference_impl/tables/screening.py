@@ -66,7 +66,7 @@ def _held(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
 def _recomputed(
     of: Bodies, scene: Mapping[str, Any], y: pd.DataFrame, liquid: pd.DataFrame, came_back: int
 ) -> Recomputed:
-    """With what must hold in every run: no sphere lost, Y never rises (but for liquid drawn out of the bin), all liquid there."""
+    """Return the results with the checks of every run: no sphere lost, Y never rises (but for drawn liquid), all liquid there."""
     seen, count = y["spheres_on_screen"] + y["spheres_in_bin"], len(of.ids)
     initial, mass = float(of.film.sum()), float(of.mass.sum())
     lost, wet = float((count - seen).abs().max()), initial * of.density

@@ -89,7 +89,7 @@ def belongs(folder: Path, mark: str) -> bool:
 
 
 def disown(folder: Path) -> None:
-    """Let the next call begin again: what is in the folder cannot be gone on from."""
+    """Mark the folder so that the next call starts again, since a run cannot be resumed from it."""
     (folder / FINGERPRINT).unlink(missing_ok=True)
 
 
@@ -281,7 +281,7 @@ class Recorder:
                 raise self._not_whole(f"{path} was cut off")
 
     def _unchanged_s(self, path: Path) -> float:
-        """For how long a file has been seen as it is."""
+        """Return the time [s] for which a file has been seen unchanged."""
         size, seen = path.stat().st_size, time.monotonic()
         if path not in self.seen or self.seen[path][0] != size:
             self.seen[path] = size, seen
