@@ -477,7 +477,7 @@ def test_the_reference_counts_an_own_feed_as_the_configuration_says(folder: Path
         assert [c.count for c in found] == [c.count for c in cases.ingredients(loaded, number, "smoke").classes]
 
 
-def test_mistakes_in_all_files_are_said_at_once(folder: Path) -> None:
+def test_mistakes_in_all_files_are_reported_at_once(folder: Path) -> None:
     """Two in one file, one in each of two others: four lines, each with its file."""
     for name, *changes in (
         ("config.yaml", ("seed:", "sed:"), ("ranks: 1", "ranks: none")),

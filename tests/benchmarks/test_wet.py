@@ -334,7 +334,7 @@ def test_the_page_of_measurements_says_what_is_computed() -> None:
             assert float(one) == pytest.approx(float(two), rel=0.02, abs=1.01 * 10.0 ** -len(two.partition(".")[2]))
 
 
-def test_scores_on_the_page_are_the_kept_ones() -> None:
+def test_scores_on_the_page_are_the_stored_ones() -> None:
     """The page's table follows from scores.csv; every problem is answered by a program."""
     programs = runpy.run_path(str(WET / "programs.py"))
     page = (WET.parents[1] / "docs" / "wet_benchmarks.md").read_text()
@@ -353,7 +353,7 @@ def test_columns_of_a_score_are_apart_whatever_the_quantity_is_called(capsys: py
     )
 
 
-def test_new_answers_take_the_place_of_kept_scores(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_new_answers_take_the_place_of_stored_scores(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Any program's file is scored under the name of its folder."""
     (tmp_path / "results" / "wet" / "another").mkdir(parents=True)
     (tmp_path / "results" / "wet" / "another" / "drum.csv").write_text(filled("drum", 1.1))

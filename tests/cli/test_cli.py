@@ -149,7 +149,7 @@ def test_lists_are_given_as_json(runner: CliRunner) -> None:
     assert all(check["ok"] for check in checks if check["name"] == "liggghts")
 
 
-def test_a_step_that_the_viscous_force_makes_short_is_said_before_the_run() -> None:
+def test_a_step_that_the_viscous_force_makes_short_is_reported_before_the_run() -> None:
     """With water the collision governs; ten times a collision's fraction of glycerol's damping time does not."""
     loaded = config.load(CONFIG)
     assert cases.shorter_step(loaded, 2, "smoke") is None

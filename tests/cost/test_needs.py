@@ -14,7 +14,7 @@ from pywet.cost import needs
 CONFIG = config.load(Path(__file__).parents[2] / "config")
 
 
-def test_tables_of_a_smoke_case_take_what_is_said() -> None:
+def test_tables_of_a_smoke_case_take_what_is_reported() -> None:
     """Smoke case 2 wrote 24,648 events and 34,335 contacts (docs/replay.md), 82 and 209 bytes each, and two windows of 20 steps
     of 335 spheres: 12 MB to within a factor of two, which a disk that is asked for has to allow."""
     reported = needs.need(CONFIG, 2, "smoke").disk_B

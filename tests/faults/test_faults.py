@@ -113,7 +113,7 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
     assert [rooms.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
 
 
-def test_the_page_is_that_of_the_kept_table() -> None:
+def test_the_page_is_that_of_the_stored_table() -> None:
     """Every change that nobody noticed has its reason."""
     rows = read(page.KEPT)
     assert page.PAGE.read_text() == page.page(rows)

@@ -72,7 +72,7 @@ LINE = np.concatenate([CUP, [[CUP[0, 0], CUP[0, 1], 0.5 * (CUP[0, 0] + CUP[0, 1]
         (text(CUP[:, ::-1]), "turned 28 facets of a solid that was inside out", 1e-6),
     ],
 )
-def test_what_is_unambiguous_is_repaired_and_said(
+def test_what_is_unambiguous_is_repaired_and_reported(
     data: bytes | str, message: str, margin: float, tmp_path: Path
 ) -> None:
     """The cup's volume, within what rounding by the export moves it, and its 11 faces."""

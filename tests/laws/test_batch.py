@@ -166,7 +166,7 @@ def test_a_law_that_cannot_be_inlined_is_called() -> None:
     assert np.array_equal(together((law,), rows)[0], alone(law, rows))
 
 
-def test_laws_that_differ_only_in_a_number_or_a_helper_are_kept_apart(tmp_path: Path) -> None:
+def test_laws_that_differ_only_in_a_number_or_a_helper_are_distinguished(tmp_path: Path) -> None:
     """The compiled code is stored on disk under what a law consists of."""
     rows = bridges(2, 5)
     for factor in (2.0, 3.0):

@@ -120,7 +120,7 @@ def test_mass_and_moisture_of_a_feed(changes: dict[str, Any], dry_g: float, perc
     assert [s.mass_g / dry_g for s in scene.spheres] == pytest.approx(np.diff(edges) / 2)
 
 
-def test_numbers_of_spheres_are_said_before_a_run(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_numbers_of_spheres_are_reported_before_a_run(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Whole spheres of every class within 5 % of its mass; half of the mass is below 2 mm and left out."""
     made = building.Building(pywet.Scene(**feed()))
     asked = {a.name: a.asked_kg for a in made.amounts}

@@ -100,7 +100,7 @@ def test_wrong_row_of_a_list_is_named() -> None:
     assert sections(other).not_checked == ["scene: materials.yaml, replaced in memory"]
 
 
-def test_what_a_command_sets_is_said_and_not_a_fault() -> None:
+def test_what_a_command_sets_is_reported_and_not_a_fault() -> None:
     found = sections(CONFIG.with_seed(4).with_preset("exact"))
     assert found.quantities[0].ok
     assert found.not_checked == ["scene: set after config.yaml was read: seed, laws"]

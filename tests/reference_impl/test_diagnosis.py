@@ -64,7 +64,7 @@ def test_first_record_and_share_are_named(heap_dir: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.engine
-def test_what_nothing_explains_is_said_so(heap_dir: Path, tmp_path: Path) -> None:
+def test_what_nothing_explains_is_reported_so(heap_dir: Path, tmp_path: Path) -> None:
     """Noise is no fault with a name."""
 
     def change(tables: injected_log.Tables) -> None:
@@ -121,7 +121,7 @@ def test_two_faults_in_one_equation() -> None:
     assert first.next_best == ("square", 80 / 200)
 
 
-def test_equal_suspects_are_said_to_be_equal() -> None:
+def test_equal_suspects_are_reported_to_be_equal() -> None:
     """Expect that all suspects are reported that explain all records; a general one never replaces a cause."""
     expected = np.ones(LENGTH)
     names, some = ("cause", "other cause", "third"), np.where(np.arange(LENGTH) < 150, 2.0, 1.0)

@@ -83,7 +83,7 @@ def test_replay_counts_and_shows_the_sections(copy: Path, capsys: pytest.Capture
 
 
 @pytest.mark.engine
-def test_without_configuration_or_results_nothing_is_said_to_agree(copy: Path) -> None:
+def test_without_configuration_or_results_nothing_is_reported_to_agree(copy: Path) -> None:
     (copy / "config.json").unlink()
     (copy / "summary.json").unlink()
     shutil.rmtree(copy / "results")

@@ -114,7 +114,7 @@ def test_a_late_fault_of_the_snapshots_is_named(
     assert part[0]["records"] < whole[0]["records"]
 
 
-def test_of_a_part_of_a_log_only_standing_bridges_go_on() -> None:
+def test_of_a_part_of_a_log_only_active_bridges_go_on() -> None:
     """Sphere 1's first bridge to part 0 formed on triangle 0 and ruptured on triangle 1; of it only the formation is left."""
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     before, then = [1, 0, 1, 1, 0, 0], [[20, 0, 1, 1, 0, 1], [30, 1, 1, 1, 0, 1]]

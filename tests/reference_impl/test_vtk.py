@@ -275,5 +275,5 @@ def test_a_cut_file_is_refused_in_a_sentence(run: Path) -> None:
         vtk.check(run)
 
 
-def test_without_files_it_is_said_that_nothing_was_checked(run: Path) -> None:
+def test_without_files_it_is_reported_that_nothing_was_checked(run: Path) -> None:
     assert vtk.check(run) == ([], []) and vtk.not_checked(run) == [vtk.NOT_THERE]

@@ -422,7 +422,7 @@ def test_damaged_machine_code_counts_as_missing(tmp_path: Path) -> None:
         assert files.load("key") == {"code": b"abc" * 50}
 
 
-def test_machine_code_is_kept_under_all_sources_that_are_compiled(
+def test_machine_code_is_stored_under_all_sources_that_are_compiled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """numba alone looks at the file of the kept function only, and for it where it lies: another checkout has nothing ready.
@@ -445,7 +445,7 @@ def test_machine_code_is_kept_under_all_sources_that_are_compiled(
             assert path.relative_to(ROOT / "pywet").parts[0] in sources.COMPILED, path
 
 
-def test_laws_of_one_text_that_enclose_other_values_are_not_kept() -> None:
+def test_laws_of_one_text_that_enclose_other_values_are_not_stored() -> None:
     """Files of one name would hold the code of many laws."""
     for film, expected in ((0.02, 3.616892e-4), (0.08, 5.794478e-4)):  # 2 pi eta a ln((2 d' - h)/h), a = 0.5 mm
         law = davis.tangential(film)[0]

@@ -78,7 +78,7 @@ def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
 
 
 @pytest.mark.engine
-def test_a_fed_deck_counts_liquid_as_it_comes(tmp_path: Path) -> None:
+def test_a_deck_with_feed_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     """Add a film to the inserted liquid for each sphere that enters; the replay disagrees if it is given other times."""
     scene = example(
         "slotted_deck",

@@ -93,7 +93,7 @@ def test_nodes_of_the_sharing_table_reach_the_engine(tmp_path: Path) -> None:
     assert bodies.sharing_error(Setting(transfer_nodes=51), 201)["sharing_ratio"] < 2e-3
 
 
-def test_laws_are_as_far_from_the_exact_bridge_as_the_atlas_says() -> None:
+def test_laws_are_as_far_from_the_exact_bridge_as_the_law_comparison_says() -> None:
     """At 40 deg and V* = 0.02 Rabinovich's law is tens of per cent too strong, Willett's fit within a few (docs/atlas.md)."""
     assert 0.3 < bodies.law_errors(Setting(capillary="rabinovich"))["law_force"] < 1.0
     assert bodies.law_errors(Setting(capillary="willett"))["law_force"] < 0.05

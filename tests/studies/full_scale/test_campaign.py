@@ -41,7 +41,7 @@ def finished(tmp_path: Path) -> Path:
     return run
 
 
-def test_what_is_kept_can_be_read_again(finished: Path, tmp_path: Path) -> None:
+def test_what_is_stored_can_be_read_again(finished: Path, tmp_path: Path) -> None:
     one = keep(finished, tmp_path / "data", "case02-1", {"case": 2, "variant": "", "scale": "full"})
     table = RunDir(finished).table("results/fraction_retained")
     np.testing.assert_allclose(one.retained(), table["fraction_retained"], rtol=1e-6)
@@ -51,7 +51,7 @@ def test_what_is_kept_can_be_read_again(finished: Path, tmp_path: Path) -> None:
     assert list(stored_runs.variants(tmp_path / "data")[""]) == [2]
 
 
-def test_a_run_that_may_not_be_believed_is_not_kept(finished: Path, tmp_path: Path) -> None:
+def test_a_run_that_may_not_be_believed_is_not_stored(finished: Path, tmp_path: Path) -> None:
     replay = read_json(finished / "replay.json", "")
     replay["quantities"]["capillary"]["largest"] = 1e-3
     write_json(finished / "replay.json", replay)
@@ -95,7 +95,7 @@ shutil.copytree(sys.argv[0].replace("fake.py", "run/case02"), out, dirs_exist_ok
 """
 
 
-def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_again(
+def test_one_failed_case_does_not_stop_the_others_and_what_is_stored_is_not_run_again(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "fake.py").write_text(FAKE)
@@ -153,7 +153,7 @@ def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypa
     assert one.to_go([second], [first]) == pytest.approx(10800.0 * (7200 + 600) / (3600 + 600), rel=1e-3)
 
 
-def test_the_page_in_the_docs_follows_from_the_kept_tables(tmp_path: Path) -> None:
+def test_the_page_in_the_docs_follows_from_the_stored_tables(tmp_path: Path) -> None:
     folder = tmp_path / "full_scale"
     data = ROOT / "docs" / "full_scale" / "data"
     if data.exists():
@@ -200,7 +200,7 @@ def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     assert all(f"full_scale/{p.name}" in text for p in tmp_path.glob("*.svg"))
 
 
-def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
+def test_the_numbers_of_the_readme_are_those_of_the_stored_tables() -> None:
     """Case 2 at full scale: bridges formed, ledger, and what is left on the screen, moist and dry."""
     readme = " ".join((ROOT / "README.md").read_text().split())
     dry, moist = (StoredRun(ROOT / "docs" / "full_scale" / "data" / f"case0{k}-10007") for k in (1, 2))

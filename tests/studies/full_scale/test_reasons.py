@@ -40,11 +40,11 @@ def test_trials_are_compared_by_their_means_from_half_a_second_on(tmp_path: Path
     assert (of("deep", 3, "all"), of("deep", 3, "small")) == (pytest.approx(0.6), pytest.approx(0.3))
 
 
-def test_each_statement_that_fails_is_named_and_an_unknown_reason_said() -> None:
+def test_each_statement_that_fails_is_named_and_an_unknown_reason_reported() -> None:
     assert reasons.grouped({3: reasons.reason(3, {})})[0] == "- Statement 3: not looked for yet."
 
 
-def test_kept_runs_that_contradict_the_paper_have_their_reasons() -> None:
+def test_stored_runs_that_contradict_the_paper_have_their_reasons() -> None:
     """Expect a reason from stored tables for each statement that is not confirmed."""
     runs = stored_runs.variants(Path("docs/full_scale/data"))[""]
     failed = [s.number for s in STATEMENTS if judge(s, runs).verdict == FAILS]
