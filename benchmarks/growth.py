@@ -39,7 +39,7 @@ SIDES = {4: 20, 16: 40, 64: 80, 256: 160, 1024: 320}
 
 @dataclass(frozen=True)
 class Taken:
-    """What one run took; processor times of the first rank in seconds, messages of it in bytes."""
+    """Resources of one run: processor times of the first rank [s], its messages [bytes], memory of the ranks."""
 
     loop_s: float
     mpi_s: float

@@ -88,7 +88,7 @@ def measured(stage: Callable[[Path], dict[str, Any]], folder: Path) -> dict[str,
 
 
 def alone(stage: Callable[[Path], dict[str, Any]], folder: Path) -> dict[str, Any]:
-    """The same in a process of its own."""
+    """Run a stage in a separate process, print its time and peak memory, and return its result."""
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         found = pool.apply(measured, (stage, folder))
     print(f"{stage.__name__:10s} {found['cpu']:7.1f} s of the processor, {found['wall']:7.1f} s, peak {found['GB']:5.2f} GB",

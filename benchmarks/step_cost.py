@@ -52,7 +52,7 @@ fix p_most all property/global maxSeparationDistanceRatio scalar 1.1
 
 
 def effects(variant: str, folder: Path) -> small.Effects:
-    """What is on with a variant."""
+    """Return the effects that are on in a variant."""
     if variant in (STOCK, WASHINO, "dry", YADE_DRY):
         return small.DRY
     if variant == OWN:

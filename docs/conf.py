@@ -19,6 +19,7 @@ release = version = pywet.__version__
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
 html_theme = "furo"
 html_title = "pywet"
+html_show_copyright = False
 exclude_patterns = ["_build", "README.md"]
 myst_enable_extensions = ["dollarmath", "attrs_inline"]
 myst_heading_anchors = 4

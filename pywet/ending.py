@@ -51,7 +51,7 @@ def clearing_up() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def said(given: str, stop: KeyboardInterrupt) -> tuple[str, int]:
+def message(given: str, stop: KeyboardInterrupt) -> tuple[str, int]:
     """The sentence and the exit code, as shells have it, of a command that a signal ended."""
     number = stop.number if isinstance(stop, Ended) else signal.SIGINT
     name = signal.Signals(number).name + (" (Ctrl-C)" if number == signal.SIGINT else "")

@@ -137,7 +137,7 @@ def shown(path: Path) -> str:
 
 
 def refused(error: OSError) -> str:
-    """What the operating system refused, as a sentence: full disk, no permission, a name that is too long."""
+    """Describe an error of the operating system in one sentence: full disk, no permission, a name that is too long."""
     where = shown(Path(os.fsdecode(error.filename))) if isinstance(error.filename, str | bytes) else "a file"
     return f"{where}: {error.strerror or one_line(error)}; expected a path that can be read or written, and free space there"
 
@@ -173,7 +173,7 @@ def border(
         say("\n".join(one_line(LONG_WORD.sub(r"\1…\2", line), 2000) for line in lines))
         raise SystemExit(1) from None
     except KeyboardInterrupt as stop:
-        sentence, code = ending.said(one_line(given), stop)
+        sentence, code = ending.message(one_line(given), stop)
         say(sentence)
         raise SystemExit(code) from None
     except Exception as error:
@@ -182,7 +182,7 @@ def border(
 
 
 def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
-    """What a program that is started by `python -m` was given, name by name; a sentence where it is not so many, or no such kind.
+    """Parse the arguments of a program started by `python -m`; raise `PywetError` if their number or kind is wrong.
 
     `run_dir, step = arguments(RUN_DIR=Path, STEP=int)`.
     """

@@ -63,7 +63,7 @@ def claim(run_dir: Path) -> None:
             return
         _refuse_strangers(run_dir)
         run_dir.mkdir(parents=True, exist_ok=True)
-        os.close(open_own(run_dir / LIST, os.O_CREAT | os.O_WRONLY))
+        os.close(open_regular(run_dir / LIST, os.O_CREAT | os.O_WRONLY))
     except OSError as error:
         raise FileError(
             f"the run directory {shown(run_dir)} could not be written ({error.strerror}); expected a writable folder with "
@@ -94,7 +94,7 @@ def refuse_links(run_dir: Path) -> None:
             )
 
 
-def open_own(path: Path, flags: int) -> int:
+def open_regular(path: Path, flags: int) -> int:
     """Open a regular file of one name, never through a symbolic link, never cutting it."""
     file = os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK, 0o666)
     if not stat.S_ISREG(os.fstat(file).st_mode):
@@ -107,7 +107,7 @@ def listed(run_dir: Path) -> set[str]:
     """Paths in a run directory that pywet wrote, folders that are its own with a slash; empty without a list."""
     names: set[str] = set()
     try:
-        with open(open_own(Path(run_dir) / LIST, os.O_RDONLY), encoding="utf-8", errors="surrogateescape") as file:
+        with open(open_regular(Path(run_dir) / LIST, os.O_RDONLY), encoding="utf-8", errors="surrogateescape") as file:
             for line in file:
                 sign, _, name = line.rstrip("\n").partition(" ")
                 if TORN in line or not line.endswith("\n"):
@@ -133,7 +133,7 @@ def record(run_dir: Path, names: Iterable[str], removed: bool = False) -> None:
     news = [n for n in names if "\n" not in n and (n in known if removed else not _covers(known, n))]
     if news:
         text = "".join(f"{'-' if removed else '+'} {name}\n" for name in news)
-        with open(open_own(Path(run_dir) / LIST, os.O_RDWR | os.O_APPEND), "r+b", buffering=0) as file:
+        with open(open_regular(Path(run_dir) / LIST, os.O_RDWR | os.O_APPEND), "r+b", buffering=0) as file:
             end = file.seek(0, os.SEEK_END)
             if end and os.pread(file.fileno(), 1, end - 1) != b"\n":
                 text = f"{TORN}\n{text}"

@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from pywet.errors import FileError, PywetError, shown
-from pywet.run_folder import LIST, LOCK, claim, drop_temporary, open_own, refuse_links
+from pywet.run_folder import LIST, LOCK, claim, drop_temporary, open_regular, refuse_links
 
 Key = tuple[int, int, str]
 _held: dict[Key, int] = {}
@@ -67,7 +67,7 @@ def hold_part(run_dir: Path, name: str) -> Iterator[None]:
 def _locked(run_dir: Path, name: str, how: int) -> int:
     try:
         read_only = how == fcntl.LOCK_SH and os.path.lexists(run_dir / name)  # of a run of somebody else's
-        lock = open_own(run_dir / name, os.O_RDONLY if read_only else os.O_RDWR | os.O_CREAT)
+        lock = open_regular(run_dir / name, os.O_RDONLY if read_only else os.O_RDWR | os.O_CREAT)
     except OSError as error:
         raise FileError(
             f"{shown(run_dir / name)} could not be opened ({error.strerror}); expected a writable folder with free space",

@@ -54,7 +54,7 @@ Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "out
 
 
 class Fed(Strict):
-    """When the spheres of a class enter: one after the other in the order of their numbers, at a rate over time."""
+    """Insertion of the spheres of a class: one after the other in the order of their numbers, at a rate over time."""
 
     from_s: NonNegative
     for_s: Positive
@@ -65,7 +65,7 @@ class Fed(Strict):
     """Part of its period in which a pulse enters."""
 
     def at(self, k: int, count: int) -> float:
-        """When the k-th of so many spheres, counted from 0, enters [s].
+        """Return the time [s] at which the k-th (from 0) of `count` spheres enters.
 
         >>> Fed(from_s=0.0, for_s=2.0).at(1, 2), Fed(from_s=0.0, for_s=2.0, profile="pulsed", pulses=2).at(2, 4)
         (1.5, 1.125)
@@ -144,7 +144,7 @@ class Vibration(Strict):
 
 
 class Slide(Strict):
-    """How a wall such as the feed bin's floor is drawn away: constant velocity from `opens_at_s` for `travel_s`."""
+    """Displacement of a wall such as the feed bin's floor: constant velocity from `opens_at_s` for `travel_s`."""
 
     velocity_m_per_s: Vector
     opens_at_s: NonNegative
@@ -152,7 +152,7 @@ class Slide(Strict):
 
 
 class Rotation(Strict):
-    """How walls turn: about an axis through `origin_m`, right-handed, one turn in `period_s`, from the start of the run."""
+    """Rotation of walls about an axis through `origin_m`: right-handed, one turn in `period_s`, from the start of the run."""
 
     origin_m: Vector
     axis: Vector
@@ -195,7 +195,7 @@ class WallMesh(Strict):
 
 
 class Effects(Laws):
-    """Which effects are simulated (the outcome of the effect plan), and by which laws."""
+    """Effects that are simulated (the outcome of the effect plan), and their laws."""
 
     bridges: bool
     wall_films: bool = True
@@ -228,7 +228,7 @@ SHORT_WINDOW = 4
 
 
 class Output(Strict):
-    """When results and logs are written."""
+    """Intervals and windows in which results and logs are written."""
 
     interval_s: Positive
     contact_windows: int = Field(default=2, ge=0)
@@ -260,7 +260,7 @@ RETIRED_RISE = 0.01
 
 
 def not_retirable(effects: Effects, output: Output, gravity: Vector, fed: bool = False) -> str | None:
-    """Why no sphere can be retired in a scene; None where that is possible."""
+    """Return the reason why no sphere of a scene can be retired; None if retirement is possible."""
     obstacles = {
         "output.checkpoints is 0, and spheres are retired at checkpoints": output.checkpoints == 0,
         "gravity does not act along -z, so that nothing comes to rest in the bin": any(gravity[:2]) or gravity[2] >= 0,
@@ -381,7 +381,7 @@ class Scene(Strict):
             raise ValueError(f"scene {self.name}: there are outlets but {obstacle}; expected no outlets")
 
     def _not_hertzian(self, hertz: Hertz) -> str | None:
-        """Why contacts of the scene cannot be Hertz's; None where they can."""
+        """Return the reason why contacts of the scene cannot be Hertzian; None if they can."""
         least = min(p.restitution for p in self.pairs)
         obstacles = {
             f"hertz has moduli of {len(hertz.spheres)} types; expected {len(self.classes)}": len(hertz.spheres)
@@ -395,7 +395,7 @@ class Scene(Strict):
 
     @property
     def removes(self) -> bool:
-        """Whether spheres are taken out of the run, from the collecting bin or at outlets."""
+        """Return whether spheres are taken out of the run, from the collecting bin or at outlets."""
         return self.retire or bool(self.outlets)
 
     @property
@@ -413,13 +413,13 @@ class Scene(Strict):
         return RETIRED_DEPTH * 2.0 * max(c.radius_m for c in self.classes)
 
     def motion_of(self, wall: WallMesh) -> Vibration | Slide | Rotation | None:
-        """How a wall moves: its own motion, or the scene's of its kind; None where it is fixed."""
+        """Return the motion of a wall: its own, or the scene's of its kind; None if it is fixed."""
         shared = {"vibrates": self.vibration, "slides": self.slide, "turns": self.rotation}
         return wall.own_motion or shared.get(wall.motion)
 
     @property
     def is_fed(self) -> bool:
-        """Whether spheres enter the scene during the run."""
+        """Return whether spheres enter the scene during the run."""
         return self.insertion_s is not None
 
     @property

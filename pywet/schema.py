@@ -307,7 +307,7 @@ def expected_columns(path: Path) -> Mapping[str, str]:
 
 
 def needs_rows(path: Path) -> bool:
-    """Whether a table of a run directory cannot be empty."""
+    """Return whether a table of a run directory cannot be empty."""
     return _name(path) in TABLES.keys() - MAY_BE_EMPTY
 
 

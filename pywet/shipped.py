@@ -68,7 +68,7 @@ reports what is missing on this machine: `apt install liggghts libliggghts-dev l
 
 
 def place(name: str) -> Path:
-    """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile`, `benchmarks/wet`, `examples` or `docs` is."""
+    """Return the path of `config`, `liggghts_inputs`, `workflow`, `Snakefile`, `benchmarks/wet`, `examples` or `docs`."""
     inside = INSIDE / name
     return inside if inside.exists() else Path(__file__).parents[1] / name
 

@@ -68,7 +68,7 @@ def _attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool) ->
 
 
 def _run(work: Callable[[], Any]) -> tuple[str | None, Exception | None]:
-    """Why the work failed, in one sentence, and the exception where it is none of ours."""
+    """Run the work; return the reason of a failure in one sentence, and the exception if it is a fault of pywet."""
     try:
         work()
     except PywetError as error:
@@ -109,7 +109,7 @@ def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "l
 
 
 def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:
-    """Whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
+    """Return whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
     from pywet.cases.screening import identity
 
     if missing(run_dir):
@@ -157,7 +157,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 
 
 def results(run_dir: Path) -> None:
-    """Stage results: fraction retained, liquid by holder, checks, summary."""
+    """Stage results: fraction retained, liquid by reservoir, checks, summary."""
     from pywet.cases.screening.results import summarise, write_results
     from pywet.runs.rundir import RunDir
 

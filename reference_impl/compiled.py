@@ -16,7 +16,7 @@ from numba import njit
 
 
 def _private(folder: str) -> bool:
-    """Whether a folder is the caller's own and nobody else can write to it: what it keeps is loaded as code."""
+    """Return whether a folder belongs to the caller and nobody else can write to it, since its files are loaded as code."""
     try:
         Path(folder).mkdir(mode=0o700, parents=True, exist_ok=True)
         found = os.stat(folder)

@@ -144,7 +144,7 @@ def laws(
     own.trust(mine)
     make_folder(folder)
     with bar("laws") as move:
-        written = page.write_page(folder, lambda what, share: move(share, title=what), with_stock=stock, own=mine)
+        written = page.write_page(folder, lambda what, share: move(share, title=what), with_stock=stock, custom=mine)
     typer.echo(str(written))
 
 

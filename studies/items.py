@@ -15,7 +15,7 @@ from pywet.util.files import atomic_write, write_csv
 
 
 class Item(NamedTuple):
-    """What stands above a figure or table and below it; its table, and what draws it: that table, or nothing but the model."""
+    """Figure or table of a page: title, caption, table, and a function that draws it from the table or the model."""
 
     title: str
     caption: str = ""

@@ -48,7 +48,7 @@ class Run:
         return hashlib.sha256(json.dumps(self.given, sort_keys=True).encode()).hexdigest()[:16]
 
 
-class Kept(TypedDict):
+class StoredRun(TypedDict):
     """Stored rows of a run, in a JSON file."""
 
     key: str
@@ -80,16 +80,16 @@ class Study(ABC):
         """Path of the file in which a run is stored."""
         return self.folder / "runs" / f"{run.name}.json"
 
-    def kept(self, run: Run) -> list[Row] | None:
+    def stored(self, run: Run) -> list[Row] | None:
         """The rows of a run; None where its file is not there, is damaged, or of something else."""
         try:
-            kept = read_json(self.file(run), shape=Kept)
+            stored = read_json(self.file(run), shape=StoredRun)
         except PywetError:
             return None
-        return list(kept["rows"]) if kept["key"] == run.key else None
+        return list(stored["rows"]) if stored["key"] == run.key else None
 
     def missing(self) -> list[Run]:
-        return [run for job in self.jobs() for run in self.runs(job) if self.kept(run) is None]
+        return [run for job in self.jobs() for run in self.runs(job) if self.stored(run) is None]
 
     def forget(self) -> None:
         for job in self.jobs():
@@ -100,7 +100,7 @@ class Study(ABC):
         """Do what is missing of a job; the share that is reported is that of the job."""
         runs = self.runs(job)
         for k, run in enumerate(runs):
-            if self.kept(run) is None:
+            if self.stored(run) is None:
                 report(run.name, k / len(runs))
                 rows = [plain(row) for row in run.make()]
                 write_json(self.file(run), {"key": run.key, "rows": rows})
@@ -108,7 +108,7 @@ class Study(ABC):
     def gather(self, jobs: Iterable[str] | None = None) -> pd.DataFrame:
         """The rows of all stored runs (of these jobs) in one table, with the runs' names and labels."""
         runs = [run for job in (self.jobs() if jobs is None else jobs) for run in self.runs(job)]
-        return pd.DataFrame([{"run": r.name, **r.labels, **row} for r in runs for row in self.kept(r) or ()])
+        return pd.DataFrame([{"run": r.name, **r.labels, **row} for r in runs for row in self.stored(r) or ()])
 
     def carry_out(self, report: Report = lambda name, share: None) -> Path:
         """Do what is missing, then show all; the page."""
@@ -131,7 +131,7 @@ def write_rows(path: Path, value: Any) -> None:
 
 
 def configured(config: Config, number: int, scale: str) -> dict[str, Any]:
-    """What a run of a case depends on in the configuration, but for ranks and presets, which a study sets itself."""
+    """Return the part of the configuration on which a run of a case depends, without ranks and presets, which a study sets."""
     resolved = config.resolved(number, scale)
     del resolved["settings"]["ranks"], resolved["settings"]["both_presets"]
     return resolved

@@ -38,7 +38,7 @@ def _imported(path: Path, known: set[str]) -> set[str]:
 
 
 def rooms(graph: Graph) -> Graph:
-    """The same among packages and modules directly below `pywet`."""
+    """Return the imports among packages and modules directly below `pywet`."""
     of: Callable[[str], str] = lambda name: ".".join(name.split(".")[1:2])  # noqa: E731
     joined: Graph = {}
     for name, imported in graph.items():

@@ -54,7 +54,7 @@ def simulate(number: int, folder: Path) -> None:
 
 
 def alarms(folder: Path) -> list[str]:
-    """What a run is said to be wrong in: by the replay, and where its kind has a summary by its checks and its ledger."""
+    """Return the objections to a run: by the replay, and where it has a summary, by its checks and its ledger."""
     kind = json.loads((folder / DONE).read_text())["kind"]
     if kind != "small":
         {"case": stages.results, "own": results.write}[kind](folder)

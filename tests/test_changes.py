@@ -116,7 +116,7 @@ REPORT_TOO = {"a case not asked for", "another scale's time", "a reason"}
 
 @pytest.fixture
 def edited(done: Path, tmp_path: Path) -> Iterator[Path]:
-    """The same folder; what a test changes in it is put back."""
+    """Return the folder for a test that changes it; the changes are undone afterwards."""
     shutil.copytree(done / "config", tmp_path / "config")
     shutil.copy(done / "own.py", tmp_path)
     yield done

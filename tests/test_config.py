@@ -164,7 +164,7 @@ def change_readings(folder: Path, values: dict[str, str]) -> None:
 
 
 def call(words: list[str]) -> str:
-    """What the command prints."""
+    """Return the output of the command."""
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output
     return done.output
@@ -393,7 +393,7 @@ def test_what_is_unusual_is_taken_with_a_reason(folder: Path) -> None:
 
 
 def test_anchors_and_merged_keys_are_no_duplicates(folder: Path) -> None:
-    """What a merge brings may be replaced; a table saved by a spreadsheet may begin with a byte order mark."""
+    """Accept keys that replace merged ones, and a table with the byte order mark of a spreadsheet."""
     path = folder / "scales.yaml"
     text = path.read_text().replace("  smoke:\n", "  smoke: &smoke\n")
     path.write_text(
@@ -477,7 +477,7 @@ def test_the_reference_counts_an_own_feed_as_the_configuration_says(folder: Path
         assert [c.count for c in found] == [c.count for c in cases.ingredients(loaded, number, "smoke").classes]
 
 
-def test_mistakes_in_all_files_are_said_at_once(folder: Path) -> None:
+def test_mistakes_in_all_files_are_reported_at_once(folder: Path) -> None:
     """Two in one file, one in each of two others: four lines, each with its file."""
     for name, *changes in (
         ("config.yaml", ("seed:", "sed:"), ("ranks: 1", "ranks: none")),

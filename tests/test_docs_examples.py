@@ -110,7 +110,7 @@ def test_entries_are_read_as_the_page_says() -> None:
     assert NonNegativeEntry.model_validate(entries["viscosity_Pa_s"]).value == 1e-3
 
 
-def test_spheres_are_fed_as_the_page_says() -> None:
+def test_spheres_are_inserted_as_the_page_says() -> None:
     """200 beads over half a second from 0.02 s on."""
     text = [block for language, block in blocks("own-scene.md") if language == "yaml"][1]
     (beads,) = (Spheres.model_validate(entry) for entry in yaml.safe_load(text)["spheres"])

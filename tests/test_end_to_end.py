@@ -48,7 +48,7 @@ def test_dry_falls_to_the_share_of_the_coarse(tmp_path: Path) -> None:
 
 
 def test_moist_is_cross_checked(tmp_path: Path) -> None:
-    """Ledger to 1e-12, replay within its tolerances, liquid by holder adds up at every output, files for ParaView."""
+    """Ledger to 1e-12, replay within its tolerances, liquid by reservoir adds up at every output, files for ParaView."""
     scene = thinned(2, tmp_path, 0.9)
     stages.simulate(tmp_path, ranks=1, progress=False)
     stages.results(tmp_path)

@@ -47,7 +47,7 @@ def test_a_step_beyond_the_limit_says_both() -> None:
 
 
 @pytest.mark.parametrize(
-    ("said", "spheres", "step"),
+    ("message", "spheres", "step"),
     [
         ("ERROR: sphere 12 overlaps sphere 7 by 0.61 of its radius at step 400, allowed is 0.5", (12, 7), 400),
         ("ERROR: the bridge between spheres 3 and 41 at step 9 reaches beyond the ghost cut-off", (3, 41), 9),
@@ -57,10 +57,10 @@ def test_a_step_beyond_the_limit_says_both() -> None:
     ],
 )
 def test_a_stopped_run_carries_spheres_and_step(
-    said: str, spheres: tuple[int, ...], step: int | None, tmp_path: Path
+    message: str, spheres: tuple[int, ...], step: int | None, tmp_path: Path
 ) -> None:
     """As the engine and the plugin say it; the sentence is what it was, and crosses to another process with its data."""
-    (tmp_path / process.OUTPUT).write_text(f"LIGGGHTS\n{said}\n")
+    (tmp_path / process.OUTPUT).write_text(f"LIGGGHTS\n{message}\n")
     found = process.stopped(synthetic.scene(), tmp_path, 1)
     again = pickle.loads(pickle.dumps(found))
     for error in (found, again):
@@ -70,10 +70,10 @@ def test_a_stopped_run_carries_spheres_and_step(
 
 
 def test_ranks_that_srun_did_not_start_are_no_stop_of_the_engine(tmp_path: Path) -> None:
-    """What srun says of two nodes on one machine: the failed launch is the reason, not the rank that it killed for it."""
-    said = ["Job step aborted: Waiting up to 7 seconds for job step to finish."]
-    said += ["error: task 0 launch failed: Unspecified error", "error: second: task 1: Killed"]
-    (tmp_path / process.OUTPUT).write_text("".join(f"srun: {line}\n" for line in said))
+    """Read srun's message on two nodes of one machine: the failed launch is the reason, not the rank that srun killed for it."""
+    message = ["Job step aborted: Waiting up to 7 seconds for job step to finish."]
+    message += ["error: task 0 launch failed: Unspecified error", "error: second: task 1: Killed"]
+    (tmp_path / process.OUTPUT).write_text("".join(f"srun: {line}\n" for line in message))
     error = process.stopped(synthetic.scene(), tmp_path, 137)
     assert error.reason == "task 0 launch failed: Unspecified error"
     assert str(error).startswith(

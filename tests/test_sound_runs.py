@@ -110,7 +110,7 @@ def test_short_runs(tmp_path: Path, number: int) -> None:
 @pytest.mark.engine
 @pytest.mark.parametrize("number", range(200))
 def test_two_hundred_runs(tmp_path: Path, number: int) -> None:
-    """Of some a sphere leaves the box, or does not fit: they are no sound runs."""
+    """Expect no objection to a correct run; skip one that does not fit or that a sphere leaves."""
     try:
         sound_runs.simulate(number, tmp_path)
     except PywetError as error:
@@ -137,7 +137,7 @@ def test_ledger_before_the_first_inserted_sphere() -> None:
 
 
 def test_lives_of_no_bridges() -> None:
-    """Of an empty log nothing stands, at any step."""
+    """Expect no active bridge in an empty log, at any step."""
     whole = {name: np.zeros(0, np.int64) for name in ("step", "kind", "partner_kind", "i", "j")}
     real = {name: np.zeros(0) for name in ("volume", "rupture_distance", "speed")}
     lives = Lives(none(), pd.DataFrame({**whole, **real}), 0, -1)

@@ -80,7 +80,7 @@ def test_seeds_make_so_many_runs_of_each_case(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("choice", "said"),
+    ("choice", "message"),
     [
         ("scale=huge", "there is no scale huge"),
         ("cases=[99]", "there is no case 99"),
@@ -90,15 +90,15 @@ def test_seeds_make_so_many_runs_of_each_case(folder: Path) -> None:
         ("seeds=0", "seeds is 0, expected greater than or equal to 1"),
     ],
 )
-def test_a_wrong_choice_is_refused_before_any_job(folder: Path, choice: str, said: str) -> None:
+def test_a_wrong_choice_is_refused_before_any_job(folder: Path, choice: str, message: str) -> None:
     done = _snakemake(folder, "-n", "--config", choice)
     assert done.returncode != 0
-    assert said in done.stdout + done.stderr
+    assert message in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         ({"cases": []}, "should have at least 1 item"),
         ({"cases": [2.5]}, "cases.0 is 2.5, expected a valid integer"),
@@ -112,11 +112,11 @@ def test_a_wrong_choice_is_refused_before_any_job(folder: Path, choice: str, sai
         ),
     ],
 )
-def test_what_the_command_line_cannot_replace_is_a_sentence(given: dict[str, Any], said: str) -> None:
+def test_what_the_command_line_cannot_replace_is_a_sentence(given: dict[str, Any], message: str) -> None:
     configured = config.load(ROOT / "config").settings
     with pytest.raises(PywetError) as caught:
         config.chosen(configured, {**configured.model_dump(mode="json"), **given})
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_cases_of_the_command_line_are_a_list() -> None:
@@ -241,12 +241,12 @@ def test_the_call_after_a_kill_names_orphans_then_takes_the_lock_away(tmp_path: 
     try:
         _until((tmp_path / "begun").exists)
         jobs = workflow_lock.at_work(tmp_path)[1]
-        said = workflow_lock.release(tmp_path)
-        assert said is not None and f"stop it by `kill {main.pid}`" in said
+        message = workflow_lock.release(tmp_path)
+        assert message is not None and f"stop it by `kill {main.pid}`" in message
         main.kill()
         main.wait()
-        said = workflow_lock.release(tmp_path)
-        assert jobs and said is not None and f"`kill {' '.join(map(str, jobs))}`, then call again" in said
+        message = workflow_lock.release(tmp_path)
+        assert jobs and message is not None and f"`kill {' '.join(map(str, jobs))}`, then call again" in message
     finally:
         main.kill()
         for job in jobs:

@@ -36,7 +36,7 @@ SPEEDS = np.geomspace(0.5, 5.0, 10)
 """Of impact, as in the experiments [m/s]."""
 TENSIONS, THICK, SEEDS = (0.02, 0.07), (0.005, 0.1), (1, 2, 3)
 """Of the drum: silicone oil and water [N/m]; 5 and 100 mPa s."""
-Said = tuple[str, bool | None]
+Report = tuple[str, bool | None]
 """Numbers in words, and whether the statement is confirmed; None: inconclusive."""
 
 
@@ -83,7 +83,7 @@ def bridge(volume: float, radius: float) -> tuple[float, float]:
     return max(state.force(0.0728) for state in states if state is not None), float(end)
 
 
-def of_bridges() -> Iterator[tuple[str, Said]]:
+def of_bridges() -> Iterator[tuple[str, Report]]:
     """Bridges at rest and drawn."""
     stretch = registry.get("dynamic_rupture", "pitois").functions[0]
     slow, fast = (stretch(v, 0.1, 0.021) - 1.0 for v in (1e-4, 1e-2))
@@ -103,7 +103,7 @@ def of_bridges() -> Iterator[tuple[str, Said]]:
     yield "tension", ("independent of it in every law (no gravity)", False)
 
 
-def of_impacts() -> Iterator[tuple[str, Said]]:
+def of_impacts() -> Iterator[tuple[str, Report]]:
     """The wall model of Buck et al. (2018)."""
     bends = [bend(*restitution(viscosity)) for viscosity in VISCOSITIES]
     yield (
@@ -133,7 +133,7 @@ def of_impacts() -> Iterator[tuple[str, Said]]:
     yield "surfactant", (f"1 to 3 m/s: {max(off):.3f} at most", bool(max(off) < 0.05))
 
 
-def of_beds() -> Iterator[tuple[str, Said]]:
+def of_beds() -> Iterator[tuple[str, Report]]:
     """Bridges less contacts per sphere, of the moist beds kept; a row of three spheres."""
     stored = pd.read_csv(HERE / "seeds.csv").query("problem == 'settling_bed' and case == 'moist'")
     message, holds = [], True
@@ -181,8 +181,8 @@ def angles() -> pd.DataFrame:
     return pd.read_csv(HERE / "drum_trend.csv").pivot_table("angle", ["viscosity", "tension"], "seed")
 
 
-def of_drums() -> Iterator[tuple[str, Said]]:
-    """What the drum's angle changes by: mean of pairs of runs that are alike in the rest, and what chance makes of it."""
+def of_drums() -> Iterator[tuple[str, Report]]:
+    """Yield the changes of the drum's angle: means of pairs of runs that differ in one input, with their uncertainty."""
     of, n = angles(), len(angles().columns)
     text, sign = _change(of.xs(TENSIONS[1], level="tension") - of.xs(TENSIONS[0], level="tension"))
     yield "cohesion", (f"20 to 70 mN/m, {n} seeds: {text}", sign)

@@ -131,7 +131,7 @@ def wires(capillary: str, rupture: str, engine: str | None) -> Iterator[Row]:
 
 
 def pulls(capillary: str, rupture: str, engine: str) -> Iterator[Row]:
-    """The same drags measured in an engine, in a bridge that reaches beyond the largest gap."""
+    """Yield the forces of the viscous pull measured in an engine, in a bridge that reaches beyond the largest gap."""
     for case, given, wanted in asked("viscous_pull"):
         common = {
             "viscosity_Pa_s": given["viscosity_Pa_s"],
@@ -213,12 +213,12 @@ def collisions() -> Iterator[Row]:
 
 
 def three_in_the_engine(engine: str) -> Iterator[Row]:
-    """The same three spheres in an engine with the laws of `pywet.laws.davis` and contacts of 1e9 N/m."""
+    """Yield the three-sphere results of an engine with the laws of `pywet.laws.davis` and contacts of 1e9 N/m."""
     for case, given, wanted in asked("three_spheres"):
         if (given["h_a"], given["h_min"], given["e_dry"]) != (spheres_engine.H_A, spheres_engine.H_MIN, 1):
             continue
         with tempfile.TemporaryDirectory(prefix="pywet-wet-") as folder:
-            found = spheres_engine.twin(
+            found = spheres_engine.in_engine(
                 Path(folder), given["St_n"], given["theta12_deg"], None, given["t_end"], 1e9, given["mu_f"], engine
             )
         for a in wanted:

@@ -43,11 +43,11 @@ WORDS = 200
 
 
 class Refused(Exception):
-    """What was given cannot be scored."""
+    """Error that the given file cannot be scored."""
 
 
-def said(given: object) -> str:
-    """What was given as a message can hold it: on one line, printable, not long."""
+def printable(given: object) -> str:
+    """Return a text as a message can contain it: on one line, printable, not long."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(given))
     return text if len(text) <= WORDS else f"{text[:WORDS]}…"
 
@@ -60,7 +60,7 @@ def problems() -> list[str]:
 def load(problem: str) -> dict:
     """Answers of a problem."""
     if problem not in problems():
-        raise Refused(f"problem {said(problem)} was given; expected one of {', '.join(problems())}")
+        raise Refused(f"problem {printable(problem)} was given; expected one of {', '.join(problems())}")
     return json.loads((HERE / problem / "answers.json").read_text())
 
 
@@ -77,19 +77,20 @@ def read(path: Path) -> list[dict]:
         found = os.stat(path)
         if not stat.S_ISREG(found.st_mode) or found.st_size > MOST_B:
             what = f"has {found.st_size} bytes" if stat.S_ISREG(found.st_mode) else "is no regular file"
-            raise Refused(f"{said(path)} {what}; {expected}, of at most {MOST_B // 10**6} MB")
+            raise Refused(f"{printable(path)} {what}; {expected}, of at most {MOST_B // 10**6} MB")
         with open(path, newline="", encoding="utf-8-sig") as file:
             table = csv.DictReader(file, strict=True)
             names = table.fieldnames or []
             if not all(names.count(column) == 1 for column in COLUMNS):
                 raise Refused(
-                    f"{said(path)} has the columns {said(', '.join(names)) or 'none'}; expected {', '.join(COLUMNS)}, each once"
+                    f"{printable(path)} has the columns {printable(', '.join(names)) or 'none'}; "
+                    f"expected {', '.join(COLUMNS)}, each once"
                 )
             rows = list(table)
     except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
-        raise Refused(f"{said(path)} cannot be read ({said(error)}); {expected}") from None
+        raise Refused(f"{printable(path)} cannot be read ({printable(error)}); {expected}") from None
     for number, row in enumerate(rows, 2):
-        where = f"{said(path)}, row {number}"
+        where = f"{printable(path)}, row {number}"
         if row["value"] is None:
             raise Refused(
                 f"{where} has no cell for each of {', '.join(COLUMNS)}; expected one, empty where there is no answer"
@@ -99,7 +100,7 @@ def read(path: Path) -> list[dict]:
         try:
             at, value = float(row["at"]), float(row["value"])
         except (TypeError, ValueError):
-            given = f"at {said(repr(row['at']))}, value {said(repr(row['value']))}"
+            given = f"at {printable(repr(row['at']))}, value {printable(repr(row['value']))}"
             raise Refused(f"{where}: {given}; expected numbers") from None
         if not (abs(at) <= LARGEST and abs(value) <= LARGEST):  # nor is NaN
             raise Refused(f"{where}: {value} at {at}; expected finite numbers, at most {LARGEST:g}")
@@ -146,7 +147,7 @@ def _matched(problem: str, asked: list[dict], rows: list[dict]) -> dict:
     values: dict = {}
     for row in rows:
         name = row["case"], row["quantity"]
-        what = f"case {said(row['case'])}, quantity {said(row['quantity'])}"
+        what = f"case {printable(row['case'])}, quantity {printable(row['quantity'])}"
         if name not in places:
             raise Refused(f"{what} is not asked for by {problem}: see --template")
         at = min(places[name], key=lambda place: abs(place - row["at"]))
@@ -175,7 +176,7 @@ def grade(line: dict) -> str:
 
 
 def solved(lines: list[dict], within: float) -> bool:
-    """Whether all is answered, each within the tolerance or its own uncertainty."""
+    """Return whether all is answered, each within the tolerance or its own uncertainty."""
     return all(
         line["answered"] == line["asked"] and (line["largest"] <= within or line["within"] == line["asked"])
         for line in lines
@@ -194,8 +195,8 @@ def rank(problem: str, lines: list[dict]) -> str:
                 whole = row["answered"] == row["asked"]
                 off = float(row["largest"]) if whole and row["largest"] else math.inf
                 worst[row["program"]] = max(worst.get(row["program"], 0.0), off)
-    own = max(line["largest"] for line in lines)
-    better = [name for name, off in worst.items() if off < own]
+    largest_error = max(line["largest"] for line in lines)
+    better = [name for name, off in worst.items() if off < largest_error]
     return f"rank {len(better) + 1} of {len(worst) + 1} with the stored programs" if worst else ""
 
 
@@ -239,7 +240,7 @@ def everything(folder: Path, within: float, as_json: bool) -> int:
     files = {problem: folder / f"{problem}.csv" for problem in problems()}
     there = {problem: path for problem, path in files.items() if path.exists()}
     if not there:
-        raise Refused(f"{said(folder)} holds no answers; expected files such as {next(iter(files.values()))}")
+        raise Refused(f"{printable(folder)} holds no answers; expected files such as {next(iter(files.values()))}")
     scores = {problem: scored(problem, read(path)) for problem, path in there.items()}
     count = sum(solved(lines, within) for lines in scores.values())
     if as_json:
@@ -279,7 +280,9 @@ def main(given: list[str] | None = None) -> int:
     except BrokenPipeError:  # who read the answer has gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, MemoryError) as error:
-        print(f"{said(error) or 'no memory'}; expected files that can be read and memory for them", file=sys.stderr)
+        print(
+            f"{printable(error) or 'no memory'}; expected files that can be read and memory for them", file=sys.stderr
+        )
     return 2
 
 

@@ -94,7 +94,7 @@ def _check(question: Question, experiments: list[Experiment], found: Found, runs
     """Fresh seeds at the answer: mean of each target of chance, with the interval of that mean."""
     n = question.check_runs
     values = np.array([runs.measure(found.problem.best, question.most_runs + k)[0] for k in range(n)])
-    targets = [t for t, e in zip(question.targets, experiments, strict=True) if e.of_chance]
+    targets = [t for t, e in zip(question.targets, experiments, strict=True) if e.random_start]
     return [
         {
             "quantity": t.quantity, "runs": n, "mean": float(v.mean()),
@@ -144,7 +144,7 @@ def _unknown(group: dict[str, Any]) -> str:
 
 
 def _of_runs(answer: dict[str, Any]) -> list[str]:
-    """How many runs, why no more, how far seeds scatter, and the check."""
+    """Return the lines on the number of runs, the reason for stopping, the scatter of the seeds and the check."""
     runs = answer["runs"]
     scatter = ", ".join(f"{d:.2g}" for d in runs["deviation"])
     lines = [

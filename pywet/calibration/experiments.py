@@ -49,12 +49,12 @@ def _collision(problem: Problem, name: str) -> float:
 
 @dataclass(frozen=True)
 class Kind:
-    """How a file becomes an experiment, and how a number is read off it; `of_chance`: by runs of an engine."""
+    """Functions that make an experiment from a file and read quantities off it; `of_chance`: it needs runs of an engine."""
 
     read: Callable[[Path], dict[str, Any]]
     build: Callable[[dict[str, Any], Path], Any]
     quantities: Mapping[str, Callable[[Any], float]]
-    of_chance: bool = False
+    random_start: bool = False
 
 
 def _json(path: Path) -> dict[str, Any]:
@@ -79,13 +79,13 @@ KINDS = {
         lambda path: read_yaml(path, Scene, begun("drum")),
         lambda content, path: Scene(**{**content, "folder": path.parent, "file": path}),
         OF_SCENE,
-        of_chance=True,
+        random_start=True,
     ),
 }
 """Key of a target -> its kind of experiment."""
 
 
-class Kept(TypedDict):
+class StoredResult(TypedDict):
     """Result of an engine's run: the value read from it, and its time."""
 
     quantities: dict[str, float]
@@ -102,7 +102,7 @@ class Experiment:
 
     @classmethod
     def read(cls, kind: str, file: Path, changes: Mapping[str, Any]) -> Experiment:
-        """From its file, with some keys changed."""
+        """Read an experiment from its file, with some keys changed."""
         content = KINDS[kind].read(file)
         for key in changes:
             if not holds(content, key):
@@ -110,14 +110,14 @@ class Experiment:
         return cls(kind, file, _filled(content, changes))
 
     @property
-    def of_chance(self) -> bool:
-        """Whether the experiment is run in an engine, with a random initial arrangement."""
-        return KINDS[self.kind].of_chance
+    def random_start(self) -> bool:
+        """Return whether the experiment is run in an engine, with a random initial arrangement."""
+        return KINDS[self.kind].random_start
 
     def built(self, settings: Mapping[str, float], seed: int = 0) -> Any:
         """Build the experiment with these values of its keys; the seed is added to that of the scene's file."""
         content = _filled(self.content, {key: v for key, v in settings.items() if holds(self.content, key)})
-        if self.of_chance:
+        if self.random_start:
             content["seed"] = content.get("seed", 1) + seed
         try:
             return KINDS[self.kind].build(content, self.file)
@@ -129,16 +129,18 @@ class Experiment:
         """Compute the value of an experiment that needs no engine."""
         return _number(KINDS[self.kind].quantities[quantity](self.built(settings)), quantity, settings)
 
-    def run(self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int) -> Kept:
+    def run(
+        self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int
+    ) -> StoredResult:
         """Numbers of a run of the engine; one whose numbers are stored in the folder is not done again."""
         scene = self.built(settings, seed)
         place = folder / _name(scene)
-        stored = read_if_there(place / "calibration.json", shape=Kept)
+        stored = read_if_there(place / "calibration.json", shape=StoredResult)
         if stored is None or not set(wanted) <= set(stored["quantities"]):
             started = time.monotonic()
             run = commands.run(scene, place, ranks)
             numbers = {q: _number(OF_SCENE[q](run), q, {**settings, "seed": scene.seed}) for q in wanted}
-            stored = Kept(quantities=numbers, wall_s=time.monotonic() - started)
+            stored = StoredResult(quantities=numbers, wall_s=time.monotonic() - started)
             write_json(place / "calibration.json", stored)
         return stored
 
@@ -176,7 +178,7 @@ def _said(settings: Mapping[str, float]) -> str:
 
 
 def holds(content: Any, key: str) -> bool:
-    """Whether a dotted key is written in the content of a file.
+    """Return whether a dotted key is written in the content of a file.
 
     >>> holds({"bodies": [{"radius_m": 1e-3}]}, "bodies.0.radius_m"), holds({"bodies": []}, "bodies.0.radius_m")
     (True, False)

@@ -109,7 +109,7 @@ class Problem:
 
     @cached_property
     def minima(self) -> list[Floats]:
-        """Where least squares end from the lowest places of a grid that no neighbour is below, the best first."""
+        """Return the local minima of the sum of squares, the best first, searched from the lowest points of a grid."""
         places = self._grid()
         sums = np.array([self.sum(place) for place in places]).reshape([GRID[self.count]] * self.count)
         lowest = (sums == minimum_filter(sums, size=3, mode="nearest")).ravel()
@@ -138,7 +138,7 @@ class Problem:
 
     @property
     def reached(self) -> bool:
-        """Whether the targets can be what the response gives at the best place: not refuted at 1 %."""
+        """Return whether the response at the best values is compatible with the targets: not rejected at 1 %."""
         return bool(stats.chi2.sf(self.sum(self.best), len(self.values)) >= 0.01)
 
     def profile(self, k: int, at: float) -> tuple[float, Floats]:

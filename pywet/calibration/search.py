@@ -25,7 +25,7 @@ KNOWN = 0.5
 ENOUGH = "the response is known at least twice as well as the target"
 SPENT = "most_runs are spent, more would narrow the intervals"
 AT_ONCE = "nothing is of chance"
-Said = Callable[[str], None]
+Report = Callable[[str], None]
 Measure = Callable[[Floats, int], tuple[Floats, float]]
 """Place, seed -> values of the targets that are of chance, seconds."""
 
@@ -35,7 +35,7 @@ class Runs:
     """Runs of the engine so far: places (n, parameters), values (n, targets of chance)."""
 
     measure: Measure
-    say: Said
+    say: Report
     places: list[Floats] = field(default_factory=list)
     values: list[Floats] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
@@ -70,20 +70,22 @@ class Found:
     surface: Surface | None = None
 
 
-def find(question: Question, experiments: list[Experiment], folder: Path, ranks: int, say: Said) -> Found:
+def find(question: Question, experiments: list[Experiment], folder: Path, ranks: int, say: Report) -> Found:
     """The answer to a question; runs are stored in the folder."""
-    scattered = [k for k, e in enumerate(experiments) if e.of_chance]
+    uncertainty = [k for k, e in enumerate(experiments) if e.random_start]
     targets, names = question.targets, [t.quantity for t in question.targets]
 
     def direct(place: Floats) -> Floats:
         """Means of all targets without chance, zero in place of the others."""
         settings = question.settings(place)
-        return np.array([0.0 if e.of_chance else e.value(q, settings) for e, q in zip(experiments, names, strict=True)])
+        return np.array(
+            [0.0 if e.random_start else e.value(q, settings) for e, q in zip(experiments, names, strict=True)]
+        )
 
     def measure(place: Floats, seed: int) -> tuple[Floats, float]:
         settings, values, seconds = question.settings(place), [], 0.0
-        for k in scattered:
-            same = tuple(names[j] for j in scattered if experiments[j] == experiments[k])
+        for k in uncertainty:
+            same = tuple(names[j] for j in uncertainty if experiments[j] == experiments[k])
             stored = experiments[k].run(same, settings, seed, folder / "runs", ranks)
             values.append(stored["quantities"][names[k]])
             seconds += stored["wall_s"] if experiments.index(experiments[k]) == k else 0.0
@@ -93,17 +95,17 @@ def find(question: Question, experiments: list[Experiment], folder: Path, ranks:
         def response(place: Floats) -> tuple[Floats, Floats, Floats]:
             mean, variance, freedom = direct(place), np.zeros(len(targets)), np.full(len(targets), np.inf)
             if surface is not None:
-                mean[scattered], variance[scattered] = surface.at(place)
-                freedom[scattered] = surface.freedom
+                mean[uncertainty], variance[uncertainty] = surface.at(place)
+                freedom[uncertainty] = surface.freedom
             return mean, variance, freedom
 
         values, errors, freedoms = (np.array([getattr(t, n) for t in targets]) for n in ("value", "error", "freedom"))
         return Problem(response, values, errors, freedoms, question.confidence, window)
 
     count = len(question.parameters)
-    if not scattered:
+    if not uncertainty:
         return Found(problem(None, (np.zeros(count), np.ones(count))), AT_ONCE)
-    errors = np.array([targets[k].error for k in scattered])
+    errors = np.array([targets[k].error for k in uncertainty])
     return rounds(problem, Runs(measure, say), errors, count, question.seeds, question.most_runs)
 
 
@@ -132,7 +134,7 @@ def _round(window: tuple[Floats, Floats], seeds: int) -> list[Floats]:
 
 
 def _moved(solved: Problem, window: tuple[Floats, Floats]) -> tuple[Floats, Floats] | None:
-    """Where the next round is to look; None where here."""
+    """Return the bounds of the next round (shares of the given bounds); None if they stay the same."""
     width = window[1] - window[0]
     ranges = [solved.intervals(k) for k in range(solved.count)]
     first, last = np.array([r[0].low for r in ranges]), np.array([r[-1].high for r in ranges])

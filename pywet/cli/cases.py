@@ -126,7 +126,7 @@ def run(
 
 
 def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
-    """One run of a case in a folder that is held, unless that holds it already."""
+    """Run a case in a locked folder, unless the folder already contains this very run."""
     from pywet import stages
     from pywet.cases.screening import cases
     from pywet.runs import second

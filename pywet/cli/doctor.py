@@ -71,7 +71,7 @@ def pinned() -> dict[str, str]:
 def banner_version(program: str) -> str | None:
     """Version in the first line that the engine prints; None when it says something else."""
     with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
-        message = process.said([program, "-log", "none"], "\n", Path(folder))
+        message = process.output_of([program, "-log", "none"], "\n", Path(folder))
     named = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", message)
     return named.group(1) if named else None
 
@@ -121,7 +121,7 @@ def _python_package(name: str, needed: str) -> Check:
 
 def _plugin() -> Check:
     try:
-        path = build.kept()
+        path = build.cached()
     except PywetError as error:
         return Check("plugin", None, None, "a built one", False, str(error))
     return Check("plugin", str(path) if path.exists() else None, None, "a built one", caches.whole(path))

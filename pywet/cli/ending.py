@@ -107,7 +107,7 @@ def _screen(folders: Sequence[Path]) -> Iterator[str]:
 
 
 def _liquid(folders: Sequence[Path]) -> Iterator[str]:
-    """Where most of the liquid is at the end, and the bridges; nothing of a dry run."""
+    """Yield the lines on the largest shares of liquid at the end and on the bridges; none for a dry run."""
     from pywet.cases.screening.results import class_titles
     from pywet.runs.rundir import RunDir
 
@@ -126,7 +126,7 @@ def _liquid(folders: Sequence[Path]) -> Iterator[str]:
 
 
 def _reservoir(name: str) -> bool:
-    """Whether a volume of liquid_end_m3 is a reservoir by itself, neither a sum nor a class of spheres of one."""
+    """Return whether a volume of liquid_end_m3 is a reservoir by itself, neither a sum nor a class of spheres of one."""
     parts = ("coarse_material_", "fines_")
     return name not in ("total", "standing_bridges") and not name.startswith(parts)
 

@@ -61,7 +61,7 @@ def serve(server: Any) -> None:
 
 
 def say_time(config: Any, case: int, scale: str) -> None:
-    """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
+    """Print the predicted time of a run to stderr if this machine has been measured (`pywet plan CASE --accuracy` does that)."""
     from pywet.cost import command
 
     if message := command.predicted(config, case, scale):

@@ -69,7 +69,7 @@ def error_of(stages: Any, error: Any, error_low: Any, scale: Any, dt: float) -> 
 
 @njit(error_model="numpy")
 def trial(bracket: Any, number: int) -> float:
-    """Where to look next: on the secant; in the middle every sixth time, and where the secant leads outside."""
+    """Return the next point to try: by the secant; the middle every sixth time and if the secant leads outside the bracket."""
     low, high = bracket[LOW], bracket[HIGH]
     x = low + (high - low) * (-bracket[F_LOW] / (bracket[F_HIGH] - bracket[F_LOW]))
     return x if number % 6 != 5 and low < x < high else 0.5 * (low + high)

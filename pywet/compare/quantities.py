@@ -71,7 +71,7 @@ class RunData:
 
 
 def facts(scene: Scene) -> dict[str, Any]:
-    """What makes a scene the case that it is, as plain data; laws, time step, engine and seed are not in it."""
+    """Return what defines the case of a scene as plain data; laws, time step, engine and seed are not part of it."""
     message = {
         "case": scene.name,
         "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
@@ -87,7 +87,7 @@ def facts(scene: Scene) -> dict[str, Any]:
 
 
 def unlike(wanted: dict[str, Any], scene: Scene, across: Sequence[str] = ()) -> list[str]:
-    """What a scene does not share of the `facts` of another; settings of `across`, and with them the case's name, may differ."""
+    """Name the `facts` in which a scene differs from another; settings of `across` (and then the case's name) may differ."""
     there, free = facts(scene), {*across, *(["case"] if across else [])}
     if unknown := [name for name in across if name not in wanted]:
         known = ", ".join(name for name in wanted if name != "case")
@@ -106,7 +106,7 @@ def read_run(run_dir: Path) -> RunData:
 
 
 def _whole(run: RunDir) -> dict[str, Any]:
-    """What the run holds; refused where its scene planned more, or its results are of fewer outputs."""
+    """Return the extent of a complete run; refuse a run with fewer outputs or rows of results than its scene plans."""
     try:
         held = whole.check(run.path)
     except ReplayError as error:
@@ -185,7 +185,7 @@ def _energies(run: RunDir) -> Iterator[Quantity]:
 
 
 def _bed(run: RunDir) -> Iterator[Quantity]:
-    """Where the spheres are at the end: mean height, height of the upper tenth, neighbours in touch per sphere."""
+    """Yield the state of the bed at the end: mean height, height of the upper tenth, touching neighbours per sphere."""
     if not (run.path / "trajectory.parquet").exists():
         return
     end = last(run.path)

@@ -87,7 +87,7 @@ def arrangements(n: int, m: int) -> list[NDArray[np.int64]]:
 
 
 def can_permute(n: int, m: int) -> bool:
-    """Whether a permutation test of these groups can reach the level at all; equal groups count each split twice.
+    """Return whether a permutation test of these groups can reach the level; equal groups count each split twice.
 
     >>> can_permute(3, 3), can_permute(4, 4), can_permute(5, 5)
     (False, True, True)

@@ -201,7 +201,7 @@ def _times(groups: list[list[RunData]], name: str) -> Floats:
 
 
 def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], str]:
-    """One run each: bit-identical, within round-off, or different; nothing is said of significance."""
+    """Compare one run with one: bit-identical, within round-off, or different; significance is not judged."""
     rows = []
     for name in names:
         times = _times([[a], [b]], name)

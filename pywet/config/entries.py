@@ -69,7 +69,7 @@ class Excusable(Limited):
 
 
 class Sourced(Strict):
-    """With an origin: the paper (its table or section), or that it was measured or assumed, and why where that is known."""
+    """Value with its origin: the paper (table or section), measured or assumed, with a reason where known."""
 
     source: Literal["paper", "measured", "assumption"]
     table: Annotated[int, Field(ge=1)] | None = None

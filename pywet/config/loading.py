@@ -234,23 +234,23 @@ class Mistakes:
     """Mistakes that do not keep others from being looked for."""
 
     def __init__(self) -> None:
-        self._kept: list[ConfigError] = []
+        self._stored: list[ConfigError] = []
 
     def keep(self, read: Callable[[], Any]) -> Any:
         """Return the result of `read`, or None if it raises, and store the error."""
         try:
             return read()
         except ConfigError as error:
-            self._kept.append(error)
+            self._stored.append(error)
             return None
 
     def say(self) -> None:
         """Raise all that were kept, a line each."""
-        if len(self._kept) == 1:
-            raise self._kept[0]
-        if self._kept:
-            lines = "\n".join(str(error) for error in self._kept)
-            raise ConfigError(lines, **self._kept[0].data) from self._kept[0]
+        if len(self._stored) == 1:
+            raise self._stored[0]
+        if self._stored:
+            lines = "\n".join(str(error) for error in self._stored)
+            raise ConfigError(lines, **self._stored[0].data) from self._stored[0]
 
 
 def parse(model: type[Model], data: Any, where: str) -> Model:
@@ -425,7 +425,7 @@ def _check_choice(config: Config) -> None:
 
 
 def _check_references(config: Config) -> None:
-    """What cases name must be in materials.yaml; cases that cannot be built for the same reason stand on one line."""
+    """Raise an error if a case refers to something that is not in materials.yaml, with one line for each reason."""
     path, cases_of = config.folder / cases_module.FILE, defaultdict(list)
     for number, case in config.cases.items():
         try:

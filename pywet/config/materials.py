@@ -159,7 +159,7 @@ class Motion(Limited):
 
 
 class Feed(Limited):
-    """How much is screened: `class_mass_g` of `reference_material` in each class; of others the same volume."""
+    """Mass of the feed: `class_mass_g` of `reference_material` in each class; other materials have the same volume."""
 
     class_mass_g: PositiveEntry
     reference_material: str

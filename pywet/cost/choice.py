@@ -42,7 +42,7 @@ GAIN, WORTH = 0.05, 1.3
 class Option:
     """One level of a setting as the choice sees it."""
 
-    knob: str
+    setting: str
     level: knobs.Level
     price: float
     charge: dict[str, float]
@@ -105,24 +105,24 @@ def options(
     kind = "moist" if moist else "dry"
     scenes = SCENES[kind]
     by_parameter: dict[str, list[Option]] = {}
-    for knob, rows in table["knobs"].items():
+    for setting, rows in table["knobs"].items():
         for row in rows:
             price = row["price"].get(kind)
-            if price is None or knob not in CONFIGURABLE:
+            if price is None or setting not in CONFIGURABLE:
                 continue
-            if knob not in turned and row["level"] != table["default"][knob]:
+            if setting not in turned and row["level"] != table["default"][setting]:
                 continue
             if any(reason.partition(":")[0] in scenes for reason in row["failed"]):
                 continue
-            longer = longer_by if (knob, row["level"]) == ("integration", "semi_implicit") else 1.0
-            cheaper = price["low"] < longer and row["level"] != table["default"][knob]
+            longer = longer_by if (setting, row["level"]) == ("integration", "semi_implicit") else 1.0
+            cheaper = price["low"] < longer and row["level"] != table["default"][setting]
             charge = dict.fromkeys(GROUPS, 0.0)
             for error in row["errors"]:
                 if error["scene"] in scenes:
                     size, limit = abs(error["value"]), error["limit"]
                     counted = size + limit if cheaper else size if size > limit else 0.0
                     charge[error["group"]] = max(charge[error["group"]], counted)
-            by_parameter.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"] / longer, charge))
+            by_parameter.setdefault(setting, []).append(Option(setting, row["level"], price["ratio"] / longer, charge))
     return by_parameter
 
 
@@ -154,7 +154,7 @@ def combinations(by_parameter: dict[str, list[Option]], wanted: Sequence[str]) -
     """Every combination of levels that is not worse than another of its setting in cost and in all wanted errors."""
     for picked in product(*(_worth(levels, wanted) for levels in by_parameter.values())):
         error = {group: sum(o.charge[group] for o in picked) for group in wanted}
-        yield Chosen({o.knob: o.level for o in picked}, math.prod(o.price for o in picked), error)
+        yield Chosen({o.setting: o.level for o in picked}, math.prod(o.price for o in picked), error)
 
 
 def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
@@ -168,9 +168,9 @@ def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
 def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTED) -> Chosen:
     """The default itself, as it is charged."""
     base = table["default"]
-    picked = [o for levels in options(table, moist).values() for o in levels if o.level == base[o.knob]]
+    picked = [o for levels in options(table, moist).values() for o in levels if o.level == base[o.setting]]
     error = {group: sum(o.charge[group] for o in picked) for group in wanted}
-    return Chosen({o.knob: o.level for o in picked}, 1.0, error)
+    return Chosen({o.setting: o.level for o in picked}, 1.0, error)
 
 
 def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
@@ -184,26 +184,26 @@ def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Standing:
-    """Where the default of a setting stands in one group of quantities.
+class Rank:
+    """Rank of the default of a setting among its levels in one group of quantities.
 
     It is beaten when another level is no dearer and no less accurate, beyond doubt: at the limit for all errors of the study
     together (`family`), since all of them are looked at.
     """
 
-    knob: str
+    setting: str
     kind: str
     group: str
     verdict: str
     """`on the front`, `not distinguished` (a cheaper level differs by no more than chance) or `beaten`."""
     by: knobs.Level | None
-    said: str
+    verdict_text: str
 
 
-def points(table: dict[str, Any], knob: str, kind: str, group: str) -> list[dict[str, Any]]:
+def points(table: dict[str, Any], setting: str, kind: str, group: str) -> list[dict[str, Any]]:
     """Levels of a setting with cost and the error that is largest in the group; coarse to fine."""
     of_levels = []
-    for row in table["knobs"].get(knob, ()):
+    for row in table["knobs"].get(setting, ()):
         price = row["price"].get(kind)
         errors = [e for e in row["errors"] if e["group"] == group and e["scene"] in SCENES[kind]]
         if price is None or not errors:
@@ -224,42 +224,44 @@ def points(table: dict[str, Any], knob: str, kind: str, group: str) -> list[dict
     return of_levels
 
 
-def standing(table: dict[str, Any], knob: str, kind: str, group: str) -> Standing | None:
-    """Where the default of a setting stands; None where the group was not measured for it."""
-    levels = points(table, knob, kind, group)
-    own = next((p for p in levels if p["level"] == table["default"][knob]), None)
-    if own is None or len(levels) < 2:
+def rank(table: dict[str, Any], setting: str, kind: str, group: str) -> Rank | None:
+    """Rank the default of a setting among its levels; None if the group was not measured for it."""
+    levels = points(table, setting, kind, group)
+    at_default = next((p for p in levels if p["level"] == table["default"][setting]), None)
+    if at_default is None or len(levels) < 2:
         return None
-    verdict, by, said = "on the front", None, "every cheaper level is less accurate, every more accurate one dearer"
+    verdict, by, verdict_text = (
+        "on the front",
+        None,
+        "every cheaper level is less accurate, every more accurate one dearer",
+    )
     for other in levels:
-        if other is own or other["low"] > own["high"]:  # dearer in every round
+        if other is at_default or other["low"] > at_default["high"]:  # dearer in every round
             continue
-        better, worse = _compare(other, own)
+        better, worse = _compare(other, at_default)
         price = f"{other['price']:.2f} of the price ({other['low']:.2f} to {other['high']:.2f})"
         if better and not worse:
-            return Standing(
-                knob, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}"
-            )
-        if not worse and other["high"] < own["low"]:
+            return Rank(setting, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}")
+        if not worse and other["high"] < at_default["low"]:
             verdict, by = "not told apart", other["level"]
-            said = f"{other['level']} costs {price}; within chance the runs do not tell the two apart"
-    return Standing(knob, kind, group, verdict, by, said)
+            verdict_text = f"{other['level']} costs {price}; within chance the runs do not tell the two apart"
+    return Rank(setting, kind, group, verdict, by, verdict_text)
 
 
-def bargain(table: dict[str, Any], knob: str, kind: str, group: str) -> str | None:
+def bargain(table: dict[str, Any], setting: str, kind: str, group: str) -> str | None:
     """A level that takes away much of the default's error for little more, as a sentence; None where there is none."""
-    levels = points(table, knob, kind, group)
-    own = next((p for p in levels if p["level"] == table["default"][knob]), None)
-    if own is None:
+    levels = points(table, setting, kind, group)
+    at_default = next((p for p in levels if p["level"] == table["default"][setting]), None)
+    if at_default is None:
         return None
-    better = [p for p in levels if p["price"] <= WORTH and own["value"] - p["value"] > GAIN]
-    better = [p for p in better if _compare(p, own)[0] and not _compare(p, own)[1]]
+    better = [p for p in levels if p["price"] <= WORTH and at_default["value"] - p["value"] > GAIN]
+    better = [p for p in better if _compare(p, at_default)[0] and not _compare(p, at_default)[1]]
     if not better:
         return None
     best = min(better, key=lambda p: p["value"])
     return (
-        f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: the default ({own['level']}) is off by "
-        f"{100 * own['value']:.0f} %; {best['level']} takes that to {100 * best['value']:.1g} % "
+        f"{KNOBS[setting].title.capitalize()}, {kind}, {group}: the default ({at_default['level']}) is off by "
+        f"{100 * at_default['value']:.0f} %; {best['level']} takes that to {100 * best['value']:.1g} % "
         f"for {best['price']:.2f} of the price."
     )
 
@@ -272,5 +274,5 @@ def _compare(one: dict[str, Any], two: dict[str, Any]) -> tuple[list[Any], list[
 
 
 def _less(one: tuple[float, float], two: tuple[float, float]) -> bool:
-    """Whether the first error is smaller beyond chance."""
+    """Return whether the first error is significantly smaller than the second."""
     return two[0] - one[0] > max(one[1], two[1], MATTERS)

@@ -92,8 +92,8 @@ def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups
 
 
 def predicted(config: Config, case: int, scale: str) -> str:
-    """How long a case will take, as text; empty where this machine has not been measured yet."""
-    machine = cost.kept()
+    """Return the predicted time of a case as text; empty if this machine has not been measured yet."""
+    machine = cost.measured_here()
     if machine is None:
         return ""
     seconds, _ = cost.predict(config, case, scale, machine, habit(choice.for_scale(scale)[0]))

@@ -84,7 +84,7 @@ def _path() -> Path:
     return caches.folder() / f"cost-{key}.json"
 
 
-def kept() -> Coefficients | None:
+def measured_here() -> Coefficients | None:
     """The coefficients in the cache; None where there are none or they are damaged."""
     try:
         return read_model(_path(), Coefficients)
@@ -94,7 +94,7 @@ def kept() -> Coefficients | None:
 
 def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
     """The coefficients from the cache, or measured now, in about a minute, and kept there."""
-    held, done = kept(), 0
+    held, done = measured_here(), 0
     if held is not None:
         return held
 
@@ -112,7 +112,7 @@ def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambd
 
 @dataclass(frozen=True)
 class Habit:
-    """What the study knows of costs: of a moist run with a law, and with an integration, over that with the default's.
+    """Measured factors on the cost of a moist run by law and by integration, relative to the defaults.
 
     `exact_start`: the same of the start, where the exact bridge's functions are compiled as well.
     """

@@ -31,7 +31,7 @@ PLACES = {
 
 @dataclass(frozen=True)
 class Size:
-    """How large a study is: sieve [mm], simulated time and opening of the slide [s] (None: as the scale has it), seeds.
+    """Size of a study: sieve [mm], simulated time and opening of the slide [s] (None: as in the scale), number of seeds.
 
     `dry_seeds`: more for dry screening, whose runs are short (0: as many).
     """
@@ -47,8 +47,8 @@ class Size:
 def law_names(level: str) -> dict[str, str | None]:
     """Fields of the configuration's laws for a level of the capillary setting."""
     exact = level == "exact"
-    own = {"preset": "exact", "capillary": None} if exact else {"preset": "paper", "capillary": level}
-    return {**own, "rupture": None, "transfer": None}
+    chosen = {"preset": "exact", "capillary": None} if exact else {"preset": "paper", "capillary": level}
+    return {**chosen, "rupture": None, "transfer": None}
 
 
 def shown(parameter: str, level: Level) -> str:

@@ -31,7 +31,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Knob:
+class StudySetting:
     """One setting: its name in words, its place in the configuration, its levels by size of the study, coarse to fine."""
 
     name: str
@@ -41,7 +41,7 @@ class Knob:
     standard: tuple[Level, ...] = ()
     reduced: tuple[Level, ...] = ()
     """As `quick` where there are none."""
-    exact_twin: bool = False
+    exact_pair: bool = False
     """Whether all levels ought to give the same result, so that it is their cost alone that matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
@@ -49,10 +49,10 @@ class Knob:
         return getattr(self, {"whole": "standard", "reduced_whole": "reduced"}.get(size, size)) or self.quick
 
 
-KNOBS: dict[str, Knob] = {
-    knob.name: knob
-    for knob in (
-        Knob(
+KNOBS: dict[str, StudySetting] = {
+    setting.name: setting
+    for setting in (
+        StudySetting(
             "fraction",
             "time step",
             "config.yaml: time_step.fraction",
@@ -60,7 +60,7 @@ KNOBS: dict[str, Knob] = {
             (0.2, 0.1, 0.05, 0.025, 0.0125),
             (0.1, 0.05, 0.025),
         ),
-        Knob(
+        StudySetting(
             "stiffness",
             "spring stiffness",
             "scales.yaml: stiffness_factor",
@@ -68,8 +68,8 @@ KNOBS: dict[str, Knob] = {
             (0.003, 0.01, 0.03, 0.1),
             (0.01, 0.03, 0.1, 1.0),
         ),
-        Knob("wire_sides", "wire facets", "scales.yaml: wire_sides", (4, 6, 16), (4, 6, 8, 16), (4, 6, 12)),
-        Knob(
+        StudySetting("wire_sides", "wire facets", "scales.yaml: wire_sides", (4, 6, 16), (4, 6, 8, 16), (4, 6, 12)),
+        StudySetting(
             "capillary",
             "capillary law",
             "config.yaml: laws",
@@ -77,20 +77,20 @@ KNOBS: dict[str, Knob] = {
             ("willett_simple", "soulie", "willett", "rabinovich", "young_laplace", "exact"),
             ("willett_simple", "rabinovich", "exact"),
         ),
-        Knob(
+        StudySetting(
             "transfer_nodes", "nodes of the sharing table", "Scene.transfer_nodes", (11, 201, 801), (11, 51, 201, 801),
             (201, 801),
         ),
-        Knob(
+        StudySetting(
             "contact_log", "contact log", "config.yaml: output", ("0x20", "2x20", "20x50"), ("0x20", "2x20", "50x100"),
-            ("2x20", "50x100"), exact_twin=True,
+            ("2x20", "50x100"), exact_pair=True,
         ),
-        Knob("ranks", "ranks", "config.yaml: ranks", (2, 1), exact_twin=True),
-        Knob(
+        StudySetting("ranks", "ranks", "config.yaml: ranks", (2, 1), exact_pair=True),
+        StudySetting(
             "integration", "viscous integration", "config.yaml: time_step.viscous_integration",
             ("semi_implicit", "explicit"),
         ),
-        Knob("bridges_every", "steps between impulses", "config.yaml: time_step.bridges_every", (4, 2, 1)),
+        StudySetting("bridges_every", "steps between impulses", "config.yaml: time_step.bridges_every", (4, 2, 1)),
     )
 }  # fmt: skip
 """Name of a field of `Setting` -> its setting."""
@@ -113,9 +113,9 @@ def default(size: str) -> Setting:
     return Setting(stiffness=0.1) if size.startswith("reduced") else Setting()
 
 
-def reference(knob: str, size: str) -> Level:
+def reference(setting: str, size: str) -> Level:
     """Return the finest level of a setting, with which the others are compared."""
-    return KNOBS[knob].levels(size)[-1]
+    return KNOBS[setting].levels(size)[-1]
 
 
 def log_windows(text: str) -> tuple[int, int]:

@@ -64,7 +64,7 @@ class Need:
 
 @cache
 def _machine() -> cost.Coefficients:
-    return cost.kept() or stored_machine()
+    return cost.measured_here() or stored_machine()
 
 
 def stored_machine() -> cost.Coefficients:
@@ -116,7 +116,7 @@ def campaign(config: Config, scale: str) -> list[str]:
         f"{_short(memory)} GB for a run and {_short(replays)} GB "
         f"for its replay, {_short(disk / 1e9)} GB of tables, {_short(RAW * most / 1e9)} GB more while the largest is made"
     )
-    measured = "this machine, measured" if cost.kept() else str(read_json(ELSEWHERE)["provenance"])
+    measured = "this machine, measured" if cost.measured_here() else str(read_json(ELSEWHERE)["provenance"])
     rows.append(f"time of the engine alone, without replay and pictures: {measured}")
     return rows
 

@@ -37,7 +37,7 @@ class Usage:
     peak_memory_B: int | None
 
 
-def said(command: list[str], given: str = "", folder: Path | None = None) -> str:
+def output_of(command: list[str], given: str = "", folder: Path | None = None) -> str:
     """Output of a program that is called for its version; `PywetError` if it does not start or end in time.
 
     It has a process group of its own, so that all it started ends with it.
@@ -69,7 +69,7 @@ def package_version(package: str) -> str | None:
     """Installed version of a Debian package, None where it is not installed."""
     if shutil.which("dpkg-query") is None:
         return None
-    status, _, version = said(["dpkg-query", "-W", "-f=${Status}|${Version}", package]).partition("|")
+    status, _, version = output_of(["dpkg-query", "-W", "-f=${Status}|${Version}", package]).partition("|")
     return version if status.endswith("installed") and "not-installed" not in status else None
 
 
@@ -179,14 +179,14 @@ def _line_reporter(scene: Scene) -> Report:
 
 
 def last_words(lines: Iterable[str], returncode: int) -> str:
-    """Why a program stopped, from the lines it wrote: the first with ERROR, else the signal, else the last with a word in it."""
-    said = [line.strip() for line in lines if re.search(r"\w", line)]
-    named = next((line for line in said if re.search(r"\bERROR\b", line)), None)
+    """Return the reason why a program stopped: its first line with ERROR, else its signal, else its last line with a word."""
+    lines_with_words = [line.strip() for line in lines if re.search(r"\w", line)]
+    named = next((line for line in lines_with_words if re.search(r"\bERROR\b", line)), None)
     if named is not None:
         return re.sub(r"^.*?ERROR[^:]*:\s*", "", named)
     if returncode < 0:
         return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
-    return said[-1] if said else f"it wrote nothing and ended with status {returncode}"
+    return lines_with_words[-1] if lines_with_words else f"it wrote nothing and ended with status {returncode}"
 
 
 def attend(

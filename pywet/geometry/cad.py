@@ -145,9 +145,9 @@ class _Mesh:
         corners = self.points[self.triangles]
         wrong = np.zeros(len(label), dtype=bool)
         for k in range(int(label.max()) + 1):
-            own = label == k
-            if enclosed(corners[own]) < 0.0 and not inside(corners[own][0].mean(axis=0), corners[~own]):
-                wrong |= own
+            of_body = label == k
+            if enclosed(corners[of_body]) < 0.0 and not inside(corners[of_body][0].mean(axis=0), corners[~of_body]):
+                wrong |= of_body
         self._turn(wrong, "facets of a solid that was inside out")
 
     def part_bodies(self) -> None:
@@ -157,12 +157,12 @@ class _Mesh:
         shared = np.flatnonzero(np.bincount(pairs[:, 0], minlength=len(self.points)) > 1)
         for point in shared:
             for body in pairs[pairs[:, 0] == point, 1][1:]:
-                own = np.flatnonzero(label == body)
-                middle = self.points[np.unique(self.triangles[own])].mean(axis=0)
+                of_body = np.flatnonzero(label == body)
+                middle = self.points[np.unique(self.triangles[of_body])].mean(axis=0)
                 away = middle - self.points[point]
                 self.points = np.vstack([self.points, self.points[point] + APART_M * away / np.linalg.norm(away)])
-                rows = self.triangles[own]
-                self.triangles[own] = np.where(rows == point, len(self.points) - 1, rows)
+                rows = self.triangles[of_body]
+                self.triangles[of_body] = np.where(rows == point, len(self.points) - 1, rows)
         if len(shared):
             self.changes.append(f"drew bodies {1e6 * APART_M:g} um apart at {len(shared)} vertices that they share")
 

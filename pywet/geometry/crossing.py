@@ -21,8 +21,8 @@ def crossing(points: Floats, triangles: Ints) -> Floats | None:
     corners = points[triangles]
     low, high = corners.min(axis=1), corners.max(axis=1)
     for start in range(0, len(triangles), BLOCK):
-        own = slice(start, start + BLOCK)
-        near = ((low[own, None] <= high) & (high[own, None] >= low)).all(axis=2)
+        block = slice(start, start + BLOCK)
+        near = ((low[block, None] <= high) & (high[block, None] >= low)).all(axis=2)
         first, second = np.nonzero(near)
         first += start
         apart = ~(triangles[first][:, :, None] == triangles[second][:, None, :]).any(axis=(1, 2))
@@ -33,7 +33,7 @@ def crossing(points: Floats, triangles: Ints) -> Floats | None:
 
 
 def _through(edges: Floats, facets: Floats) -> Floats | None:
-    """Where an edge of one of the first triangles passes through the second of its pair (Moeller and Trumbore 1997)."""
+    """Return the first point where an edge of one triangle passes through the other of its pair (Moeller and Trumbore 1997)."""
     a, one, two = facets[:, 0], facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0]
     for k in range(3):
         start, way = edges[:, k], edges[:, (k + 1) % 3] - edges[:, k]

@@ -32,7 +32,7 @@ SPACING = 1.0 + 1e-6
 
 @dataclass(frozen=True)
 class FeedRegion:
-    """Where spheres may be: a square of side `width_m`, or a cylinder of that diameter, around a line along z."""
+    """Region of the initial spheres: a square of side `width_m` or a cylinder of that diameter around a line along z."""
 
     shape: Literal["square", "cylinder"]
     width_m: float

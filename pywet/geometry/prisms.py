@@ -53,7 +53,7 @@ def _around(points: Floats) -> Floats:
 
 
 def _convex(loop: Floats) -> bool:
-    """Whether every corner of a counter-clockwise loop turns left."""
+    """Return whether every corner of a counter-clockwise loop turns left."""
     if len(loop) < 3:
         return False
     edge = np.roll(loop, -1, axis=0) - loop

@@ -32,7 +32,7 @@ def wire_positions(pitch: float, radius: float, half_width: float) -> Floats:
 
 
 def chord(outline: Floats, offset: float, axis: int) -> tuple[float, float] | None:
-    """Where the line `offset` from the axis and parallel to x (axis 0) or y (axis 1) cuts a convex outline (n, 2)."""
+    """Return both ends of the chord of a convex outline (n, 2) at `offset` from the axis and parallel to x (axis 0) or y (1)."""
     along, across = outline[:, axis], outline[:, 1 - axis] - offset
     next_along, next_across = np.roll(along, -1), np.roll(across, -1)
     cut = (across < 0) != (next_across < 0)
@@ -67,7 +67,7 @@ def build_wires(aperture: float, diameter: float, sides: int, inner_apothem: flo
 
 
 def _meet(wires: list[Floats]) -> bool:
-    """Whether nodes of two wires lie so close that they would be one."""
+    """Return whether nodes of two wires lie so close that they would be one."""
     nodes = [np.unique(corners.reshape(-1, 3), axis=0) for corners in wires]
     owner = np.repeat(np.arange(len(nodes)), [len(n) for n in nodes])
     close = scipy.spatial.cKDTree(np.concatenate(nodes)).query_pairs(2.0 * SAME_POINT_M, output_type="ndarray")

@@ -91,7 +91,7 @@ def enclosed(corners: Floats) -> float:
 
 
 def inside(point: Floats, corners: Floats) -> bool:
-    """Whether a point lies within triangles: their solid angles about it add up to more than half a sphere."""
+    """Return whether a point lies within triangles: their solid angles about it add up to more than half a sphere."""
     if not len(corners):
         return False
     a, b, c = np.moveaxis(corners - point, 1, 0)
@@ -150,9 +150,9 @@ def check_surface(surface: Surface) -> None:
     _check_edges(surface.name, surface.vertices, surface.triangles)
     count, body = surface.components()
     for k in range(count):
-        own, others = surface.corners[body == k], surface.corners[body != k]
-        volume = enclosed(own)
-        if volume <= 0 and not (volume < 0 and inside(own[0].mean(axis=0), others)):  # a cavity looks inward
+        of_body, others = surface.corners[body == k], surface.corners[body != k]
+        volume = enclosed(of_body)
+        if volume <= 0 and not (volume < 0 and inside(of_body[0].mean(axis=0), others)):  # a cavity looks inward
             raise PywetError(
                 f"surface {surface.name}: its triangles enclose {volume:.3g} m3, expected a positive volume; "
                 "reverse the triangles so that normals point outward"

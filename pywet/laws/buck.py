@@ -38,7 +38,7 @@ def half_filling(volume_over_cube: float, theta: float) -> float:
 
 @helper
 def _half(volume: float, radius_i: float, radius_j: float, theta: float) -> tuple[float, float, float]:
-    """Which part of a bridge is one toroid (two spheres have two), its radius R [m], and its φ [rad]."""
+    """Return the share of a bridge in one toroid (two spheres have two), its radius R [m] and its φ [rad]."""
     radius, share = half_radius(radius_i, radius_j), 1.0 if math.isinf(radius_j) else 0.5
     return share, radius, half_filling(share * volume / radius**3, theta)
 

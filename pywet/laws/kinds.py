@@ -41,8 +41,8 @@ class Kind:
 
 
 def _film(at: Probed) -> np.ndarray:
-    own = at.get("film_volume_i")
-    return at["film_thickness"] * np.pi * (10.0 * at["radius_i"]) ** 2 if own is None else own
+    film_volume = at.get("film_volume_i")
+    return at["film_thickness"] * np.pi * (10.0 * at["radius_i"]) ** 2 if film_volume is None else film_volume
 
 
 BRIDGE = ("volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j")

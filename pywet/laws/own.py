@@ -31,7 +31,7 @@ CURE = "mend the law's name, path/to/file.py:function"
 
 
 def is_own(name: str) -> bool:
-    """Whether a law's name is that of a file and a function in it."""
+    """Return whether a law's name is that of a file and a function in it."""
     return ".py:" in name
 
 
@@ -100,7 +100,7 @@ def check_second(kind: str, name: str) -> None:
 
 
 def may_run(name: str) -> bool:
-    """Whether the file of a law or of a user reference implementation, as it is now, has been named by the user."""
+    """Return whether the user has named the file of a law or user reference implementation with its present content."""
     return _path(name).is_file() and _mark(_path(name), read_bytes(_path(name), CURE)).exists()
 
 

@@ -157,7 +157,7 @@ def plan(
 
 
 def _together(rows: list[EffectRow], settings: EffectSettings) -> list[EffectRow]:
-    """What is dropped must be negligible together: the smallest go first, until their sum would reach the tolerance."""
+    """Leave out negligible effects, the smallest first, as long as their sum stays below the tolerance."""
     left, stored = settings.tolerance.value, set()
     for row in sorted((row for row in rows if row.why == NEGLIGIBLE), key=lambda row: row.number):
         if row.number < left:

@@ -18,7 +18,7 @@ FINE = 1.001
 
 @dataclass(frozen=True)
 class Amount:
-    """What was asked for of one size and what is made of it: mass [kg], mass of one sphere [kg], number of spheres."""
+    """Requested mass [kg] of one size, mass of one sphere [kg] and number of spheres simulated."""
 
     name: str
     asked_kg: float

@@ -109,7 +109,7 @@ class Groups:
 
 def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, speed: float, gravity: float) -> Groups:
     """The groups of a class against itself; zero liquid where there is none."""
-    own = next(p for p in pairs if p.a == p.b == c.type)
+    same_class = next(p for p in pairs if p.a == p.b == c.type)
     r, m = c.radius_m, c.mass_kg
     sigma, eta, h = 0.0, 0.0, 0.0
     if liquid is not None:
@@ -121,10 +121,10 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
         radius=r,
         mass=m,
         weight=m * gravity,
-        grip=own.friction * m * gravity,
-        friction=own.friction,
-        rolling_friction=own.rolling_friction_m,
-        stiffness=own.normal_stiffness_N_per_m,
+        grip=same_class.friction * m * gravity,
+        friction=same_class.friction,
+        rolling_friction=same_class.rolling_friction_m,
+        stiffness=same_class.normal_stiffness_N_per_m,
         speed=speed,
         film=h,
         film_volume=film,

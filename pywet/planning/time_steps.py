@@ -219,7 +219,7 @@ def _hertz_times(hertz: Hertz, classes: Sequence[SphereClass], pair: ContactPair
 def hertz_lines(
     classes: Sequence[SphereClass], pairs: Sequence[ContactPair], hertz: Hertz, step: float
 ) -> tuple[str, ...]:  # fmt: skip
-    """What a plan says of Hertz contacts: the impact that it goes by, how long that lasts, and how many time steps that is."""
+    """Return the lines of a plan on Hertz contacts: the shortest impact, its duration, and its number of time steps."""
     of = [(*_hertz_times(hertz, classes, p), p) for p in pairs if classes[p.a - 1].count]
     (lasts, _, pair), wave, fast = min(of, key=lambda row: row[0]), min(w for _, w, _ in of), hertz.impact_speed_m_per_s
     deep = max(hertz.overlap(classes, p, HEAD_ON * fast) / classes[p.a - 1].radius_m for *_, p in of)

@@ -66,7 +66,7 @@ def entries(
 
 
 def sentence(name: str, sizes: Sizes, spheres: int, steps: int) -> str:
-    """How many spheres a feed is, what was left out of it, and about what its run costs."""
+    """Describe a feed in one sentence: number of spheres, mass left out and approximate cost of its run."""
     cut = [
         f"{100 * part:.2g} % of its mass {where}"
         for part, where in ((sizes.below, "finer"), (sizes.above, "coarser"))

@@ -27,7 +27,7 @@ MOST_REACH = 2.0
 
 
 class Outlet(Excusable):
-    """Where spheres leave: all that is between two corners, each number of which may be open (`null`).
+    """Region between two corners (`null`: open) in which spheres are removed.
 
     A sphere is booked to the first outlet of the scene that holds its centre.
     """
@@ -71,7 +71,7 @@ def _in_m(corner: Bound) -> Bound:
 
 
 def reach(speed: float, gravity: Vector) -> Floats:
-    """How far along x, y, z a sphere of this speed [m/s] gets beyond the border of an outlet until it is taken out [m]."""
+    """Bound the distances [m] along x, y, z that a sphere of this speed [m/s] moves into an outlet before it is removed."""
     return np.minimum(speed * LONGEST_S + 0.5 * np.abs(np.array(gravity)) * LONGEST_S**2, MOST_REACH)
 
 

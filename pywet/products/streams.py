@@ -143,7 +143,7 @@ def hold_up(spheres: pd.DataFrame, times: Floats) -> Floats:
 
 
 def _steady_from(run: RunDir, table: pd.DataFrame, end: float) -> float | None:
-    """When both the hold-up and the mass that leaves are steady; None where one is not."""
+    """Return the time [s] from which hold-up and outflow are both steady; None if one of them never is."""
     times = edges(run, end)
     if len(times) < 3:
         return None

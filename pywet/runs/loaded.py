@@ -21,7 +21,7 @@ CENTRE = "centre"
 """First word of the meaning of every column that is a position (pywet/schema.py)."""
 
 
-def _kept(name: str, what: str) -> cached_property[pd.DataFrame]:
+def _stored(name: str, what: str) -> cached_property[pd.DataFrame]:
     """A table of a run by its path without suffix, read when it is asked for and kept; `what` is its documentation."""
 
     def table(run: Run) -> pd.DataFrame:
@@ -74,24 +74,24 @@ class Run:
         """Every effect: whether it is on, by which law, and why."""
         return list(read_json(self.path / "plan.json", AGAIN)["rows"])
 
-    trajectory = _kept("trajectory", "Place, velocity and spin of every sphere at every output.")
-    events = _kept(
+    trajectory = _stored("trajectory", "Place, velocity and spin of every sphere at every output.")
+    events = _stored(
         "history/events", "Every bridge that formed or broke (`kind` 0 and 1), in the order in which it was booked."
     )
-    bridges = _kept("history/bridges", "Bridges that stood at the outputs.")
-    contacts = _kept("history/contacts", "Forces of every bridge in every step of the windows.")
-    films = _kept("history/films", "Film on every sphere at the outputs.")
-    wall_films = _kept("history/wall_films", "Film on every wet triangle of the walls at the outputs.")
-    ledger = _kept("history/ledger", "Where all liquid is at the outputs: films, bridges, walls, left.")
-    energy = _kept("history/energy", "Energies at the outputs, and the works since the start.")
-    contact_statistics = _kept(
+    bridges = _stored("history/bridges", "Bridges that stood at the outputs.")
+    contacts = _stored("history/contacts", "Forces of every bridge in every step of the windows.")
+    films = _stored("history/films", "Film on every sphere at the outputs.")
+    wall_films = _stored("history/wall_films", "Film on every wet triangle of the walls at the outputs.")
+    ledger = _stored("history/ledger", "Where all liquid is at the outputs: films, bridges, walls, left.")
+    energy = _stored("history/energy", "Energies at the outputs, and the works since the start.")
+    contact_statistics = _stored(
         "results/contact_statistics",
         "Of a scene of one's own, at the outputs: contacts and bridges per sphere, overlaps, speeds.",
     )
 
     @cached_property
     def liquid(self) -> pd.DataFrame:
-        """Liquid on each class of spheres and each wall (screening: each holder) at the outputs."""
+        """Liquid on each class of spheres and each wall (screening: each reservoir) at the outputs."""
         named = ("results/liquid_by_wall", "results/liquid_by_holder")
         there = [name for name in named if (self.path / f"{name}.parquet").exists()]
         return self._table(there[0] if there else named[0])

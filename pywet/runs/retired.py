@@ -33,7 +33,7 @@ def with_films(parts: Iterator[np.ndarray], retired: np.ndarray, empty: np.ndarr
         if part is None and kind is None:
             return
         kind = part.dtype if part is not None else kind
-        step, gone = _later(steps, retired, with_own=True)
+        step, gone = _later(steps, retired, with_its_step=True)
         more = np.zeros(len(gone), kind)
         more["step"], more["id"] = step, gone["id"]
         if kind is not None and "film" in (kind.names or ()):
@@ -44,7 +44,7 @@ def with_films(parts: Iterator[np.ndarray], retired: np.ndarray, empty: np.ndarr
 def with_places(parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: float) -> Iterator[pd.DataFrame]:
     """Parts of the trajectory, whole outputs, with the spheres that were retired before each: at rest where they were last."""
     for part in parts:
-        step, gone = _later(part["step"].unique(), retired, with_own=False)
+        step, gone = _later(part["step"].unique(), retired, with_its_step=False)
         rows = {"step": step, "time": step * time_step, "id": gone["id"].astype(np.int64)}
         rows |= {"type": gone["type"].astype(np.int64), **{axis: gone["x"][:, k] for k, axis in enumerate("xyz")}}
         more = pd.DataFrame({**rows, **dict.fromkeys(MOTION, 0.0)}, columns=part.columns)
@@ -74,8 +74,8 @@ def taken_out(run: RunDir) -> tuple[np.ndarray, np.ndarray]:
     return gone, booked
 
 
-def _later(steps: np.ndarray, retired: np.ndarray, with_own: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Step and record of every sphere at each of the outputs after its retirement; `with_own`: at the output of that step too."""
-    count = np.searchsorted(retired["step"], steps, "right" if with_own else "left")
+def _later(steps: np.ndarray, retired: np.ndarray, with_its_step: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return step and record of every retired sphere at each later output; `with_its_step`: at the output of that step too."""
+    count = np.searchsorted(retired["step"], steps, "right" if with_its_step else "left")
     which = np.concatenate([np.arange(n) for n in count]) if len(count) else np.zeros(0, int)
     return np.repeat(steps, count), retired[which]

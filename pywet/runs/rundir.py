@@ -1,7 +1,7 @@
 """A run directory, read back: scene, tables, and the liquid and place of every sphere at every output step.
 
 Reads only; `cases/screening/results.py` computes from it. Which liquid belongs to whom: a sphere owns its film and its side of
-every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
+every active bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class RunDir:
 
     @property
     def moist(self) -> bool:
-        """Whether bridges were simulated, so that the liquid tables exist."""
+        """Return whether bridges were simulated, so that the liquid tables exist."""
         return self.scene.effects.bridges
 
     def table(self, name: str) -> pd.DataFrame:
@@ -141,14 +141,14 @@ class RunDir:
 
     @cached_property
     def wall_films(self) -> pd.DataFrame:
-        """Wet triangles at the output steps, with their holder."""
+        """Wet triangles at the output steps, with their reservoir."""
         films = self.table("history/wall_films")
         return films.assign(holder=self.holders(films["triangle"].to_numpy()))
 
     def on_walls(self, names: Mapping[str, str], of: str) -> pd.DataFrame:
         """Liquid on the walls at the output steps [m3], films and their side of active bridges.
 
-        `names`: holder or mesh, as `of` says, -> the column in which it is counted. A dry run has none.
+        `names`: reservoir or mesh, as `of` says, -> the column in which it is counted. A dry run has none.
         """
         steps, columns = pd.Index(self.timeline.steps, name="step"), list(dict.fromkeys(names.values()))
         if not self.moist or not names:
@@ -171,7 +171,7 @@ class RunDir:
 
     @cached_property
     def formations(self) -> tuple[Ints, Ints, int]:
-        """When bridges formed: their ends, sorted; of every formation place there * span + step, sorted; the span [steps]."""
+        """Return the sorted ends of bridges, position * span + step of every formation (sorted), and the span [steps]."""
         parts = self.parts("history/events", ["step", "kind", "partner_kind", "i", "j"])
         log = pd.concat([part[part["kind"] == FORMATION] for part in parts])
         names, place = np.unique(bridge_ends(log), return_inverse=True)

@@ -21,7 +21,7 @@ FILE = "reference.json"
 
 
 class Named(TypedDict):
-    """What that file of a run directory holds: names of functions by kind of law, and a word for what they say."""
+    """Content of the file that names a run's user reference implementations by kind of law, with a digest of their code."""
 
     functions: dict[str, str]
     word: str
@@ -36,7 +36,7 @@ def leave(run_dir: Path, functions: Mapping[Any, str]) -> None:
 
 
 def same(run_dir: Path, functions: Mapping[Any, str]) -> bool:
-    """Whether a run was left with these functions, which have not changed since."""
+    """Return whether a run used these functions and their code has not changed since."""
     return _left(run_dir)["word"] == word(functions)
 
 
@@ -51,12 +51,12 @@ def of_run(run_dir: Path) -> dict[str, str]:
 
 
 def trust(run_dir: Path) -> None:
-    """Let those that a run names be run, as they are now."""
+    """Allow the functions that a run names to be executed with their present content."""
     own.trust(_left(run_dir)["functions"].values())
 
 
 def word(functions: Mapping[Any, str]) -> str:
-    """What these functions say, as one word; empty without any."""
+    """Return a digest of the names and files of these functions; empty without any."""
     parts = [
         f"{kind} {name}".encode() + read_bytes(Path(name.rpartition(":")[0]), own.CURE)
         for kind, name in sorted(functions.items())

@@ -43,7 +43,7 @@ def commit() -> str:
 
 
 def general(run: RunDir) -> dict[str, Any]:
-    """What is known of a run of any scene; times in seconds, volumes in m3, masses in kg."""
+    """Summarise a run of any scene; times in s, volumes in m3, masses in kg."""
     scene, line = run.scene, run.timeline
     engine: dict[str, Any] = run.json("engine/run.json", EngineRun) or {}
     wall = float(engine.get("wall_s") or 0.0)
@@ -117,7 +117,7 @@ def _energy(run: RunDir) -> dict[str, float | None]:
 
 
 def _way_of_fed(scene: Scene, start: pd.DataFrame, last: int) -> float:
-    """What gravity would have done on spheres before they entered [J], along the way that they began."""
+    """Return the work [J] that gravity would have done on spheres before their insertion along their straight path."""
     waited = np.minimum(scene.enters(start["type"].tolist()), last) * scene.time_step_s
     mass = start["type"].map({c.type: c.mass_kg for c in scene.classes}).to_numpy(dtype=float)
     speed = start[["vx", "vy", "vz"]].to_numpy(dtype=float) @ np.array(scene.gravity_m_per_s2)

@@ -67,7 +67,7 @@ class _Log:
 
     @property
     def ended(self) -> bool:
-        """Whether the raw file is complete."""
+        """Return whether the raw file is complete."""
         return self.read == self.count
 
     def fill(self, block: int) -> None:

@@ -20,8 +20,8 @@ def wall_corners(run: RunDir, step: int) -> Floats:
     for wall in run.scene.walls:
         way = run.scene.motion_of(wall)
         if isinstance(way, Rotation):
-            own = (table["mesh"] == wall.name).to_numpy()
-            corners[own] = turned(corners[own], way, step * run.scene.time_step_s)
+            of_wall = (table["mesh"] == wall.name).to_numpy()
+            corners[of_wall] = turned(corners[of_wall], way, step * run.scene.time_step_s)
     return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
 
 

@@ -39,7 +39,7 @@ class Constraint:
     names: Mapping[str, str]
 
     def holds(self, values: Mapping[str, Any]) -> bool:
-        """Whether a point satisfies it; `ConfigError` where the expression has no value there."""
+        """Return whether a point satisfies the constraint; raise `ConfigError` if the expression has no value there."""
         try:
             return bool(_value(self.tree, {name: values[key] for name, key in self.names.items()}))
         except (ArithmeticError, ValueError, TypeError) as error:

@@ -21,7 +21,7 @@ class Cost(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether it could be predicted."""
+        """Return whether the cost could be predicted."""
         return not math.isnan(self.seconds)
 
 
@@ -48,7 +48,7 @@ def of_case(config: Config, number: int, scale: str) -> Cost:
 
 def of_scene(building: Building) -> Cost:
     """An estimate from steps and spheres, as of a bed at rest, with the costs of this machine; refused as by its run."""
-    scene, asked = building.said, building.plan.effects
+    scene, asked = building.user_scene, building.plan.effects
     spheres, steps = sum(c.count for c in building.classes), scene.duration_s / building.time_step
     bridges = FILM_BRIDGES * spheres if asked.bridges else 0.0
     load = Load(
@@ -56,7 +56,7 @@ def of_scene(building: Building) -> Cost:
         triangles=sum(len(surface.corners) for surface in building.surfaces), evaluations=bridges * steps,
         events=EVENTS * spheres * scene.duration_s if bridges else 0.0,
     )  # fmt: skip
-    machine = cost.kept() or needs.stored_machine()
+    machine = cost.measured_here() or needs.stored_machine()
     outputs = scene.duration_s / (scene.results.interval_s or scene.duration_s / 50.0)
     logged = scene.results.windows * scene.results.window_steps
     disk = needs.EVENT_B * load.events + bridges * (needs.CONTACT_B * logged + needs.SNAPSHOT_BRIDGE_B * outputs)

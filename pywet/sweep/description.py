@@ -25,7 +25,7 @@ KINDS = ("case", "scene", "script", "wall", "bridge")
 
 
 class Base(Strict):
-    """What is run at every point: a screening case, a scene, a LIGGGHTS script with liquid, a collision with a wall, or a bridge.
+    """Run that a sweep repeats: a screening case, a scene, a LIGGGHTS script with liquid, a collision with a wall, or a bridge.
 
     Paths count from the file.
     """
@@ -143,7 +143,7 @@ def _axis(given: Any) -> Any:
 
 
 class Design(Strict):
-    """How points are drawn from axes that are ranges; axes with listed values are crossed with them."""
+    """Design by which points are drawn from axes that are ranges; axes with listed values are crossed with them."""
 
     latin_hypercube: Annotated[int, Field(ge=2, le=MOST_RUNS)] | None = None
     sobol: Annotated[int, Field(ge=2, le=MOST_RUNS)] | None = None

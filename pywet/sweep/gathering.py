@@ -46,7 +46,7 @@ def gathered(plan: Plan, run: Run) -> Numbers | None:
 
 
 def _subject(plan: Plan, run: Run, numbers: Numbers) -> Any:
-    """What a function is called with: the finished run as tables, or the numbers of what is computed at once."""
+    """Return the argument of a user's function: the finished run as tables, or the numbers of a run without an engine."""
     return plan.kind.subject(plan.store.place(run.built.name)) if plan.kind.engine else dict(numbers)
 
 

@@ -28,7 +28,7 @@ def filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]
 
 
 def holds(content: Any, key: str) -> bool:
-    """Whether a dotted path leads to something that is written in a content."""
+    """Return whether a dotted path leads to something that is written in a content."""
     try:
         for part in key.split("."):
             content = content[_index(content, part, key)]

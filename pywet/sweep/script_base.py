@@ -56,7 +56,7 @@ class OfScript(Kind):
 
     @property
     def seeded(self) -> bool:  # type: ignore[override]
-        """Whether a variable of the script is its seed."""
+        """Return whether a variable of the script is its seed."""
         return self.base.seed is not None
 
     @cached_property

@@ -119,7 +119,7 @@ def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) 
 
 
 def _estimable(columns: dict[tuple[str, ...], Floats], rows: int) -> bool:
-    """Whether the points determine every coefficient of a fit."""
+    """Return whether the points determine every coefficient of a fit."""
     matrix = np.column_stack([np.ones(rows), *columns.values()])
     return bool(np.linalg.matrix_rank(matrix) == matrix.shape[1])
 
@@ -168,7 +168,7 @@ class Optimum:
 
 
 def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Optimum | None:
-    """Where a result is largest (or smallest) among the points; None where no run has it."""
+    """Find the point at which a result is largest (or smallest); None if no run has the result."""
     rows = made[(made["status"] == DONE) & made[result].notna()]
     if rows.empty:
         return None

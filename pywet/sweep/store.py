@@ -19,7 +19,7 @@ AGAIN = "remove the folder, and the sweep runs the point again"
 
 
 class Numbers(TypedDict):
-    """What a point gave: results by name, and those of functions and on request by the word of what they were read with."""
+    """Results of a point by name, and those of functions and on request by the digest of what computed them."""
 
     numbers: dict[str, float | None]
 
@@ -31,7 +31,7 @@ class Failure(TypedDict):
 
 
 class Took(TypedDict):
-    """What a run of the engine took in all: processor time [s], size of its files [B]."""
+    """Total processor time [s] and file size [B] of a run of the engine."""
 
     seconds: float
     disk_B: float
@@ -87,7 +87,7 @@ class Store:
         write_json(self.place(name) / FAILED, {"reason": reason})
 
     def reason(self, name: str) -> str:
-        """Why a point has no results."""
+        """Return the reason why a point has no results."""
         try:
             found = read_if_there(self.place(name) / FAILED, AGAIN, Failure)
         except PywetError as error:

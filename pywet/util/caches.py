@@ -93,7 +93,7 @@ def seal(path: Path) -> None:
 
 
 def whole(path: Path) -> bool:
-    """Whether a kept file is there and is, byte for byte, what was sealed."""
+    """Return whether a cached file exists and is, byte for byte, the one that was sealed."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest() == path.with_name(path.name + SEAL).read_text()
     except (OSError, UnicodeDecodeError):

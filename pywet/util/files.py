@@ -74,7 +74,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 
 def _stream(path: Path) -> bool:
-    """Whether a path is a character device or a pipe, such as /dev/stdout; FileError for what is neither that nor a file."""
+    """Return whether a path is a character device or a pipe, such as /dev/stdout; raise FileError if it is not a file either."""
     if not os.path.lexists(path):
         return False
     try:
@@ -328,7 +328,7 @@ def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
     from pywet.schema import NUMBER, expected_columns
 
     kinds = expected_columns(path)
-    if path.parent.name == "results" and kinds:  # one column more for each size class and holder
+    if path.parent.name == "results" and kinds:  # one column more for each size class and reservoir
         kinds = {**{str(name): NUMBER for name in table.columns}, **kinds}
     for name, kind in kinds.items():
         if name in table:

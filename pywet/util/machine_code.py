@@ -75,7 +75,7 @@ def _mark() -> Path:
 
 
 def ready() -> bool:
-    """Whether `pywet.cli.warm` has had all made that commands ask for; else the first question of a kind compiles."""
+    """Return whether `pywet.cli.warm` has compiled everything that commands need; otherwise the first use compiles."""
     return _mark().exists()
 
 

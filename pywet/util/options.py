@@ -25,8 +25,8 @@ def reader(name: str, limits: Range) -> Callable[[Any], Any]:
     return read
 
 
-def number(flag: str, limits: Range, said: str) -> Any:
-    return typer.Option(flag, parser=reader(flag, limits), help=f"{said} ({limits}).")
+def number(flag: str, limits: Range, text: str) -> Any:
+    return typer.Option(flag, parser=reader(flag, limits), help=f"{text} ({limits}).")
 
 
 CaseNumber = Annotated[

@@ -59,7 +59,7 @@ class Bridge:
 
 @dataclass(frozen=True)
 class Rupture:
-    """Where the stable branch ends: at a fold of the separation, or before it, where an asymmetric mode sets in."""
+    """End of the stable branch: a fold of the separation, or an earlier onset of an asymmetric mode."""
 
     separation: float
     transfer_ratio_i: float
@@ -150,7 +150,7 @@ def _distance(a: Point, b: Point) -> float:
 
 
 def _end(problem: Problem, point: Point, step: float) -> Point:
-    """Where the lowest eigenvalue is zero on the branch beyond the stable `point`, within about `step`."""
+    """Find the point beyond the stable `point`, within about `step`, at which the lowest eigenvalue is zero."""
     # a sharp bend close to the end (nearly equal bodies) may need a closer start
     for near in (2e-3, 2e-5, 2e-7):
         point, step = _approached(problem, point, step, near)
@@ -197,7 +197,7 @@ def _zero(problem: Problem, point: Point, step: float) -> Point | None:
 
 
 def _agree(a: Point, b: Point, weight: Floats) -> bool:
-    """Whether the branch turned by less than about 25° between two points."""
+    """Return whether the branch turned by less than about 25° between two points."""
     return float((weight * unit_direction(a.direction, weight)) @ unit_direction(b.direction, weight)) > 0.9
 
 

@@ -37,7 +37,7 @@ def _marks(table: pd.DataFrame) -> dict[str, Floats]:
 
 def _capillary(table: pd.DataFrame) -> Link:
     logged, low, high = (table[n].to_numpy(float) for n in ("logged", "low", "high"))
-    own = np.clip(logged, low, high)
+    expected = np.clip(logged, low, high)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         tight = rows & (high - low <= TIGHT * np.abs(high))
@@ -48,7 +48,7 @@ def _capillary(table: pd.DataFrame) -> Link:
             near = (logged / f >= (1.0 - ROUGH) * low) & (logged / f <= (1.0 + ROUGH) * high)
             yield Suspect(f"it is {f:.4g} times what is expected", np.where(near, logged, np.nan), f)
 
-    return Link("between_capillary", "capillary impulse between sampled steps", table, logged, own,
+    return Link("between_capillary", "capillary impulse between sampled steps", table, logged, expected,
                 np.maximum(high, 1e-300), suspects, TOLERANCE, marks=_marks(table))  # fmt: skip
 
 

@@ -113,8 +113,8 @@ def at_formation(run: Run) -> Floats:
     return groups["row"].shift(1).where(paired).fillna(-1).to_numpy(int)
 
 
-def kept(run: Run, own: Pair) -> Link:
-    """A bridge's volume at rupture against that at its formation; `own` are the shares as they should be."""
+def kept(run: Run, expected: Pair) -> Link:
+    """A bridge's volume at rupture against that at its formation; `expected` are the shares as they should be."""
     events, at = run.table("events"), at_formation(run)
     logged = events["volume"].to_numpy(float)
     formed = np.where(at >= 0, logged[at], logged)
@@ -123,33 +123,33 @@ def kept(run: Run, own: Pair) -> Link:
         yield from factor(logged, formed, rows)
         yield Suspect(CHANGES, np.where(at >= 0, logged, np.nan), general=True)
 
-    excuse = np.where(at >= 0, (own[0] + own[1])[at], logged)
+    excuse = np.where(at >= 0, (expected[0] + expected[1])[at], logged)
     return Link("volume", "volume at rupture", events, logged, formed, formed, suspects, excuses=(excuse,))
 
 
 def carried(run: Run, both: pd.DataFrame) -> Link:
-    """The film at the start of a step is what the last event of this holder has left."""
+    """The film at the start of a step is what the last event of this reservoir has left."""
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
     ends = both.drop_duplicates(["holder", "phase"], keep="last").sort_values("phase", kind="stable")
     before = ends.groupby("holder")["after"].shift(1)
     start = ends["holder"].map(first).where(ends["holder"] > 0, 0.0)
-    known = ends.assign(own=before.fillna(start))[["holder", "phase", "own"]]
+    known = ends.assign(expected=before.fillna(start))[["holder", "phase", "expected"]]
     rows = both.merge(known, on=["holder", "phase"], how="left")
-    logged, own = rows["before"].to_numpy(float), rows["own"].to_numpy(float)
+    logged, expected = rows["before"].to_numpy(float), rows["expected"].to_numpy(float)
 
     def suspects(_: Floats) -> Iterator[Suspect]:
         yield from of_lives(run, rows["holder"], logged)
-        yield Suspect("liquid has gone between two events", np.where(logged < own, logged, np.nan), general=True)
-        yield Suspect("liquid has come between two events", np.where(logged > own, logged, np.nan), general=True)
+        yield Suspect("liquid has gone between two events", np.where(logged < expected, logged, np.nan), general=True)
+        yield Suspect("liquid has come between two events", np.where(logged > expected, logged, np.nan), general=True)
 
-    return Link("film_before", "film between events", rows, logged, own, _typical(run, len(rows)), suspects)
+    return Link("film_before", "film between events", rows, logged, expected, _typical(run, len(rows)), suspects)
 
 
 def _typical(run: Run, n: int) -> Floats:
     return np.full(n, max(float(run.table("spheres")["film"].mean()), 1e-300))
 
 
-def booked(run: Run, own: Pair) -> Link:
+def booked(run: Run, expected: Pair) -> Link:
     """The film after a step is that before it, less what its formations took, plus what its ruptures gave back."""
     events = run.table("events")
     formation = events["kind"].to_numpy() == FORMATION
@@ -183,7 +183,7 @@ def booked(run: Run, own: Pair) -> Link:
     marks = {"films of i": np.arange(2 * n) < n, "films of j": np.arange(2 * n) >= n, "on walls": (both["holder"] < 0).to_numpy(),
              "steps with a rupture": np.tile(back, 2)}  # fmt: skip
     return Link("film_after", "film after an event", both, logged, after(i, j), _typical(run, 2 * n), suspects,
-                excuses=(after(sign * own[0], sign * own[1]),), marks=marks)  # fmt: skip
+                excuses=(after(sign * expected[0], sign * expected[1]),), marks=marks)  # fmt: skip
 
 
 def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
@@ -201,17 +201,19 @@ def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
         if not len(rows):
             continue
         found = pd.merge_asof(rows, ends[["holder", "step", "after"]], on="step", by="holder")
-        own = found["after"].fillna(rows["holder"].map(first).fillna(0.0)).to_numpy(float) * rows["part"].to_numpy()
+        expected = (
+            found["after"].fillna(rows["holder"].map(first).fillna(0.0)).to_numpy(float) * rows["part"].to_numpy()
+        )
         logged = rows["film"].to_numpy(float)
 
         def suspects(
-            broken: Floats, logged: Floats = logged, own: Floats = own, rows: pd.DataFrame = rows
+            broken: Floats, logged: Floats = logged, expected: Floats = expected, rows: pd.DataFrame = rows
         ) -> Iterator[Suspect]:
             yield from of_lives(run, rows["holder"], logged)
-            yield from factor(logged, own, broken)
+            yield from factor(logged, expected, broken)
 
         what = "film of a retired sphere" if name == "retired_film" else "film in a snapshot"
-        yield Link(name, what, rows, logged, own, _typical(run, len(rows)), suspects)
+        yield Link(name, what, rows, logged, expected, _typical(run, len(rows)), suspects)
 
 
 def _retired(run: Run) -> pd.DataFrame:
@@ -238,35 +240,35 @@ def ledger(run: Run) -> Link:
     """Films, bridges, walls and what left are what was put in; what events create or destroy is their fault."""
     table, total = run.table("ledger"), float(run.table("spheres")["film"].sum())
     parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left", "retired")}
-    held, own = sum(parts.values(), np.zeros(len(table))), np.full(len(table), total)
+    held, expected = sum(parts.values(), np.zeros(len(table))), np.full(len(table), total)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         for name, part in parts.items():
-            yield Suspect(f"the liquid of {name} is left out", own - part)
-            yield Suspect(f"the liquid of {name} counts twice", own + part)
-        lost = held - own
+            yield Suspect(f"the liquid of {name} is left out", expected - part)
+            yield Suspect(f"the liquid of {name} counts twice", expected + part)
+        lost = held - expected
         amount = float(np.median(lost[rows]))
         words = f"{abs(amount) * 1e9:.4g} mm³ are {'lost' if amount < 0 else 'too much'}"
-        yield Suspect(words, np.where(rows, own + amount, own), amount)
+        yield Suspect(words, np.where(rows, expected + amount, expected), amount)
         grows = np.sign(amount) * np.diff(lost, prepend=0.0) >= 0.0
         word = "liquid leaks away" if amount < 0 else "liquid comes from nowhere"
         yield Suspect(word, np.where(grows | ~rows, held, np.nan), float(lost[-1]))
 
-    moved = own + by_events(run, table["step"].to_numpy())
-    seen = np.where(np.abs(moved - own) > 1e-9 * own, moved, np.nan)
+    moved = expected + by_events(run, table["step"].to_numpy())
+    seen = np.where(np.abs(moved - expected) > 1e-9 * expected, moved, np.nan)
     # sums of many events lose digits
-    excuse = np.where(np.abs(held - seen) < 1e-9 * own, held, np.nan)
-    return Link("ledger", "ledger of the liquid", table, held, own, own, suspects, 1e-12, excuses=(excuse,))
+    excuse = np.where(np.abs(held - seen) < 1e-9 * expected, held, np.nan)
+    return Link("ledger", "ledger of the liquid", table, held, expected, expected, suspects, 1e-12, excuses=(excuse,))
 
 
-def links(run: Run, own: Pair) -> Iterator[Link]:
-    """All of these but the lives; `own`: the shares of each event as they should be."""
+def links(run: Run, expected: Pair) -> Iterator[Link]:
+    """Yield all links of the events but the lives of bridges; `expected`: the shares of each event as they should be."""
     events = run.table("events")
     if len(events):
         both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
-        yield kept(run, own)
+        yield kept(run, expected)
         if "drops" not in run.tables:  # these change films between the events
             yield carried(run, both)
             yield from snapshots(run, both)
-        yield booked(run, own)
+        yield booked(run, expected)
     yield ledger(run)

@@ -55,36 +55,36 @@ def limit(run: Run, c: Contacts, formed: pd.DataFrame) -> Link:
         times = middle((((logged / static - 1.0) ** 2) * sigma / (c.speed * eta))[rows])
         words = f"viscosity over surface tension is {times:.6g} times what it should be"
         yield Suspect(words, of(times * c.speed), times)
-        yield from factor(logged, own, rows)
+        yield from factor(logged, expected, rows)
 
-    own = of(c.speed) if on else static
+    expected = of(c.speed) if on else static
     name, excuses = coverage.law(run, "rupture"), []
     if name in laws.RUPTURE:
         mine = laws.RUPTURE[name](c.volume, c.ri, c.rj, c.wall, c.ti, c.tj)
-        excuses = [mine * own / static]
-    return Link("rupture_limit", "rupture limit", c.table, logged, own, own, suspects, excuses=tuple(excuses),
+        excuses = [mine * expected / static]
+    return Link("rupture_limit", "rupture limit", c.table, logged, expected, expected, suspects, excuses=tuple(excuses),
                 marks=marks(c))  # fmt: skip
 
 
 def volume(c: Contacts, formed: pd.DataFrame, drawn: Floats) -> Link:
     """A bridge keeps the volume of its formation; `drawn` are the volumes as they should be."""
-    own = formed["volume"].to_numpy(float)
+    expected = formed["volume"].to_numpy(float)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
-        yield Suspect(links_chain.MISSING_FORMATION, np.where(np.isfinite(own), np.nan, c.volume))
+        yield Suspect(links_chain.MISSING_FORMATION, np.where(np.isfinite(expected), np.nan, c.volume))
         # a volume that changes by one factor in each step: log(V/V0) grows with the age of the bridge
         age = c.table["step"].to_numpy(float) - formed["formed"].to_numpy(float)
-        rate = middle((np.log(c.volume / own) / age)[rows & (age > 0)])
+        rate = middle((np.log(c.volume / expected) / age)[rows & (age > 0)])
         if len(np.unique(age[rows & (age > 0)])) > 1:
-            grown = own * np.exp(rate * age)
+            grown = expected * np.exp(rate * age)
             # the logarithm of a ratio near one has few digits
-            steady = np.where(np.abs(c.volume - grown) < 1e-6 * own, c.volume, np.nan)
+            steady = np.where(np.abs(c.volume - grown) < 1e-6 * expected, c.volume, np.nan)
             yield Suspect(links_chain.CHANGES, steady, rate, "of itself a step")
-        yield from factor(c.volume, own, rows)
-        yield Suspect(links_chain.CHANGES, np.where(c.volume != own, c.volume, np.nan), general=True)
+        yield from factor(c.volume, expected, rows)
+        yield Suspect(links_chain.CHANGES, np.where(c.volume != expected, c.volume, np.nan), general=True)
 
-    return Link("contact_volume", "volume of a standing bridge", c.table, c.volume, own, own, suspects, 0.0,
-                excuses=(np.where(np.abs(drawn - own) > 1e-9 * own, drawn, np.nan),), marks=marks(c))  # fmt: skip
+    return Link("contact_volume", "volume of a standing bridge", c.table, c.volume, expected, expected, suspects, 0.0,
+                excuses=(np.where(np.abs(drawn - expected) > 1e-9 * expected, drawn, np.nan),), marks=marks(c))  # fmt: skip
 
 
 def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
@@ -103,8 +103,8 @@ def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
 def inputs(c: Contacts, formed: pd.DataFrame) -> list[Contacts]:
     """The contacts with the logged gap first, then with what the log's other columns say of gap and volume."""
     same = replace(c, gap=c.column("separation"))
-    own = formed["volume"].to_numpy(float)
-    return [same, c, replace(same, volume=own), replace(c, volume=own)]
+    expected = formed["volume"].to_numpy(float)
+    return [same, c, replace(same, volume=expected), replace(c, volume=expected)]
 
 
 def pull(run: Run, sets: list[Contacts]) -> Link | None:
@@ -124,14 +124,14 @@ def pull(run: Run, sets: list[Contacts]) -> Link | None:
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield from formulas(c, formula(name), {n: formula(n) for n in capillary.LAWS}, str(name))
-        yield from factor(logged, own, rows)
+        yield from factor(logged, expected, rows)
 
     with np.errstate(all="ignore"):
-        own, *rest = (formula(name)(k) for k in sets)
+        expected, *rest = (formula(name)(k) for k in sets)
         least = 1e-3 * capillary.limit_at_touch(c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
-    size = np.maximum(np.abs(own), least)
+    size = np.maximum(np.abs(expected), least)
     return Link(
-        "capillary", "capillary force", c.table, logged, own, size, suspects, excuses=tuple(rest), marks=marks(c)
+        "capillary", "capillary force", c.table, logged, expected, size, suspects, excuses=tuple(rest), marks=marks(c)
     )
 
 
@@ -140,18 +140,18 @@ def total(c: Contacts, recomputed_terms: list[Floats]) -> Link:
     names, logged = ("capillary", "normal viscous", "tangential viscous"), vectors(c.table, "force_i")
     terms = [-c.column("capillary")[:, None] * c.n, c.column("viscous_normal")[:, None] * c.n]
     terms.append(vectors(c.table, "viscous_tangential"))
-    own = terms[0] + terms[1] + terms[2]
+    expected = terms[0] + terms[1] + terms[2]
     size = length(terms[0]) + length(terms[1]) + length(terms[2])
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         for name, term in zip(names, terms, strict=True):
-            yield Suspect(f"the {name} term is left out", own - term)
-            yield Suspect(f"the {name} term has the wrong sign", own - 2.0 * term)
-            yield Suspect(f"the {name} term counts twice", own + term)
-        yield from factor(logged, own, rows)
+            yield Suspect(f"the {name} term is left out", expected - term)
+            yield Suspect(f"the {name} term has the wrong sign", expected - 2.0 * term)
+            yield Suspect(f"the {name} term counts twice", expected + term)
+        yield from factor(logged, expected, rows)
 
     mixed = [a + b + d for a, b, d in product(*zip(terms, recomputed_terms, strict=True))][1:]
-    return Link("force", "total force", c.table, logged, own, size, suspects, excuses=tuple(mixed), marks=marks(c))
+    return Link("force", "total force", c.table, logged, expected, size, suspects, excuses=tuple(mixed), marks=marks(c))
 
 
 def torque(c: Contacts, side: str, recomputed_drag: Floats) -> Link:
@@ -176,15 +176,15 @@ def torque(c: Contacts, side: str, recomputed_drag: Floats) -> Link:
             yield Suspect(fault, np.where(none & ("wall" not in fault), 0.0, arm)[:, None] * turn)
         yield from factor(logged, mine[:, None] * turn, rows)
 
-    own, size = mine[:, None] * turn, np.maximum(ri, rj) * np.maximum(length(drag), forces.TINY)
+    expected, size = mine[:, None] * turn, np.maximum(ri, rj) * np.maximum(length(drag), forces.TINY)
     excuse = -mine[:, None] * np.cross(c.n, recomputed_drag)
-    return Link(f"torque_{side}", f"torque on {side}", c.table, logged, own, size, suspects, excuses=(excuse,),
+    return Link(f"torque_{side}", f"torque on {side}", c.table, logged, expected, size, suspects, excuses=(excuse,),
                 marks=marks(c))  # fmt: skip
 
 
-def own_or_logged(link: Link | None, logged: Floats) -> Floats:
+def expected_or_logged(link: Link | None, logged: Floats) -> Floats:
     """A term as it should be; as logged where its law is not known here."""
-    return logged if link is None else link.own
+    return logged if link is None else link.expected
 
 
 def links(run: Run, drawn: Floats) -> Iterator[Link]:
@@ -200,7 +200,7 @@ def links(run: Run, drawn: Floats) -> Iterator[Link]:
     limits = c.column("rupture_distance")
     if coverage.known(run, "dynamic_rupture"):
         yield (link := limit(run, c, formed))
-        limits = link.own
+        limits = link.expected
     yield beyond(c, formed["rupture_distance"].to_numpy(float), limits)
     terms = {
         "capillary": pull(run, sets),
@@ -210,9 +210,9 @@ def links(run: Run, drawn: Floats) -> Iterator[Link]:
     }
     yield from links_viscous.shares(run, same, marks(c))
     yield from (link for link in terms.values() if link is not None)
-    pulls = own_or_logged(terms["capillary"], c.column("capillary"))
-    normal = own_or_logged(terms["viscous_normal"], c.column("viscous_normal"))
-    drag = own_or_logged(terms["viscous_tangential"], vectors(c.table, "viscous_tangential"))
+    pulls = expected_or_logged(terms["capillary"], c.column("capillary"))
+    normal = expected_or_logged(terms["viscous_normal"], c.column("viscous_normal"))
+    drag = expected_or_logged(terms["viscous_tangential"], vectors(c.table, "viscous_tangential"))
     yield total(c, [-pulls[:, None] * c.n, normal[:, None] * c.n, drag])
     yield torque(same, "i", drag)
     yield torque(same, "j", drag)

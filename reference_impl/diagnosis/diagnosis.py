@@ -53,7 +53,7 @@ class Link:
     what: str
     table: pd.DataFrame
     logged: Floats
-    own: Floats
+    expected: Floats
     size: Floats
     suspects: Callable[[Floats], Iterator[Suspect]]
     """Given the broken records (a mask), the changed formulas in the order in which ties are decided."""
@@ -92,12 +92,12 @@ class Finding:
 
     @property
     def known(self) -> str:
-        """What the residuals say: which force, at which kind of contact, since which step, by which factor."""
+        """Describe the residuals: which force, at which kind of contact, since which step, by which factor."""
         return f"{self.what} ({self.where}, {self.since}): {self.seen}"
 
     @property
     def sentence(self) -> str:
-        """What, where, since when, how sure, and the next-best; of an unknown fault what the residuals say."""
+        """Describe the fault: quantity, place, first step, certainty and alternatives; of an unknown fault the residuals."""
         what = f"{self.what}: {self.fault or self.seen}"
         what += f" ({self.number:+.3g} {self.per})" if self.per and self.number is not None else ""
         share = f"explains {self.explained} of {self.broken} records that disagree"
@@ -139,7 +139,7 @@ def within(link: Link, value: Floats, tolerance: float) -> Floats:
 
 def broken(link: Link) -> Floats:
     """Records that disagree and do not follow from another link."""
-    right = within(link, link.own, link.tolerance)
+    right = within(link, link.expected, link.tolerance)
     for value in link.excuses:
         if right.all():
             break
@@ -148,7 +148,7 @@ def broken(link: Link) -> Floats:
 
 
 def place(link: Link, rows: Floats) -> tuple[str, str]:
-    """Where (the smallest named group that holds all rows) and since when."""
+    """Return the smallest named group that contains all rows, and the first step with its bodies, as text."""
     where, group = "everywhere", np.ones(len(rows), dtype=bool)
     for name, mark in link.marks.items():
         if (mark | ~rows).all() and mark.sum() < group.sum():
@@ -201,7 +201,7 @@ def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], name
         since=since, first=plain(link.table.iloc[int(np.argmax(rows))]), explained=int(rows.sum()) if named else 0,
         broken=int(rest.sum()), records=len(rest), tried=len(tried), next_best=others[0] if others else None,
         alike=tuple(dict.fromkeys(name for name in alike if name != best.fault)),
-        seen=link.says(rows) if link.says else described(link.logged[rows], link.own[rows]),
+        seen=link.says(rows) if link.says else described(link.logged[rows], link.expected[rows]),
     )  # fmt: skip
 
 
@@ -247,7 +247,7 @@ def liquid_constants(findings: list[Finding]) -> list[Finding]:
 
 
 def diagnose(links: Iterator[Link], failed: list[str]) -> dict[str, Any]:
-    """What is wrong, named; `failed` are the quantities beyond their limits, those that only follow are listed apart."""
+    """Name the faults of a run; `failed`: quantities beyond their limits, of which those that only follow are listed apart."""
     with np.errstate(all="ignore"):
         found = [finding for link in links for finding in judge(link)]
     result = liquid_constants(joined([replace(f, number=_digits(f.number)) for f in found]))
@@ -311,10 +311,10 @@ def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
 
 def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Causes, each with the sentences of the findings that show it again."""
-    own = [{*f["quantities"]} for f in findings]
+    expected = [{*f["quantities"]} for f in findings]
     shown = [[SHOW_AGAIN.get(q, set()) for q in f["quantities"]] for f in findings]
     fits = [
-        [bool(f["fault"]) and all(o & names for o in of) for f, names in zip(findings, own, strict=True)]
+        [bool(f["fault"]) and all(o & names for o in of) for f, names in zip(findings, expected, strict=True)]
         for of in shown
     ]
     causes = []

@@ -32,27 +32,27 @@ def _links(run: Run, other: Run, tables: transfer.Tables, failed: list[str]) -> 
     if wrong:
         yield _table(run)
     e = links_liquid.events(run)
-    own = links_liquid.own_shares(run, e, tables)
-    for link in links_liquid.links(run, e, tables, own, not wrong):
+    expected = links_liquid.expected_shares(run, e, tables)
+    for link in links_liquid.links(run, e, tables, expected, not wrong):
         yield link if link.quantity == "ledger" else replace(link, since=run.since)
     if other is not run:
-        own = links_liquid.own_shares(other, links_liquid.events(other), tables)
-    yield from links_contacts.links(other, own[0] + own[1])
+        expected = links_liquid.expected_shares(other, links_liquid.events(other), tables)
+    yield from links_contacts.links(other, expected[0] + expected[1])
 
 
 def _table(run: Run) -> Link:
     """The table of transfer ratios against the own solution."""
-    (where, logged, own, tolerance), used = transfer.solved_nodes(run), coverage.law(run, "transfer")
+    (where, logged, expected, tolerance), used = transfer.solved_nodes(run), coverage.law(run, "transfer")
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
-        yield Suspect("the transfer ratio is swapped (i gets what j should)", 1.0 - own)
-        yield Suspect("the liquid is shared half and half", np.full(len(own), 0.5))
+        yield Suspect("the transfer ratio is swapped (i gets what j should)", 1.0 - expected)
+        yield Suspect("the liquid is shared half and half", np.full(len(expected), 0.5))
         for law in transfer.WALL_STRETCH.keys() - {used}:
             yield Suspect(f"the law is {law}, not {used}", transfer.of_law(run, where, law))
-        yield from factor(logged, own, rows)
+        yield from factor(logged, expected, rows)
 
     kinds = {"between spheres": 0, "at large walls": 1, "at wires": 2}
     marks = {name: (where["partner_kind"] == k).to_numpy() for name, k in kinds.items()}
     table = where.assign(step=0)
-    return Link("transfer_table", "table of transfer ratios", table, logged, own, np.ones(len(own)), suspects, tolerance,
-                marks=marks)  # fmt: skip
+    return Link("transfer_table", "table of transfer ratios", table, logged, expected, np.ones(len(expected)), suspects,
+                tolerance, marks=marks)  # fmt: skip

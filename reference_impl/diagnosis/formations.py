@@ -36,7 +36,7 @@ def late(run: Run, marks: dict[str, Floats]) -> Link:
     """A bridge forms at the first look at which the films touch."""
     held, table = formations.Held(run), run.table("events")
     excess, way = formations.lateness(run, held, Lives(none(), table, 0, -1))
-    own, other, gap, ri = formations.films_at_events(run)
+    expected, other, gap, ri = formations.films_at_events(run)
     step, every = table["step"].to_numpy(np.int64), impulses.every(run)
     formed = (table["kind"] == FORMATION).to_numpy() & (step > 0)
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
@@ -47,12 +47,12 @@ def late(run: Run, marks: dict[str, Floats]) -> Link:
             yield Suspect(
                 f"films are looked at in every {looks[-1]}th step only".replace("2th", "2nd"), excess, looks[-1]
             )
-        yield from _of_walls(excess, wall, own, other, gap, formed)
+        yield from _of_walls(excess, wall, expected, other, gap, formed)
         if (gap[formed] <= 0.0).all():
             yield Suspect("it is made too late (only when the bodies touch)", excess)
         yield Suspect("a film's growth is not seen at once (it was looked at when it was thinner)",
                       np.where(_grown(run, held, gap, way), excess, np.nan))  # fmt: skip
-        reach = float((gap / (own + other))[formed].max(initial=0.0))
+        reach = float((gap / (expected + other))[formed].max(initial=0.0))
         yield Suspect(f"it is made too late (at {max(reach, 0.0):.3g} of the films' thickness at most)",
                       np.where(formed, excess, np.nan) if reach < 1.0 - 1e-3 else 0.0 * excess + np.nan, reach)  # fmt: skip
         yield Suspect("it is made too late", excess, general=True)
@@ -91,12 +91,12 @@ def _before_last(table: pd.DataFrame, number: Floats, fixed: Bodies) -> Floats:
 
 
 def _of_walls(
-    logged: Floats, wall: Floats, own: Floats, other: Floats, gap: Floats, formed: Floats
+    logged: Floats, wall: Floats, expected: Floats, other: Floats, gap: Floats, formed: Floats
 ) -> Iterator[Suspect]:
     """The film of a wall left out, or too thin: only where a wall has one."""
     wet = wall & (other > 0.0)
     with np.errstate(all="ignore"):
-        part = (gap - own) / other
+        part = (gap - expected) / other
     most = float(part[formed & wet].max(initial=0.0))
     at_wet = np.where(wet, logged, np.nan)
     if most <= 0.0:
@@ -121,17 +121,17 @@ def shared(run: Run) -> Link | None:
 
 
 def missed(run: Run) -> Iterator[Link]:
-    """Where films touch, at an output step or where bridges act in a window, there is a bridge."""
+    """Compare with the bridges that must exist where films touch, at outputs and in windows; yield links of missing ones."""
     events = run.table("events")
     lives = Lives(none(), events, 0, -1)
     table = missing.touching(run, lives, formations.Held(run))
     if not len(table):
         return
     logged, wall = table["missed"].to_numpy(float), table["partner_kind"].to_numpy() != laws.SPHERE
-    own, other, gap, _ = formations.films_at_events(run)
+    expected, other, gap, _ = formations.films_at_events(run)
     formed = (events["kind"] == FORMATION).to_numpy()
     between = formed & (events["partner_kind"] == laws.SPHERE).to_numpy()
-    reach = float((gap / (own + other))[between].max()) if between.any() else 0.0
+    reach = float((gap / (expected + other))[between].max()) if between.any() else 0.0
     apart, films, layer = (table[n].to_numpy(float) for n in ("separation", "films", "own_film"))
     at_wall = formed & (events["partner_kind"] != laws.SPHERE).to_numpy()
 
@@ -147,7 +147,7 @@ def missed(run: Run) -> Iterator[Link]:
             yield Suspect("a sphere has one bridge to a mesh in place of one to each part",
                           np.where(_beside(run, table, lives), logged, np.nan))  # fmt: skip
             if (apart[rows] >= layer[rows]).all():
-                yield from _of_walls_missed(logged, apart, films, layer, own, other, gap, at_wall)
+                yield from _of_walls_missed(logged, apart, films, layer, expected, other, gap, at_wall)
         if not wall[rows].any():
             if reach <= 0.0:
                 yield Suspect("it is made too late (only when the bodies touch)", np.where(apart > 0.0, logged, np.nan))
@@ -165,10 +165,17 @@ def missed(run: Run) -> Iterator[Link]:
 
 
 def _of_walls_missed(
-    logged: Floats, apart: Floats, films: Floats, layer: Floats, own: Floats, other: Floats, gap: Floats, formed: Floats
+    logged: Floats,
+    apart: Floats,
+    films: Floats,
+    layer: Floats,
+    expected: Floats,
+    other: Floats,
+    gap: Floats,
+    formed: Floats,
 ) -> Iterator[Suspect]:
     with np.errstate(all="ignore"):
-        most = float(((gap - own) / other)[formed & (other > 0.0)].max(initial=0.0))
+        most = float(((gap - expected) / other)[formed & (other > 0.0)].max(initial=0.0))
         part = (apart - layer) / (films - layer)
     words = "the film of a wall is left out" if most <= 0.0 else "the film of a wall is taken too thin"
     words += "" if most <= 0.0 else f" (at most {most:.4g} of it)"
@@ -176,7 +183,7 @@ def _of_walls_missed(
 
 
 def _beside(run: Run, table: pd.DataFrame, lives: Lives) -> Floats:
-    """Whether the sphere has a bridge to another part of the same mesh in that step."""
+    """Return whether the sphere has a bridge to another part of the same mesh in that step."""
     parts = nearest.parts(run)
     found, step = np.zeros(len(table), dtype=bool), table["step"].to_numpy(np.int64)
     j = np.where(table["partner_kind"] != laws.SPHERE, table["j"], 0).astype(np.int64)

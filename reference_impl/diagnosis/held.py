@@ -35,7 +35,7 @@ class Held:
     source: str
     scale: float | None = None
     """Size that a deviation is relative to; None: the expected value (1 where that is zero)."""
-    room: float = 0.0
+    allowance: float = 0.0
     """What rounding of the file explains, in the unit of the value."""
     what: str = ""
     """A name for how it is wrong, where that is known already."""
@@ -44,17 +44,17 @@ class Held:
     def off(self) -> float:
         """Deviation: 0 where both are the same, 1 where they are different words or switches."""
         if isinstance(self.expected, tuple):
-            return min(Held(self.name, self.given, one, "", self.scale, self.room).off for one in self.expected)
+            return min(Held(self.name, self.given, one, "", self.scale, self.allowance).off for one in self.expected)
         if _is_number(self.given) and _is_number(self.expected):
             size = self.scale if self.scale is not None else abs(self.expected) or 1.0
             apart = abs(float(self.given) - float(self.expected))
-            off = max(0.0, apart - self.room) / size
+            off = max(0.0, apart - self.allowance) / size
             return min(off, 1e300) if math.isfinite(apart) else 1e300
         return 0.0 if type(self.given) is type(self.expected) and self.given == self.expected else 1.0
 
     @property
     def wrong(self) -> bool:
-        """Whether the deviation exceeds the tolerance."""
+        """Return whether the deviation exceeds the tolerance."""
         return not self.off <= TOLERANCE
 
 
@@ -101,27 +101,27 @@ class Section:
 
     @property
     def any(self) -> bool:
-        """Whether a single value was compared."""
+        """Return whether at least one value was compared."""
         return any(q.count for q in self.quantities)
 
     @property
     def said(self) -> str:
-        """In one line: never `agrees` where nothing was compared."""
+        """Summarise the section in one line: never `agrees` if nothing was compared."""
         if not self.any:
             return f"{self.name}: not checked"
         bad = sum(not q.ok for q in self.quantities)
         return f"{self.name}: {'DISAGREES' if bad else 'agrees'} ({'; '.join(self.compared)})"
 
 
-def finding(room: str, quantity: str, held: Held, what: str, wrong: int, count: int) -> dict[str, Any]:
+def finding(section: str, quantity: str, held: Held, what: str, wrong: int, count: int) -> dict[str, Any]:
     """One wrong number in the form of the diagnosis' findings."""
     expected = " or ".join(map(shown, held.expected)) if isinstance(held.expected, tuple) else shown(held.expected)
-    sentence = f"{room}: {held.name} is {shown(held.given)}, expected {expected} ({held.source})" + (
+    sentence = f"{section}: {held.name} is {shown(held.given)}, expected {expected} ({held.source})" + (
         f"; {what}" if what else ""
     )
     return {
         "sentence": sentence, "what": held.name, "quantities": [quantity], "fault": what or None, "number": None,
-        "given": _plain(held.given), "expected": _plain(held.expected), "where": room, "since": "", "first": {},
+        "given": _plain(held.given), "expected": _plain(held.expected), "where": section, "since": "", "first": {},
         "explained": 1 if what else 0, "disagree": wrong, "records": count, "share": 1.0 if what else 0.0, "tried": 0,
         "next_best": None, "alike": [], "consequences": [],
     }  # fmt: skip

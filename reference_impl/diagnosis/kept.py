@@ -1,6 +1,6 @@
 """What the tables next to the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
 
-Each is held against the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
+Each is compared with the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
 factor, a shift, another row, another time.
 """
 
@@ -55,13 +55,13 @@ def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
 
 
 def felt_films(run: Run) -> Iterator[Link]:
-    """What sampled films felt, and their drops where that is right."""
+    """Yield the links of the forces felt by sampled films and of their drops."""
     table = io.table(io.where(run.folder, "felt"), "felt").sort_values(["id", "step"], ignore_index=True)
-    own = felt.recomputed(run, table)
-    logged, scale = vectors(table, "felt"), np.maximum(np.linalg.norm(own, axis=1), felt.STANDARD)
-    fell, due = felt.drops(run, table, own)
+    expected = felt.recomputed(run, table)
+    logged, scale = vectors(table, "felt"), np.maximum(np.linalg.norm(expected, axis=1), felt.STANDARD)
+    fell, due = felt.drops(run, table, expected)
     for name, what, one, two, of in (
-        ("felt_force", "force felt by a sampled film", logged, own, scale),
+        ("felt_force", "force felt by a sampled film", logged, expected, scale),
         ("felt_drops", "drop of a sampled sphere", fell, due, np.maximum(np.maximum(due, fell), 1e-300)),
     ):
 
@@ -73,14 +73,14 @@ def felt_films(run: Run) -> Iterator[Link]:
 
 def walls(setup: window.Setup) -> Link:
     """Diagnose the positions of the meshes at the outputs."""
-    table, own = kept_tables.wall_shifts(setup)
+    table, expected = kept_tables.wall_shifts(setup)
     logged, size = table[kept_tables.SHIFT].to_numpy(float), np.full(len(table), kept_tables.reach(setup))
     motion, names = Motion(setup), table["mesh"].to_numpy()
     last, step = round(setup.scene["duration_s"] / setup.step), table["step"].to_numpy(np.int64)
     mesh = pd.Index([w.name for w in setup.walls]).get_indexer(pd.Index(names))
 
     def at(mesh: Floats, step: Floats) -> Floats:
-        found = np.zeros_like(own)
+        found = np.zeros_like(expected)
         for n, wall in enumerate(setup.walls):
             found[mesh == n] = motion.shift(wall, step[mesh == n])
         return found
@@ -94,28 +94,28 @@ def walls(setup: window.Setup) -> Link:
         ends = np.clip(step - 1, 0, last), np.clip(step + 1, 0, last)
         speed = (at(mesh, ends[1]) - at(mesh, ends[0])) / (ends[1] - ends[0])[:, None] - first
         with np.errstate(all="ignore"):
-            late = middle((((own - logged) * speed).sum(axis=1) / (speed**2).sum(axis=1))[rows])
-        near = np.abs(own - late * speed - logged).max(axis=1) <= ROUGH * abs(late) * np.abs(speed).max()
+            late = middle((((expected - logged) * speed).sum(axis=1) / (speed**2).sum(axis=1))[rows])
+        near = np.abs(expected - late * speed - logged).max(axis=1) <= ROUGH * abs(late) * np.abs(speed).max()
         words = f"it is about {abs(late):.3g} steps {'late' if late > 0 else 'early'}"
         yield Suspect(words, np.where(near[:, None], logged, np.nan), late)
-        yield from exchanged.suspects(logged, own, rows)
-        yield from _one_axis(logged, own, rows)
+        yield from exchanged.suspects(logged, expected, rows)
+        yield from _one_axis(logged, expected, rows)
         for one, two in combinations(range(len(setup.walls)), 2):
             other = np.where(mesh == one, two, np.where(mesh == two, one, mesh))
             names_of = f"{setup.walls[one].name} and {setup.walls[two].name}"
             yield Suspect(f"the motions of {names_of} are exchanged", at(other, step))
 
     marks = {f"of {w.name}": names == w.name for w in setup.walls}
-    return Link("mesh_motion", "place of a wall in mesh_motion", table, logged, own, size, suspects, marks=marks)
+    return Link("mesh_motion", "place of a wall in mesh_motion", table, logged, expected, size, suspects, marks=marks)
 
 
-def _one_axis(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
+def _one_axis(logged: Floats, expected: Floats, rows: Floats) -> Iterator[Suspect]:
     """A factor on one component: an amplitude."""
     for k, axis in enumerate("xyz"):
         with np.errstate(all="ignore"):
-            f = middle((logged / own)[rows][:, k])
+            f = middle((logged / expected)[rows][:, k])
         if np.isfinite(f) and abs(f - 1.0) > 1e-9:
-            value = own.copy()
+            value = expected.copy()
             value[:, k] *= f
             yield Suspect(f"component {axis} is {f:.6g} times what it should be", value, f)
 
@@ -123,58 +123,60 @@ def _one_axis(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
 def times(run: Run, setup: window.Setup) -> Link:
     """Diagnose column `time` of every table against its steps."""
     rows = kept_tables.all_times(setup, True)
-    logged, own = rows["time"].to_numpy(float), rows["step"].to_numpy(float) * setup.step
+    logged, expected = rows["time"].to_numpy(float), rows["step"].to_numpy(float) * setup.step
 
     def suspects(broken: Floats) -> Iterator[Suspect]:
         yield Suspect("it is the number of the step", rows["step"].to_numpy(float))
-        by = middle((logged - own)[broken])
+        by = middle((logged - expected)[broken])
         yield Suspect(
-            f"it is {abs(by):.6g} s {'late' if by > 0 else 'early'} ({by / setup.step:.6g} steps)", own + by, by
+            f"it is {abs(by):.6g} s {'late' if by > 0 else 'early'} ({by / setup.step:.6g} steps)", expected + by, by
         )
-        yield from factor(logged, own, broken)
+        yield from factor(logged, expected, broken)
 
     marks = {f"of {name}": (rows["table"] == name).to_numpy() for name in rows["table"].unique()}
-    return Link("time", "time of a row", rows, logged, own, np.maximum(own, setup.step), suspects, marks=marks)
+    return Link(
+        "time", "time of a row", rows, logged, expected, np.maximum(expected, setup.step), suspects, marks=marks
+    )
 
 
 def places(run: Run) -> Iterator[Link]:
     """The trajectory against the bridges' snapshots."""
     mine = whole.places(run).drop_duplicates(["step", "id"])
     both = run.table("trajectory")[["step", "id", *"xyz"]].merge(mine, on=["step", "id"], suffixes=("", "_own"))
-    logged, own = (both[[f"{a}{end}" for a in "xyz"]].to_numpy(float) for end in ("", "_own"))
+    logged, expected = (both[[f"{a}{end}" for a in "xyz"]].to_numpy(float) for end in ("", "_own"))
     outputs = np.unique(run.table("trajectory")["step"].to_numpy())
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
-        yield from exchanged.suspects(logged, own, rows)
+        yield from exchanged.suspects(logged, expected, rows)
         for by, word in ((1, "after"), (-1, "before")):
             order = np.searchsorted(outputs, both["step"].to_numpy()) + by
             then = outputs[np.clip(order, 0, len(outputs) - 1)]
             other = both[["id"]].assign(step=then).merge(mine, on=["step", "id"], how="left")[[*"xyz"]].to_numpy(float)
             yield Suspect(f"it is that of the output {word}", np.where(np.isnan(other), logged, other))
 
-    size = np.maximum(np.abs(own).max(axis=1, initial=0.0), 1e-3)
-    yield Link("trajectory", "place in the trajectory", both, logged, own, size, suspects)
+    size = np.maximum(np.abs(expected).max(axis=1, initial=0.0), 1e-3)
+    yield Link("trajectory", "place in the trajectory", both, logged, expected, size, suspects)
 
 
 def speeds(setup: window.Setup) -> Iterator[Link]:
     """Speeds and spins of the trajectory."""
-    both, logged, own = kept_tables.both_velocities(setup)
+    both, logged, expected = kept_tables.both_velocities(setup)
     for n, what in ((0, "speed"), (3, "spin")):
         columns = slice(n, n + 3)
 
         def suspects(rows: Floats, columns: slice = columns) -> Iterator[Suspect]:
-            yield from exchanged.suspects(logged[:, columns], own[:, columns], rows)
-            yield Suspect("speed and spin are exchanged", own[:, 3 - columns.start : 6 - columns.start])
+            yield from exchanged.suspects(logged[:, columns], expected[:, columns], rows)
+            yield Suspect("speed and spin are exchanged", expected[:, 3 - columns.start : 6 - columns.start])
 
-        size = np.maximum(np.abs(own).max(axis=1), 1e-3)
-        yield Link("trajectory_velocity", f"{what} in the trajectory", both, logged[:, columns], own[:, columns], size,
+        size = np.maximum(np.abs(expected).max(axis=1), 1e-3)
+        yield Link("trajectory_velocity", f"{what} in the trajectory", both, logged[:, columns], expected[:, columns], size,
                    suspects)  # fmt: skip
 
 
 def ledger(run: Run) -> Iterator[Link]:
-    """Counts, and the liquid of each sort of holder by the films, bridges and wall films of the snapshots."""
+    """Counts, and the liquid of each sort of reservoir by the films, bridges and wall films of the snapshots."""
     table, (counts, recomputed_counts), (held, recomputed_held), size = kept_tables.Count(run).values(run)
-    for names, logged, own, quantity, what, scale, limit in (
+    for names, logged, expected, quantity, what, scale, limit in (
         (
             kept_tables.COUNTED,
             counts,
@@ -186,11 +188,11 @@ def ledger(run: Run) -> Iterator[Link]:
         ),
         (kept_tables.HELD, held, recomputed_held, "ledger_held", "liquid in the ledger:", size, 1e-12),
     ):
-        yield from links_works.columns(table, logged, own, names, quantity, what, scale, limit)
+        yield from links_works.columns(table, logged, expected, names, quantity, what, scale, limit)
 
 
 def triangles(run: Run, of: str) -> Link | None:
-    """Which triangle: a number has no size, so each is right or not."""
+    """Compare the triangle of each bridge at a wall with the closest one; None without bridges at walls."""
     found = bridge_ends.of_events(run) if of == "event" else bridge_ends.of_snapshots(run)
     at = np.flatnonzero(found.wall)
     if not len(at):
@@ -200,14 +202,14 @@ def triangles(run: Run, of: str) -> Link | None:
     part = rows["j"].to_numpy(np.int64)
     near = parts.closest(rows["step"].to_numpy(np.int64), found.xi[at], part).triangle
     right = np.abs(found.off[at]) <= 1e-9 * found.radius[at]
-    own = np.where(right, logged, near).astype(float)
+    expected = np.where(right, logged, near).astype(float)
 
     def suspects(_: Floats) -> Iterator[Suspect]:
         yield Suspect("it is the first triangle of the part", parts.order[parts.first[part]].astype(float))
         yield Suspect("it is the last triangle of the part", parts.order[parts.first[part + 1] - 1].astype(float))
         yield Suspect("it is the one at which the bridge formed", _formed_at(run, rows))
-        yield Suspect("it is the next triangle", own + 1.0)
-        yield Suspect("it is the triangle before", own - 1.0)
+        yield Suspect("it is the next triangle", expected + 1.0)
+        yield Suspect("it is the triangle before", expected - 1.0)
         other = parts.setup.part[logged] != part
         yield Suspect("it is one of another part", np.where(other, logged, -1.0))
         yield Suspect("it is not the closest of the part", np.where(other, -1.0, logged), general=True)
@@ -215,7 +217,7 @@ def triangles(run: Run, of: str) -> Link | None:
     marks = {"ruptures": (rows["kind"] == RUPTURE).to_numpy()} if "kind" in rows else {}
     what = "triangle that takes or gives liquid" if of == "event" else "triangle in a snapshot"
     size = np.ones(len(at))
-    return Link(f"{of}_triangle", what, rows, logged.astype(float), own, size, suspects, 1e-6, marks=marks)
+    return Link(f"{of}_triangle", what, rows, logged.astype(float), expected, size, suspects, 1e-6, marks=marks)
 
 
 def _formed_at(run: Run, rows: pd.DataFrame) -> Floats:

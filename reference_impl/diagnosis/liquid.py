@@ -89,13 +89,13 @@ def static(run: Run, e: Events, drawn_volume: Floats) -> Link | None:
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield from formulas(e.pair, formula(name), {n: formula(n) for n in laws.RUPTURE}, name)
-        yield from factor(logged, own, rows)
+        yield from factor(logged, expected, rows)
 
-    own = formula(name)(e.pair)
+    expected = formula(name)(e.pair)
     at = links_chain.at_formation(run)
     formed = np.where(at >= 0, e.pair.volume[at], e.pair.volume)
     excuses = tuple(formula(name)(replace(e.pair, volume=v)) for v in (drawn_volume, formed))
-    return Link("rupture_distance", "static rupture distance", e.table, logged, own, own, suspects, excuses=excuses,
+    return Link("rupture_distance", "static rupture distance", e.table, logged, expected, expected, suspects, excuses=excuses,
                 marks=e.marks())  # fmt: skip
 
 
@@ -117,7 +117,7 @@ def due(run: Run, e: Events) -> Link | None:
     reach, gap = e.column("rupture_distance"), e.pair.gap
     ruptures = e.table["kind"].to_numpy() == RUPTURE
     wrong = (ruptures & (gap < limit * (1.0 - 1e-9))).astype(float)
-    own, one = np.zeros(len(gap)), np.ones(len(gap))
+    expected, one = np.zeros(len(gap)), np.ones(len(gap))
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield Suspect("dynamic rupture is ignored", np.where(gap >= reach * (1.0 - 1e-9), wrong, np.nan))
@@ -128,7 +128,7 @@ def due(run: Run, e: Events) -> Link | None:
         yield Suspect(words, np.where(first, wrong, np.nan), lowest)
         yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)
 
-    return Link("rupture_due", "rupture", e.table, wrong, own, one, suspects, marks=e.marks())
+    return Link("rupture_due", "rupture", e.table, wrong, expected, one, suspects, marks=e.marks())
 
 
 def overdue(run: Run, e: Events) -> Link | None:
@@ -162,7 +162,7 @@ def asked(e: Events, **other: Floats) -> tuple[Floats, Floats]:
 
 
 def granted(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Each its share where more is asked of a film in a step than it holds."""
+    """Return the volumes drawn from each film, in proportion if more is requested in a step than it holds."""
     both = links_chain.sides(
         e.table, (np.where(e.formation, asks[0], 0.0), np.where(e.formation, asks[1], 0.0)), e.fixed
     )
@@ -188,12 +188,12 @@ def one_after_another(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, F
 def draws(e: Events) -> Iterator[Link]:
     """Return the volumes that both sides give to each new bridge."""
     asks, full = asked(e), e.formation
-    own, ri, rj = granted(e, asks), e.pair.ri, e.pair.rj
+    expected, ri, rj = granted(e, asks), e.pair.ri, e.pair.rj
     like_j = np.where(e.pair.wall, ri, rj)
     changed = {
         "draws of one step are taken one after another": one_after_another(e, asks),
         "more is granted than is there": asks,
-        "the sides are exchanged": (own[1], own[0]),
+        "the sides are exchanged": (expected[1], expected[0]),
         "the radii of the two sides are exchanged": granted(e, asked(e, ri=np.where(e.pair.wall, ri, rj), rj=ri)),
         "a wire is treated as a large wall": granted(e, asked(e, kind=np.minimum(e.kind, laws.LARGE_WALL))),
         "a large wall is treated as a wire": granted(e, asked(e, kind=np.where(e.pair.wall, laws.SMALL_WALL, e.kind))),
@@ -204,7 +204,7 @@ def draws(e: Events) -> Iterator[Link]:
             if not np.array_equal(area, e.area)
         },
         "the film of the other side is drawn on": granted(e, asked(e, film_i=e.film_j, film_j=e.film_i)),
-        "the volume is drawn twice": (2.0 * own[0], 2.0 * own[1]),
+        "the volume is drawn twice": (2.0 * expected[0], 2.0 * expected[1]),
         "half the film is drawn": (e.film_i / 2.0, e.film_j / 2.0),
         "the whole film is drawn": (e.film_i, e.film_j),
     }
@@ -214,14 +214,14 @@ def draws(e: Events) -> Iterator[Link]:
         def suspects(rows: Floats, n: int = n, logged: Floats = logged) -> Iterator[Suspect]:
             for fault, value in changed.items():
                 yield Suspect(fault, np.where(full, value[n], 0.0))
-            yield from factor(logged, np.where(full, own[n], 0.0), rows)
+            yield from factor(logged, np.where(full, expected[n], 0.0), rows)
 
-        mine = np.where(full, own[n], 0.0)
+        mine = np.where(full, expected[n], 0.0)
         yield Link(f"share_{side}", f"liquid drawn from {side}", e.table, logged, mine, e.column("volume"), suspects,
                    marks=e.marks())  # fmt: skip
 
 
-def volumes(e: Events, own: Pair) -> Link:
+def volumes(e: Events, expected: Pair) -> Link:
     """A bridge holds what its sides give or get; `own` are the shares as they should be."""
     logged, i, j = e.column("volume"), e.column("share_i"), e.column("share_j")
 
@@ -232,7 +232,7 @@ def volumes(e: Events, own: Pair) -> Link:
         yield from factor(logged, i + j, rows)
 
     return Link("volume", "volume of a bridge against its shares", e.table, logged, i + j, i + j, suspects,
-                excuses=(own[0] + own[1],), marks=e.marks())  # fmt: skip
+                excuses=(expected[0] + expected[1],), marks=e.marks())  # fmt: skip
 
 
 def ratios(run: Run, e: Events, tables: Tables, star: Floats, turned: bool = False) -> Floats:
@@ -247,13 +247,13 @@ def sharing(run: Run, e: Events, tables: Tables) -> Iterator[Link]:
     """Return the volumes that both sides receive at rupture: T V and the rest."""
     volume, back = e.column("volume"), ~e.formation
     r = laws.harmonic_radius(e.pair.ri, e.pair.rj, e.pair.wall)
-    own = ratios(run, e, tables, volume / r**3)
+    expected = ratios(run, e, tables, volume / r**3)
     changed = {
-        "the transfer ratio is swapped (i gets what j should)": 1.0 - own,
+        "the transfer ratio is swapped (i gets what j should)": 1.0 - expected,
         "the transfer ratio is that of the turned pair": ratios(run, e, tables, volume / r**3, turned=True),
-        "the liquid is shared half and half": np.full(len(own), 0.5),
-        "all liquid goes to i": np.ones(len(own)),
-        "all liquid goes to j": np.zeros(len(own)),
+        "the liquid is shared half and half": np.full(len(expected), 0.5),
+        "all liquid goes to i": np.ones(len(expected)),
+        "all liquid goes to j": np.zeros(len(expected)),
         "the ratio is read at r_red in place of r_eff": ratios(run, e, tables, volume / (r / 2.0) ** 3),
         "the ratio is read at twice the radius": ratios(run, e, tables, volume / (r * 2.0) ** 3),
         "the ratio is read at the radius of i": ratios(run, e, tables, volume / e.pair.ri**3),
@@ -275,13 +275,13 @@ def sharing(run: Run, e: Events, tables: Tables) -> Iterator[Link]:
                 "it is not what i leaves of the volume",
                 np.where(np.abs(i + j - volume) > 1e-9 * volume, logged, np.nan),
             )
-            yield from factor(np.where(back, logged, 0.0), of(own, name), rows)
+            yield from factor(np.where(back, logged, 0.0), of(expected, name), rows)
 
-        yield Link(name, f"liquid given back to {name[-1]}", e.table, np.where(back, logged, 0.0), of(own), volume,
+        yield Link(name, f"liquid given back to {name[-1]}", e.table, np.where(back, logged, 0.0), of(expected), volume,
                    suspects, marks=e.marks())  # fmt: skip
 
 
-def own_shares(run: Run, e: Events, tables: Tables) -> Pair:
+def expected_shares(run: Run, e: Events, tables: Tables) -> Pair:
     """Shares of each event by the papers, from the films and volumes logged with it."""
     volume = e.column("volume")
     given = granted(e, asked(e)) if coverage.known(run, "formation") else (e.column("share_i"), e.column("share_j"))
@@ -290,18 +290,23 @@ def own_shares(run: Run, e: Events, tables: Tables) -> Pair:
     return np.where(e.formation, given[0], back), np.where(e.formation, given[1], volume - back)
 
 
-def links(run: Run, e: Events, tables: Tables, own: Pair, table_holds: bool) -> Iterator[Link]:
+def links(run: Run, e: Events, tables: Tables, expected: Pair, table_holds: bool) -> Iterator[Link]:
     """All equations of the events, causes before what follows from them; with a wrong table no shares can be judged."""
     if len(e.table):
         yield from links_chain.life(run)
         if coverage.known(run, "formation"):
             yield from draws(e)
-        yield volumes(e, own)
+        yield volumes(e, expected)
         if table_holds:
             yield from sharing(run, e, tables)
-        found = (static(run, e, own[0] + own[1]), due(run, e), overdue(run, e), links_formations.early(run, e.marks()))
+        found = (
+            static(run, e, expected[0] + expected[1]),
+            due(run, e),
+            overdue(run, e),
+            links_formations.early(run, e.marks()),
+        )
         yield from (link for link in found if link is not None)
         yield links_formations.late(run, e.marks())
         yield from (link for link in (links_formations.shared(run),) if link is not None)
         yield from links_formations.missed(run)
-    yield from links_chain.links(run, own)
+    yield from links_chain.links(run, expected)

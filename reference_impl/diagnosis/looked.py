@@ -18,7 +18,7 @@ MOST = 200_000
 
 
 def parts(run: Run, found: Found) -> tuple[Run, Run, str]:
-    """For the equations of the event log and for those of the contact log; a sentence on what they are a part of."""
+    """Return the chunks of a run for the equations of events and of contacts, and a sentence on what they are a part of."""
     if max(found.events, found.contacts) <= MOST:
         return run, run, ""
     steps = _steps(run, "events")

@@ -1,6 +1,6 @@
 """Newton's law put to the diagnosis: which of the forces on a sphere does not act as the reference says.
 
-The change of speed (or spin) of each sphere is held against the sum of its forces; for each force it is asked whether one factor
+The change of speed (or spin) of each sphere is compared with the sum of its forces; for each force it is asked whether one factor
 on it, or a constant acceleration, brings the records back. Tried only where the equations of the log hold, for a wrong force
 in the log is a wrong force here too. See diagnosis.py.
 """
@@ -30,8 +30,12 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
     """The laws of motion and the closest points, those beyond their limits."""
     laws = [{**newton.law(setup, f), **(newton.against_log(setup, f) if f.bridges is not None else {})} for f in found]
     if "wall_closest_point" in failed:
-        logged, own, size, rows = _joined([law["wall_closest_point"] for law in laws if "wall_closest_point" in law])
-        yield Link("wall_closest_point", "closest point of a wall", rows, logged, own, size, _shift(logged, own))
+        logged, expected, size, rows = _joined(
+            [law["wall_closest_point"] for law in laws if "wall_closest_point" in law]
+        )
+        yield Link(
+            "wall_closest_point", "closest point of a wall", rows, logged, expected, size, _shift(logged, expected)
+        )
         return  # forces at a wrong place follow from it
     yield from _pushes(found, failed)
     for link in sprung.links(setup, found, failed):
@@ -40,33 +44,36 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
     shares = [parts.of(setup, f) for f in found]
     for name, what, kind in (("newton_force", "force that acts", 0), ("newton_torque", "torque that acts", 1)):
         if name in failed:
-            logged, own, size, rows = _joined([law[name] for law in laws])
+            logged, expected, size, rows = _joined([law[name] for law in laws])
             terms = {n: np.concatenate([p[n][kind] for p in shares]) for n in shares[0]}
             normals = {
                 what: np.concatenate([p[n][0] for p in shares]) for what, n in parts.normals(setup, shares).items()
             }
             weight = np.concatenate([parts.rows(setup, f)[2] for f in found])
-            of_terms = _suspects(logged, own, terms, weight if kind == 0 else None)
+            of_terms = _suspects(logged, expected, terms, weight if kind == 0 else None)
 
             def suspects(
                 broken: Floats,
                 kind: int = kind,
                 logged: Floats = logged,
-                own: Floats = own,
+                expected: Floats = expected,
                 of_terms: Any = of_terms,
                 normals: Any = normals,
             ) -> Iterator[Suspect]:
                 _, _, at = parts.kind(normals, broken).partition(f"{parts.DRY} ")
-                yield from dry_numbers.suspects(setup, found, kind, logged, own, broken, at)
+                yield from dry_numbers.suspects(setup, found, kind, logged, expected, broken, at)
                 yield from of_terms(broken)
 
             def says(
-                broken: Floats, off: Floats = logged - own, terms: dict[str, Floats] = terms, normals: Any = normals
+                broken: Floats,
+                off: Floats = logged - expected,
+                terms: dict[str, Floats] = terms,
+                normals: Any = normals,
             ) -> str:
                 return parts.described(off[broken], {n: term[broken] for n, term in terms.items()}, normals, broken)
 
             marks = {f"where there are {n}": length(normal) > 0 for n, normal in normals.items()}
-            yield Link(name, what, rows, logged, own, size, suspects, newton.limit(setup), marks=marks, says=says)
+            yield Link(name, what, rows, logged, expected, size, suspects, newton.limit(setup), marks=marks, says=says)
 
 
 PUSHES = {
@@ -77,38 +84,38 @@ PUSHES = {
 
 
 def _pushes(found: list[Forces], failed: list[str]) -> Iterator[Link]:
-    """What semi-implicit drag starts from, where that is beyond its limits: a term lost or with another sign, a factor."""
+    """Yield links of the forces from which semi-implicit drag starts, if beyond their limits: a term lost, its sign, a factor."""
     for name, what in PUSHES.items():
         checked = [f.checks[name] for f in found if name in f.checks]
         if name not in failed or not checked:
             continue
-        logged, own, size, rows = _joined(checked)
+        logged, expected, size, rows = _joined(checked)
         second = np.concatenate([p[4] for p in checked])
 
         def suspects(
-            broken: Floats, logged: Floats = logged, own: Floats = own, second: Floats = second
+            broken: Floats, logged: Floats = logged, expected: Floats = expected, second: Floats = second
         ) -> Iterator[Suspect]:
-            yield Suspect("that of the second sphere is left out", own - second)
-            yield Suspect("that of the second sphere has the other sign", own - 2.0 * second)
+            yield Suspect("that of the second sphere is left out", expected - second)
+            yield Suspect("that of the second sphere has the other sign", expected - 2.0 * second)
             yield Suspect("that of the first sphere is left out", second)
-            by = fitted(lambda factor: factor * own, logged, broken)
-            yield Suspect(f"it is {by:.6g} times what it should be", by * own, by)
+            by = fitted(lambda factor: factor * expected, logged, broken)
+            yield Suspect(f"it is {by:.6g} times what it should be", by * expected, by)
 
-        yield Link(name, what, rows, logged, own, size, suspects)
+        yield Link(name, what, rows, logged, expected, size, suspects)
 
 
 def _joined(laws: list[tuple[Any, ...]]) -> tuple[Floats, Floats, Floats, pd.DataFrame]:
-    logged, own, size = (np.concatenate([p[k] for p in laws]) for k in range(3))
-    return logged, own, size, pd.concat([p[3] for p in laws], ignore_index=True)
+    logged, expected, size = (np.concatenate([p[k] for p in laws]) for k in range(3))
+    return logged, expected, size, pd.concat([p[3] for p in laws], ignore_index=True)
 
 
 def _suspects(
-    logged: Floats, own: Floats, terms: dict[str, Floats], mass: Floats | None
+    logged: Floats, expected: Floats, terms: dict[str, Floats], mass: Floats | None
 ) -> Callable[[Floats], Iterator[Suspect]]:
-    """One factor on one part; a constant acceleration."""
+    """Yield as suspects one factor on one term, and a constant acceleration."""
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
-        rest = logged - own
+        rest = logged - expected
         for name, term in terms.items():
             size = (term**2).sum(axis=1)
             there = rows & (size > 0)
@@ -116,12 +123,12 @@ def _suspects(
                 continue
             f = 1.0 + middle(((rest * term).sum(axis=1)[there]) / size[there])
             if np.isfinite(f):
-                yield Suspect(_said(name, f), own + (f - 1.0) * term, f)
-        yield from _several(rest, own, terms, rows)
+                yield Suspect(_said(name, f), expected + (f - 1.0) * term, f)
+        yield from _several(rest, expected, terms, rows)
         if mass is not None:
             g = np.median((rest / mass[:, None])[rows], axis=0)
             fault = f"an acceleration of ({g[0]:.4g}, {g[1]:.4g}, {g[2]:.4g}) m/s² acts besides"
-            yield Suspect(fault, own + mass[:, None] * g)
+            yield Suspect(fault, expected + mass[:, None] * g)
 
     return suspects
 
@@ -131,7 +138,7 @@ def _alone(terms: dict[str, Floats], name: str, rows: Floats) -> bool:
     return bool((terms[name] == terms[parts.whole(name)])[rows].all())
 
 
-def _several(rest: Floats, own: Floats, terms: dict[str, Floats], rows: Floats) -> Iterator[Suspect]:
+def _several(rest: Floats, expected: Floats, terms: dict[str, Floats], rows: Floats) -> Iterator[Suspect]:
     """A factor on each of the two parts that together leave least; forces of one kind of contact stand for their sum."""
     whole = {parts.whole(name) for name in terms if parts.whole(name) != name}
     some = np.flatnonzero(rows)[:MOST]
@@ -145,7 +152,7 @@ def _several(rest: Floats, own: Floats, terms: dict[str, Floats], rows: Floats) 
             best = float(left[0]), pair, more / scale
     if best[1]:
         words = " and ".join(_said(n, 1.0 + f) for n, f in zip(best[1], best[2], strict=True))
-        yield Suspect(words, own + sum(f * terms[n] for n, f in zip(best[1], best[2], strict=True)))
+        yield Suspect(words, expected + sum(f * terms[n] for n, f in zip(best[1], best[2], strict=True)))
 
 
 def _said(name: str, f: float) -> str:
@@ -155,11 +162,13 @@ def _said(name: str, f: float) -> str:
     return f"{name}: {plain}" if plain else f"{name} is {f:.6g} times what it should be"
 
 
-def _shift(logged: Floats, own: Floats) -> Callable[[Floats], Iterator[Suspect]]:
+def _shift(logged: Floats, expected: Floats) -> Callable[[Floats], Iterator[Suspect]]:
     """Suspect that all values are shifted by the same amount."""
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
-        d = np.median((logged - own)[rows], axis=0)
-        yield Suspect(f"it is off by ({d[0]:.3g}, {d[1]:.3g}, {d[2]:.3g}) m", own + d, general=bool(rows.sum() < 3))
+        d = np.median((logged - expected)[rows], axis=0)
+        yield Suspect(
+            f"it is off by ({d[0]:.3g}, {d[1]:.3g}, {d[2]:.3g}) m", expected + d, general=bool(rows.sum() < 3)
+        )
 
     return suspects

@@ -35,7 +35,7 @@ def rows(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats]:
 
 
 def kinds(setup: Setup, t: Touches) -> dict[str, Floats]:
-    """Which dry contacts are between spheres, and which at each wall."""
+    """Return masks of the dry contacts between spheres and at each wall."""
     walls = {f"at {v.name}": t.wall & (t.b >= v.first) & (t.b < v.last) for v in setup.walls}
     return {"between spheres": ~t.wall, **walls}
 
@@ -120,7 +120,7 @@ def kind(normals: dict[str, Floats], broken: Floats) -> str:
 
 
 def described(rest: Floats, terms: dict[str, Floats], normals: dict[str, Floats], broken: Floats) -> str:
-    """What a residual says: at which kind of contact it is, whether along the normal, and which force it follows by which factor.
+    """Describe a residual: kind of contact, whether it is along the normal, and which force it follows by which factor.
 
     `terms`: the forces by name in the broken records; `normals`: kind of contact -> a force along its normal in all records;
     `broken`: which of them are.

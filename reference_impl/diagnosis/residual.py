@@ -12,9 +12,9 @@ NARROW = 0.02
 """Relative width of the middle half of the ratios within which one factor describes all records."""
 
 
-def described(logged: Floats, own: Floats) -> str:
+def described(logged: Floats, expected: Floats) -> str:
     """One phrase: the factor between logged and expected values, its range, or how far they are apart."""
-    columns = logged.reshape(len(logged), -1), own.reshape(len(own), -1)
+    columns = logged.reshape(len(logged), -1), expected.reshape(len(expected), -1)
     with np.errstate(all="ignore"):
         along, square = (columns[0] * columns[1]).sum(axis=1), (columns[1] ** 2).sum(axis=1)
         ratio = (along / square)[np.isfinite(along / square)]

@@ -24,11 +24,11 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
     ):
         if name not in failed:
             continue
-        logged, own, size, tables = zip(*(f.checks[name] for f in found), strict=True)
+        logged, expected, size, tables = zip(*(f.checks[name] for f in found), strict=True)
         rows = pd.concat(tables, ignore_index=True)
         wall, b = rows["wall"].to_numpy(bool), rows["b"].to_numpy()
         marks = {"between spheres": ~wall} | {f"at {v.name}": wall & (b >= v.first) & (b < v.last) for v in setup.walls}
-        one, two, scale = (np.concatenate(v) for v in (logged, own, size))
+        one, two, scale = (np.concatenate(v) for v in (logged, expected, size))
 
         def suspects(
             broken: Floats, name: str = name, one: Floats = one, two: Floats = two, marks: Any = marks
@@ -55,7 +55,7 @@ def _moved(setup: Setup, f: Forces, start: Floats) -> Floats:
 
 
 def _other(f: Forces, by: int) -> Floats:
-    """For each contact with a wall that began from a spring that of the next in its step, by spheres and partners."""
+    """Return, for contacts with a wall that began from a spring, the spring of the next contact in its step."""
     start, t = f.start.copy(), f.touches
     had = (f.start != 0.0).any(axis=1) & ~np.asarray(f.known, dtype=bool)
     for k in np.unique(t.k[had]):

@@ -125,19 +125,19 @@ FEW = 3
 """Records from which a factor may be estimated; any factor fits fewer."""
 
 
-def factor(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
+def factor(logged: Floats, expected: Floats, rows: Floats) -> Iterator[Suspect]:
     """One factor for all records: the plain ones by name, any other estimated as the median of logged over own."""
     for f, fault in PLAIN.items():
-        yield Suspect(fault, f * own, f)
+        yield Suspect(fault, f * expected, f)
     with np.errstate(all="ignore"):
-        along = logged * own if logged.ndim == 1 else (logged * own).sum(axis=1)
-        ratio = (along / length(own) ** 2)[rows]
+        along = logged * expected if logged.ndim == 1 else (logged * expected).sum(axis=1)
+        ratio = (along / length(expected) ** 2)[rows]
     f = middle(ratio)
     if np.isfinite(f) and not np.isclose(f, list(PLAIN), rtol=1e-9, atol=1e-12).any():
         words = f"{f:.6g}" if abs(f - 1.0) > 1e-6 else f"1 {'+' if f > 1 else '-'} {abs(f - 1.0):.2g}"
         fault = f"it is {words} times what it should be"
         yield Suspect(
-            fault if len(ratio) >= FEW else f"single values are wrong ({words} times)", f * own, f, general=True
+            fault if len(ratio) >= FEW else f"single values are wrong ({words} times)", f * expected, f, general=True
         )
 
 

@@ -31,12 +31,12 @@ def normal_law(run: Run, sets: list[Contacts], marks: Marks) -> Link | None:
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield from formulas(c, formula(name), {n: formula(n) for n in laws.VISCOUS_NORMAL}, name)
         yield Suspect("the full relative speed stands for that along n", formula(name)(replace(c, vn=c.speed)))
-        yield from factor(logged, own, rows)
+        yield from factor(logged, expected, rows)
 
     with np.errstate(all="ignore"):
-        own, *rest = (formula(name)(k) for k in sets)
+        expected, *rest = (formula(name)(k) for k in sets)
     size = np.abs(formula(name)(replace(c, vn=np.maximum(c.speed, forces.TINY))))
-    return Link("viscous_law", "normal viscous force", c.table, logged, own, size, suspects, excuses=tuple(rest),
+    return Link("viscous_law", "normal viscous force", c.table, logged, expected, size, suspects, excuses=tuple(rest),
                 marks=marks)  # fmt: skip
 
 
@@ -50,18 +50,18 @@ def acting(run: Run, c: Contacts, marks: Marks) -> Link | None:
     drag = -laws.VISCOUS_NORMAL[name](c.gap, c.volume, c.ri, c.rj, c.wall, one, run.meta["viscosity"])
     with np.errstate(all="ignore"):
         used = np.where(c.vn != 0.0, -law / c.vn, drag)  # as the engine had it
-    own = -drag * (c.vn + push) * bare if coverage.semi_implicit(run) else law
+    expected = -drag * (c.vn + push) * bare if coverage.semi_implicit(run) else law
     logged = c.column("viscous_normal")
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield Suspect("the semi-implicit factor is left out", -drag * (c.vn + push))
         yield Suspect("the push of the other forces is left out", -drag * c.vn * bare)
         yield Suspect("the drag is explicit", law)
-        yield from factor(logged, own, rows)
+        yield from factor(logged, expected, rows)
 
     recomputed_law = -drag * c.vn
     size = drag * np.maximum(c.speed + np.abs(push), forces.TINY)
-    return Link("viscous_normal", "normal viscous force as it acts", c.table, logged, own, size, suspects,
+    return Link("viscous_normal", "normal viscous force as it acts", c.table, logged, expected, size, suspects,
                 excuses=(-used * (c.vn + push) * bare, recomputed_law * bare), marks=marks)  # fmt: skip
 
 
@@ -92,8 +92,10 @@ def shares(run: Run, c: Contacts, marks: Marks) -> Iterator[Link]:
             for fault, kick in others.items():
                 yield Suspect(fault, 1.0 / (1.0 + drag * kick))
 
-        own = 1.0 / (1.0 + drag * relative_kick(run, t))
-        yield Link(f"factor_{which}", f"factor of the {which} drag", t, logged, own, own, suspects, marks=marks)
+        expected = 1.0 / (1.0 + drag * relative_kick(run, t))
+        yield Link(
+            f"factor_{which}", f"factor of the {which} drag", t, logged, expected, expected, suspects, marks=marks
+        )
 
 
 def _spins(c: Contacts) -> dict[str, Contacts]:
@@ -135,13 +137,13 @@ def tangential(run: Run, sets: list[Contacts], marks: Marks) -> Link | None:
             yield Suspect(fault, formula(name)(other))
         yield Suspect("the push of the other forces is left out", formula(name, 0.0)(c))
         with np.errstate(all="ignore"):
-            yield Suspect("the semi-implicit factor is left out", own / bare)
+            yield Suspect("the semi-implicit factor is left out", expected / bare)
         yield from formulas(c, formula(name), {n: formula(n) for n in laws.VISCOUS_TANGENTIAL}, name)
-        yield from factor(logged, own, rows)
+        yield from factor(logged, expected, rows)
 
     with np.errstate(all="ignore"):
-        own, *rest = (formula(name)(k) for k in sets)
+        expected, *rest = (formula(name)(k) for k in sets)
         slide, roll = laws.VISCOUS_TANGENTIAL[name](c.gap, c.ri, c.rj, c.wall, eta)
     size = bare[:, 0] * (np.abs(slide) * (c.speed + length(push)) + np.abs(roll) * (length(c.spin) + length(spin_push)))
-    return Link("viscous_tangential", "tangential viscous force", c.table, logged, own, size, suspects,
+    return Link("viscous_tangential", "tangential viscous force", c.table, logged, expected, size, suspects,
                 excuses=tuple(rest), marks=marks)  # fmt: skip

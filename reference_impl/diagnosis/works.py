@@ -16,7 +16,8 @@ from reference_impl.replay.io import Run
 
 
 def columns(
-    table: pd.DataFrame, logged: Floats, own: Floats, names: Sequence[str], quantity: str, what: str, size: Floats, limit: float
+    table: pd.DataFrame, logged: Floats, expected: Floats, names: Sequence[str], quantity: str, what: str, size: Floats,
+    limit: float,
 ) -> Iterator[Link]:  # fmt: skip
     """One link a column; columns may be exchanged."""
     for n, name in enumerate(names):
@@ -24,14 +25,14 @@ def columns(
         def suspects(rows: Floats, n: int = n) -> Iterator[Suspect]:
             for m, other in enumerate(names):
                 if m != n:
-                    yield Suspect(f"{names[min(m, n)]} and {names[max(m, n)]} are exchanged", own[:, m])
-                    yield Suspect(f"{other} is counted in as well", own[:, n] + own[:, m])
-            yield from factor(logged[:, n], own[:, n], rows)
-            yield Suspect("it is that of the output before", np.append(own[:1, n], own[:-1, n]))
-            by = middle((logged[:, n] - own[:, n])[rows])
-            yield Suspect(f"it is off by {by:.6g} throughout", own[:, n] + by, by)
+                    yield Suspect(f"{names[min(m, n)]} and {names[max(m, n)]} are exchanged", expected[:, m])
+                    yield Suspect(f"{other} is counted in as well", expected[:, n] + expected[:, m])
+            yield from factor(logged[:, n], expected[:, n], rows)
+            yield Suspect("it is that of the output before", np.append(expected[:1, n], expected[:-1, n]))
+            by = middle((logged[:, n] - expected[:, n])[rows])
+            yield Suspect(f"it is off by {by:.6g} throughout", expected[:, n] + by, by)
 
-        yield Link(quantity, f"{what} {name}", table, logged[:, n], own[:, n], size, suspects, limit)
+        yield Link(quantity, f"{what} {name}", table, logged[:, n], expected[:, n], size, suspects, limit)
 
 
 def works(run: Run) -> Iterator[Link]:
@@ -39,26 +40,28 @@ def works(run: Run) -> Iterator[Link]:
     names = budget.WORKS
     if run.known.get("works_in_windows"):
         parts = run.known["works_in_windows"]
-        logged, own, size = (np.concatenate([p[k] for p in parts]) for k in range(3))
+        logged, expected, size = (np.concatenate([p[k] for p in parts]) for k in range(3))
         table = pd.concat([p[3] for p in parts], ignore_index=True)
         yield from columns(
-            table, logged, own, names, "energy_windows", "work in a window:", size, budget.LIMITS["windows"]
+            table, logged, expected, names, "energy_windows", "work in a window:", size, budget.LIMITS["windows"]
         )
     closed: budget.Budget = run.known["budget"]
     both, turnover = closed.both()
     total = both[[*names]].sum(axis=1).to_numpy(float)
     gain = (both["kinetic_own"] + both["spin_own"]).to_numpy(float)
-    own = gain - gain[0] - both["half_kick"].to_numpy(float)
+    expected = gain - gain[0] - both["half_kick"].to_numpy(float)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         for name in names:
             work = both[name].to_numpy(float)
             with np.errstate(all="ignore"):
-                f = np.divide(1.0, 1.0 - middle(((total - own) / work)[rows & (np.abs(work) > 0.0)]))
+                f = np.divide(1.0, 1.0 - middle(((total - expected) / work)[rows & (np.abs(work) > 0.0)]))
             if np.isfinite(f):
-                yield Suspect(f"the work {name} is {f:.6g} times what it should be", own + (1.0 - 1.0 / f) * work, f)
+                yield Suspect(
+                    f"the work {name} is {f:.6g} times what it should be", expected + (1.0 - 1.0 / f) * work, f
+                )
 
-    yield Link("energy_budget", "sum of the works", both, total, own, turnover, suspects)
+    yield Link("energy_budget", "sum of the works", both, total, expected, turnover, suspects)
     for name in ("kinetic", "spin", "gravity", *(budget.OF_BRIDGES if closed.known else ())):
         logged, mine = both[name].to_numpy(float), both[f"{name}_own"].to_numpy(float)
 
@@ -77,7 +80,7 @@ def flight(run: Run, setup: window.Setup) -> Iterator[Link]:
         return
     base = flights.fly(run, setup, f)
     table = pd.DataFrame({"step": f.step, "i": f.id})
-    logged, own = f.v_end, np.where(base[3][:, None], base[1], f.v_end)
+    logged, expected = f.v_end, np.where(base[3][:, None], base[1], f.v_end)
     size = np.maximum(np.sqrt((f.v_end**2).sum(axis=1)), 1e-2)
 
     def flown(terms: tuple[str, ...], by: float) -> Floats:
@@ -93,5 +96,13 @@ def flight(run: Run, setup: window.Setup) -> Iterator[Link]:
     pairs_of[f.i] = pairs_of[f.j] = True
     marks = {"spheres with bridges": pairs_of, "spheres without": ~pairs_of}
     yield Link(
-        "flight_velocity", "motion between two outputs", table, logged, own, size, suspects, flights.LIMIT, marks=marks
+        "flight_velocity",
+        "motion between two outputs",
+        table,
+        logged,
+        expected,
+        size,
+        suspects,
+        flights.LIMIT,
+        marks=marks,
     )

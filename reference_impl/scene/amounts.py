@@ -46,8 +46,8 @@ def classes(config: Mapping[str, Any]) -> tuple[Class, ...]:
     asked: list[float] = []
     for name in NAMES:
         diameter = float(case[f"{name}_mm"])
-        own = near(data["spheres"][case["material"]]["sizes"], "diameter_mm", diameter)
-        radius, dense = 0.5e-3 * number(own, "diameter_mm"), density(own, config)
+        of_size = near(data["spheres"][case["material"]]["sizes"], "diameter_mm", diameter)
+        radius, dense = 0.5e-3 * number(of_size, "diameter_mm"), density(of_size, config)
         if volume is not None:
             amount = 1e-6 * float(volume) / (math.pi / 6.0 * (1e-3 * diameter) ** 3)
         elif mass is not None:

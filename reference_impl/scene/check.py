@@ -17,7 +17,7 @@ NOT_HELD = ("largest_overlap", "transfer_nodes", "spheres_file")
 
 
 def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
-    """Everything compared; `config` in place of the copy that the run carries. Without either nothing is said to agree."""
+    """Compare the scene with its configuration; `config` replaces the run's copy. Without either it never agrees."""
     section, run = Section(NAME), Path(folder)
     config = configuration.of_run(run) if config is None else config
     if config is None:
@@ -31,10 +31,10 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
                 "walls whose parts follow from a feature angle",
             )
             section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
-        if (said := described.of_run(run)) is None:
+        if (description := described.of_run(run)) is None:
             section.not_checked.append(f"scene: no configuration ({configuration.FILE}) in the run directory")
         else:
-            _user_defined(section, run, said, scene)
+            _user_defined(section, run, description, scene)
         return section
     scene = io.scene(run)
     try:
@@ -47,9 +47,9 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
     return section
 
 
-def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict[str, Any]) -> None:
+def _user_defined(section: Section, run: Path, description: dict[str, Any], scene: dict[str, Any]) -> None:
     try:
-        held = described.held(run, said, scene)
+        held = described.held(run, description, scene)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, ArithmeticError) as error:
         raise io.ReplayError(
             f"{run}: scene.json and {described.FILE} do not describe the same scene ({error!r}); expected both of one run: "
@@ -59,8 +59,8 @@ def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict
     if scene["effects"]["bridges"] and plan.there(run):
         section.add("scene_plan", "itself", [*plan.compared(run, scene, case=False)], "numbers that decide effects")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
-        section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
-    section.not_checked.append(f"scene: {described.not_held(said, scene)}")
+        section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers that the plugin was told")
+    section.not_checked.append(f"scene: {described.not_held(description, scene)}")
 
 
 def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[str, Any]) -> None:
@@ -79,7 +79,7 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
     section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
     section.add("scene_start", "itself", start.starts(run, config, scene), "numbers of the start")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
-        section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
+        section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers that the plugin was told")
     if deck.there(run):
         section.add("scene_deck", "itself", deck.read(run, scene, _resumed(run)), "numbers of the deck")
     else:
@@ -96,19 +96,19 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
 
 
 def _is_edited(path: str, edited: list[str]) -> bool:
-    """Whether a field, or one within it, was set by hand; `classes.count` stands for that of every class."""
+    """Return whether a field, or one within it, was set by hand; `classes.count` stands for that of every class."""
     parts = path.split(".")
     short = ".".join([parts[0], *parts[2:]])
     return any(name in (path, short) or path.startswith(f"{name}.") for name in edited)
 
 
 def _beyond(path: str, wanted: Mapping[str, Any], edited: list[str]) -> bool:
-    """Whether the scene holds what the configuration does not know; of effects decided by their numbers nothing is known."""
+    """Return whether a field of the scene is not determined by the configuration; effects and box are left out."""
     known = path in wanted or path in NOT_HELD or _is_edited(path, edited)
     return not known and not path.startswith(("effects.", "box_"))
 
 
-def _told(run: Path, scene: Mapping[str, Any]) -> list[Held]:
+def _passed_to_plugin(run: Path, scene: Mapping[str, Any]) -> list[Held]:
     """history/meta.json, which goes to the plugin, against the scene."""
     meta, liquid = json.loads((run / "history" / "meta.json").read_text()), scene["liquid"]
     source = "scene.json"

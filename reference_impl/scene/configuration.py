@@ -38,7 +38,7 @@ def of_run(folder: Path) -> dict[str, Any] | None:
 
 
 def reading(config: Mapping[str, Any], key: str, default: str) -> str:
-    """How a place of the paper that is left open is read (docs/readings.md)."""
+    """Return the reading that the configuration selects for an ambiguity of the paper (docs/readings.md)."""
     return str((config["settings"].get("readings") or {}).get(key, default))
 
 
@@ -71,7 +71,9 @@ def screen(config: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def width_m(config: Mapping[str, Any]) -> float:
     """Side or diameter of the sieve [m]; a square one has whole pitches, a round one without a width is the feed's."""
-    own = config["scale"].get("width_mm") is not None
-    wide = number(config["scale"], "width_mm") if own else number(config["materials"]["feed"], "sieve_diameter_mm")
+    has_width = config["scale"].get("width_mm") is not None
+    wide = (
+        number(config["scale"], "width_mm") if has_width else number(config["materials"]["feed"], "sieve_diameter_mm")
+    )
     wished, pitch = 1e-3 * wide, pitch_m(config)
     return wished if config["scale"]["shape"] == "cylinder" else max(1, round(wished / pitch)) * pitch

@@ -23,7 +23,7 @@ MATRICES = ("kn", "kt", "gamman_abs", "coefficientFriction", "coefficientRolling
 
 
 def there(folder: Path) -> bool:
-    """Whether the engine's folder contains a deck."""
+    """Return whether the engine's folder contains a deck."""
     return all((folder / "engine" / name).exists() for name in (SETUP, RUN, DATA))
 
 
@@ -136,11 +136,11 @@ def _data(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:
         for name, n in (("box_low_m", 0), ("box_high_m", 1)):
             yield Held(f"deck: {name}.{axis}", ends[axis][n], scene[name][k], f"scene.json: {name}")
     for c in scene["classes"]:
-        own = table[table[:, 1] == c["type"]]
-        yield Held(f"deck: number of {c['name']}", len(own), c["count"], "scene.json: classes count")
+        of_class = table[table[:, 1] == c["type"]]
+        yield Held(f"deck: number of {c['name']}", len(of_class), c["count"], "scene.json: classes count")
         for column, name, want in ((2, "diameter", 2.0 * c["radius_m"]), (3, "density", c["density_kg_per_m3"])):
-            if len(own):
-                worst = own[np.argmax(np.abs(own[:, column] - want)), column]
+            if len(of_class):
+                worst = of_class[np.argmax(np.abs(of_class[:, column] - want)), column]
                 yield Held(f"deck: {name} of {c['name']}", float(worst), want, f"scene.json: classes {name}")
     start = columns(folder / scene["spheres_file"], ["id", "x", "y", "z"]).sort_values("id").to_numpy(float)
     mine = table[np.argsort(table[:, 0])][:, [0, 4, 5, 6]]

@@ -168,11 +168,11 @@ def films(written: Mapping[str, Any], scene: Mapping[str, Any]) -> list[float]:
 
         return float(brentq(more, 0.0, 10.0 * max(c["radius_m"] for c in some), xtol=1e-18, rtol=1e-15))
 
-    own = [s["percent"] is not None or s["film_um"] is not None for s in written["spheres"]]
-    common = of([c for c, o in zip(classes, own, strict=True) if not o], liquid["percent"], liquid["film_um"])
+    individual = [s["percent"] is not None or s["film_um"] is not None for s in written["spheres"]]
+    common = of([c for c, o in zip(classes, individual, strict=True) if not o], liquid["percent"], liquid["film_um"])
     return [
         of([c], s["percent"], s["film_um"]) if o else common
-        for c, s, o in zip(classes, written["spheres"], own, strict=True)
+        for c, s, o in zip(classes, written["spheres"], individual, strict=True)
     ]
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
-Said = Mapping[str, Any]
+Description = Mapping[str, Any]
 G = 9.81
 PLAIN = (0.0, 0.0, -G)
 """Gravity of a description that says nothing of it."""
@@ -29,7 +29,7 @@ NO_MOTION: dict[str, Any] = {"vibrates": None, "turns": None, "moves": None, "re
 OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": None}
 
 
-def in_full(written: Said, scene: Said) -> dict[str, Any]:
+def in_full(written: Description, scene: Description) -> dict[str, Any]:
     """Write out feeds and deck of a description; `scene` gives files that are not in the run directory."""
     found = {"outlets": [], **written}
     found["spheres"] = [*written["spheres"], *(s for feed in written.get("feed") or () for s in _spheres(feed, scene))]
@@ -41,7 +41,7 @@ def in_full(written: Said, scene: Said) -> dict[str, Any]:
     return found
 
 
-def not_held(written: Said, scene: Said) -> Iterator[str]:
+def not_held(written: Description, scene: Description) -> Iterator[str]:
     """List the parts of this description that could not be compared."""
     if any(s.get("mass_g") for s in written["spheres"]) or written.get("feed"):
         yield "numbers of spheres that follow from a mass or a rate"
@@ -52,24 +52,24 @@ def not_held(written: Said, scene: Said) -> Iterator[str]:
         yield "gravity, which is not that of the deck's inclination: whether it was asked for is not in the description"
 
 
-def _given_gravity(written: Said, scene: Said) -> bool:
-    """Whether the description's own gravity counts with a deck: another than the plain one, or as the scene has it."""
-    own = tuple(written["gravity_m_per_s2"])
-    return own != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
+def _given_gravity(written: Description, scene: Description) -> bool:
+    """Return whether the description's gravity counts with a deck: it is not the plain one, or the scene has the plain one."""
+    described = tuple(written["gravity_m_per_s2"])
+    return described != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
 
 
-def _gravity(deck: Said) -> list[float]:
+def _gravity(deck: Description) -> list[float]:
     """Turned about y by the inclination: along +x goes what is downhill."""
     turn = cmath.rect(G, math.radians(deck["inclination_deg"]))
     return [turn.imag, 0.0, -turn.real]
 
 
-def _levels(deck: Said) -> list[Said]:
+def _levels(deck: Description) -> list[Description]:
     """A deck and those beneath it, from above."""
     return [deck, *(deck.get("beneath") or ())]
 
 
-def _walls(deck: Said) -> Iterator[dict[str, Any]]:
+def _walls(deck: Description) -> Iterator[dict[str, Any]]:
     """Names and motion; the wires across are a wall of their own."""
     names = []
     for k, level in enumerate(_levels(deck)):
@@ -80,7 +80,7 @@ def _walls(deck: Said) -> Iterator[dict[str, Any]]:
         yield {"name": name, "contact_angle_deg": ANGLE_DEG, **NO_MOTION, "vibrates": _stroke(deck["stroke"])}
 
 
-def _stroke(stroke: Said) -> dict[str, Any]:
+def _stroke(stroke: Description) -> dict[str, Any]:
     """Amplitudes and phases of sines; e^(i phase) times amplitude is the sum of a sine along the long axis, at the angle, and
     a cosine along the short one, which is across. Its top goes to +x where the phase of z is ahead of that of x."""
     across = {"linear": 0.0, "circular": 1.0, "elliptic": stroke["ratio"]}[stroke["kind"]]
@@ -95,7 +95,7 @@ def _stroke(stroke: Said) -> dict[str, Any]:
     }
 
 
-def _outlets(deck: Said) -> Iterator[dict[str, Any]]:
+def _outlets(deck: Description) -> Iterator[dict[str, Any]]:
     """Two apertures away from the deck: both sides, the back, its end; six below the lowest: the sections, of which a later one
     holds what no earlier one does. Overs of several decks leave just at their end, above a quarter of the room below."""
     away, sections = 2.0 * deck["aperture_mm"], deck["sections"]
@@ -117,7 +117,7 @@ def _outlets(deck: Said) -> Iterator[dict[str, Any]]:
         yield {**OPEN, "name": name, "high_mm": [end, None, top - clearance]}
 
 
-def _spheres(feed: Said, scene: Said) -> Iterator[dict[str, Any]]:
+def _spheres(feed: Description, scene: Description) -> Iterator[dict[str, Any]]:
     """Make an entry of spheres for each size of a feed."""
     moist = feed["moisture_percent"]
     if moist is not None and feed["moisture_of"] == "moist":
@@ -128,13 +128,13 @@ def _spheres(feed: Said, scene: Said) -> Iterator[dict[str, Any]]:
         yield {**common, "name": f"{feed['name']} {size:.4g} mm", "diameter_mm": size}
 
 
-def _read(feed: Said, scene: Said) -> list[float]:
+def _read(feed: Description, scene: Description) -> list[float]:
     """Sizes as the scene has them."""
     name = re.compile(rf"{re.escape(feed['name'])} [0-9.e+-]+ mm")
     return [2e3 * c["radius_m"] for c in scene["classes"] if name.fullmatch(c["name"])]
 
 
-def _sizes(psd: Said) -> list[float]:
+def _sizes(psd: Description) -> list[float]:
     """Sizes of the classes that hold something, from the finest on: middles of equal parts of each."""
     low, high, per = float(psd["smallest_mm"]), _largest(psd), psd["sizes_per_class"]
     edges = [low * (high / low) ** (k / psd["classes"]) for k in range(psd["classes"] + 1)]
@@ -146,7 +146,7 @@ def _sizes(psd: Said) -> list[float]:
     return found
 
 
-def _finer(psd: Said, size: float) -> float:
+def _finer(psd: Description, size: float) -> float:
     """Share of the mass that is finer."""
     if r := psd["rosin_rammler"]:
         return -math.expm1(-((size / r["size_mm"]) ** r["spread"]))
@@ -156,7 +156,7 @@ def _finer(psd: Said, size: float) -> float:
     return float(min(1.0, (size / g["largest_mm"]) ** g["exponent"]))
 
 
-def _largest(psd: Said) -> float:
+def _largest(psd: Description) -> float:
     """Largest size of a distribution: given, its end, or the size at which its tail is cut."""
     if psd["largest_mm"] is not None:
         return float(psd["largest_mm"])

@@ -109,5 +109,5 @@ def _at(tree: Any, path: str) -> Any:
 
 
 def _is_file(value: Any) -> bool:
-    """Whether a value names a law's file, which is looked for in the configuration's folder."""
+    """Return whether a value names a law's file, which is looked for in the configuration's folder."""
     return isinstance(value, str) and ".py:" in value

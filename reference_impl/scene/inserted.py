@@ -20,13 +20,13 @@ MOST = 5000
 """Places that are tried for one sphere."""
 
 
-def places(said: Mapping[str, Any], scene: Mapping[str, Any], films: list[float]) -> dict[int, Floats]:
+def places(description: Mapping[str, Any], scene: Mapping[str, Any], films: list[float]) -> dict[int, Floats]:
     """Positions (n, 3) of each class that enters [m], by type, in the order of entry; none where one cannot be placed."""
-    entries, classes = said["spheres"], scene["classes"]
+    entries, classes = description["spheres"], scene["classes"]
     arrivals = sorted(
         (float(at), c["type"]) for c in classes if c.get("fed") for at in enter_times(c["fed"], c["count"])
     )  # fmt: skip
-    generator = np.random.default_rng(said["seed"])
+    generator = np.random.default_rng(description["seed"])
     size = [c["radius_m"] + h for c, h in zip(classes, films, strict=True)]
     x, reach = np.zeros((len(arrivals), 3)), np.zeros(len(arrivals))
     found: dict[int, list[int]] = {}
@@ -34,7 +34,9 @@ def places(said: Mapping[str, Any], scene: Mapping[str, Any], films: list[float]
         entry, radius = entries[kind - 1], classes[kind - 1]["radius_m"]
         reach[n] = size[kind - 1]
         for _ in range(MOST):
-            x[n] = _in_region(entry, radius, generator, said["origin_mm"]) - time * np.array(entry["velocity_m_per_s"])
+            x[n] = _in_region(entry, radius, generator, description["origin_mm"]) - time * np.array(
+                entry["velocity_m_per_s"]
+            )
             if (((x[:n] - x[n]) ** 2).sum(axis=1) >= (APART * (reach[n] + reach[:n])) ** 2).all():
                 break
         else:

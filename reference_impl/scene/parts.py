@@ -20,7 +20,7 @@ ROUNDING_DEG = 1e-3
 
 
 def derived(scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> Iterator[Held]:
-    """For every wall whose parts follow from an angle: triangles whose part is not the derived one."""
+    """Compare the parts of every wall that follow from an angle with those of its triangles."""
     for wall in scene["walls"]:
         angle, name = wall.get("feature_angle_deg"), wall["name"]
         if angle is None:
@@ -51,17 +51,17 @@ def _not_derived(given: Floats, corners: Floats, angle: float) -> int:
         if fold <= angle + ROUNDING_DEG:
             near[first].add(second)
             near[second].add(first)
-    own = np.full(len(given), -1)
+    labels = np.full(len(given), -1)
     faces = 0
     for start in range(len(given)):
-        if own[start] < 0:
-            waiting, own[start] = [start], faces
+        if labels[start] < 0:
+            waiting, labels[start] = [start], faces
             while waiting:
                 for k in near[waiting.pop()]:
-                    if own[k] < 0:
-                        own[k] = faces
+                    if labels[k] < 0:
+                        labels[k] = faces
                         waiting.append(k)
             faces += 1
-    pairs = np.unique(np.column_stack([given, own]), axis=0)
+    pairs = np.unique(np.column_stack([given, labels]), axis=0)
     mixed = pairs[np.bincount(pairs[:, 0])[pairs[:, 0]] > 1], pairs[np.bincount(pairs[:, 1])[pairs[:, 1]] > 1]
-    return int((np.isin(given, mixed[0][:, 0]) | np.isin(own, mixed[1][:, 1])).sum())
+    return int((np.isin(given, mixed[0][:, 0]) | np.isin(labels, mixed[1][:, 1])).sum())

@@ -28,12 +28,12 @@ CAPPED = ("viscous_normal", "rolling", "tangential_history", "wall_films")
 
 
 def there(run: Path) -> bool:
-    """Whether the run has a plan."""
+    """Return whether the run has a plan."""
     return (run / FILE).exists()
 
 
 def compared(run: Path, scene: Mapping[str, Any], case: bool) -> Iterator[Held]:
-    """Each row's number; of a scene without weight or without liquid those that compare with neither."""
+    """Compare the number of each row with the recomputed one; without weight or liquid only those that do not need it."""
     with reading(f"{run / FILE}", "the plan that `pywet run` writes: build the run again"):
         rows = {row["effect"]: row for row in json.loads((run / FILE).read_text())["rows"]}
     g = WEIGHT if case else math.hypot(*scene["gravity_m_per_s2"])

@@ -51,7 +51,7 @@ def _of_class(column: str, name: str, values: pd.Series, want: float, source: st
 
 
 def _packing(config: Mapping[str, Any], places: pd.DataFrame, radius: Floats) -> Iterator[Held]:
-    """Nothing starts in a wall of the feed bin or in another sphere."""
+    """Compare with a packing in which no sphere starts in a wall of the feed bin or in another sphere."""
     plan, z, at = Plan.of(config), Heights.of(config), places[["x", "y", "z"]].to_numpy(float)
     facing = 2.0 * np.pi * np.arange(plan.sides) / plan.sides
     reach = (at[:, :2] @ np.array([np.cos(facing), np.sin(facing)])).max(axis=1) + radius

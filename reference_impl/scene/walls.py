@@ -39,14 +39,14 @@ def read(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
 
 
 def by_table(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
-    """The same as the engine reported them, where the STL files are no more than a copy."""
+    """Return the corners of every wall [m] as the engine reported them, for scenes whose STL files are only a copy."""
     table = io.every(folder / "history" / "triangles.parquet").sort_values("triangle")
     corners = np.stack([vectors(table, f"v{k}") for k in range(3)], axis=1)
     return {wall["name"]: corners[(table["mesh"] == wall["name"]).to_numpy()] for wall in scene["walls"]}
 
 
 def _length(name: str, given: float, expected: float, source: str) -> Held:
-    return Held(f"{name} (measured on the STL)", given, expected, source, room=ROOM)
+    return Held(f"{name} (measured on the STL)", given, expected, source, allowance=ROOM)
 
 
 def _wires(plan: Plan, corners: Floats) -> Iterator[Held]:
@@ -127,7 +127,7 @@ def _plates(config: Mapping[str, Any], plan: Plan, z: Heights, meshes: Mapping[s
         angle = float(np.radians(config["apparatus"]["impact_plate_angle_deg"]["value"]))
         edge = plan.apothem - max(OPENING[0] * plan.width, OPENING[1] * plan.aperture)
         tilt, of_tilt = "impact_plate, angle [rad] (measured on the STL)", "scales.yaml: impact_plate_angle_deg"
-        yield Held(tilt, plate.angle, angle, of_tilt, room=2e-6)
+        yield Held(tilt, plate.angle, angle, of_tilt, allowance=2e-6)
         yield _length("impact_plate, high end", float(plate.high[2]), z.plate_top, "two apertures below the wires")
         yield _length("impact_plate, low edge", float(plate.high[0]), edge, "opening of 0.4 widths or 3 apertures")
         yield _length("impact_plate.thickness_m", plate.thickness, t, "scales.yaml: wall_thickness_mm")
@@ -139,7 +139,7 @@ def _box(plan: Plan, scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> 
     low = np.min([c.reshape(-1, 3).min(axis=0) for c in meshes.values()], axis=0) - MARGIN
     high = np.max([c.reshape(-1, 3).max(axis=0) + drawn * (n == "slide") for n, c in meshes.items()], axis=0) + MARGIN
     return [
-        Held(f"{end}.{axis}", given, float(want), "10 mm beyond the walls", room=ROOM)
+        Held(f"{end}.{axis}", given, float(want), "10 mm beyond the walls", allowance=ROOM)
         for end, wanted in (("box_low_m", low), ("box_high_m", high))
         for axis, given, want in zip("xyz", scene[end], wanted, strict=True)
     ]
@@ -158,11 +158,13 @@ def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
         pairs = np.unique(np.column_stack([part, stl.bodies(corners)]), axis=0)
         found.append(Held("wires, parts that are one bar", len(pairs), len(given), "each wire is one part"))
     for k, width in enumerate(given):
-        own = corners[part == k]
+        in_part = corners[part == k]
         upright = name in ("slide", "impact_plate")
-        want = plan.small_half_width if name == "wires" else stl.half_width(own, upright)
+        want = plan.small_half_width if name == "wires" else stl.half_width(in_part, upright)
         found.append(
-            Held(f"walls.{name}.part_half_width_m[{k}]", width, want, "half the shorter side of the part", room=ROOM)
+            Held(
+                f"walls.{name}.part_half_width_m[{k}]", width, want, "half the shorter side of the part", allowance=ROOM
+            )
         )
     return found
 
@@ -187,7 +189,7 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
     of_part = [(w, width) for w in scene["walls"] for width in w["part_half_width_m"]]
     wide = np.array([np.nan if width is None else width for _, width in of_part])
     size = np.bincount(part, weights=areas, minlength=len(p))
-    angle, own = np.array([w["contact_angle_rad"] for w, _ in of_part]), p["half_width"].to_numpy(float)
+    angle, in_part = np.array([w["contact_angle_rad"] for w, _ in of_part]), p["half_width"].to_numpy(float)
     found = [
         _row("history/triangles.part", t["part"].to_numpy(float), part.astype(float), 1.0),
         _row("history/triangles.area", t["area"].to_numpy(float), areas, areas, 1e-6),
@@ -197,7 +199,7 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
         ),
         _row("history/parts.contact_angle", p["contact_angle"].to_numpy(float), angle, 1.0),
         _row("history/parts.area", p["area"].to_numpy(float), size, size, 1e-6),
-        _row("history/parts.half_width", np.nan_to_num(own, posinf=0.0), np.nan_to_num(wide, posinf=0.0), 1e-3),
+        _row("history/parts.half_width", np.nan_to_num(in_part, posinf=0.0), np.nan_to_num(wide, posinf=0.0), 1e-3),
     ]
     for column in ("mesh", "holder"):
         want = [scene["walls"][k]["name" if column == "mesh" else "holder"] for k in wall_of]
@@ -208,9 +210,11 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
     return found
 
 
-def _row(name: str, given: Floats, expected: Floats, size: Floats | float, room: float = 0.0) -> Held:
+def _row(name: str, given: Floats, expected: Floats, size: Floats | float, allowance: float = 0.0) -> Held:
     """The row of a column that is farthest off."""
     off = np.abs(given - expected) / size
     at = int(np.argmax(np.where(np.isfinite(off), off, np.inf)))
     scale = float(np.broadcast_to(size, off.shape)[at])
-    return Held(f"{name} (row {at})", float(given[at]), float(expected[at]), "stl/ and scene.json", scale, room * scale)
+    return Held(
+        f"{name} (row {at})", float(given[at]), float(expected[at]), "stl/ and scene.json", scale, allowance * scale
+    )

@@ -190,7 +190,7 @@ class Collision:
             self.resting.discard(held[int(force.argmin())])
 
     def measures(self) -> list[tuple[str, Pair, Any]]:
-        """What to watch: (kind, pair, function of y that falls through 0 at the event)."""
+        """Return the events to be detected: (kind, pair, function of y that falls through 0 at the event)."""
         found: list[tuple[str, Pair, Any]] = []
         for p in self.pairs:
             if p in self.resting:

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from reference_impl.replay import io, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.tables import at_walls
-from reference_impl.tables.own import ALL_THERE, Bodies, Output, Own, accounted, outputs, slug
+from reference_impl.tables.recomputed import ALL_THERE, Bodies, Output, Recomputed, accounted, outputs, slug
 
 NAMES = ("liquid_by_wall", "contact_statistics")
 STATISTICS = (
@@ -25,7 +25,7 @@ MOTION = ["type", "x", "y", "z", "vx", "vy", "vz"]
 
 
 def written(folder: Path) -> bool:
-    """Whether the results of a run are those of a scene of one's own."""
+    """Return whether the results of a run are those of a user-defined scene."""
     if any(path.stem in NAMES for path in (folder / "results").glob("*")):
         return True
     path = folder / "summary.json"
@@ -35,7 +35,7 @@ def written(folder: Path) -> bool:
         return False  # said where it is read
 
 
-def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
+def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:
     """Read all outputs of a run once."""
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
@@ -49,7 +49,7 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
         lost = max(lost, int((~o.here & (last >= o.step)).sum()))
     by_wall, contacts = pd.DataFrame(liquid), pd.DataFrame(touching)
     initial = float(of.film.sum())
-    return Own(
+    return Recomputed(
         tables=dict(zip(NAMES, (by_wall, contacts), strict=True)),
         liquid=by_wall,
         checks={"no_particle_lost": float(lost), "liquid_accounted_for": accounted(by_wall, initial)},
@@ -64,7 +64,7 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
 
 
 def _booked(scene: Mapping[str, Any], left: pd.DataFrame) -> dict[str, float]:
-    """What had left through each outlet [m3]; none where spheres are retired in a bin, which go on being counted."""
+    """Return the liquid that had left through each outlet [m3]; empty if spheres are retired in a bin, which still count."""
     return {
         f"outlet_{o['name']}_m3": float(left["film"][left["outlet"] == k].sum())
         for k, o in enumerate(scene.get("outlets") or [], start=1)

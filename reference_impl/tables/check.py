@@ -7,19 +7,19 @@ from pathlib import Path
 from reference_impl.diagnosis.held import MISSING, Held, Section
 from reference_impl.replay import io
 from reference_impl.tables import any_scene, columns, plant, screening, summary
-from reference_impl.tables.own import Own
+from reference_impl.tables.recomputed import Recomputed
 
 NAME = "results"
 KINDS = ("parquet", "csv")
 
 
 def there(folder: Path) -> bool:
-    """Whether the run has tables of results, or a summary of them."""
+    """Return whether the run has tables of results, or a summary of them."""
     return (folder / "results").is_dir() or (folder / "summary.json").exists()
 
 
 def check(folder: Path) -> Section:
-    """Everything compared; nothing where there are no results yet."""
+    """Compare all tables of results; nothing if there are none yet."""
     section, run = Section(NAME), Path(folder)
     if not there(run):
         section.not_checked.append("results: there are none yet in the run directory")
@@ -52,7 +52,7 @@ def check(folder: Path) -> Section:
     return section
 
 
-def _tables(section: Section, run: Path, mine: Own) -> None:
+def _tables(section: Section, run: Path, mine: Recomputed) -> None:
     liquid = mine.initial or 1.0
     scales = {"step": 1.0, "time": max(abs(mine.liquid["time_s"].iloc[-1]), 1e-300), "_m3": liquid}
     for name, table in mine.tables.items():

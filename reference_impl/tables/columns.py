@@ -28,13 +28,13 @@ def read(path: Path) -> pd.DataFrame:
         ) from error
 
 
-def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, float]) -> list[Held]:
+def held(name: str, given: pd.DataFrame, recomputed: pd.DataFrame, scales: dict[str, float]) -> list[Held]:
     """Every value of a table, column by column; `scales`: size of a column's values by the first word of its name that fits."""
-    found = [Held(f"{name}: column {c}", MISSING, "there", "docs/results.md") for c in own if c not in given]
-    found += [Held(f"{name}: column {c}", "there", NONE, "docs/results.md") for c in given if c not in own]
+    found = [Held(f"{name}: column {c}", MISSING, "there", "docs/results.md") for c in recomputed if c not in given]
+    found += [Held(f"{name}: column {c}", "there", NONE, "docs/results.md") for c in given if c not in recomputed]
     if "step" not in given:
         return found
-    steps, want = column(given, "step"), own["step"].to_numpy()
+    steps, want = column(given, "step"), recomputed["step"].to_numpy()
     once, count = np.unique(steps, return_counts=True)
     for wrong_steps, is_, should in (
         (want[~np.isin(want, steps)], MISSING, "there"),
@@ -44,16 +44,16 @@ def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, fl
         found += [Held(f"{name}: row of step {s:g}", is_, should, "output steps of scene.json") for s in wrong_steps]
     if not found and not np.array_equal(steps, want):
         found.append(Held(f"{name}: rows", "in another order", "in the order of their steps", "docs/results.md"))
-    table = own.set_index("step").reindex(steps)
+    table = recomputed.set_index("step").reindex(steps)
     both = np.isin(steps, want) & ~pd.Series(steps).duplicated().to_numpy()
     wrong: dict[str, Floats] = {}
-    for c in map(str, own):
+    for c in map(str, recomputed):
         if c in given and c != "step":
             expected, values = table[c].to_numpy()[both], column(given, c)[both]
             found.append(_worst(name, c, values, expected, steps[both], scale_of(c, scales)))
             if found[-1].wrong:
                 wrong[c] = values
-    return [_named(name, h, wrong, own.loc[np.isin(want, steps[both])], scales) for h in found]
+    return [_named(name, h, wrong, recomputed.loc[np.isin(want, steps[both])], scales) for h in found]
 
 
 def scale_of(name: str, scales: dict[str, float]) -> float:
@@ -69,23 +69,23 @@ def _worst(name: str, c: str, values: Floats, expected: Floats, steps: Floats, s
     return Held(f"{name}: {c} at step {steps[at]:g}", float(values[at]), float(expected[at]), "the raw logs", scale)
 
 
-def _named(name: str, h: Held, wrong: dict[str, Floats], own: pd.DataFrame, scales: dict[str, float]) -> Held:
+def _named(name: str, h: Held, wrong: dict[str, Floats], recomputed: pd.DataFrame, scales: dict[str, float]) -> Held:
     c = h.name.removeprefix(f"{name}: ").partition(" at step ")[0]
     if not h.wrong or c not in wrong:
         return h
-    words = next(_likenesses(c, wrong, own, scale_of(c, scales)), "")
-    return Held(h.name, h.given, h.expected, h.source, h.scale, h.room, words)
+    words = next(_likenesses(c, wrong, recomputed, scale_of(c, scales)), "")
+    return Held(h.name, h.given, h.expected, h.source, h.scale, h.allowance, words)
 
 
-def _likenesses(c: str, wrong: dict[str, Floats], own: pd.DataFrame, scale: float) -> Iterator[str]:
+def _likenesses(c: str, wrong: dict[str, Floats], recomputed: pd.DataFrame, scale: float) -> Iterator[str]:
     """List what the values of a column could be instead, the most certain first."""
-    values, expected = wrong[c], own[c].to_numpy()
+    values, expected = wrong[c], recomputed[c].to_numpy()
 
     def same(a: Floats, b: Floats) -> bool:
         with np.errstate(all="ignore"):
             return len(a) > 0 and bool((np.abs(a - b) <= TOLERANCE * scale).all())
 
-    others = {n: own[n].to_numpy() for n in map(str, own) if n not in (c, "step")}
+    others = {n: recomputed[n].to_numpy() for n in map(str, recomputed) if n not in (c, "step")}
     for n, v in others.items():
         # a value that never changes may be equal by chance: then both must have changed places
         if same(values, v) and (np.ptp(values) > 0.0 or (n in wrong and same(wrong[n], expected))):
@@ -108,6 +108,6 @@ def _likenesses(c: str, wrong: dict[str, Floats], own: pd.DataFrame, scale: floa
             yield f"{n} is in it besides"
         if np.ptp(v) > 0.0 and same(-shift, v):
             yield f"{n} is taken off it"
-    first = own["step"].to_numpy()[off]
+    first = recomputed["step"].to_numpy()[off]
     if len(first):
         yield f"in {int(off.sum())} of {len(off)} rows, the first at step {first[0]:g}"

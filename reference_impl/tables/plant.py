@@ -16,7 +16,7 @@ import pandas as pd
 
 from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.replay import plans, retired
-from reference_impl.tables.own import Bodies, outputs
+from reference_impl.tables.recomputed import Bodies, outputs
 
 RESULTS = {1: "results/screen.json", 2: "results/screen_2.json", 3: "results/screen_3.json"}
 """Of each deck, from above."""
@@ -47,7 +47,7 @@ def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -
 
 
 def _of_batch(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.DataFrame) -> pd.DataFrame:
-    """All spheres; who has ever been in the bin and is there at the end belongs to the unders."""
+    """Assign each sphere of a batch to its product: those that have been in the bin and are there at the end are unders."""
     first = np.full(len(of.ids), np.nan)
     for o in outputs(folder, scene, of, ["z"]):
         below = np.zeros(len(of.ids), bool)

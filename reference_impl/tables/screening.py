@@ -1,4 +1,4 @@
-"""Fraction retained and liquid by holder of a screening run: Elskamp & Kruggel-Emden 2018, (44), (45)."""
+"""Fraction retained and liquid by reservoir of a screening run: Elskamp & Kruggel-Emden 2018, (44), (45)."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay.arrays import Floats
-from reference_impl.tables.own import ALL_THERE, Bodies, Output, Own, accounted, outputs, slug
+from reference_impl.tables.recomputed import ALL_THERE, Bodies, Output, Recomputed, accounted, outputs, slug
 
 FEED_BIN, BIN = "feed_bin", "collecting_bin"
 NAMES = ("fraction_retained", "liquid_by_holder")
 
 
-def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
+def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:
     """Read all outputs of a run once. The slide is the feed bin's floor."""
     of = Bodies.of(folder, scene, lambda wall: FEED_BIN if wall["holder"] == "slide" else wall["holder"])
     passed, back = np.zeros(len(of.ids), bool), np.zeros(len(of.ids), bool)
@@ -31,7 +31,7 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
         stamp = {"step": float(o.step), "time_s": time, "time_since_opening_s": time - opening}
         rows.append(({**stamp, **_retained(of, o, passed)}, {**stamp, **_held(of, o, passed)}))
     y, liquid = (pd.DataFrame([row[k] for row in rows]) for k in (0, 1))
-    return _own(of, scene, y, liquid, int(back.sum()))
+    return _recomputed(of, scene, y, liquid, int(back.sum()))
 
 
 def _retained(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
@@ -44,9 +44,9 @@ def _retained(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
         "fraction_retained_spheres": of.mass[above].sum() / of.mass.sum(),
     }
     for kind, name in of.names.items():
-        own = of.kind == kind
-        if own.any():
-            row[f"fraction_retained_{slug(name)}"] = wet[above & own].sum() / start[own].sum()
+        of_class = of.kind == kind
+        if of_class.any():
+            row[f"fraction_retained_{slug(name)}"] = wet[above & of_class].sum() / start[of_class].sum()
     counts = {"on_screen": above, "in_bin": o.here & passed, "lost": ~o.here}
     return {**row, **{f"spheres_{name}": float(rows.sum()) for name, rows in counts.items()}}
 
@@ -63,12 +63,14 @@ def _held(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
     return {**row, **{f"{name}_m3": amount for name, amount in all_of.items()}}
 
 
-def _own(of: Bodies, scene: Mapping[str, Any], y: pd.DataFrame, liquid: pd.DataFrame, came_back: int) -> Own:
-    """With what must hold in every run: no sphere lost, Y never rises (but for liquid drawn out of the bin), all liquid there."""
+def _recomputed(
+    of: Bodies, scene: Mapping[str, Any], y: pd.DataFrame, liquid: pd.DataFrame, came_back: int
+) -> Recomputed:
+    """Return the results with the checks of every run: no sphere lost, Y never rises (but for drawn liquid), all liquid there."""
     seen, count = y["spheres_on_screen"] + y["spheres_in_bin"], len(of.ids)
     initial, mass = float(of.film.sum()), float(of.mass.sum())
     lost, wet = float((count - seen).abs().max()), initial * of.density
-    return Own(
+    return Recomputed(
         tables=dict(zip(NAMES, (y, liquid), strict=True)),
         liquid=liquid,
         checks={

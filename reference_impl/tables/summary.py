@@ -18,7 +18,7 @@ from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.plans import enters
 from reference_impl.replay.stream import BATCH, Rows
-from reference_impl.tables.own import Own
+from reference_impl.tables.recomputed import Recomputed
 
 NOT_COMPARED = ("versions of packages",)
 """What of summary.json no log says."""
@@ -35,35 +35,35 @@ def load(path: Path) -> Any:
         ) from error
 
 
-def checks(file: str, given: Any, own: Own) -> Iterator[Held]:
+def checks(file: str, given: Any, expected: Recomputed) -> Iterator[Held]:
     """Names, values, limits and verdicts of the checks; the counts in the sentence on lost spheres."""
     listed = {row.get("name"): row for row in given if isinstance(row, Mapping)} if isinstance(given, list) else {}
-    for name, value in own.checks.items():
-        row, limit = listed.get(name, {}), own.limits[name]
+    for name, value in expected.checks.items():
+        row, limit = listed.get(name, {}), expected.limits[name]
         yield Held(f"{file}: {name}.value", row.get("value"), value, LOGS, 1.0)
         yield Held(f"{file}: {name}.limit", row.get("limit"), limit, "docs/results.md", 1.0)
         yield Held(f"{file}: {name}.ok", row.get("ok"), value <= limit, "its value and limit")
-    for other in [name for name in listed if name not in own.checks]:
+    for other in [name for name in listed if name not in expected.checks]:
         yield Held(f"{file}: {other}", "there", NONE, "docs/results.md")
     message = re.findall(r"\d+", str(listed.get("no_particle_lost", {}).get("text", "")))
-    want = ", ".join(map(str, own.said))
+    want = ", ".join(map(str, expected.said))
     yield Held(f"{file}: numbers in the sentence of no_particle_lost", ", ".join(message), want, LOGS)
 
 
-def held(given: Mapping[str, Any], own: Own, scene: Mapping[str, Any], folder: Path) -> Iterator[Held]:
+def held(given: Mapping[str, Any], expected: Recomputed, scene: Mapping[str, Any], folder: Path) -> Iterator[Held]:
     """Every number of the summary that the logs, the scene and the engine's own report give."""
     path = folder / "engine" / "run.json"
     run = load(path) if path.exists() else {}
     steps, wall = round(scene["duration_s"] / scene["time_step_s"]), float(run.get("wall_s") or 0.0)
     done = steps - int(run.get("resumed_at_step") or 0)
-    speed = done * sum(own.counts.values()) / wall if wall > 0.0 else None
+    speed = done * sum(expected.counts.values()) / wall if wall > 0.0 else None
     of = {
         **{key: (scene[key], "scene.json") for key in ("name", "seed", "time_step_s")},
         "steps": (steps, "scene.json"), "simulated_s": (scene["duration_s"], "scene.json"),
         "ranks": (run.get("ranks"), "engine/run.json"), "wall_s": (wall, "engine/run.json"),
         "resumed_at_step": (run.get("resumed_at_step"), "engine/run.json"), "particle_steps_per_s": (speed, "engine/run.json"),
-        "mass_kg": (own.mass, LOGS), "initial_liquid_m3": (own.initial, LOGS),
-        **own.more,
+        "mass_kg": (expected.mass, LOGS), "initial_liquid_m3": (expected.initial, LOGS),
+        **expected.more,
     }  # fmt: skip
     for key, (value, source) in of.items():
         yield Held(f"summary.json: {key}", given.get(key, MISSING), value, source)
@@ -71,21 +71,21 @@ def held(given: Mapping[str, Any], own: Own, scene: Mapping[str, Any], folder: P
     versions = given.get("versions") or {}
     for name, key in ((program, "engine_version"), ("plugin", "plugin_hash")):
         yield Held(f"summary.json: versions.{name}", versions.get(name), run.get(key), "engine/run.json")
-    last = {str(c): float(v) for c, v in own.liquid.iloc[-1].items()}
+    last = {str(c): float(v) for c, v in expected.liquid.iloc[-1].items()}
     amounts = {c.removesuffix("_m3"): float(v) for c, v in last.items() if c.endswith("_m3") and c != "initial_m3"}
-    size = own.initial or 1.0
+    size = expected.initial or 1.0
     yield from _group("liquid_end_m3", given, amounts, LOGS, size)
-    if own.ends is not None:
-        yield from _group("contacts_end", given, own.ends, LOGS, 1.0)
-    yield from _group("spheres", given, own.counts, LOGS)
+    if expected.ends is not None:
+        yield from _group("contacts_end", given, expected.ends, LOGS, 1.0)
+    yield from _group("spheres", given, expected.counts, LOGS)
     yield from _group("effects", given, scene["effects"], "scene.json")
     yield from _of_ledger(given, scene, folder)
     energy = energies(folder, scene)
     rounding = 1e-14 * sum(
         abs(e) for e in energy.values() if e is not None and np.isfinite(e)
     )  # what is left of their difference
-    yield from (replace(held, room=rounding) for held in _group("energy_J", given, energy, LOGS))
-    yield from checks("summary.json", given.get("checks"), own)
+    yield from (replace(held, allowance=rounding) for held in _group("energy_J", given, energy, LOGS))
+    yield from checks("summary.json", given.get("checks"), expected)
 
 
 def _group(

@@ -26,19 +26,19 @@ GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 
 def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
-    """What is found for every setting whose levels differ, kind of case and group that was measured."""
+    """Apply a function to every setting whose levels differ, kind of case and group that was measured."""
     found = [
         asked(table, parameter, kind, group)
         for kind in choice.SCENES
         for parameter in KNOBS
-        if not KNOBS[parameter].exact_twin
+        if not KNOBS[parameter].exact_pair
         for group in GROUPS
     ]
     return [f for f in found if f is not None]
 
 
-def all_standings(table: dict[str, Any]) -> list[choice.Standing]:
-    return _everywhere(table, choice.standing)
+def all_standings(table: dict[str, Any]) -> list[choice.Rank]:
+    return _everywhere(table, choice.rank)
 
 
 def live_with(table: dict[str, Any]) -> str:
@@ -75,17 +75,17 @@ def fronts(table: dict[str, Any]) -> str:
     )
 
 
-def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) -> str:
-    order = {(s.kind, s.knob, s.group): s for s in standings}
+def rank_table(table: dict[str, Any], standings: Sequence[choice.Rank]) -> str:
+    order = {(s.kind, s.setting, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
         for parameter in KNOBS:
-            own = [order.get((kind, parameter, group)) for group in GROUPS]
-            if any(own):
-                cells = [Cell("–", "none") if s is None else _standing_cell(s) for s in own]
+            ranks = [order.get((kind, parameter, group)) for group in GROUPS]
+            if any(ranks):
+                cells = [Cell("–", "none") if s is None else _rank_cell(s) for s in ranks]
                 rows.append([Cell(f"{kind}: {KNOBS[parameter].title}"), *cells])
     message = [
-        paragraph(f"{KNOBS[s.knob].title.capitalize()}, {s.kind}, {s.group}: {s.said}.")
+        paragraph(f"{KNOBS[s.setting].title.capitalize()}, {s.kind}, {s.group}: {s.verdict_text}.")
         for s in standings
         if s.verdict == "beaten"
     ] or [paragraph("No level of any setting is as cheap and better than the default beyond doubt.")]
@@ -93,14 +93,14 @@ def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) 
     return "".join(dict.fromkeys(message)) + html_table(["setting", *GROUPS], rows)
 
 
-def _standing_cell(standing: choice.Standing) -> Cell:
-    grade: Any = GRADE[standing.verdict]
-    by = "" if standing.by is None else f" ({figures.SHORT.get(str(standing.by), standing.by)})"
-    return Cell(standing.verdict + by, grade, standing.said)
+def _rank_cell(rank: choice.Rank) -> Cell:
+    grade: Any = GRADE[rank.verdict]
+    by = "" if rank.by is None else f" ({figures.SHORT.get(str(rank.by), rank.by)})"
+    return Cell(rank.verdict + by, grade, rank.verdict_text)
 
 
 def bargains(table: dict[str, Any]) -> list[str]:
-    """What much accuracy may be had for little more, one sentence each."""
+    """Return one sentence for each setting that gains much accuracy at little additional cost."""
     sentences = _everywhere(table, choice.bargain)
     if any(text.startswith("Capillary law") for text in sentences):
         sentences.append(
@@ -111,7 +111,7 @@ def bargains(table: dict[str, Any]) -> list[str]:
 
 
 def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
-    """What changes with scale and size: costs and errors next to each other, then what to choose there."""
+    """Tabulate the costs and errors of several scales and sizes, and the settings to be chosen there."""
     tables, groups = (table, *others), ("fraction retained", "liquid shares")
     names = [_name(t) for t in tables]
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
@@ -120,8 +120,8 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         by_level = [{row["level"]: row for row in t["knobs"].get(parameter, ())} for t in tables]
         for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
             cells = [Cell(f"{KNOBS[parameter].title}: {level}")]
-            for rows_of, own in zip(by_level, tables, strict=True):
-                cells += _at_scale(rows_of.get(level), level == own["default"].get(parameter), groups)
+            for rows_of, study in zip(by_level, tables, strict=True):
+                cells += _at_scale(rows_of.get(level), level == study["default"].get(parameter), groups)
             rows.append(list(cells))
     text = "".join(
         paragraph(
@@ -136,8 +136,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         "against the finest level of the same scale; pale where chance may have made them."
     )
     chosen = "".join(
-        f"<h3>{_name(t).capitalize()}</h3>{fronts(t)}{live_with(t)}{standing_table(t, all_standings(t))}"
-        for t in others
+        f"<h3>{_name(t).capitalize()}</h3>{fronts(t)}{live_with(t)}{rank_table(t, all_standings(t))}" for t in others
     )
     return text + html_table(header, rows) + chosen
 
@@ -160,7 +159,7 @@ def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
         name: {(e["scene"], e["quantity"]): f"{100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in errors}
         for name, errors in of.items()
     }
-    return [[name, *(own.get(column, "–") for column in columns)] for name, own in cells.items()]
+    return [[name, *(values.get(column, "–") for column in columns)] for name, values in cells.items()]
 
 
 def scattered(table: dict[str, Any]) -> str:
@@ -177,7 +176,7 @@ def scattered(table: dict[str, Any]) -> str:
 
 
 def seeds_said(made: dict[str, Any]) -> str:
-    """How many seeds a study has, in words."""
+    """Return the number of seeds of a study in words."""
     dry = made.get("dry_seeds", made["seeds"])
     return f"{made['seeds']} seeds" + ("" if dry == made["seeds"] else f" ({dry} of dry screening)")
 
@@ -203,12 +202,12 @@ def price_cell(price: dict[str, float] | None) -> Cell:
 
 
 def error_cell(errors: Sequence[dict[str, Any]], group: str) -> Cell:
-    own = [e for e in errors if e["group"] == group]
-    if not own:
+    of_group = [e for e in errors if e["group"] == group]
+    if not of_group:
         return Cell("–", "none")
-    worst = max(own, key=lambda e: (abs(e["value"]) > e["limit"], abs(e["value"])))
+    worst = max(of_group, key=lambda e: (abs(e["value"]) > e["limit"], abs(e["value"])))
     value, limit = 100 * abs(worst["value"]), 100 * worst["limit"]
-    hint = "; ".join(f"{e['scene']} {e['quantity']} {100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in own)
+    hint = "; ".join(f"{e['scene']} {e['quantity']} {100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in of_group)
     if value == 0.0:
         return Cell("0", "", hint)
     return Cell(f"{value:.2g} ± {limit:.1g}" if limit else f"{value:.2g}", "" if value > limit else "none", hint)

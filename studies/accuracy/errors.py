@@ -30,7 +30,7 @@ Sample = tuple[tuple[object, ...], np.ndarray, tuple[float, int] | None]
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a user wants: the group it belongs to, in words, its scene, and whether errors are relative to its size."""
+    """Quantity of interest: its group, description and scenes, and whether errors are relative to its size."""
 
     name: str
     group: str
@@ -145,8 +145,8 @@ def prices(runs: pd.DataFrame, size: str) -> pd.DataFrame:
             base = defaults[clock].groupby("seed").mean()
             for level in knobs.KNOBS[parameter].levels(size):
                 default = level == getattr(knobs.default(size), parameter)
-                own = defaults if default else done[(done["knob"] == parameter) & (done["level"] == level)]
-                ratios = (own[clock] / base.reindex(own.index)).dropna()
+                of_level = defaults if default else done[(done["knob"] == parameter) & (done["level"] == level)]
+                ratios = (of_level[clock] / base.reindex(of_level.index)).dropna()
                 if len(ratios):
                     middle = 1.0 if default else float(ratios.median())
                     rows.append((scene, parameter, level, middle, float(ratios.min()), float(ratios.max())))

@@ -22,9 +22,9 @@ FLOOR = 1e-4
 SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_implicit": "semi-implicit"}
 
 
-def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
+def setting_panels(table: dict[str, Any], group: str) -> Figure | None:
     """Error against cost, one small picture for each setting that was measured in this group; moist and dry in one."""
-    drawn = [(parameter, _kinds(table, parameter, group)) for parameter in KNOBS if not KNOBS[parameter].exact_twin]
+    drawn = [(parameter, _kinds(table, parameter, group)) for parameter in KNOBS if not KNOBS[parameter].exact_pair]
     drawn = [(parameter, kinds) for parameter, kinds in drawn if kinds]
     if not drawn:
         return None
@@ -140,9 +140,9 @@ def seeds(runs: pd.DataFrame, size: str) -> Figure:
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 3.6), layout="constrained")
         for ax, scene in zip(axes, ("moist", "dry"), strict=True):
             done = runs[(runs["scene"] == scene) & runs["curve"].notna()]
-            own = done.loc[done["knob"] == "default", "curve"]
-            for k, curve in enumerate(own):
-                label = f"default, {len(own)} seeds" if k == 0 else None
+            at_default = done.loc[done["knob"] == "default", "curve"]
+            for k, curve in enumerate(at_default):
+                label = f"default, {len(at_default)} seeds" if k == 0 else None
                 ax.plot(curve["time_s"], curve["retained"], color="#b9c4ce", lw=3.0, label=label)
             for parameter, colour in KNOB_COLOUR.items():
                 levels = KNOBS[parameter].levels(size)

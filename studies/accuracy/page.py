@@ -50,7 +50,7 @@ def write_page(
     sections = [
         Section("If you can live with …", blocks.live_with(table), "choose"),
         Section("The fronts: error against price", blocks.fronts(table), "fronts"),
-        Section("Where the defaults stand", blocks.standing_table(table, standings), "defaults"),
+        Section("Where the defaults stand", blocks.rank_table(table, standings), "defaults"),
         *(_knobs(table, group) for group in GROUPS),
         *([Section("Larger studies, stored", blocks.beside(table, others), "stored")] if others else []),
         Section("What scatter of the inputs does", blocks.scattered(choice.stored()["scales"]["smoke"]), "inputs"),
@@ -74,7 +74,7 @@ def _price_cards(table: dict[str, Any]) -> list[Card]:
 
 
 def _knobs(table: dict[str, Any], group: str) -> Section:
-    figure = figures.knob_panels(table, group)
+    figure = figures.setting_panels(table, group)
     names = "; ".join(q.text for q in QUANTITIES if q.group == group)
     if figure is None:
         return Section(group.capitalize(), paragraph("No setting changes it."), group)

@@ -62,17 +62,17 @@ SEEDS = sieve.SEEDS[:2]
 
 def scattered(config: Config, name: str, sign: int) -> Config:
     """The configuration with an input moved by so many standard deviations."""
-    own, data = INPUTS[name], config.materials
+    spread, data = INPUTS[name], config.materials
     if name == "film":
-        moved = {n: c.model_copy(update={"liquid_percent": c.liquid_percent * (1.0 + sign * own.between)})
+        moved = {n: c.model_copy(update={"liquid_percent": c.liquid_percent * (1.0 + sign * spread.between)})
                  for n, c in config.cases.items()}  # fmt: skip
         return replace(config, cases=moved)
     if name == "tension":
-        value = data.liquid.surface_tension_N_per_m.value * (1.0 + sign * own.between)
+        value = data.liquid.surface_tension_N_per_m.value * (1.0 + sign * spread.between)
         return with_entries(config, {"materials.yaml: liquid surface_tension_N_per_m value": value})
     contacts = []
     for contact in data.contacts:
-        share = own.between if contact.partner == contact.sphere else own.at_walls
+        share = spread.between if contact.partner == contact.sphere else spread.at_walls
         contacts.append(put(contact, f"{name} value", getattr(contact, name).value * (1.0 + sign * share)))
     return replace(config, materials=data.model_copy(update={"contacts": type(data.contacts)(contacts)}))
 
@@ -114,7 +114,7 @@ class ScatterStudy(study.Study):
 
 
 def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
-    """What one standard deviation of each input makes: scene, input, level, quantity, value, limit (99 %), seeds.
+    """Return the effect of one standard deviation of each input: scene, input, level, quantity, value, limit (99 %), seeds.
 
     Half of high minus low; of `bridges_every` each level minus the default. What chance makes of a difference of two runs is
     taken from the study's `table`, whose deviation is pooled over many levels of the same scene.

@@ -108,7 +108,7 @@ class AccuracyStudy(study.Study):
 
     def times(self, habit: cost.Habit) -> pd.DataFrame | None:
         """Measured and predicted processor time [s] of every screening run on one rank; None on an unmeasured machine."""
-        machine, runs = cost.kept(), self.gather()
+        machine, runs = cost.measured_here(), self.gather()
         if machine is None:
             return None
         runs = runs[runs["scene"].isin(SCREENING) & runs["failed"].isna() & (runs["knob"] != "ranks")]

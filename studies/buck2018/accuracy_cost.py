@@ -69,7 +69,7 @@ def coefficients(case: Problem, state: np.ndarray) -> np.ndarray:
 
 
 def prepared(case: Problem) -> Start:
-    """Where a collision begins, worked out before the clock starts."""
+    """Compute the start of a collision, outside the measured time."""
     p, dry = case.parameters(), wall.collide(case.model_copy(update={"liquid": None}))
     return Start(p, wall.start(case, p), dry["events"][-1]["t"])
 

@@ -19,7 +19,7 @@ from pywet.cases.small.pair import Pair
 from pywet.errors import PywetError
 from pywet.schema import FORMATION, RUPTURE
 from pywet.util.files import read_table
-from reference_impl.bridge import bridge as own_bridge
+from reference_impl.bridge import bridge as computed_bridge
 from reference_impl.replay import laws
 from studies.cross_code.model import Cell, Floats, Source, impossible, measured, not_run, truth
 from studies.cross_code.pairs import ANGLE, ETA, OVERLAPS, RADII, SIGMA, V_STAR, R, compared_gaps, drawn_gaps, pairs
@@ -102,33 +102,40 @@ def _engine(
     names = _named(at, limit)
     where = f"V* {V_STAR:g}, contact angle 15°, {len(at)} gaps"
     wanted = pair.exact(at) if preset == "exact" else pair.paper(at)
-    own = lambda: np.array([own_bridge.solve(g, *pair.bridge).force * SIGMA for g in at])  # noqa: E731
-    said = "Young-Laplace meridian in closed form" if preset == "exact" else "closed form typed anew from the paper"
+    computed = lambda: np.array([computed_bridge.solve(g, *pair.bridge).force * SIGMA for g in at])  # noqa: E731
+    source_text = (
+        "Young-Laplace meridian in closed form" if preset == "exact" else "closed form typed anew from the paper"
+    )
     fit = "the law is a fit; what the exact bridge gives is in the rows below"
-    yield from _best(row, preset, f"{said}; {where}", fit, own, wanted, "collocation, shares no code", names)
+    yield from _best(
+        row, preset, f"{source_text}; {where}", fit, computed, wanted, "collocation, shares no code", names
+    )
     table = "tabulated force in the engine, stated error 0.1 % of the force at touch"
     note = table if preset == "exact" else "contact log of a pull at 0.05 m/s"
     yield measured(row, LIGGGHTS, force, wanted, at=names, note=note, link=link)
     broken = events.loc[events["kind"] == RUPTURE, "rupture_distance"].to_numpy(float)[:1]
     row = f"rupture_{preset}_{pair.key}"
-    own = lambda: np.array([own_bridge.rupture(*pair.bridge).separation])  # noqa: E731
-    said = "limit of stability of the exact bridge" if preset == "exact" else "closed form typed anew from the paper"
+    computed = lambda: np.array([computed_bridge.rupture(*pair.bridge).separation])  # noqa: E731
+    source_text = (
+        "limit of stability of the exact bridge" if preset == "exact" else "closed form typed anew from the paper"
+    )
     fit = "the law is a fit; the exact limit is in the rows below"
-    yield from _best(row, preset, said, fit, own, np.array([limit]), "second variation, shares no code")
+    yield from _best(row, preset, source_text, fit, computed, np.array([limit]), "second variation, shares no code")
     note = "event log; table, stated error 2e-4" if preset == "exact" else "event log"
     yield measured(row, LIGGGHTS, broken, np.array([limit]), note=note, link=link)
 
 
 def _best(
-    row: str, preset: str, said: str, fit: str, own: Callable[[], Floats], exact: Floats, note: str, at: Sequence[str] = ()
+    row: str, preset: str, source_text: str, fit: str, computed: Callable[[], Floats], exact: Floats, note: str,
+    at: Sequence[str] = (),
 ) -> Iterator[Cell]:  # fmt: skip
-    """What a row is compared with: the paper's law by the reference, or the exact bridge, which the reference solves too."""
+    """Yield the reference of a row: the paper's law by the reference, or the exact bridge, which the reference solves too."""
     if preset == "paper":
         yield impossible(row, EXACT, fit)
-        yield truth(row, REFERENCE, said, len(exact))
+        yield truth(row, REFERENCE, source_text, len(exact))
     else:
-        yield truth(row, EXACT, said, len(exact))
-        yield measured(row, REFERENCE, own(), exact, at=at, note=note)
+        yield truth(row, EXACT, source_text, len(exact))
+        yield measured(row, REFERENCE, computed(), exact, at=at, note=note)
 
 
 def _engine_formation(folder: Path, events: pd.DataFrame) -> Cell:
@@ -176,8 +183,8 @@ def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
     for preset in CAPILLARY:
         row = f"capillary_{preset}_overlap"
         touch = pair.paper(np.zeros(3)) if preset == "paper" else pair.exact(np.zeros(3))
-        own = lambda: np.full(3, own_bridge.solve(0.0, *pair.bridge).force * SIGMA)  # noqa: E731
-        yield from _best(row, preset, "force at touch", "the law is a fit", own, touch, "collocation")
+        computed = lambda: np.full(3, computed_bridge.solve(0.0, *pair.bridge).force * SIGMA)  # noqa: E731
+        yield from _best(row, preset, "force at touch", "the law is a fit", computed, touch, "collocation")
         for column in stock.there:
             at, values = stock.force(column, preset, pair.key, "overlap")
             says = "no capillary force while spheres overlap" if column == YADE else _note(column, preset)
@@ -185,7 +192,7 @@ def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
 
 
 def _edges(pair: Pair, stock: Stock) -> Iterator[Cell]:
-    """Where the force of a stock program ends; from the stock models' own law also the volume their bridge has."""
+    """Yield the distance at which the force of a stock program ends, and its bridge's volume by the stock models' law."""
     for column in stock.there:
         edge = stock.edge(column, pair.key)
         for preset in CAPILLARY:
@@ -226,10 +233,10 @@ def _drag(pair: Pair, gaps: Floats) -> Iterator[Cell]:
     from pywet.laws import registry
 
     law = registry.get("viscous_normal", "pitois").functions[0]
-    own = np.array([-law(s, pair.volume, R, R, 1.0, ETA) for s in gaps])
+    computed = np.array([-law(s, pair.volume, R, R, 1.0, ETA) for s in gaps])
     names = _named(gaps, pair.limit("paper"))
     yield measured(
-        row, LIGGGHTS, own, wanted, at=names, note="the compiled law the engine calls; its log is replayed below"
+        row, LIGGGHTS, computed, wanted, at=names, note="the compiled law the engine calls; its log is replayed below"
     )
     for column in (WASHINO, EASO):
         try:

@@ -90,7 +90,7 @@ def impossible(row: str, column: str, why: str) -> Cell:
 
 
 def empty(row: str, reasons: Mapping[str, str]) -> Iterator[Cell]:
-    """Such cells of several programs: column -> why."""
+    """Return the empty cells of several programs, given the reason for each column."""
     return (impossible(row, column, why) for column, why in reasons.items())
 
 
@@ -99,7 +99,7 @@ def not_run(row: str, column: str, how: str) -> Cell:
     return Cell(row, column, "not run", note=how)
 
 
-def said(deviation: float | None) -> str:
+def deviation_text(deviation: float | None) -> str:
     """A deviation as it stands in the table.
 
     >>> said(0.0), said(3.2e-16), said(0.0123), said(0.43)

@@ -10,7 +10,7 @@ from pywet.report.page import Card, Rows, Section, left, paragraph, table, table
 from pywet.report.page import Cell as Td
 from pywet.util.files import write_json
 from studies.cross_code import pictures
-from studies.cross_code.model import Cell, Source, said
+from studies.cross_code.model import Cell, Source, deviation_text
 from studies.cross_code.rows import BY_KEY, COLUMNS, GROUPS, LIGGGHTS, ROWS, Row
 from studies.cross_code.sources import SOURCES, data_file
 
@@ -96,7 +96,7 @@ def cards(results: Table) -> list[Card]:
     if ours:
         worst = max(ours, key=lambda c: c.deviation or 0.0)
         name = BY_KEY[worst.row]
-        shown.append(Card(said(worst.deviation), f"its worst row: {name.quantity}, {name.scene}"))
+        shown.append(Card(deviation_text(worst.deviation), f"its worst row: {name.quantity}, {name.scene}"))
     if failed:
         shown.append(Card(str(len(failed)), f"sources without result: {', '.join(failed)}", "bad"))
     return shown
@@ -138,7 +138,7 @@ def _td(row: Row, cell: Cell | None, results: Table) -> str:
         why = f"no result; {'; '.join(failed)}" if failed else "not part of this row's comparison"
         return f'<td class="{"failed" if failed else "none"}" title="{html.escape(why)}">{"?" if failed else "—"}</td>'
     hint = html.escape(_hint(row, cell))
-    style, name, text = "", "", said(cell.deviation)
+    style, name, text = "", "", deviation_text(cell.deviation)
     if cell.within is not None:
         style = f' style="background:{WITHIN if cell.within else BINS[-1][1]}"'
         text += "<br><small>within spread</small>" if cell.within else "<br><small>beyond spread</small>"
@@ -165,13 +165,13 @@ def _hint(row: Row, cell: Cell) -> str:
 
 
 def meanings(results: Table) -> str:
-    """What a reader should take from the colours; every row in which LIGGGHTS + pywet is not at round-off, with the reason."""
+    """Explain the colours, and list every row in which LIGGGHTS + pywet is not at round-off, with the reason."""
     loose = sorted((c for c in results.ours if (c.deviation or 0.0) > ROUND_OFF), key=lambda c: -(c.deviation or 0.0))
     listed = paragraph("All rows in which LIGGGHTS + pywet is farther than `1e-9` from the truth, and why:")
     return "".join(paragraph(t) for t in MEANINGS) + listed + table_of(loose, {
         "quantity": lambda c: BY_KEY[c.row].quantity,
         "scene": lambda c: left(BY_KEY[c.row].scene),
-        "deviation": lambda c: said(c.deviation),
+        "deviation": lambda c: deviation_text(c.deviation),
         "why": lambda c: left(c.note),
     })  # fmt: skip
 

@@ -53,7 +53,7 @@ def source(folder: Path) -> Source:
 
 
 def of_engine(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
-    """What the same scenes give in an engine that has the plugin."""
+    """Yield the results of the same scenes in an engine that has the plugin."""
     for name, replayed in (("pair", _pair), ("wall_pull", _wall), ("bed", _bed)):
         yield from _cells(name, [replayed(folder / name, engine)], f"runs/{name}/", "")
     yield from _cluster(folder / "cluster", engine)
@@ -78,14 +78,14 @@ def screening(results: Path) -> Source:
         replays = [read_json(f, shape=Replay) for f in stored]
         names = [f"{f.parent.parent.name} {f.parent.name}" for f in stored]
         contacts = sum(f.get("contacts", 0) for f in replays)
-        said = f"{len(replays)} case{'s' * (len(replays) > 1)}: {', '.join(names)}; {contacts} contacts"
-        said += "; exact laws come from tables" if row == "screening_exact" else ""
-        cells += _cells(row, replays, f"../{stored[0].parent.parent.name}/report.html", said, names)
+        runs_read = f"{len(replays)} case{'s' * (len(replays) > 1)}: {', '.join(names)}; {contacts} contacts"
+        runs_read += "; exact laws come from tables" if row == "screening_exact" else ""
+        cells += _cells(row, replays, f"../{stored[0].parent.parent.name}/report.html", runs_read, names)
     return Source("screening", cells)
 
 
 def _cells(
-    scene: str, replays: list[dict[str, Any]], link: str, said: str, names: list[str] | None = None
+    scene: str, replays: list[dict[str, Any]], link: str, runs_read: str, names: list[str] | None = None
 ) -> Iterator[Cell]:  # fmt: skip
     """One row per quantity; an exact force or rupture law is compared with a sample of exact solutions."""
     for key, (*_, inside) in QUANTITIES.items():
@@ -101,7 +101,7 @@ def _cells(
         largest, _, median, name, place = max(parts, key=lambda p: p[0])
         count = sum(p[1] for p in parts)
         yield truth(row, REFERENCE, "recomputed from the logs by the papers' equations", count)
-        note = f"worst in {name}; {said}" if said else f"worst in {name}"
+        note = f"worst in {name}; {runs_read}" if runs_read else f"worst in {name}"
         yield Cell(row, LIGGGHTS, "measured", float(largest), count, float(median), place, note, link)
 
 
@@ -153,9 +153,9 @@ def _cluster(folder: Path, engine: str) -> Iterator[Cell]:
     _throw(plain, kinds, small.PAPER.model_copy(update={"viscous_tangential": None}), engine)
     note = "largest change over the run; formations, ruptures and impacts happen in it"
     arm = f"{note}; the tangential drag acts at each sphere's radius as lever arm, which leaves out the gap"
-    yield from _kept("momentum_wet", folder, kinds, 0, note, link)
-    yield from _kept("spin_wet", folder, kinds, 1, arm, link)
-    yield from _kept("spin_plain", plain, kinds, 1, note, "runs/cluster_no_tangential/")
+    yield from _stored("momentum_wet", folder, kinds, 0, note, link)
+    yield from _stored("spin_wet", folder, kinds, 1, arm, link)
+    yield from _stored("spin_plain", plain, kinds, 1, note, "runs/cluster_no_tangential/")
     yield from _energy("energy_wet", folder, link)
 
 
@@ -169,7 +169,7 @@ def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects, engine:
     _run(folder, kinds, bodies, engine, stiffness=1e4, effects=effects, **shorter)
 
 
-def _kept(row: str, folder: Path, kinds: Sequence[SphereClass], which: int, note: str, link: str) -> Iterator[Cell]:
+def _stored(row: str, folder: Path, kinds: Sequence[SphereClass], which: int, note: str, link: str) -> Iterator[Cell]:
     """Linear (0) or angular (1) momentum over a run."""
     table = read_table(folder / "trajectory.parquet")
     *both, sizes = momenta(table, kinds)
@@ -216,14 +216,16 @@ def _split(folder: Path) -> Iterator[Cell]:
 
     v = nodes["v_star"].to_numpy(float) * (4.0 / 3.0 * R) ** 3
     angle = math.radians(15.0)
-    own = np.array([young_laplace.rupture(float(x), R, 2.0 * R, angle, angle).transfer_ratio for x in v])
+    solved = np.array([young_laplace.rupture(float(x), R, 2.0 * R, angle, angle).transfer_ratio for x in v])
     other = np.array([bridge.rupture(float(x), R, 2.0 * R, angle, angle).bridge.share_i for x in v])
     names = [f"V* {x:.1e}" for x in nodes["v_star"]]
     yield truth(row, EXACT, "exact profile at its limit, split at the neck", len(v))
     one = np.ones(len(v))
-    yield measured(row, REFERENCE, other, own, one, at=names, note="collocation, shares no code")
+    yield measured(row, REFERENCE, other, solved, one, at=names, note="collocation, shares no code")
     table = nodes["transfer_i"].to_numpy(float)
-    yield measured(row, LIGGGHTS, table, own, one, at=names, note="table written by the run", link="runs/exact_pair/")
+    yield measured(
+        row, LIGGGHTS, table, solved, one, at=names, note="table written by the run", link="runs/exact_pair/"
+    )
     yield from empty(row, {YADE: NO_MIGRATION, WASHINO: NO_LOG, EASO: NO_LOG})
 
 

@@ -39,21 +39,28 @@ def _buck(folder: Path) -> Iterator[Cell]:
     from studies.buck2018.curves import problem
     from studies.buck2018.twin import normal_coefficient
 
-    row, engine_e, own, model = "buck", [], [], []
+    row, engine_e, expected, model = "buck", [], [], []
     for k, speed in enumerate(SPEEDS):
         case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=speed)
         engine_e.append(engine.throw(case, folder / f"buck_{k}").e_n)
-        own.append(normal_coefficient(case))
+        expected.append(normal_coefficient(case))
         model.append(float(wall.collide(case)["e_n"]))
     names = [f"{speed:g} m/s" for speed in SPEEDS]
-    apart = float(np.max(np.abs(np.array(model) - own)))
+    apart = float(np.max(np.abs(np.array(model) - expected)))
     yield truth(row, EXACT, "the engine's equations integrated by scipy to 1e-9", len(SPEEDS))
     yield impossible(
         row, REFERENCE, "the reference has no model of a wall impact; the budget of energy is checked instead"
     )
     note = f"50 steps per contact; the paper's own reading of the model gives e up to {apart:.3f} away"
     yield measured(
-        row, LIGGGHTS, np.array(engine_e), np.array(own), np.ones(len(own)), at=names, note=note, link="runs/buck_0/"
+        row,
+        LIGGGHTS,
+        np.array(engine_e),
+        np.array(expected),
+        np.ones(len(expected)),
+        at=names,
+        note=note,
+        link="runs/buck_0/",
     )
     yield from empty(row, OTHERS)
 
@@ -65,11 +72,11 @@ def _pair() -> Iterator[Cell]:
 
     row = "davis_pair"
     exact = np.array([head_on_restitution(s, 0.05) for s in STOKES])
-    own = [restitution(spheres.solve(two_spheres(s))) for s in STOKES]
+    expected = [restitution(spheres.solve(two_spheres(s))) for s in STOKES]
     names = [f"St {s:g}" for s in STOKES]
     yield truth(row, EXACT, "closed form, equation 41", len(STOKES))
     yield measured(
-        row, REFERENCE, np.array(own), exact, np.ones(len(exact)), at=names, note="scipy's DOP853, own events"
+        row, REFERENCE, np.array(expected), exact, np.ones(len(exact)), at=names, note="scipy's DOP853, own events"
     )
     yield impossible(row, LIGGGHTS, "run as three spheres in the row below")
     yield from empty(row, OTHERS)
@@ -108,10 +115,10 @@ def _three(folder: Path) -> Iterator[Cell]:
 
     row = "davis_three"
     truth_v = np.asarray(spheres.solve({"form": "three_equal_spheres", **THREE})["final"]["velocity"], dtype=float)
-    own = engine.model(12.0, 30.0, None, 8.0)
-    comparison = engine.twin(folder / "davis_three", 12.0, 30.0, None, 8.0, STIFFNESS)
+    expected = engine.model(12.0, 30.0, None, 8.0)
+    comparison = engine.in_engine(folder / "davis_three", 12.0, 30.0, None, 8.0, STIFFNESS)
     size = np.full(truth_v.size, float(np.abs(truth_v).max()))
-    off = float(np.abs(own.velocity - truth_v).max() / size[0])
+    off = float(np.abs(expected.velocity - truth_v).max() / size[0])
     names = [f"sphere {k + 1} {a}" for k in range(3) for a in "xy"]
     note = f"scipy's DOP853, own events; pywet's resolved solver is {off:.0e} away"
     yield impossible(row, EXACT, "no closed form for three spheres")

@@ -161,7 +161,7 @@ def contour(map_: Plane) -> Figure:
 
 
 def outcome_map(map_: Plane) -> Figure:
-    """Who hangs together at the end of the window, and where films 1-2 part slowly."""
+    """Draw which spheres cohere at the end of the time window, and where films 1-2 separate slowly."""
     figure, (ax,) = panels(1, 1, (6.8, 5.0))
     at = map_.angle_deg, map_.stokes
     norm = BoundaryNorm(np.arange(-0.5, 5.0), 5)

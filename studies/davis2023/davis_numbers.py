@@ -48,7 +48,7 @@ def restitution(pair: str, **given: float) -> Callable[[float], float]:
 
 
 def occurred(kind: str, pair: str) -> Callable[[Run], bool]:
-    """Whether an event of a kind happened to a pair."""
+    """Return whether an event of a kind happened to a pair."""
     return lambda made: bool(times(made, PAIRS[pair], kind))
 
 

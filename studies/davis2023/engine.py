@@ -39,7 +39,7 @@ TILT = np.linalg.qr(np.array([[1.0, 0.3, -0.2], [0.4, 1.0, 0.5], [0.1, -0.6, 1.0
 
 
 @dataclass(frozen=True)
-class Twin:
+class EngineRun:
     """A collision in the engine: trajectory in the model's units (t̂, δ, v_n0), wall time."""
 
     time: np.ndarray
@@ -60,7 +60,7 @@ def model(stokes: float, theta12_deg: float, ca: float | None, t_end: float) -> 
     return run(problem, times=np.linspace(0.0, t_end, 401)[1:])
 
 
-def twin(
+def in_engine(
     run_dir: Path,
     stokes: float,
     theta12_deg: float,
@@ -69,7 +69,7 @@ def twin(
     stiffness: float,
     friction: float = 0.0,
     engine: str = "liggghts",
-) -> Twin:
+) -> EngineRun:
     """The collision in an engine, liggghts or lammps; `stiffness` of the contact [N/m]."""
     delta, s_min, a = 2.0 * RADIUS * H_A, 1e-3 * RADIUS, 0.5 * RADIUS
     kinds = bodies.sphere_classes(RADIUS, counts=3, density=DENSITY, angle_rad=0.0)
@@ -104,10 +104,10 @@ def twin(
     table = read_table(run_dir / "trajectory.parquet").sort_values(["step", "id"])
     at, v = (table[[f"{q}{axis}" for axis in "xyz"]].to_numpy().reshape(-1, 3, 3) for q in ("", "v"))
     moments = table["time"].to_numpy().reshape(-1, 3)[:, 0]
-    return Twin(moments * SPEED / delta, at @ TILT / delta, v @ TILT / SPEED, wall_s)  # back in its plane
+    return EngineRun(moments * SPEED / delta, at @ TILT / delta, v @ TILT / SPEED, wall_s)  # back in its plane
 
 
-def error(seen: Twin, exact: Run) -> float:
+def error(seen: EngineRun, exact: Run) -> float:
     """Largest difference of the final velocities over the largest velocity."""
     return distance(seen.velocity[-1, :, :2], exact)
 
@@ -119,7 +119,7 @@ def compare() -> pd.DataFrame:
     given = (12.0, 30.0, None, 8.0)
     exact = model(*given)
     with TemporaryDirectory() as work:
-        comparisons = {k: twin(Path(work) / f"k{k:.0e}", *given, k) for k in STIFFNESS}
+        comparisons = {k: in_engine(Path(work) / f"k{k:.0e}", *given, k) for k in STIFFNESS}
     seen, record = comparisons[STIFFNESS[-1]], exact.record
     parts = [
         pd.DataFrame({"line": f"{name} {side}", "x": x, "y": y[:, pair]})

@@ -38,7 +38,7 @@ TOUCH = 0.02
 
 
 def liquid(run_dir: Path, names: Iterable[str]) -> dict[str, float]:
-    """Where the liquid is at the end; all of it on the spheres where nothing moves it."""
+    """Return the distribution of the liquid at the end; all of it is on the spheres if nothing moves it."""
     scene = Scene.read(run_dir / "scene.json")
     spheres = read_table(run_dir / "history" / "spheres.parquet")
     shares = {"liquid_in_bridges": 0.0, "liquid_on_walls": 0.0, "bridges_per_sphere": 0.0}

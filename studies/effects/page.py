@@ -139,19 +139,20 @@ def shares(runs: dict[str, pd.DataFrame]) -> Figure:
 
 
 def unused(runs: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """Of choices in each scene: ms a step, time over everything on, memory [MB], the plugin's arrays [B], if it is loaded."""
+    """Tabulate for each choice and scene: ms per step, time relative to all effects, memory [MB], arrays [B] of the plugin."""
     rows = []
     for name, of in runs.items():
         timed = of.assign(time=step_time(of)).set_index("seed")
         full = timed.loc[timed["variant"] == EVERYTHING, "time"]
         for variant in (EVERYTHING, PLANNED, "no bridges", IDLE):
-            own = timed[timed["variant"] == variant]
-            if len(own):
-                ratio = (own["time"] / full).median() if full.min() >= SHORTEST else math.nan
+            of_variant = timed[timed["variant"] == variant]
+            if len(of_variant):
+                ratio = (of_variant["time"] / full).median() if full.min() >= SHORTEST else math.nan
                 rows.append({
-                    "scene": name, "variant": variant, "step_ms": 1e3 * (own["time"] / own["steps"]).median(), "ratio": ratio,
-                    "memory_MB": own["peak_memory_B"].astype(float).median() / 1e6,
-                    "arrays_B": int(own["plugin_arrays_B"].median()), "loaded": bool(own["plugin"].iloc[0]),
+                    "scene": name, "variant": variant,
+                    "step_ms": 1e3 * (of_variant["time"] / of_variant["steps"]).median(), "ratio": ratio,
+                    "memory_MB": of_variant["peak_memory_B"].astype(float).median() / 1e6,
+                    "arrays_B": int(of_variant["plugin_arrays_B"].median()), "loaded": bool(of_variant["plugin"].iloc[0]),
                 })  # fmt: skip
     return pd.DataFrame(rows)
 

@@ -216,7 +216,7 @@ def tiny_screening(seed: int, size: float, config_dir: Path) -> Setup:
 
 
 def _and_liquid(first: Measure, *names: str) -> Measure:
-    """What the first gives, and where the liquid is."""
+    """Combine a measure with the distribution of the liquid."""
     return lambda run_dir: {**first(run_dir), **measures.liquid(run_dir, names)}
 
 

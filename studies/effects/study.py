@@ -71,7 +71,7 @@ class EffectsStudy(study.Study):
         return page.write_page(self.page, runs, judged)
 
     def lines(self) -> list[str]:
-        """What was found, a line for each scene."""
+        """Return the findings, one line for each scene."""
         return [line(name, of, verdict.planned(verdict.choices(of))) for name, of in self.of_scenes().items()]
 
     def store(self, where: str) -> Path:
@@ -91,13 +91,13 @@ class EffectsStudy(study.Study):
 def result(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> dict[str, Any]:
     scenes = {
         name: {"left_out": verdict.left_out(runs[name]), "plan_right": verdict.planned(choices).harmless,
-               "choices": [_told(c) for c in choices]}
+               "choices": [_as_dict(c) for c in choices]}
         for name, choices in judged.items()
     }  # fmt: skip
     return {"tolerance": TOLERANCE, "scenes": scenes, "added": verdict.costs(judged)}
 
 
-def _told(c: Choice) -> dict[str, Any]:
+def _as_dict(c: Choice) -> dict[str, Any]:
     return study.plain({
         "variant": c.variant, "quantity": c.worst.quantity, "change": c.worst.change, "spread": c.worst.spread,
         "harmless": c.harmless, "saving": c.saving, "saving_spread": c.saving_spread,
@@ -106,7 +106,7 @@ def _told(c: Choice) -> dict[str, Any]:
 
 
 def line(name: str, runs: pd.DataFrame, plan: Choice) -> str:
-    """What the plan leaves out of a scene, and whether that is right."""
+    """Describe the effects that the plan leaves out of a scene, and whether that is right, in one line."""
     out, worst = ", ".join(verdict.left_out(runs)) or "nothing", plan.worst
     return (
         f"{name:<14}leaves out {out}: {'right' if plan.harmless else 'WRONG'}, largest change {100 * worst.change:+.2f} % "

@@ -81,7 +81,7 @@ def choices(runs: pd.DataFrame) -> list[Choice]:
 
 
 def _spread(of_choices: list[Floats], seeds: int) -> float:
-    """Of one quantity, from the differences to everything on of every choice that changes it at all."""
+    """Return the spread of one quantity from the differences to all effects of every choice that changes it at all."""
     variances = [float(np.var(d, ddof=1)) for d in of_choices if len(d) > 1 and d.any()]
     low = float(stats.chi2.ppf(0.5, seeds - 1)) / (seeds - 1) if seeds > 1 else 1.0
     return 2.0 * math.sqrt(float(np.median(variances)) / low / seeds) if variances else 0.0
@@ -117,7 +117,7 @@ def step_time(runs: pd.DataFrame) -> pd.Series:
 
 
 def left_out(runs: pd.DataFrame) -> list[str]:
-    """What the plan leaves out of what is on with everything on."""
+    """Name the effects that the plan leaves out among those that are on in the full run."""
     full, plan = (runs.loc[runs["variant"] == name, "effects"].iloc[0] for name in (EVERYTHING, PLANNED))
     switched = set(runs["variant"].str.removeprefix("no "))
     names = ["sharing_by_size" if n == "transfer" else n for n in full if full[n] != plan[n]]

@@ -194,7 +194,8 @@ def speed(table: pd.DataFrame) -> str:
         return ""
     a, b = (float(times[engine].mean()) for engine in ROOTS)
     return (
-        f"Processor time of the engine per run, mean of {len(times)} cases and seeds: {a:.0f} s in LIGGGHTS, {b:.0f} s in YADE "
+        f"Processor time of the engine per run, mean over {len(times)} {'runs' if len(times) > 1 else 'run'} in each: "
+        f"{a:.0f} s in LIGGGHTS, {b:.0f} s in YADE "
         f"({b / a:.1f} times).\n\n"
     )
 

@@ -28,7 +28,7 @@ from pywet.ending import die_with_parent
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.errors import PywetError, border, one_line
 from pywet.runs.summary import commit
-from studies.full_scale import kept
+from studies.full_scale import stored_runs
 from studies.full_scale.judging import fingerprint
 from studies.full_scale.statements import STATEMENTS
 
@@ -125,7 +125,7 @@ class Campaign:
             job.failed = one_line(log[-1] if log else f"exit code {job.process.returncode}")
         else:
             try:
-                kept.keep(
+                stored_runs.keep(
                     job.folder,
                     self.data,
                     job.name,
@@ -169,7 +169,7 @@ def prepare(
 
 
 def table(jobs: Sequence[Job]) -> list[str]:
-    """What each case asks for and takes, as lines."""
+    """Return the resources that each case requires as lines of a table."""
     needed = [j.need for j in jobs]
     lines = ["case    spheres    steps [1e6]    lists    bridges    processor time [h]    disk [GB]"]
     for j, n in zip(jobs, needed, strict=True):

@@ -16,17 +16,18 @@ def _half(runs: Runs, case: int) -> str:
 
 
 def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
-    """What liquid does to passage, where it goes, and how many statements are confirmed; none without the cases it is about."""
+    """Summarise passage, distribution of the liquid and confirmed statements; a line without its cases is left out."""
     written = ["# Full scale", ""]
     if all(runs.get(n) for n in (1, 2, 10, 11)):
         written += [
-            f"- **Passage**: 5 % of liquid delays it. On 8 mm half of the undersize is through after {_half(runs, 1)} dry and "
-            f"{_half(runs, 2)} moist (POM), {_half(runs, 10)} and {_half(runs, 11)} (glass); after 10 s all of it is.",
+            "- **Passage**: 5 % of liquid delays it. With apertures of 8 mm half of the undersize has passed after "
+            f"{_half(runs, 1)} dry and {_half(runs, 2)} moist (POM), {_half(runs, 10)} and {_half(runs, 11)} (glass); after "
+            "10 s all of it has.",
         ]
     if all(runs.get(n) for n in (7, 8, 16, 17)):
         y = [f"{runs[n][0].at(runs[n][0].retained(), 20.0):.2f}" for n in (7, 8, 16, 17)]
         written += [
-            f"  On 5.6 mm the screen retains {y[0]} of the feed dry and {y[1]} moist after 20 s (POM), {y[2]} dry and {y[3]} "
+            f"  With 5.6 mm the screen retains {y[0]} of the feed dry and {y[1]} moist after 20 s (POM), {y[2]} dry and {y[3]} "
             "moist (glass; more dry than moist spheres peg).",
         ]
     for name, n in (("POM", 2), ("glass", 11)):

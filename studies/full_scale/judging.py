@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pywet.compare.statistics import half_width
-from studies.full_scale.kept import Kept, Moved
+from studies.full_scale.stored_runs import Moved, StoredRun
 
-Cases = Mapping[int, Kept]
+Cases = Mapping[int, StoredRun]
 HOLDS, FAILS, OPEN, MISSING = "confirmed", "not confirmed", "inconclusive", "not run"
 
 
@@ -73,7 +73,7 @@ class Answer:
 
     verdict: str
     values: tuple[tuple[float, ...], ...] = ()
-    chance: tuple[float, ...] = ()
+    uncertainty: tuple[float, ...] = ()
 
 
 def neighbour(case: int) -> int:
@@ -81,14 +81,14 @@ def neighbour(case: int) -> int:
     return (1 if case < 10 else 10) + ((case - 1) % 3 > 0)
 
 
-def neighbours(case: int, runs: Mapping[int, Sequence[Kept]], run: Kept | None = None) -> list[Moved]:
+def neighbours(case: int, runs: Mapping[int, Sequence[StoredRun]], run: StoredRun | None = None) -> list[Moved]:
     """A run of a case, else its first, moved by each seed of its neighbour; none where that has a single seed."""
     seeds = runs.get(neighbour(case), ())
     return [Moved((run or runs[case][0]).folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
 
 
-def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
-    """Whether the stored runs show a statement."""
+def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answer:
+    """Return whether the stored runs show a statement."""
     if not statement.cases:  # of the law alone
         return _decided(statement, [{}], [0.0] * len(statement.parts))
     if any(not runs.get(case) for case in statement.cases):
@@ -108,7 +108,7 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
     return _decided(statement, worlds, _of_neighbours(statement, worlds[0], runs))
 
 
-def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[Kept]]) -> list[float]:
+def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[StoredRun]]) -> list[float]:
     """Half the 95 % interval of each part: variances of its cases, moved one at a time, add up."""
     moved = {case: neighbours(case, runs, world[case]) for case in statement.cases}
     freedom = sum(len(runs[n]) - 1 for n in {neighbour(case) for case, runs_of in moved.items() if runs_of})
@@ -121,13 +121,14 @@ def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequen
     return halves
 
 
-def _decided(statement: Statement, worlds: Sequence[Cases], chance: Sequence[float]) -> Answer:
+def _decided(statement: Statement, worlds: Sequence[Cases], uncertainty: Sequence[float]) -> Answer:
     values = tuple(tuple(part.quantity(world) for world in worlds) for part in statement.parts)
     verdicts = [
-        decide(part, float(np.mean(v)), half) for part, v, half in zip(statement.parts, values, chance, strict=True)
+        decide(part, float(np.mean(v)), half)
+        for part, v, half in zip(statement.parts, values, uncertainty, strict=True)
     ]
     verdict = FAILS if FAILS in verdicts else OPEN if OPEN in verdicts else HOLDS
-    return Answer(verdict, values, tuple(chance))
+    return Answer(verdict, values, tuple(uncertainty))
 
 
 def decide(part: Part, value: float, half: float) -> str:

@@ -16,12 +16,12 @@ from pywet.report import plots
 from pywet.report.collect import CaseResult
 from pywet.report.pictures import STYLE, plt, svg
 from pywet.util.files import atomic_write
-from studies.full_scale import headline, kept, reasons, retirement, run_table, spread, stroke, trials
+from studies.full_scale import headline, reasons, retirement, run_table, spread, stored_runs, stroke, trials
 from studies.full_scale.campaign import SETTINGS
 from studies.full_scale.judging import FAILS, OPEN, Answer, Statement, judge, neighbours
-from studies.full_scale.kept import Kept
 from studies.full_scale.spread import Runs
 from studies.full_scale.statements import STATEMENTS
+from studies.full_scale.stored_runs import StoredRun
 
 Answers = Sequence[tuple[Statement, Answer]]
 FOLDER = Path("docs/full_scale")
@@ -82,7 +82,7 @@ def honest(runs: Runs) -> str:
 def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str:
     """Write the figures next to `data` and return the page's text."""
     config = config or settings.load(Path("config"))
-    variants = kept.variants(data)
+    variants = stored_runs.variants(data)
     runs = variants.pop("", {})
     answers = [(s, judge(s, runs)) for s in STATEMENTS]
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
@@ -165,7 +165,7 @@ def _price(runs: Runs) -> list[str]:
 
 
 def _lacking(runs: Runs, stiff: Runs) -> list[str]:
-    """What the page cannot say for want of runs."""
+    """List the results that are missing from the page because runs are missing."""
     seeds = ", ".join(str(len(runs.get(n, ()))) for n in SEEDED)
     lines: list[str] = []
     if any(len(runs.get(n, ())) < SEEDS for n in SEEDED):
@@ -193,7 +193,7 @@ def _statements(answers: Answers) -> list[str]:
     ]
 
 
-def _division(run: Kept, title: str) -> float:
+def _division(run: StoredRun, title: str) -> float:
     """Share of all liquid at the end in a division of Fig. 14; a liquid reservoir that a run's table lacks has none."""
     have = run.tables["liquid_by_holder"].columns
     return sum(float(run.liquid(h)[-1]) for h in trials.FIG14[title] if f"{h}_m3" in have)
@@ -215,7 +215,7 @@ def _change(row: tuple[str, ...]) -> str:
 
 
 def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
-    """What is known at full scale of effects in no preset."""
+    """Summarise the full-scale results on effects that are in no preset."""
     lines = []
     for effect in SWITCHED:
         shown = [row for row in _switched(runs, variants, effect) if row[2] in DIVISIONS]
@@ -270,7 +270,7 @@ def _result(config: Config, number: int, runs: Runs) -> CaseResult:
     return CaseResult(config.case(number), (), summary=share, retained=retained, liquid=liquid, seeds=seeds)
 
 
-def fig14(pair: Sequence[Kept]) -> str:
+def fig14(pair: Sequence[StoredRun]) -> str:
     """Bars of the paper's divisions of the apparatus at the end of the runs, as they are and with effects switched on."""
     if not pair:
         return ""

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies.full_scale.judging import Cases
-from studies.full_scale.kept import COARSE, UNDERSIZE, Kept
+from studies.full_scale.stored_runs import COARSE, UNDERSIZE, StoredRun
 
 SMALL, NEAR = UNDERSIZE
 COARSE_MATERIAL = "coarse_material"
@@ -30,7 +30,7 @@ def spread(c: Cases, cases: Sequence[int], start: float = 0.5, stop: float = 20.
     return float((curves.max(axis=0) - curves.min(axis=0)).mean())
 
 
-def lag(stored: Kept, start: float, stop: float) -> float:
+def lag(stored: StoredRun, start: float, stop: float) -> float:
     """Mean of Y_small − Y_near of one case over a span of time."""
     return stored.y(start, stop, SMALL) - stored.y(start, stop, NEAR)
 
@@ -53,7 +53,7 @@ def through(c: Cases, case: int, left: float) -> float:
     return float(times[more[-1] + 1]) if more[-1] + 1 < len(times) else math.inf
 
 
-def last_lag(stored: Kept) -> float:
+def last_lag(stored: StoredRun) -> float:
     """Last time at which Y_small is above Y_near [s]; 0 where it never is."""
     late = np.flatnonzero((stored.retained(SMALL) > stored.retained(NEAR)) & (stored.times >= 0.5))
     return float(stored.times[late[-1]]) if len(late) else 0.0
@@ -85,19 +85,19 @@ def largest(c: Cases, a: int, kind_a: str | None, b: int, kind_b: str | None) ->
     )
 
 
-def rise(stored: Kept, holder: str, sign: float = 1.0) -> float:
+def rise(stored: StoredRun, holder: str, sign: float = 1.0) -> float:
     """Largest step up (down with −1) of a reservoir's share from one output to the next after the opening."""
     values = stored.liquid(holder)[stored.times >= 0.0]
     return float(np.max(np.diff(sign * values), initial=0.0))
 
 
-def per_sphere(stored: Kept, kind: str) -> float:
+def per_sphere(stored: StoredRun, kind: str) -> float:
     """Liquid share that spheres of a class carried through the outlet, over the number of them that passed."""
     spheres = stored.count("above", kind)
     return carried(stored, kind) / max(float(spheres[0] - spheres[-1]), 1.0)
 
 
-def fall(stored: Kept, kind: str) -> float:
+def fall(stored: StoredRun, kind: str) -> float:
     """Share of a class that passes from 5 to 20 s."""
     return stored.at(stored.retained(kind), 5.0) - stored.at(stored.retained(kind), 20.0)
 
@@ -107,7 +107,7 @@ def apart(c: Cases, time: float) -> float:
     return abs(share(c, 2, time, "walls") - share(c, 2, time, COARSE_MATERIAL))
 
 
-def carried(stored: Kept, kind: str) -> float:
+def carried(stored: StoredRun, kind: str) -> float:
     """Share of the liquid that spheres of a class held at the last output before they passed; nan where not recorded."""
     return float((stored.about.get("carried") or {}).get(kind, math.nan))
 

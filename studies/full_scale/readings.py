@@ -20,7 +20,7 @@ from pywet.errors import border
 from pywet.runs.rundir import RunDir
 from pywet.util.files import write_csv
 from studies.accuracy.sieve import of_curve
-from studies.full_scale.kept import DIGITS
+from studies.full_scale.stored_runs import DIGITS
 from studies.full_scale.trials import LONG, SCALE
 
 FILE = Path("docs/full_scale/reasons/readings.csv")

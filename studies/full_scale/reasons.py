@@ -18,13 +18,13 @@ from pywet.cases.screening.results import column
 from pywet.errors import PywetError, border
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_json, write_csv
-from studies.full_scale.kept import COARSE, DIGITS, UNDERSIZE, WALLS, Kept
 from studies.full_scale.quantities import MAJORITY, through
+from studies.full_scale.stored_runs import COARSE, DIGITS, UNDERSIZE, WALLS, StoredRun
 from studies.full_scale.trials import named
 
 FOLDER = Path("docs/full_scale/reasons")
 SMALL, NEAR = UNDERSIZE
-Runs = Mapping[int, Sequence[Kept]]
+Runs = Mapping[int, Sequence[StoredRun]]
 
 
 def side_walls(runs: Sequence[RunDir]) -> pd.DataFrame:
@@ -97,7 +97,8 @@ def _early(runs: Runs, folder: Path) -> str:
     left = [100 * run.at(run.undersize, 3.0) for run in (runs[k][0] for k in (1, 2, 3))]
     deep = [f"{of('deep', n, 'all'):.2f} instead of {of('as_is', n, 'all'):.2f}" for n in (1, 3)]
     return (
-        f"at 3 s {left[0]:.0f} % of the undersize is left dry, {left[1]:.0f} % with 5 % and {left[2]:.0f} % with 10 % of liquid. "
+        f"at 3 s {left[0]:.0f} % of the dry undersize has not yet passed, {left[1]:.0f} % with 5 % and "
+        f"{left[2]:.0f} % with 10 % of liquid. "
         f"A bed twice as deep retains {deep[0]} of the feed dry, {deep[1]} with 10 %: the depth of the bed, which follows from "
         "the diameter of the sieve, decides ([rig](rig.md)). Why 10 % delays passage further is unknown."
     )
@@ -124,9 +125,9 @@ def _dry_near(runs: Runs, folder: Path) -> str:
 
 
 def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[Runs, Path], str]:
-    """How far dry, moist and moister lie apart from 2 s to `end`, and the seeds of a case."""
+    """Describe the differences of Y from 2 s to `end` over the liquid content, and the scatter of the seeds of a case."""
 
-    def said(runs: Runs, folder: Path) -> str:
+    def sentence(runs: Runs, folder: Path) -> str:
         y = [runs[n][0].y(2.0, end) for n in cases]
         seeds = [k.y(2.0, end) for k in runs[seeded]]
         return (
@@ -134,7 +135,7 @@ def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[R
             f"{seeded} differ by up to {max(seeds) - min(seeds):.4f}."
         )
 
-    return said
+    return sentence
 
 
 def _spreads(runs: Runs, groups: Sequence[Sequence[int]], *spans: tuple[float, float]) -> list[float]:
@@ -178,14 +179,14 @@ def _still_changing(runs: Runs, folder: Path) -> str:
 
 
 def _too_little_left(runs: Runs, folder: Path) -> str:
-    said = []
+    lines_of = []
     for number in (8, 17):
         run = runs[number][0]
         held = [100.0 * run.at(run.liquid(h), 20.0) for h in ("coarse_material", "fines")]
-        said.append(f"case {number}: {held[0]:.1f} % on the coarse material, {held[1]:.1f} % on the fines")
+        lines_of.append(f"case {number}: {held[0]:.1f} % on the coarse material, {held[1]:.1f} % on the fines")
     return (
         "its first half is confirmed. But most of the undersize has passed and taken its liquid along at 20 s "
-        f"({'; '.join(said)}). The reason is that of 6."
+        f"({'; '.join(lines_of)}). The reason is that of 6."
     )
 
 
@@ -213,9 +214,9 @@ def _few_left(runs: Runs, folder: Path) -> str:
     )
 
 
-def _of_laws(said: str) -> Callable[[Runs, Path], str]:
+def _of_laws(sentence: str) -> Callable[[Runs, Path], str]:
     """A reason that follows from the laws and the equations of the paper alone."""
-    return lambda runs, folder: said
+    return lambda runs, folder: sentence
 
 
 REASONS: dict[int, Callable[[Runs, Path], str]] = {
@@ -226,8 +227,8 @@ REASONS: dict[int, Callable[[Runs, Path], str]] = {
                  "is small."),
     41: _of_laws("its second half is confirmed. At a hundredth of the rupture distance Willett deviates by 0.8 % from the exact "
                  "bridge, Weigert by 2.4 %; the paper compares with measured points."),
-    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett deviates by 15 % from a third of the rupture "
-                 "distance on, Rabinovich by up to 24 % beyond half of it."),
+    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett deviates by 15 % beyond a third of the rupture "
+                 "distance, Rabinovich by up to 24 % beyond half of it."),
     43: _of_laws("in the first configuration Rabinovich deviates from the exact bridge by 20 % at 0.7 of the rupture distance."),
     47: _of_laws("by the parabola model (equations 35 to 43) the larger sphere gets more at 10° than at 40°. Statement 33 of the "
                  "same paper contradicts this one and is confirmed."),

@@ -7,18 +7,18 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from pywet.compare.statistics import half_width
-from studies.full_scale.kept import Kept
 from studies.full_scale.spread import DRY
+from studies.full_scale.stored_runs import StoredRun
 
 VARIANT = "retire"
-Runs = Mapping[int, Sequence[Kept]]
+Runs = Mapping[int, Sequence[StoredRun]]
 AT_S = (1.0, 2.0, 5.0, 20.0)
 """Times after the opening at which Y is compared."""
-OF_CURVES: dict[str, Callable[[Kept], float]] = {
+OF_CURVES: dict[str, Callable[[StoredRun], float]] = {
     **{f"Y at {t:g} s": lambda k, t=t: k.at(k.retained(), t) for t in AT_S},  # type: ignore[misc]
     **DRY,
 }
-OF_LIQUID: dict[str, Callable[[Kept], float]] = {
+OF_LIQUID: dict[str, Callable[[StoredRun], float]] = {
     "liquid of the coarse material at the end": lambda k: float(k.liquid("coarse_material")[-1]),
     "liquid of the walls except the bin's at the end": lambda k: float(k.walls[-1]),
     "liquid of fines and bin together at the end": lambda k: float(k.liquid("fines", "collecting_bin")[-1]),
@@ -39,7 +39,7 @@ def rows(stored: Runs, retired: Runs) -> list[tuple[str, ...]]:
 
 
 def lines(stored: Runs, retired: Runs) -> list[str]:
-    """What retirement changes and saves, in a sentence each; none without such runs."""
+    """Summarise the changes and savings by retirement, one sentence each; none without such runs."""
     cases = sorted(set(stored) & set(retired))
     if not cases:
         return []
@@ -58,7 +58,7 @@ def lines(stored: Runs, retired: Runs) -> list[str]:
     ]
 
 
-def _compared(case: int, stored: Sequence[Kept], retired: Sequence[Kept]) -> list[tuple[str, ...]]:
+def _compared(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRun]) -> list[tuple[str, ...]]:
     moist = bool(stored[0].about["events"])
     found: list[tuple[str, ...]] = []
     for name, of in (OF_CURVES | (OF_LIQUID if moist else {})).items():
@@ -82,7 +82,7 @@ def _compared(case: int, stored: Sequence[Kept], retired: Sequence[Kept]) -> lis
     return found
 
 
-def _cost(case: int, stored: Sequence[Kept], retired: Sequence[Kept]) -> str:
+def _cost(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRun]) -> str:
     message = []
     for key, (name, unit, symbol) in COSTS.items():
         least = []

@@ -20,11 +20,11 @@ from pywet.cost.command import calibrated
 from pywet.errors import PywetError, border
 from pywet.runs.summary import commit
 from pywet.util.files import atomic_write
-from studies.full_scale import kept
+from studies.full_scale import stored_runs
 from studies.full_scale.campaign import SETTINGS, Campaign, prepare
 from studies.full_scale.judging import MISSING, judge
-from studies.full_scale.kept import COARSE, Kept
 from studies.full_scale.statements import STATEMENTS
+from studies.full_scale.stored_runs import COARSE, StoredRun
 
 DATA, PAGE = Path("docs/full_scale/rigs"), Path("docs/rig.md")
 TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
@@ -47,7 +47,8 @@ paper's contact stiffness. Times of one seed are uncertain by some tenths of a s
 
 ## Undersize on the screen
 
-Per cent of the undersize fed, and large spheres wedged in an aperture. All outputs: `docs/full_scale/rigs`.
+Undersize on the screen in per cent of that in the feed, and number of large spheres wedged in an aperture.
+All outputs: `docs/full_scale/rigs`.
 
 """
 BETWEEN = """
@@ -119,17 +120,17 @@ def configure(source: Path, out: Path, rig: str, aperture_mm: float) -> Path:
 def page(data: Annotated[Path, typer.Option(help="Folder of the stored tables.")] = DATA) -> None:
     """Write docs/rig.md from the stored tables."""
     with atomic_write(PAGE) as partial:
-        partial.write_text(text(kept.variants(data)))
+        partial.write_text(text(stored_runs.variants(data)))
     typer.echo(f"{PAGE} is written")
 
 
-def text(rigs: Mapping[str, Mapping[int, Sequence[Kept]]]) -> str:
+def text(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> str:
     """The page: what the rigs do to passage and to the statements that their runs decide."""
     rigs = dict(sorted(rigs.items()))
     return HEAD + "\n".join(curves(rigs)) + BETWEEN + "\n".join(lines(rigs)) + "\n"
 
 
-def curves(rigs: Mapping[str, Mapping[int, Sequence[Kept]]]) -> list[str]:
+def curves(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
     """A table in Markdown: undersize on the screen over time, a row for each rig and case, first seed."""
     rows = []
     for rig, runs in rigs.items():
@@ -142,7 +143,7 @@ def curves(rigs: Mapping[str, Mapping[int, Sequence[Kept]]]) -> list[str]:
     return [f"| rig | case | {times} | {wedged} |", "|---" * (2 + len(TIMES_S) + len(WEDGED_S)) + "|", *rows]
 
 
-def lines(rigs: Mapping[str, Mapping[int, Sequence[Kept]]]) -> list[str]:
+def lines(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
     """A table in Markdown: rows of each statement that some rig decides, a column for each rig; values where several do."""
     rows = []
     for statement in STATEMENTS:

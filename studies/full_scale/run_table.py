@@ -9,8 +9,8 @@ from pathlib import Path
 from pywet.config import Config
 from pywet.util.files import atomic_write
 from studies.full_scale.judging import MISSING, Answer, Statement
-from studies.full_scale.kept import Kept
 from studies.full_scale.spread import Runs
+from studies.full_scale.stored_runs import StoredRun
 
 RUN_COLUMNS = (
     "run", "scale", "stiffness_over_papers", "time_step_us", "engine_core_hours", "resumed", "formations",
@@ -26,17 +26,17 @@ def write(path: Path, columns: Sequence[str], rows: Iterable[Sequence[object]]) 
         csv.writer(file, lineterminator="\n").writerows([columns, *rows])
 
 
-def run_row(config: Config, run: Kept) -> tuple[object, ...]:
+def run_row(config: Config, run: StoredRun) -> tuple[object, ...]:
     """One run's settings, cost, agreement with the replay and results, in the order of `RUN_COLUMNS`."""
     about = run.about
-    own = max(s.stiffness_sphere_sphere_N_per_m.value for s in config.materials.spheres.values())
+    stiffest = max(s.stiffness_sphere_sphere_N_per_m.value for s in config.materials.spheres.values())
     moist = bool(about["events"])
     liquid = (run.liquid("coarse_material"), run.liquid("fines"), run.walls) if moist else ()
     sizes = (about.get(key) for key in ("peak_memory_B", "replay_peak_memory_B", "disk_B"))
     return (
         run.folder.name,
         about["scale"],
-        f"{about['normal_stiffness_N_per_m'] / own:.2g}",
+        f"{about['normal_stiffness_N_per_m'] / stiffest:.2g}",
         f"{1e6 * about['time_step_s']:.3g}",
         None if about["cpu_s"] is None else f"{about['cpu_s'] / 3600:.2f}",
         "no" if about["resumed_at_step"] is None else "yes",
@@ -63,6 +63,6 @@ def statement_rows(answers: Sequence[tuple[Statement, Answer]]) -> list[tuple[ob
     for statement, answer in answers:
         for k, part in enumerate(statement.parts):
             values = None if answer.verdict == MISSING else " ".join(f"{v:.3g}" for v in answer.values[k])
-            half = f"{answer.chance[k]:.2g}" if answer.chance and answer.chance[k] else None
+            half = f"{answer.uncertainty[k]:.2g}" if answer.uncertainty and answer.uncertainty[k] else None
             rows.append((statement.number, statement.place, statement.says, part.range, values, half, answer.verdict))
     return rows

@@ -7,26 +7,26 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from pywet.compare.statistics import half_width
-from studies.full_scale.kept import Kept
 from studies.full_scale.quantities import lag
+from studies.full_scale.stored_runs import StoredRun
 
-Runs = Mapping[int, Sequence[Kept]]
-Quantities = Mapping[str, Callable[[Kept], float]]
+Runs = Mapping[int, Sequence[StoredRun]]
+Quantities = Mapping[str, Callable[[StoredRun], float]]
 BEGIN, END = 0.5, 5.0
 """Seconds after the opening between which most of the undersize passes with 8 mm."""
 
 
-def half_through(run: Kept) -> float:
+def half_through(run: StoredRun) -> float:
     """Time after the opening at which half of the undersize has passed [s]."""
     return float(np.interp(-0.5, -run.undersize, run.times))
 
 
-DRY: dict[str, Callable[[Kept], float]] = {
+DRY: dict[str, Callable[[StoredRun], float]] = {
     f"mean Y, {BEGIN:g} to {END:g} s": lambda k: k.y(BEGIN, END),
     f"mean Y_small − Y_near, {BEGIN:g} to {END:g} s": lambda k: lag(k, BEGIN, END),
     "time at which half of the undersize is through [s]": half_through,
 }
-MOIST: dict[str, Callable[[Kept], float]] = {
+MOIST: dict[str, Callable[[StoredRun], float]] = {
     "liquid of the coarse material at the end": lambda k: float(k.liquid("coarse_material")[-1]),
     "liquid of the fines at the end": lambda k: float(k.liquid("fines")[-1]),
     "liquid of the walls at the end": lambda k: float(k.walls[-1]),

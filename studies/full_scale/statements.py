@@ -22,8 +22,8 @@ from __future__ import annotations
 
 from studies.full_scale import quantities as q
 from studies.full_scale.judging import Statement, above, below, within
-from studies.full_scale.kept import COARSE
 from studies.full_scale.law_statements import LAW_STATEMENTS, larger_gets, wall_gets
+from studies.full_scale.stored_runs import COARSE
 
 DRY = {1: (2, 3), 4: (5, 6), 7: (8, 9), 10: (11, 12), 13: (14, 15), 16: (17, 18)}
 """Dry case -> its moist ones, less liquid first."""

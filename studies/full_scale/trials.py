@@ -18,7 +18,7 @@ from pywet.cost import edit
 from pywet.errors import PywetError, border, shown
 from pywet.runs.rundir import RunDir
 from pywet.util.files import write_csv
-from studies.full_scale.kept import DIGITS
+from studies.full_scale.stored_runs import DIGITS
 
 SCALE = "smoke"
 FIG14 = {

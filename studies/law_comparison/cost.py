@@ -41,19 +41,19 @@ def _prepared(law: ForceLaw, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if law.prepared:
         prepare = law.prepared.compiled.ctypes
         pointer = prepare.argtypes[-1]
-        for bridge, own in zip(rows[:, 1:6].swapaxes(1, 2).reshape(-1, 5), numbers, strict=True):
-            prepare(*bridge, own.ctypes.data_as(pointer))
+        for bridge, result in zip(rows[:, 1:6].swapaxes(1, 2).reshape(-1, 5), numbers, strict=True):
+            prepare(*bridge, result.ctypes.data_as(pointer))
     return numbers, address
 
 
-def measure(own: Iterable[str] = (), seed: int = 1) -> pd.DataFrame:
+def measure(custom: Iterable[str] = (), seed: int = 1) -> pd.DataFrame:
     """law, ns, ratio (to rabinovich) of every built-in capillary law and a user's `own`, on the same random bridges."""
     rng = np.random.default_rng(seed)
     rows = np.full((BATCHES, len(ROWS), BATCH), ANGLE)
     rows[:, 2:4] = rng.choice([1e-3, 1.5e-3, 2.5e-3], (BATCHES, 2, BATCH))
     rows[:, 1] = 10.0 ** rng.uniform(-5, -1, (BATCHES, BATCH)) * rows[:, 2:4].min(axis=1) ** 3
     rows[:, 0] = rng.uniform(0.0, 1.0, (BATCHES, BATCH)) * rows[:, 1] ** (1 / 3)
-    names = [*(name for name in registry.BUILT_IN["capillary"] if name not in LEFT_OUT), *own]
+    names = [*(name for name in registry.BUILT_IN["capillary"] if name not in LEFT_OUT), *custom]
     laws = {name: registry.get("capillary", name) for name in names}
     loop, out, ready = _loop(), np.zeros(BATCH), {}
     for name, law in laws.items():

@@ -30,18 +30,18 @@ PRINTED = {
 """Law as printed -> the law it is set against."""
 
 
-def force_errors(forces: pd.DataFrame, own: Iterable[str] = ()) -> pd.DataFrame:
+def force_errors(forces: pd.DataFrame, custom: Iterable[str] = ()) -> pd.DataFrame:
     """Relative error F/F_exact − 1 of every built-in capillary law and a user's `own`, one column per law, rows as `forces`."""
     arguments = [forces[name].to_numpy(float) for name in CAPILLARY]
     errors = {}
-    for name in (*registry.BUILT_IN["capillary"], *own):
+    for name in (*registry.BUILT_IN["capillary"], *custom):
         values = registry.get("capillary", name).functions[0](*arguments, SIGMA)
         errors[name] = values / forces["exact"].to_numpy() - 1.0
     return pd.DataFrame(errors, index=forces.index)
 
 
 def bodies(points: pd.DataFrame) -> NDArray[np.str_]:
-    """Which of `BODIES` each row is of."""
+    """Return the entry of `BODIES` to which each row belongs."""
     return np.select([points["ratio"] == 1.0, points["ratio"] > 0.0], BODIES[:2], BODIES[2])
 
 
@@ -59,10 +59,10 @@ def force_table(forces: pd.DataFrame, errors: pd.DataFrame) -> pd.DataFrame:
     return table.reset_index().assign(where=where)
 
 
-def rupture_table(limits: pd.DataFrame, own: Iterable[str] = ()) -> pd.DataFrame:
+def rupture_table(limits: pd.DataFrame, custom: Iterable[str] = ()) -> pd.DataFrame:
     """Error of the rupture laws against the limit of stability, per law and bodies."""
     arguments = [limits[name].to_numpy(float) for name in RUPTURE]
-    laws = {name: registry.get("rupture", name).functions[0] for name in (*registry.BUILT_IN["rupture"], *own)}
+    laws = {name: registry.get("rupture", name).functions[0] for name in (*registry.BUILT_IN["rupture"], *custom)}
     errors = pd.DataFrame({name: law(*arguments) / limits["rupture"].to_numpy() - 1.0 for name, law in laws.items()})
     each = errors.assign(bodies=bodies(limits)).melt("bodies", var_name="law", value_name="error")
     return each.groupby(["law", "bodies"], sort=False)["error"].agg(
@@ -87,7 +87,7 @@ def transfer_table(limits: pd.DataFrame) -> pd.DataFrame:
 
 
 def misprint_table(forces: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
-    """What a misprint does, in per cent of the mended law: smallest, median and largest difference per bodies."""
+    """Tabulate the effect of a misprint in per cent of the corrected law: smallest, median and largest difference per bodies."""
     parts = []
     for kind, names in PRINTED.items():
         points = forces if kind == "capillary" else limits

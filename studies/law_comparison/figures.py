@@ -26,9 +26,9 @@ OWN = ("#000000", "#6b7680", "#b58900", "#d33682")
 """Colours of a user's own laws, drawn dashed."""
 
 
-def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, own: Sequence[str] = ()) -> Figure:
+def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, custom: Sequence[str] = ()) -> Figure:
     """Error of each law in colour over S/S_rup and V*, equal spheres, contact angle 20°."""
-    drawn = (*SHOWN, *own)
+    drawn = (*SHOWN, *custom)
     figure, axes = panels(len(drawn), 4, (2.9, 2.5))
     equal = forces[(forces["ratio"] == 1.0) & (forces["angle_i_deg"] == forces["angle_j_deg"])]
     degrees = 20.0 if (equal["angle_i_deg"] == 20.0).any() else equal["angle_i_deg"].iloc[0]
@@ -45,26 +45,26 @@ def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, own: Sequence[str] = 
     return figure
 
 
-def force_curves(own: Sequence[str] = ()) -> Figure:
+def force_curves(custom: Sequence[str] = ()) -> Figure:
     """Force over separation of all laws for equal spheres at four contact angles."""
     figure, axes = panels(4, 4, (3.0, 2.8))
     for axis, degrees in zip(axes, (0.0, 20.0, 40.0, 60.0), strict=True):
         theta = math.radians(degrees)
-        _curves(axis, 1e-2, (1.0, 1.0, theta, theta), 1.0, own)
+        _curves(axis, 1e-2, (1.0, 1.0, theta, theta), 1.0, custom)
         axis.set(title=f"θ = {degrees:g}°, V* = 0.01", xlabel="S / r", ylabel="F / (σ r)", ylim=(0, 9))
     axes[0].legend(fontsize=7)
     return figure
 
 
 def _curves(
-    axis: Axes, volume: float, pair: tuple[float, float, float, float], sigma: float, own: Sequence[str] = ()
+    axis: Axes, volume: float, pair: tuple[float, float, float, float], sigma: float, custom: Sequence[str] = ()
 ) -> None:
     """Exact force and laws up to the exact rupture distance."""
     limit = young_laplace.rupture(volume, *pair).separation
     gaps = limit * (1.0 - (1.0 - np.linspace(0.0, 1.0, 60)) ** 2) * (1.0 - 1e-9)
     solved = [young_laplace.solve(s, volume, *pair) for s in gaps]
     looks: dict[str, Any] = {law: {"color": colour} for law, colour in COLOURS.items()}
-    looks |= {law: {"color": OWN[k % len(OWN)], "ls": (0, (4, 2))} for k, law in enumerate(own)}
+    looks |= {law: {"color": OWN[k % len(OWN)], "ls": (0, (4, 2))} for k, law in enumerate(custom)}
     for law, look in looks.items():
         values = registry.get("capillary", law).functions[0](gaps, volume, *pair, sigma)
         axis.plot(gaps, values, lw=1.1, label=short(law), **look)
@@ -72,9 +72,9 @@ def _curves(
     axis.axvline(limit, color="#27323d", lw=0.8, ls=":")
 
 
-def rupture_curves(limits: pd.DataFrame, own: Sequence[str] = ()) -> Figure:
+def rupture_curves(limits: pd.DataFrame, custom: Sequence[str] = ()) -> Figure:
     """Rupture laws over the exact rupture distance, by volume, one panel per radius ratio."""
-    laws = [name for name in registry.BUILT_IN["rupture"] if name not in ("young_laplace", "buck", "davis")] + [*own]
+    laws = [name for name in registry.BUILT_IN["rupture"] if name not in ("young_laplace", "buck", "davis")] + [*custom]
     ratios = limits["ratio"].unique().tolist()
     figure, axes = panels(len(ratios), 4, (3.0, 2.7))
     for axis, q in zip(axes, ratios, strict=False):

@@ -28,30 +28,30 @@ Frame = Any
 
 
 def write_page(
-    folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True, own: Sequence[str] = ()
+    folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True, custom: Sequence[str] = ()
 ) -> Path:
     """Compute and draw everything; returns the page's path. `own`: capillary and rupture laws in files of the user's."""
-    pulls, breaks = (_of_kind(own, kind) for kind in KINDS)
+    pulls, breaks = (_of_kind(custom, kind) for kind in KINDS)
     report("exact bridges", 0.0)
-    atlas = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
+    comparison = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
     report("laws, and tables of the exact law", 0.15)
-    force_errors = errors.force_errors(atlas.forces, pulls).drop(columns=list(cost.LEFT_OUT), errors="ignore")
+    force_errors = errors.force_errors(comparison.forces, pulls).drop(columns=list(cost.LEFT_OUT), errors="ignore")
     tables = {
-        "forces": errors.force_table(atlas.forces, force_errors),
-        "rupture": errors.rupture_table(atlas.limits, breaks),
-        "transfer": errors.transfer_table(atlas.limits),
-        "misprints": errors.misprint_table(atlas.forces, atlas.limits),
+        "forces": errors.force_table(comparison.forces, force_errors),
+        "rupture": errors.rupture_table(comparison.limits, breaks),
+        "transfer": errors.transfer_table(comparison.limits),
+        "misprints": errors.misprint_table(comparison.forces, comparison.limits),
         "cost": cost.measure(pulls),
     }
     report("stock programs", 0.5)
-    measured, missing = stock.measure(atlas.forces) if with_stock else (pd.DataFrame(), ["not asked for"])
+    measured, missing = stock.measure(comparison.forces) if with_stock else (pd.DataFrame(), ["not asked for"])
     tables["stock"] = stock.summary(measured)
     report("pictures", 0.85)
     with plt.rc_context(STYLE):
         drawn = {
-            "error_maps": figures.error_maps(atlas.forces, force_errors, pulls),
+            "error_maps": figures.error_maps(comparison.forces, force_errors, pulls),
             "force_curves": figures.force_curves(pulls),
-            "rupture": figures.rupture_curves(atlas.limits, breaks),
+            "rupture": figures.rupture_curves(comparison.limits, breaks),
             "fig7": figures.fig7(),
             "validation": figures.validation(),
             "cost": figures.cost_bars(tables["cost"]),
@@ -123,11 +123,11 @@ def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
     by_law = {name: rows.set_index(["bodies", "gap"]) for name, rows in tables["forces"].groupby("law", sort=False)}
     cost, places = tables["cost"].set_index("law"), [(b, g) for b in errors.BODIES for g in errors.GAPS]
     rows: page.Rows = []
-    for law, own in sorted(by_law.items(), key=lambda item: float(item[1].loc[("equal spheres", "gap"), "median"])):
-        hints = {p: f"95 %: {_percent(own.loc[p, 'p95'])} %, worst {_percent(own.loc[p, 'worst'])} % at {own.loc[p, 'where']}"
-                 for p in own.index}  # fmt: skip
-        cells = [_graded(own.loc[p, "median"], hints[p]) if p in hints else Cell("") for p in places]
-        equal = _graded(own.loc[("equal spheres", "gap"), "p95"], hints["equal spheres", "gap"])
+    for law, row in sorted(by_law.items(), key=lambda item: float(item[1].loc[("equal spheres", "gap"), "median"])):
+        hints = {p: f"95 %: {_percent(row.loc[p, 'p95'])} %, worst {_percent(row.loc[p, 'worst'])} % at {row.loc[p, 'where']}"
+                 for p in row.index}  # fmt: skip
+        cells = [_graded(row.loc[p, "median"], hints[p]) if p in hints else Cell("") for p in places]
+        equal = _graded(row.loc[("equal spheres", "gap"), "p95"], hints["equal spheres", "gap"])
         price = [f"{cost.loc[law, 'ns']:.0f}", f"{cost.loc[law, 'ratio']:.2f}"]
         rows.append([Cell(f"`{short(law)}`", "good" if law == "young_laplace" else ""), *cells, equal, *price])
     header = ["law", *(f"{b}: {g}" for b, g in places), "95 %, all gaps, equal spheres", "ns per call", "× rabinovich"]

@@ -25,14 +25,14 @@ SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.
 
 
 @dataclass(frozen=True)
-class Atlas:
+class Comparison:
     """`forces`: one row per bridge with its exact force. `limits`: one row per volume and pair with rupture and split."""
 
     forces: pd.DataFrame
     limits: pd.DataFrame
 
 
-def solve(progress: Callable[[int, int], None] = lambda done, of: None) -> Atlas:
+def solve(progress: Callable[[int, int], None] = lambda done, of: None) -> Comparison:
     """Solve the grid; `progress(done, all)` after each pair of bodies."""
     forces, limits = [], []
     pairs = [(q, angles) for q in RATIOS for angles in ANGLES]
@@ -52,4 +52,4 @@ def solve(progress: Callable[[int, int], None] = lambda done, of: None) -> Atlas
                     exact = {"share": share, "separation": bridge.separation, "exact": bridge.force(SIGMA)}
                     forces.append({**row, **exact})
         progress(k + 1, len(pairs))
-    return Atlas(pd.DataFrame(forces), pd.DataFrame(limits))
+    return Comparison(pd.DataFrame(forces), pd.DataFrame(limits))

@@ -18,8 +18,8 @@ from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError, PywetError
 from pywet.util.files import make_folder, write_json
 from studies.full_scale import judging
-from studies.full_scale.kept import variants
 from studies.full_scale.statements import STATEMENTS
+from studies.full_scale.stored_runs import variants
 from studies.search import screening_runs
 from studies.search.statement_question import Place, Search, name_of
 

@@ -67,7 +67,7 @@ class Batch:
     vibration: Vibration | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outputs: int = 40
-    room: float = 1.2
+    margin: float = 1.2
     """Times the way of its spheres that a cell is wide."""
     windows: tuple[int, int] = (3, 60)
     """Number and length [steps] of the windows in which every contact is logged."""
@@ -93,9 +93,9 @@ class Batch:
         thrown = 2.0 * peak_speed(self.vibration) * seconds if self.vibration else 0.0
         ways = (np.abs(b.position).max() + np.linalg.norm(b.velocity) * seconds for c in self.cells for b in c.bodies)
         walls = (np.abs(corners).max() for c in self.cells for corners, _ in c.walls)
-        room = float(max([*ways, *walls], default=0.0))
+        reach = float(max([*ways, *walls], default=0.0))
         fall = 0.5 * float(np.linalg.norm(self.gravity)) * seconds**2
-        return self.room * (room + thrown) + fall + 5.0 * radius
+        return self.margin * (reach + thrown) + fall + 5.0 * radius
 
     def middles(self) -> Floats:
         """Middle of each cell in the plane z = 0, on a square grid around the origin, shape (n, 3) [m].

@@ -54,12 +54,12 @@ READS = {
 }
 
 
-def kind_of(state: str, said: str) -> str:
+def kind_of(state: str, message: str) -> str:
     """Name the guard that stopped a point."""
     if state != "stopped":
         return state
     for words, name in (("moves at", "speed"), ("overlaps", "overlap"), ("left the simulated box", "box")):
-        if words in said:
+        if words in message:
             return name
     return "other"
 
@@ -118,7 +118,7 @@ def maps_figure(charts: list[tuple[Map, pd.DataFrame]], columns: int = 2) -> Fig
 
 
 def field(cases: pd.DataFrame) -> Figure:
-    """Where the cases lie: viscosity and smallest radius; films and speeds."""
+    """Draw the distribution of the cases over viscosity and smallest radius, films and speeds."""
     colour = {"stable": "#2f7d4f", "law": "#e0a030", "stopped": "#8f2d20"}
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(12.0, 3.9), layout="constrained")
     tint = [colour.get(str(s), "#000000") for s in cases["state"]]
@@ -143,7 +143,7 @@ def field(cases: pd.DataFrame) -> Figure:
 
 
 def score(table: pd.DataFrame) -> str:
-    """How many points inside and outside the advisor's line are stable, in one sentence."""
+    """Count the stable points inside and outside the advisor's limit, in one sentence."""
     inside, state = table["limit"].astype(float) >= 1.0, table["state"]
     stable, more = state == "stable", (inside & (state == "energy")).sum()
     stopped = (inside & ~state.isin(["stable", "energy"])).sum()

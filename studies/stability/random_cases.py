@@ -203,7 +203,7 @@ def draw_cell(s: Setting, name: str, how: str) -> Cell:
 
 
 def laws_of(number: int) -> tuple[str, Effects]:
-    """Of eight batches four have preset paper, three other laws, and one preset exact, whose replay is slow."""
+    """Return the laws of a batch: of eight, four have preset paper, three other laws, one preset exact, whose replay is slow."""
     turn = number % 8
     if turn == 2:
         return "exact", small.EXACT

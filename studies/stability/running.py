@@ -82,7 +82,7 @@ def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tupl
 
 
 def objected(batch: Batch, run_dir: Path) -> dict[str, str]:
-    """What the independent replay objects to, by the cell of the worst record; key "" where a record names no sphere."""
+    """Return the quantities in which the replay disagrees, by the cell of the worst record ("" if it names no sphere)."""
     message: dict[str, list[str]] = {}
     for name, q in recompute(run_dir)["quantities"].items():
         if not q["ok"]:

@@ -81,7 +81,7 @@ def liquid_content(table: pd.DataFrame, model: str) -> Floats:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the bodies of a run are: lines of the data file, what to set, x of each point, half width of the box."""
+    """Positions of the bodies of a run: lines of the data file, settings, x of each point, half width of the box."""
 
     rows: list[str]
     atoms: list[dict[str, object]]

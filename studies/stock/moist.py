@@ -75,23 +75,23 @@ def materials(scene: Scene) -> list[dict[str, Any]]:
     YADE connects a and b as springs in a row, a b/(a + b): the sphere gets twice its pair's number p, the wall w with
     w 2p/(w + 2p) = q of the pair with the wall, w = 2 p q/(2 p − q). Friction is the smaller of the two angles.
     """
-    own, wall = (next(p for p in scene.pairs if p.b == b) for b in (1, 0))
+    between_spheres, wall = (next(p for p in scene.pairs if p.b == b) for b in (1, 0))
     sphere: dict[str, Any] = {}
     other: dict[str, Any] = {}
     for name in ("kn", "ks", "cn"):
-        p, q = _number(scene, own, name), _number(scene, wall, name)
+        p, q = _number(scene, between_spheres, name), _number(scene, wall, name)
         if q >= 2.0 * p:
             raise PywetError(
                 f"{name} of scene {scene.name} is {q:g} at the walls and {p:g} between spheres; expected less than twice "
                 "as much, which YADE's rule for two materials can give"
             )
         sphere[name], other[name] = 2.0 * p, 2.0 * p * q / (2.0 * p - q)
-    if wall.friction > own.friction:
+    if wall.friction > between_spheres.friction:
         raise PywetError(
             f"friction of scene {scene.name} is larger at the walls ({wall.friction:g}) than between spheres "
-            f"({own.friction:g}); expected the same or less, as YADE takes the smaller one"
+            f"({between_spheres.friction:g}); expected the same or less, as YADE takes the smaller one"
         )
-    for target, pair in ((sphere, own), (other, wall)):
+    for target, pair in ((sphere, between_spheres), (other, wall)):
         target["frictionAngle"] = math.atan(pair.friction)
         target["cs"] = 0.0
     return [other, sphere]

@@ -175,7 +175,7 @@ def test_what_is_not_answered_is_counted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("problem", "text", "said"),
+    ("problem", "text", "message"),
     [
         ("spheres", "case,quantity,at,value\n", "problem spheres was given; expected one of drum,"),
         ("drum", "a,b\n1,2\n", "expected case, quantity, at, value"),
@@ -193,14 +193,14 @@ def test_what_is_not_answered_is_counted(tmp_path: Path) -> None:
         ("drum", None, "cannot be read"),
     ],
 )
-def test_refusals(problem: str, text: str | None, said: str, tmp_path: Path) -> None:
+def test_refusals(problem: str, text: str | None, message: str, tmp_path: Path) -> None:
     """One sentence, exit code 2; by an interpreter without any package."""
     table = tmp_path / "answers.csv"
     if text is not None:
         table.write_text(text)
     command = [sys.executable, "-I", "-S", str(WET / "score.py"), problem, str(table)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode == 2 and message in done.stderr and "Traceback" not in done.stderr
 
 
 def run_score(*given: object) -> subprocess.CompletedProcess[str]:
@@ -334,7 +334,7 @@ def test_the_page_of_measurements_says_what_is_computed() -> None:
             assert float(one) == pytest.approx(float(two), rel=0.02, abs=1.01 * 10.0 ** -len(two.partition(".")[2]))
 
 
-def test_scores_on_the_page_are_the_kept_ones() -> None:
+def test_scores_on_the_page_are_the_stored_ones() -> None:
     """The page's table follows from scores.csv; every problem is answered by a program."""
     programs = runpy.run_path(str(WET / "programs.py"))
     page = (WET.parents[1] / "docs" / "wet_benchmarks.md").read_text()
@@ -353,7 +353,7 @@ def test_columns_of_a_score_are_apart_whatever_the_quantity_is_called(capsys: py
     )
 
 
-def test_new_answers_take_the_place_of_kept_scores(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_new_answers_take_the_place_of_stored_scores(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Any program's file is scored under the name of its folder."""
     (tmp_path / "results" / "wet" / "another").mkdir(parents=True)
     (tmp_path / "results" / "wet" / "another" / "drum.csv").write_text(filled("drum", 1.1))

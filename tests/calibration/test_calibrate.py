@@ -66,7 +66,7 @@ def test_two_hundred_hidden_surface_tensions(tmp_path: Path) -> None:
 
 
 def test_ten_hidden_viscosities(tmp_path: Path) -> None:
-    """Of a layer, from rebounds at two speeds: nine or ten of ten."""
+    """Find ten hidden viscosities of a layer from rebounds at two speeds: nine or ten intervals contain them."""
     content = yaml.safe_load((EXAMPLES / "calibrations" / "binder.yaml").read_text())
     targets = [{**t, "wall": str(EXAMPLES / "wall_wet.json")} for t in content["targets"]]
     viscosity = {"viscosity": content["parameters"]["viscosity in Pa s"]}
@@ -74,7 +74,7 @@ def test_ten_hidden_viscosities(tmp_path: Path) -> None:
     assert sum(held(file, {"viscosity": v}, random)[0] for v in random.uniform(1e-3, 3e-3, 10)) >= 9
 
 
-def test_two_parameters_of_one_target_are_said_not_to_be_told_apart(tmp_path: Path) -> None:
+def test_two_parameters_of_one_target_are_reported_not_to_be_told_apart(tmp_path: Path) -> None:
     """Surface tension and contact angle of one pull-off force; each pair of values that fit alike gives that force."""
     angle = {"keys": ["bodies.0.contact_angle_deg", "bodies.1.contact_angle_deg"], "low": 0.0, "high": 60.0}
     file = ask(tmp_path, {**PULL, "parameters": {**PULL["parameters"], "contact angle": angle}})  # type: ignore[dict-item]
@@ -92,7 +92,7 @@ def test_two_parameters_of_one_target_are_said_not_to_be_told_apart(tmp_path: Pa
     assert json.loads((tmp_path / "out" / "calibration.json").read_text())["not_told_apart"] == [group]
 
 
-def test_what_does_not_matter_and_what_is_not_reached_are_said(tmp_path: Path) -> None:
+def test_what_does_not_matter_and_what_is_not_reached_are_reported(tmp_path: Path) -> None:
     """Viscosity in a static force; a force that no surface tension between the bounds gives, which is exit code 1."""
     viscosity = {"keys": ["viscosity_Pa_s"], "low": 1e-3, "high": 1e-1, "log": True}
     idle = ask(tmp_path, {**PULL, "parameters": {"viscosity": viscosity, **PULL["parameters"]}})  # type: ignore[dict-item]
@@ -133,7 +133,7 @@ def drum(folder: Path, **parameter: Any) -> Path:
     return ask(folder, {"name": "n", "targets": [{**target, "scatter": 0.3}], "parameters": {"friction": friction}})
 
 
-def test_runs_have_seeds_of_their_own_and_are_kept(tmp_path: Path, engine: list[Any]) -> None:
+def test_runs_have_seeds_of_their_own_and_are_stored(tmp_path: Path, engine: list[Any]) -> None:
     """Friction 0.3 ± 0.06; called again nothing runs again, and where a file is gone that run alone."""
     output_text: list[str] = []
     first = answering.calibrate(drum(tmp_path), tmp_path / "out", say=output_text.append)
@@ -162,7 +162,7 @@ def fresh() -> Iterator[None]:
 
 
 @pytest.mark.parametrize("changed", ["law", "plugin", "engine", None])
-def test_a_kept_run_is_of_the_same_law_plugin_and_engine(
+def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
     changed: str | None, tmp_path: Path, engine: list[Any], fresh: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A changed law in a file, source of the plugin or version of the engine: the run is done again; else it is not."""

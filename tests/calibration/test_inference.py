@@ -79,7 +79,7 @@ def test_a_surface_knows_how_well_it_is_known() -> None:
 def searched(
     response: Callable[[float], float], wanted: float, error: float, scatter: float, random: np.random.Generator, most: int
 ) -> Found:  # fmt: skip
-    """What rounds of runs find of one parameter."""
+    """Search one parameter with a noisy response in rounds of runs and return the result."""
     runs = Runs(lambda u, seed: (np.array([response(u[0]) + random.normal(0, scatter)]), 1.0), lambda line: None)
 
     def solved(surface: Surface, window: tuple[Floats, Floats]) -> Problem:

@@ -19,10 +19,10 @@ from reference_impl import faults
 from tests.reliability.test_bad_calls import in_process
 
 
-def one_of_a_kind(said: str) -> Path:
+def one_of_a_kind(message: str) -> Path:
     """The file that the only line names; it holds the traceback."""
-    assert len(said.strip().splitlines()) == 1, said
-    file = Path(re.search(r"the traceback is in (\S+):", said)[1])
+    assert len(message.strip().splitlines()) == 1, message
+    file = Path(re.search(r"the traceback is in (\S+):", message)[1])
     text = file.read_text()
     file.unlink()
     assert "Traceback (most recent call last)" in text
@@ -67,8 +67,8 @@ def test_programs_beside_the_command_say_what_they_need(
     words: list[str], says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(process, "die_with_parent", lambda: None)  # of this very process
-    code, said = in_process(words[0], words[1:])
-    assert code == 1 and len(said.splitlines()) == 1 and says in said, said
+    code, message = in_process(words[0], words[1:])
+    assert code == 1 and len(message.splitlines()) == 1 and says in message, message
 
 
 def test_a_fault_of_a_program_is_one_sentence(
@@ -78,20 +78,20 @@ def test_a_fault_of_a_program_is_one_sentence(
     with pytest.raises(SystemExit) as ended, border():
         raise IndexError("list index out of range")
     assert ended.value.code == FAULT
-    said = capsys.readouterr().err
-    assert said.startswith("render.py run p.png 1: a fault in pywet, not in what was given (IndexError: list index")
-    one_of_a_kind(said)
+    message = capsys.readouterr().err
+    assert message.startswith("render.py run p.png 1: a fault in pywet, not in what was given (IndexError: list index")
+    one_of_a_kind(message)
 
 
 def test_a_word_without_end_is_shown_by_its_ends(capsys: pytest.CaptureFixture[str]) -> None:
-    """What was expected is not pushed out of the sentence by what was given."""
+    """Expect the expected values in the message, however long the given value is."""
     with pytest.raises(SystemExit), border():
         raise PywetError(f"there is no engine {'a' * 4000}z; expected liggghts or lammps")
     assert capsys.readouterr().err == f"there is no engine {'a' * 80}…{'a' * 78}z; expected liggghts or lammps\n"
 
 
 def test_links_in_a_circle_are_no_fault(tmp_path: Path) -> None:
-    """Of a law's file, which is looked for with its links followed."""
+    """Expect a message for a law's file that is a link to itself."""
     (tmp_path / "law.py").symlink_to("law.py")
     own.trust([f"{tmp_path}/law.py:force"], tmp_path)
     with pytest.raises(PywetError, match=r"law\.py does not exist; expected path/to/file.py:function"):
@@ -112,9 +112,9 @@ def test_the_reference_ends_the_same_way(capsys: pytest.CaptureFixture[str]) -> 
     with pytest.raises(SystemExit) as ended, faults.border(2):
         _ = 1 // 0
     assert ended.value.code == faults.STATUS
-    said = capsys.readouterr().err
-    assert "a fault in the reference, not in what was given (ZeroDivisionError: " in said
-    one_of_a_kind(said)
+    message = capsys.readouterr().err
+    assert "a fault in the reference, not in what was given (ZeroDivisionError: " in message
+    one_of_a_kind(message)
 
 
 def test_a_terminal_without_utf_8_gets_escapes() -> None:

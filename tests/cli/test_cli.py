@@ -63,10 +63,11 @@ def test_a_question_whose_machine_code_is_not_made_yet_says_that_it_takes_a_whil
 
 
 def test_version_is_that_of_the_package(runner: CliRunner) -> None:
-    said = runner.invoke(app, ["--version"])
-    assert (said.exit_code, said.output.split()) == (0, ["pywet", version("pywet")]) and pywet.__version__ == version(
-        "pywet"
-    )
+    message = runner.invoke(app, ["--version"])
+    assert (message.exit_code, message.output.split()) == (
+        0,
+        ["pywet", version("pywet")],
+    ) and pywet.__version__ == version("pywet")
 
 
 def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
@@ -79,7 +80,7 @@ def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "said"),
+    ("command", "message"),
     [
         (["plan", "99", "--config", str(CONFIG)], "there is no case 99"),
         (["plan", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
@@ -88,10 +89,10 @@ def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
         (["view", "nowhere"], "no scene.json in nowhere"),
     ],
 )
-def test_a_mistake_is_one_sentence_without_a_traceback(runner: CliRunner, command: list[str], said: str) -> None:
+def test_a_mistake_is_one_sentence_without_a_traceback(runner: CliRunner, command: list[str], message: str) -> None:
     result = runner.invoke(app, command)
     assert result.exit_code == 1
-    assert said in result.stderr
+    assert message in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1
     assert isinstance(result.exception, SystemExit)
 
@@ -131,10 +132,10 @@ def test_plan_fits_a_terminal_says_why_and_gives_json(runner: CliRunner) -> None
 
 def test_plan_says_whether_spheres_are_retired_and_what_that_saves(runner: CliRunner) -> None:
     """0.93 of what comes 3.3 s after the opening of the slide: (20.1 - 3.3)/20.1 of a run at full scale."""
-    said = " ".join(runner.invoke(app, ["plan", "2", "--scale", "full", "--config", str(CONFIG)]).output.split())
-    assert "retire on saves about 78 % of the processor time: what passes and where the liquid goes is asked" in said
-    said = " ".join(runner.invoke(app, ["plan", "2", "--config", str(CONFIG)]).output.split())
-    assert "retire off the run ends 1.4 s after the opening" in said
+    message = " ".join(runner.invoke(app, ["plan", "2", "--scale", "full", "--config", str(CONFIG)]).output.split())
+    assert "retire on saves about 78 % of the processor time: what passes and where the liquid goes is asked" in message
+    message = " ".join(runner.invoke(app, ["plan", "2", "--config", str(CONFIG)]).output.split())
+    assert "retire off the run ends 1.4 s after the opening" in message
     plan = json.loads(runner.invoke(app, ["plan", "2", "--scale", "full", "--json", "--config", str(CONFIG)]).output)[
         "retirement"
     ]
@@ -148,16 +149,16 @@ def test_lists_are_given_as_json(runner: CliRunner) -> None:
     assert all(check["ok"] for check in checks if check["name"] == "liggghts")
 
 
-def test_a_step_that_the_viscous_force_makes_short_is_said_before_the_run() -> None:
+def test_a_step_that_the_viscous_force_makes_short_is_reported_before_the_run() -> None:
     """With water the collision governs; ten times a collision's fraction of glycerol's damping time does not."""
     loaded = config.load(CONFIG)
     assert cases.shorter_step(loaded, 2, "smoke") is None
     liquid = loaded.materials.liquid
     thick = liquid.model_copy(update={"viscosity_Pa_s": liquid.viscosity_Pa_s.model_copy(update={"value": 1.0})})
     glycerol = replace(loaded, materials=loaded.materials.model_copy(update={"liquid": thick}))
-    said = cases.shorter_step(glycerol, 2, "smoke")
+    message = cases.shorter_step(glycerol, 2, "smoke")
     ratio = cases.ingredients(loaded, 2, "smoke").time_step_s / cases.ingredients(glycerol, 2, "smoke").time_step_s
-    assert said is not None and "semi_implicit" in said and f" {ratio:.1f} times" in said
+    assert message is not None and "semi_implicit" in message and f" {ratio:.1f} times" in message
 
 
 def helps(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -169,7 +170,7 @@ def helps(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str
 
 
 def test_no_help_loses_a_word_in_brackets(runner: CliRunner) -> None:
-    """What stands in brackets, such as [m/s], is markup for the printer: it would be eaten. Every word of a help is printed."""
+    """Print every word of a help, also in brackets such as [m/s], which the printer would take for markup."""
     for words, command in helps(typer.main.get_command(app)):
         shown = re.sub(r"[\W_]+", "", runner.invoke(app, [*words, "--help"]).output)
         for text in (command.help, *(getattr(p, "help", None) for p in command.params)):

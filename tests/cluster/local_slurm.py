@@ -30,7 +30,7 @@ ENDED = {"COMPLETED", "CANCELLED", "TIMEOUT", "FAILED"}
 
 
 def why_not() -> str | None:
-    """Why no SLURM can be started here, in one sentence; None where it can."""
+    """Return the reason why SLURM cannot be started here; None if it can."""
     lacking = [name for name in ("munged", "slurmctld", "slurmd", "sbatch") if shutil.which(name) is None]
     if lacking:
         return f"{', '.join(lacking)} not found; `make cluster` installs slurmctld, slurmd, slurm-client and munge with apt"
@@ -57,7 +57,7 @@ class Job:
 
 
 def ask(*command: str) -> str:
-    """What a program prints."""
+    """Return the output of a program."""
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 

@@ -34,7 +34,7 @@ SMALL = {"width_mm: {value: 50": "width_mm: {value: 40", "duration_s: {value: 1.
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """What the workflow is made of, with a smaller scale."""
+    """Copy the files of the workflow into a folder, with a smaller scale."""
     shutil.copy(ROOT / "Snakefile", tmp_path)
     for name in ("config", "workflow", "liggghts_inputs"):
         shutil.copytree(ROOT / name, tmp_path / name)

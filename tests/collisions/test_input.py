@@ -91,7 +91,7 @@ def changed(path: str, value: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "said"),
+    ("path", "value", "message"),
     [
         ("angle_deg", 90, "angle_deg is 90, expected less than 90"),
         ("normal_velocity_m_per_s", 0, "normal_velocity_m_per_s is 0, expected greater than or equal to"),
@@ -110,25 +110,25 @@ def changed(path: str, value: Any) -> dict[str, Any]:
         ("omega_rad_per_s", [0, "x"], "omega_rad_per_s is 'x'"),
     ],
 )
-def test_a_mistake_is_one_sentence(runner: CliRunner, tmp_path: Path, path: str, value: Any, said: str) -> None:
+def test_a_mistake_is_one_sentence(runner: CliRunner, tmp_path: Path, path: str, value: Any, message: str) -> None:
     file = tmp_path / "case.json"
     file.write_text(json.dumps(changed(path, value)))
     result = runner.invoke(app, ["collide", "wall", str(file)])
     assert result.exit_code == 1, result.output
-    assert said in result.stderr and len(result.stderr.strip().splitlines()) == 1
+    assert message in result.stderr and len(result.stderr.strip().splitlines()) == 1
     assert isinstance(result.exception, SystemExit)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [("{", "line 1 column 2"), ("[1]", "describe particle, wall"), (None, "could not be read")],
 )
-def test_a_file_that_is_no_input(runner: CliRunner, tmp_path: Path, text: str | None, said: str) -> None:
+def test_a_file_that_is_no_input(runner: CliRunner, tmp_path: Path, text: str | None, message: str) -> None:
     file = tmp_path / "case.json"
     if text is not None:
         file.write_text(text)
     result = runner.invoke(app, ["collide", "wall", str(file)])
-    assert result.exit_code == 1 and said in result.stderr
+    assert result.exit_code == 1 and message in result.stderr
 
 
 def test_table_and_csv_are_for_sweeps(runner: CliRunner) -> None:

@@ -31,7 +31,7 @@ def test_result_does_not_depend_on_the_integrator(method: str) -> None:
 
 
 def test_compiled_takes_the_steps_of_scipys_dop853() -> None:
-    """Same tableau, same control: step counts within a few (events are located in another way), results to the tolerance."""
+    """Compare with SciPy's DOP853: step counts within a few (events are located in another manner), results to the tolerance."""
     p = OBLIQUE.parameters()
     steps = [wall.integrate(p, wall.start(OBLIQUE, p), 1e-8, m).steps for m in ("compiled", "DOP853")]
     assert abs(steps[0] - steps[1]) <= 4

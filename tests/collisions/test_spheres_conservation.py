@@ -75,7 +75,7 @@ def test_cartesian_pairs_give_the_same() -> None:
 
 
 def errors(problem: Problem, rtol: float) -> list[float]:
-    """Of the final velocities, with polar and with Cartesian pairs."""
+    """Return the errors of the final velocities, with polar and with Cartesian pairs."""
     exact = run(problem.with_(rtol=1e-11)).velocity
     return [np.abs(run(problem.with_(rtol=rtol), polar=k).velocity - exact).max() for k in (True, False)]
 
@@ -105,7 +105,7 @@ def test_turning_and_mirroring_the_plane_changes_nothing() -> None:
 
 
 def test_units_do_not_matter() -> None:
-    """The same collision in units of length 1e-5 m, speed 0.3 m/s, mass 1e-6 kg."""
+    """Repeat a collision in units of length 1e-5 m, speed 0.3 m/s, mass 1e-6 kg."""
     p = three_equal_spheres(8.0, Ca=100.0, t_end=20.0)
     length, speed, mass = 1e-5, 0.3, 1e-6
     q = p.with_(

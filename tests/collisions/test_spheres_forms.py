@@ -80,7 +80,7 @@ def test_the_answer_says_which_speed_restitution_refers_to_and_the_input_can_set
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         ([], '"form" is None; expected one of three_equal_spheres, spheres'),
         ({"form": "cubes"}, "\"form\" is 'cubes'; expected one of three_equal_spheres, spheres"),
@@ -93,18 +93,18 @@ def test_the_answer_says_which_speed_restitution_refers_to_and_the_input_can_set
         ({**FOUR, "h_min_m": 1e-3}, "not above h_min"),
     ],
 )
-def test_a_mistake_is_one_sentence(given: Any, said: str) -> None:
+def test_a_mistake_is_one_sentence(given: Any, message: str) -> None:
     with pytest.raises(PywetError) as refusal:
         collide(given)
-    assert said in str(refusal.value)
+    assert message in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize(("text", "said"), [("{", "is not the JSON"), (None, "could not be read")])
-def test_a_file_that_is_no_json(tmp_path: Path, text: str | None, said: str) -> None:
+@pytest.mark.parametrize(("text", "message"), [("{", "is not the JSON"), (None, "could not be read")])
+def test_a_file_that_is_no_json(tmp_path: Path, text: str | None, message: str) -> None:
     path = tmp_path / "a.json"
     if text is not None:
         path.write_text(text)
     result = CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1"}).invoke(app, ["collide", "spheres", str(path)])
     assert result.exit_code == 1
-    assert said in result.stderr
+    assert message in result.stderr

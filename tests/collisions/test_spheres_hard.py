@@ -104,7 +104,7 @@ def test_a_symmetric_double_impact_stays_symmetric() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"theta12_deg": 90.0}, "theta12_deg is 90; expected less than 90"),
         ({"h_min": 1.0}, "not above h_min"),
@@ -115,8 +115,8 @@ def test_a_symmetric_double_impact_stays_symmetric() -> None:
         ({"rtol": 1.0}, "rtol is 1; expected 1e-12 to 1e-2"),
     ],
 )
-def test_what_the_model_cannot_describe_is_refused(change: dict[str, float], said: str) -> None:
-    with pytest.raises(PywetError, match=said):
+def test_what_the_model_cannot_describe_is_refused(change: dict[str, float], message: str) -> None:
+    with pytest.raises(PywetError, match=message):
         three_equal_spheres(**{"St_n": 5.0, **change})
 
 

@@ -23,7 +23,7 @@ def both(description: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def agree(ours: dict[str, Any], theirs: dict[str, Any], tolerance: float) -> None:
-    """The same events in the same number, times, velocities and spins within the tolerance (relative to the largest)."""
+    """Expect the same events in the same number, and times, velocities and spins within the tolerance relative to the largest."""
     for name, pair in ours["pairs"].items():
         i, j = (int(k) for k in name.split("-"))
         for kind in KINDS:

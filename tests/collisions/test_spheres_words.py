@@ -20,7 +20,7 @@ def wet(pair: tuple[int, int], stokes: float, **given: float | None) -> float | 
 
 
 def parted(pair: tuple[int, int], stokes: float, **given: float | None) -> float:
-    """The same of a pair that must part."""
+    """Return the description of a pair that must separate."""
     value = wet(pair, stokes, **given)
     assert value is not None, (pair, stokes, given)
     return value

@@ -62,7 +62,7 @@ def test_a_shift_is_found(runs: tuple[int, int], shift: float, power: float) -> 
 
 
 def test_t_is_students() -> None:
-    """Of the pooled variance, against scipy, at every time."""
+    """Compare t of the pooled variance with SciPy's at every time."""
     rng = np.random.default_rng(4)
     one, two = rng.normal(0.0, 1.0, (7, 5)), rng.normal(0.3, 2.0, (4, 5))
     assert statistics.pooled_t(one, two) == pytest.approx(stats.ttest_ind(one, two).statistic, rel=1e-12)
@@ -166,7 +166,7 @@ def test_digest_of_runs(tmp_path: Path) -> None:
 
 
 def replayed(folder: Path, change: float = 0.0) -> Path:
-    """The same with a replay that agrees."""
+    """Return a run whose replay agrees."""
     made(folder, change)
     (folder / "replay.json").write_text(json.dumps({"ok": True, "quantities": {}}))
     return folder

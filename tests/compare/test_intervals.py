@@ -31,7 +31,7 @@ def of_mean(count: int) -> float:
 
 
 def of_difference(n: int, m: int) -> float:
-    """The same of the difference of two groups, which is 3."""
+    """Return the share of intervals that contain the true difference of two groups, 3."""
     random = np.random.default_rng(10 * n + m)
     one, two = random.normal(1.0, 0.5, (MANY, n)), random.normal(4.0, 0.5, (MANY, m))
     half = [statistics.of_difference(a, b) or 0.0 for a, b in zip(one, two, strict=True)]
@@ -39,7 +39,7 @@ def of_difference(n: int, m: int) -> float:
 
 
 def of_calibration(scatter: float, error: float) -> float:
-    """The same of a parameter whose response, 2 + 10 u, is known from eight runs, and its target from a measurement."""
+    """Return the share of intervals that contain a parameter with response 2 + 10 u (eight runs) and a measured target."""
     random, places, held = np.random.default_rng(5), np.tile(np.linspace(0.2, 0.8, 4), 2)[:, None], 0
     for hidden in random.uniform(0.3, 0.7, SETS):
         surface = Surface.through(places, 2.0 + 10.0 * places + random.normal(0.0, scatter, places.shape))

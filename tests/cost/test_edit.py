@@ -12,7 +12,7 @@ SOURCE = Path(__file__).parents[2] / "config"
 
 
 def test_a_folder_with_a_file_of_the_user_is_refused_as_it_is(tmp_path: Path) -> None:
-    """What is refused has lost nothing; a folder of copies alone is written again."""
+    """Expect that a refused folder has lost nothing; a folder of copies alone is written again."""
     edit.write_again(SOURCE, tmp_path / "made", "smoke", {})
     edit.write_again(SOURCE, tmp_path / "made", "smoke", {})
     (tmp_path / "made" / "notes.txt").write_text("mine")

@@ -14,7 +14,7 @@ from pywet.cost import needs
 CONFIG = config.load(Path(__file__).parents[2] / "config")
 
 
-def test_tables_of_a_smoke_case_take_what_is_said() -> None:
+def test_tables_of_a_smoke_case_take_what_is_reported() -> None:
     """Smoke case 2 wrote 24,648 events and 34,335 contacts (docs/replay.md), 82 and 209 bytes each, and two windows of 20 steps
     of 335 spheres: 12 MB to within a factor of two, which a disk that is asked for has to allow."""
     reported = needs.need(CONFIG, 2, "smoke").disk_B
@@ -48,6 +48,6 @@ def test_campaign_counts_every_seed_and_the_twin_of_another_preset(
 
 
 def test_spheres_that_are_retired_cost_nothing() -> None:
-    """Of the time loop of case 2 at full scale 0.93 (20.1 - 3.3)/20.1 is saved; its start, some seconds, is not."""
+    """Expect that 0.93 (20.1 - 3.3)/20.1 of the time loop of case 2 at full scale is saved; its start, some seconds, is not."""
     stored = needs.need(CONFIG.without_retirement(), 2, "full").seconds
     assert needs.need(CONFIG, 2, "full").seconds == pytest.approx((1.0 - 0.93 * 16.8 / 20.1) * stored, rel=0.02)

@@ -51,7 +51,7 @@ def test_spheres_leave_the_screen_as_in_a_run() -> None:
 
 
 def test_lists_are_made_as_often_as_in_a_run() -> None:
-    """The same run counted 301 lists in its first 0.5 s, in which walls alone move, and 3500 from 0.976 to 1.952 s.
+    """Compare with a run of 301 lists in its first 0.5 s, in which walls alone move, and 3500 from 0.976 to 1.952 s.
 
     With softer springs it counted 1622 in 0.976 s once nothing passed any more. The fastest sphere does not always fall straight
     to the lowest corner of the bin: within 10 %.
@@ -66,7 +66,7 @@ def test_lists_are_made_as_often_as_in_a_run() -> None:
 
 
 def test_a_heap_at_rest_has_two_touching_pairs_a_sphere() -> None:
-    """The same run: 2.06 and 2.08 pairs a sphere on the closed slide at 0.4 and 0.5 s; 0.01 to 0.02 on the screen.
+    """Compare with 2.06 and 2.08 pairs per sphere of a run at 0.4 and 0.5 s on the closed slide; 0.01 to 0.02 on the screen.
 
     A quarter of a contact with floor and walls comes in addition. Falling spheres touch nothing at first.
     """

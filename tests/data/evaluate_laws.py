@@ -39,7 +39,7 @@ def harmonic(ri: mpf, rj: mpf) -> mpf:
     return 2 * ri if isinf(rj) else 2 * ri * rj / (ri + rj)
 
 
-def own(ri: mpf, rj: mpf) -> mpf:
+def gap_radius(ri: mpf, rj: mpf) -> mpf:
     return ri if isinf(rj) else 2 * ri * rj / (ri + rj)
 
 
@@ -48,7 +48,7 @@ def gap_of(s: mpf, least: str = "0") -> mpf:
 
 
 def rabinovich_small_gap(s, v, ri, rj, ti, tj, sigma):
-    s, wall, r, t = gap_of(s), isinf(rj), own(ri, rj), (ti + tj) / 2
+    s, wall, r, t = gap_of(s), isinf(rj), gap_radius(ri, rj), (ti + tj) / 2
     if wall:
         phi2 = 2 / r * (-s + sqrt(s * s + v / (pi * r)))
         first = 2 * pi * sigma * r * (cos(ti) + cos(tj)) / (1 + s * sqrt(pi * r / v))
@@ -60,7 +60,7 @@ def rabinovich_small_gap(s, v, ri, rj, ti, tj, sigma):
 
 
 def rabinovich_as_printed(s, v, ri, rj, ti, tj, sigma):
-    s, wall, r, t = gap_of(s), isinf(rj), own(ri, rj), (ti + tj) / 2
+    s, wall, r, t = gap_of(s), isinf(rj), gap_radius(ri, rj), (ti + tj) / 2
     if wall:
         phi = sqrt(2 / r * sqrt(s * s + v / (pi * r)))
         first = 2 * pi * sigma * r * (cos(ti) + cos(tj)) / (1 + s * sqrt(pi * r / v))
@@ -158,7 +158,7 @@ def reduced(ri, rj):
 
 
 def wet_gap(s, ri, rj):
-    return max(s, mpf(0)) + own(ri, rj) / 1000
+    return max(s, mpf(0)) + gap_radius(ri, rj) / 1000
 
 
 def adams_perchard(s, v, ri, rj, vn, eta):
@@ -180,7 +180,7 @@ def willett_rupture(v, ri, rj, ti, tj):
 
 
 def unequal_as_printed(v, ri, rj, ti, tj):
-    r, q = own(ri, rj), mpf(0) if isinf(rj) else min(ri, rj) / max(ri, rj)
+    r, q = gap_radius(ri, rj), mpf(0) if isinf(rj) else min(ri, rj) / max(ri, rj)
     w = v / r**3
     return r * (1 + (ti + tj) / 8 * (1 + q)) * (w ** (mpf(1) / 3) + (q / 2 - mpf(2) / 5) * w ** (mpf(2) / 3))
 
@@ -293,7 +293,7 @@ def exact() -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def rabinovich(s, v, ri, rj, ti, tj, sigma):
-    s, wall, r, t = gap_of(s), isinf(rj), own(ri, rj), (ti + tj) / 2
+    s, wall, r, t = gap_of(s), isinf(rj), gap_radius(ri, rj), (ti + tj) / 2
     k = 1 if wall else 2
     d = (-s + sqrt(s * s + k * v / (pi * r))) / (1 if wall else 2)
     first = (2 if wall else 1) * pi * sigma * r * (cos(ti) + cos(tj)) / (1 + s / (d * (1 if wall else 2)))
@@ -391,13 +391,13 @@ def davis_capillary(s, v, ri, rj, ti, tj, sigma):
 
 
 def davis_normal(s, v, ri, rj, vn, eta):
-    a, h, film = reduced(ri, rj), wet_gap(s, ri, rj), davis_film(v, ri, rj) + own(ri, rj) / 1000
+    a, h, film = reduced(ri, rj), wet_gap(s, ri, rj), davis_film(v, ri, rj) + gap_radius(ri, rj) / 1000
     return -6 * pi * eta * a * a * vn / h * (1 - h / (2 * film - h)) ** 2 if h < film else mpf(0)
 
 
 def davis_tangential(s, ri, rj, eta):
     a, h = reduced(ri, rj), wet_gap(s, ri, rj)
-    film = a * mpf("0.04") + own(ri, rj) / 1000
+    film = a * mpf("0.04") + gap_radius(ri, rj) / 1000
     return 2 * pi * eta * a * log((2 * film - h) / h) if h < film else mpf(0)
 
 

@@ -176,7 +176,7 @@ def round_wire(start: tuple[float, ...], end: tuple[float, ...], radius: float, 
 @needs_lammps
 @pytest.mark.engine
 def test_a_sphere_rests_on_a_wire_and_rolls_off_beside_its_top(tmp_path: Path) -> None:
-    """On the top the spring bears the weight; beside it the sphere keeps to the round wire until it is beside and below it."""
+    """On the top the spring bears the weight; next to it the sphere keeps to the round wire until it is next to and below it."""
     for beside in (0.0, 0.3):
         folder = tmp_path / str(beside)
         far = 2.0 * R * (1.0 - 1e-4)

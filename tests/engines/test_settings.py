@@ -82,7 +82,7 @@ End = tuple[pd.DataFrame, list[pd.DataFrame]]
 
 
 def ran(folder: Path, engine: str, changes: dict[str, Any]) -> End:
-    """Where the spheres are at the end; events and drops."""
+    """Return the positions of the spheres at the end, the events and the drops."""
     fields: dict[str, Any] = {
         "classes": sphere_classes(R, SMALL), "liquid": water(1e-4), "effects": small.PAPER, **changes,
     }  # fmt: skip

@@ -41,7 +41,7 @@ def volume(surface: Surface) -> float:
 
 
 def inside_or_on(points: np.ndarray, piece: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which points are within a convex solid."""
+    """Return which points are within or on a convex solid."""
     from scipy.spatial import ConvexHull
 
     planes = ConvexHull(piece).equations
@@ -110,7 +110,7 @@ def short_case(path: Path) -> Scene:
 @needs_yade
 @needs_liggghts
 def test_short_dry_screening_in_both_engines(tmp_path: Path) -> None:
-    """Same tables, nothing lost, the same fall of the feed; after a tenth of a second the courses part, the means do not."""
+    """Expect the same tables, no loss and the same fall of the feed; after 0.1 s single trajectories differ, means do not."""
     tables = {}
     for engine in ("liggghts", "yade"):
         path = tmp_path / engine
@@ -236,7 +236,7 @@ def test_another_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_what_yade_lacks_is_refused(tmp_path: Path) -> None:
-    """What its host does not have, by name; ranks and unknown engines before anything runs."""
+    """Expect a message that names what YADE lacks; ranks and unknown engines are refused before anything runs."""
     weighing = small.PAPER.model_copy(update={"liquid_weight": True})
     tiny(tmp_path / "weight", effects=weighing, liquid=water(1e-4))
     with pytest.raises(PywetError, match="it lacks spheres whose mass changes"):

@@ -35,13 +35,13 @@ ASKED = "asked:"
 def main(
     new: Annotated[int, typer.Option(min=0, help="Faults.")] = 20,
     seed: Annotated[int, typer.Option(help="Of the draw; the same seed and sources give the same faults.")] = 1,
-    room: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(ROOMS)}; default all in turn.")] = None,
+    module: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(ROOMS)}; default all in turn.")] = None,
     tests: Annotated[bool, typer.Option("--tests", help="Then ask the tests about what nothing else notices.")] = False,
     engine: Annotated[bool, typer.Option(help="Ask tests that run an engine about Python's faults too.")] = True,
     out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("results/faults"),
 ) -> None:
     """Try random faults."""
-    packages = room or list(ROOMS)
+    packages = module or list(ROOMS)
     unknown = sorted(set(packages) - set(ROOMS))
     if unknown:
         raise typer.BadParameter(f"there is no room {unknown[0]}; expected one of {', '.join(ROOMS)}")
@@ -76,14 +76,14 @@ def said(row: dict[str, str]) -> str:
     return f"{row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['said'][:90]}"
 
 
-def one(bench: Bench, number: int, seed: int, room: str) -> dict[str, str]:
+def one(bench: Bench, number: int, seed: int, module: str) -> dict[str, str]:
     """The fault of a number in its room, the first of its draw that compiles, tried."""
-    chance, verdict = random.Random(f"{seed} {room} {number}"), None
+    rng, verdict = random.Random(f"{seed} {module} {number}"), None
     while verdict is None:
-        mutant = draw(bench.files(room), chance)
-        verdict: Verdict | None = bench.judge(mutant, room)
+        mutant = draw(bench.files(module), rng)
+        verdict: Verdict | None = bench.judge(mutant, module)
     reported = verdict.said.replace(f"{bench.tree}/", "")[:SAID]  # in this order: half a path would be kept
-    values = (str(number), room, below(mutant.path), str(mutant.line), mutant.what, verdict.by, reported)
+    values = (str(number), module, below(mutant.path), str(mutant.line), mutant.what, verdict.by, reported)
     return dict(zip(COLUMNS, values, strict=True))
 
 
@@ -109,12 +109,12 @@ def score(rows: list[dict[str, str]]) -> list[str]:
     """For each room how many were found by whom; crashes, and those without effect, do not count."""
     names = ("crash", "no effect", "replay", "program", "tests", "not reached", "survives")
     lines = [f"{'room':<10}{'faults':>7}" + "".join(f"{name:>12}" for name in names) + f"{'found':>8}"]
-    for room in [*dict.fromkeys(r["room"] for r in rows), ""]:
-        of = Counter(r["by"] for r in rows if room in ("", r["room"]))
+    for module in [*dict.fromkeys(r["room"] for r in rows), ""]:
+        of = Counter(r["by"] for r in rows if module in ("", r["room"]))
         acting = sum(of[name] for name in names[2:])
         share = (of["replay"] + of["program"] + of["tests"]) / acting if acting else 1.0
         counts = "".join(f"{of[name]:>12}" for name in names)
-        lines.append(f"{room or 'all':<10}{sum(of.values()):>7}{counts}{100 * share:>7.0f}%")
+        lines.append(f"{module or 'all':<10}{sum(of.values()):>7}{counts}{100 * share:>7.0f}%")
     return lines
 
 

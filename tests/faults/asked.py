@@ -50,7 +50,7 @@ def ask(bench: Bench, mutant: Mutant, tests: Sequence[str] = (), engine: bool = 
     words = [sys.executable, "-m", "pytest", "-x", "-q", "-m", which, "-p", "no:cacheprovider",
              "--basetemp", str(bench.out / "asked"), *named]  # fmt: skip
     environment = {**os.environ, "PYTHONPATH": str(bench.tree), "PYTHONDONTWRITEBYTECODE": "1"}
-    with bench.planted(mutant):
+    with bench.injected(mutant):
         _keep_plugin(bench, mutant)
         try:
             done = subprocess.run(
@@ -66,10 +66,10 @@ def ask(bench: Bench, mutant: Mutant, tests: Sequence[str] = (), engine: bool = 
 
 
 def _keep_plugin(bench: Bench, mutant: Mutant) -> None:
-    """Where the tests look for it: what was compiled here in a part of the time."""
+    """Copy the plugin to where the tests look for it, since compiling takes long."""
     from pywet.engines.liggghts import build
     from pywet.util import caches
 
     if (library := bench.plugin(mutant)) and library.exists():
-        shutil.copy(library, build.kept())
-        caches.seal(build.kept())
+        shutil.copy(library, build.cached())
+        caches.seal(build.cached())

@@ -34,13 +34,13 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Way:
-    """Where a run is made, from which configuration, with which plugin, for a fault of which module."""
+    """Run in which a fault is tried: its folder, configuration and plugin, and the module with the fault."""
 
     run: Path
     config: Path
     sound: Path
     """The same without a fault, already there for the modules after the engine."""
-    room: str
+    module: str
     library: Path
     keep_counts: bool = False
 
@@ -50,7 +50,7 @@ def follow(way: Way) -> Verdict:
     from pywet.errors import PywetError
 
     try:
-        return _built(way, part) if (part := way.room) in BUILT else _stages(way)
+        return _built(way, part) if (part := way.module) in BUILT else _stages(way)
     except PywetError as error:
         crash = way.run / "engine.partial" / server.CRASH
         return Verdict("crash", crash.read_text()) if crash.exists() else Verdict("program", str(error))
@@ -61,24 +61,24 @@ def _stages(way: Way) -> Verdict:
     from pywet.engines.liggghts import build
     from pywet.util import caches
 
-    run, room = way.run, way.room
+    run, module = way.run, way.module
     shutil.rmtree(run, ignore_errors=True)
-    if room in AFTER:
-        shutil.copytree(way.sound, run, ignore=shutil.ignore_patterns("vtk", *(MADE if room == "results" else ())))
+    if module in AFTER:
+        shutil.copytree(way.sound, run, ignore=shutil.ignore_patterns("vtk", *(MADE if module == "results" else ())))
     else:
         server.engine_in_copy(way.keep_counts)
         stages.build(stages.resolved(way.config), 2, "smoke", run)
-        if room == "scene" and (found := _of_scene(run)):
+        if module == "scene" and (found := _of_scene(run)):
             return found
-        shutil.copy(way.library, build.kept())
-        caches.seal(build.kept())
+        shutil.copy(way.library, build.cached())
+        caches.seal(build.cached())
         stages.simulate(run, 1, progress=False)
-    if room != "view":
+    if module != "view":
         stages.results(run)
-        found = _of_results(run) if room == "results" else _of_replay(stages.replay(run))
+        found = _of_results(run) if module == "results" else _of_replay(stages.replay(run))
         if found:
             return found
-    return (room in ("view", "") and _of_view(run)) or Verdict("survives")
+    return (module in ("view", "") and _of_view(run)) or Verdict("survives")
 
 
 def _built(way: Way, part: str) -> Verdict:

@@ -55,14 +55,14 @@ class Mutant:
     text: str
 
 
-def draw(paths: list[Path], chance: random.Random) -> Mutant:
+def draw(paths: list[Path], rng: random.Random) -> Mutant:
     """One fault in one of the files, every place as likely as any other of the same file; long files are hit more often."""
     weights = [p.stat().st_size for p in paths]
     while True:
-        path = chance.choices(paths, weights)[0]
+        path = rng.choices(paths, weights)[0]
         found = list(mutants(path))
         if found:
-            return chance.choice(found)
+            return rng.choice(found)
 
 
 def mutants(path: Path) -> Iterator[Mutant]:

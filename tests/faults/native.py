@@ -17,7 +17,7 @@ class Objects:
 
         self.sources = root / "pywet/engines/liggghts/plugin"
         self.folder = folder
-        mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
+        mpi = [process.output_of(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
         stored = [flag for flag in (*build.FLAGS, *build.LOOPS, *build.VISIBILITY) if flag not in ("-O3", "-shared")]
         version = f'-DPYWET_ENGINE_VERSION="{build.engine_version()}"'
         self._compile = [

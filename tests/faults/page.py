@@ -30,9 +30,9 @@ checks were added because of this study.
 ## Method
 
 `python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
-random positions of the program. A fault runs in the first of three variants of case 2 that executes its line, or in a scene with
-its law. Changes in planning, custom scenes and calibration are tried without an engine: the inputs are built and compared, then
-tests run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct, with their outcomes;
+random positions of the program. Each fault is tried in the first of three variants of case 2 that executes its line, or in a
+scene with its law. Changes in planning, custom scenes and calibration are tried without an engine: the inputs are built and
+compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct, with their outcomes;
 [faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
 """
 NOTICED = ("replay", "program", "tests")
@@ -52,14 +52,14 @@ def page(rows: list[dict[str, str]]) -> str:
     """The whole page."""
     distinct = list({(r["file"], r["line"], r["what"]): r for r in rows}.values())
     table = [f"| part | changes | {' | '.join(NAMES)} | detected |", "|---|" + "---|" * (len(NAMES) + 2)]
-    for room in [*dict.fromkeys(r["room"] for r in distinct), "all"]:
-        tried = [r for r in distinct if room in ("all", r["room"])]
+    for module in [*dict.fromkeys(r["room"] for r in distinct), "all"]:
+        tried = [r for r in distinct if module in ("all", r["room"])]
         of = Counter(verdict(r) for r in tried)
         noticed = sum(of[name] for name in NOTICED)
         early = sum(verdict(r) in NOTICED and r[BEFORE] not in OPEN for r in tried)
         counts = " | ".join(str(of[name]) for name in NAMES)
         all_faults = noticed + of["open"]
-        table.append(f"| {room} | {len(tried)} | {counts} | {noticed} of {all_faults} |")
+        table.append(f"| {module} | {len(tried)} | {counts} | {noticed} of {all_faults} |")
     return HEAD.format(
         count=len(rows), distinct=len(distinct), faults=all_faults, found=noticed, early=early, table="\n".join(table)
     )

@@ -55,8 +55,8 @@ def keep(path: Path) -> None:
     path.write_text(json.dumps([{name: sorted(numbers) for name, numbers in lines.items()} for lines in _open]))
 
 
-def kept(path: Path) -> Lines:
-    """What a copy of this process has written down."""
+def recorded(path: Path) -> Lines:
+    """Return the lines that a forked copy of this process has recorded."""
     lines: Lines = {}
     for part in json.loads(path.read_text()):
         for name, numbers in part.items():

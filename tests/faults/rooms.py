@@ -38,9 +38,9 @@ AFTER = ("results", "view")
 """Modules that work on a finished run."""
 
 
-def files(room: str, package: Path = PACKAGE) -> list[Path]:
+def files(module: str, package: Path = PACKAGE) -> list[Path]:
     """Existing files of a module."""
-    return sorted(p for pattern in ROOMS[room] for p in package.glob(pattern) if p.name not in LEFT_OUT)
+    return sorted(p for pattern in ROOMS[module] for p in package.glob(pattern) if p.name not in LEFT_OUT)
 
 
 def below(path: Path) -> str:
@@ -49,7 +49,7 @@ def below(path: Path) -> str:
 
 
 def reached(lines: set[int], mutant: Mutant) -> bool:
-    """Whether a run comes to the statement of the fault, or, where lines do not tell, to its file."""
+    """Return whether a run comes to the statement of the fault, or, where lines do not tell, to its file."""
     if mutant.path.suffix != ".py":
         return bool(lines & {mutant.line, mutant.line - 1, mutant.line + 1})
     inner = [n for n in ast.walk(ast.parse(mutant.path.read_text())) if isinstance(n, ast.stmt)

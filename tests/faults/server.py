@@ -30,7 +30,7 @@ REACHED = "reached.json"
 
 
 def in_copy(work: Callable[[], dict[str, Any]], limit_s: float) -> dict[str, Any]:
-    """What `work` gives in a copy of this process; `{"crash": …}` where it raises, dies or does not end."""
+    """Return the result of `work` in a fork of this process; `{"crash": …}` if it raises, dies or does not end."""
     with tempfile.TemporaryDirectory() as folder:
         answer = Path(folder) / "answer.json"
         child = os.fork()

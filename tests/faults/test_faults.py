@@ -54,8 +54,8 @@ def test_the_same_seed_draws_the_same_faults() -> None:
 
 
 def test_every_room_has_files_and_their_tests() -> None:
-    for room in rooms.ROOMS:
-        names = [rooms.below(path) for path in rooms.files(room)]
+    for module in rooms.ROOMS:
+        names = [rooms.below(path) for path in rooms.files(module)]
         assert names and all((rooms.ROOT / place).exists() for name in names for place in asked.tests_of(name))
     assert asked.tests_of("report/vtk.py")[0] == "tests/report/test_vtk.py"
 
@@ -101,7 +101,7 @@ def test_the_answer_of_a_copy_and_how_it_ended() -> None:
 
 
 def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
-    """Of the file asked about, those that are executed."""
+    """Compare the recorded lines of a small file with those that are executed."""
     path = tmp_path / "way.py"
     path.write_text("def way(x):\n    if x:\n        return 1\n    return 2\n")
     space: dict[str, Any] = {}
@@ -109,11 +109,11 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
     with reach.traced(tmp_path) as lines:
         space["way"](False)
         reach.keep(tmp_path / "kept.json")
-    assert lines == reach.kept(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
+    assert lines == reach.recorded(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
     assert [rooms.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
 
 
-def test_the_page_is_that_of_the_kept_table() -> None:
+def test_the_page_is_that_of_the_stored_table() -> None:
     """Every change that nobody noticed has its reason."""
     rows = read(page.KEPT)
     assert page.PAGE.read_text() == page.page(rows)

@@ -26,7 +26,7 @@ LIMIT_S = 900.0
 
 @dataclass
 class Bench:
-    """Where trials are made: the copy of the program, its objects, and what sound runs leave and come to."""
+    """Workplace of trials: the copy of the program, its objects, and the outputs and executed lines of correct runs."""
 
     out: Path
     sound: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -44,9 +44,9 @@ class Bench:
     def library(self) -> Path:
         return self.out / "plugin.so"
 
-    def files(self, room: str) -> list[Path]:
-        """Of a module, in the copy: the program itself may change meanwhile."""
-        return files(room, self.tree / "pywet")
+    def files(self, module: str) -> list[Path]:
+        """Return the files of a module in the copy; the program itself may change meanwhile."""
+        return files(module, self.tree / "pywet")
 
     def open(self, modules: Sequence[str]) -> None:
         """Import everything from a new copy of the program; where these modules need it, compile and run each scene."""
@@ -74,9 +74,9 @@ class Bench:
         for scene in scenes.SCENES:
             self._know(scene)
 
-    def _way(self, scene: str, room: str = "", library: Path | None = None, keep_counts: bool = False) -> Way:
+    def _way(self, scene: str, module: str = "", library: Path | None = None, keep_counts: bool = False) -> Way:
         config = self.tree / f"config_{scene.replace('=', '_')}"
-        return Way(self.run, config, self.out / "sound" / scene / "run", room, library or self.library, keep_counts)
+        return Way(self.run, config, self.out / "sound" / scene / "run", module, library or self.library, keep_counts)
 
     def _know(self, scene: str) -> None:
         """Marks of a sound run, and of a scene by name the lines it comes to."""
@@ -119,7 +119,7 @@ class Bench:
         answer = server.in_copy(work, LIMIT_S)
         if answer.get("by") != "survives":
             raise SystemExit(f"the counting run of scene {scene}: {answer}")
-        lines = reach.kept(self.run / "engine" / server.REACHED)
+        lines = reach.recorded(self.run / "engine" / server.REACHED)
         for name, numbers in answer["lines"].items():
             lines.setdefault(name, set()).update(numbers)
         return lines | reach.counted(self.objects.sources, self.counting.folder)
@@ -143,7 +143,7 @@ class Bench:
         return next((s for s in scenes.SCENES if reached(self.lines[s].get(name, set()), mutant)), None)
 
     @contextmanager
-    def planted(self, mutant: Mutant) -> Iterator[None]:
+    def injected(self, mutant: Mutant) -> Iterator[None]:
         """The fault in the copy of the program, and the file as it was afterwards, its time included."""
         before = mutant.path.read_bytes(), mutant.path.stat()
         mutant.path.write_text(mutant.text)
@@ -160,30 +160,30 @@ class Bench:
         library = self.out / "mutant.so"
         return library if self.objects.library(library, mutant.path) else None
 
-    def judge(self, mutant: Mutant, room: str) -> Verdict | None:
-        """Who notices; None for a fault that does not compile."""
+    def judge(self, mutant: Mutant, module: str) -> Verdict | None:
+        """Return what detects a fault; None for a fault that does not compile."""
         if mutant.path.suffix == ".py":
             try:
                 compile(mutant.text, str(mutant.path), "exec")
             except SyntaxError:
                 return None
-        built = room in BUILT
+        built = module in BUILT
         scene = "paper" if built else self.scene_for(mutant)
-        with self.planted(mutant):
+        with self.injected(mutant):
             library = self.plugin(mutant)
             if library is None:
                 return None
             if scene is None:
                 return Verdict("not reached")
-            answer = server.in_copy(lambda: self._trial(self._way(scene, room, library), mutant), LIMIT_S)
+            answer = server.in_copy(lambda: self._trial(self._way(scene, module, library), mutant), LIMIT_S)
         if "crash" in answer:
             return Verdict("crash", answer["crash"])
         if answer["by"] == "survives" and not built:
-            return self._changed(scene, room)
+            return self._changed(scene, module)
         return Verdict(answer["by"], answer["said"])
 
     def _changed(self, scene: str, part: str) -> Verdict:
-        """Of a run that nobody objects to: whether it left anything else than the sound one."""
+        """Return whether a run that nothing objects to left other files than the correct one."""
         now, then = ({n: m for n, m in made.items() if part in ("view", "") or not n.startswith("vtk/")}
                      for made in (marks(self.run), self.sound[scene]))  # fmt: skip
         changed = sorted(name for name in now.keys() | then.keys() if now.get(name) != then.get(name))
@@ -193,7 +193,7 @@ class Bench:
     def _trial(self, way: Way, mutant: Mutant | None) -> dict[str, Any]:
         """In a copy of the process."""
         if mutant is not None and mutant.path.suffix == ".py":
-            if way.room == "laws":
+            if way.module == "laws":
                 from numba import config  # type: ignore[import-untyped]
 
                 fresh = self.out / "compiled"

@@ -53,7 +53,7 @@ LINE = np.concatenate([CUP, [[CUP[0, 0], CUP[0, 1], 0.5 * (CUP[0, 0] + CUP[0, 1]
 
 
 @pytest.mark.parametrize(
-    ("data", "said", "room"),
+    ("data", "message", "margin"),
     [
         (text(CUP), "", 1e-6),
         (text(CUP) + "\n", "", 1e-6),
@@ -72,11 +72,13 @@ LINE = np.concatenate([CUP, [[CUP[0, 0], CUP[0, 1], 0.5 * (CUP[0, 0] + CUP[0, 1]
         (text(CUP[:, ::-1]), "turned 28 facets of a solid that was inside out", 1e-6),
     ],
 )
-def test_what_is_unambiguous_is_repaired_and_said(data: bytes | str, said: str, room: float, tmp_path: Path) -> None:
+def test_what_is_unambiguous_is_repaired_and_reported(
+    data: bytes | str, message: str, margin: float, tmp_path: Path
+) -> None:
     """The cup's volume, within what rounding by the export moves it, and its 11 faces."""
     surface, changes = read(tmp_path, data)
-    assert said in changes and bool(said) == bool(changes)
-    assert enclosed(surface.corners) == pytest.approx(1e-9 * VOLUME, rel=room)
+    assert message in changes and bool(message) == bool(changes)
+    assert enclosed(surface.corners) == pytest.approx(1e-9 * VOLUME, rel=margin)
     assert len(surface.part_half_width) == 11
 
 

@@ -91,7 +91,7 @@ def test_spheres_touch_wires_where_they_are(
 ) -> None:
     """Linear contact: no touch is missed on faces, edges, joints of the cut wires, and force is k times overlap.
 
-    Beside an edge the engine counts the face and the edge, so between one and two times k times overlap is right.
+    Next to an edge the engine counts the face and the edge, so between one and two times k times overlap is right.
     """
     wires = apparatus.surfaces[0]
     radius, overlap = 0.0015, 4e-6

@@ -33,7 +33,7 @@ SHAPES: list[tuple[dict[str, Any], float]] = [
 
 @pytest.mark.parametrize(("shape", "volume_mm3"), SHAPES)
 def test_a_shape_of_real_size_divides_its_triangles(shape: dict[str, Any], volume_mm3: float) -> None:
-    """Same volume within single precision; parts as those of the same shape small, which needs no division."""
+    """Expect the same volume within single precision, and the parts of the same small shape, which needs no division."""
     key, sizes = next(iter(shape.items()))
     thin = Wall(name="w", **shape).surface(Path())
     small = Wall(

@@ -47,7 +47,7 @@ def test_missing_stl_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.filterwarnings("error")
 def test_a_text_file_is_read_like_a_binary_one(tmp_path: Path) -> None:
-    """What CAD programs write as text gives the same corners, without a word."""
+    """Read a text file as CAD programs write it: it gives the same corners, without a message."""
     corners = np.array([[0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 10]], dtype=float)
     faces = [("triangle", np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))]
     for name, binary in (("text", False), ("bytes", True)):

@@ -48,7 +48,7 @@ def test_every_surface_is_accepted_and_has_no_sliver(apparatus: Apparatus) -> No
 
 @pytest.mark.parametrize("sides", [4, 6, 8, 12])
 @pytest.mark.parametrize("length", [0.003, 0.056, 0.204])
-def test_wire_volume_is_the_prisms(sides: int, length: float) -> None:
+def test_wire_volume_is_the_analytic_wires(sides: int, length: float) -> None:
     radius = 0.001
     corners = wire(np.array([-0.5 * length, 0.02, 0.0]), np.array([0.5 * length, 0.02, 0.0]), radius, sides, 1.02)
     surface = make_surface("w", "wires", [(corners, radius)])

@@ -166,7 +166,7 @@ def test_a_law_that_cannot_be_inlined_is_called() -> None:
     assert np.array_equal(together((law,), rows)[0], alone(law, rows))
 
 
-def test_laws_that_differ_only_in_a_number_or_a_helper_are_kept_apart(tmp_path: Path) -> None:
+def test_laws_that_differ_only_in_a_number_or_a_helper_are_distinguished(tmp_path: Path) -> None:
     """The compiled code is stored on disk under what a law consists of."""
     rows = bridges(2, 5)
     for factor in (2.0, 3.0):
@@ -185,6 +185,6 @@ def test_laws_that_differ_only_in_a_number_or_a_helper_are_kept_apart(tmp_path: 
 
 
 def test_a_law_that_raises_gives_no_number() -> None:
-    """What stops a run: the results stay what they were, the plugin fills them with NaN before."""
+    """Expect that results stay as they were if a law raises; the plugin fills them with NaN before, which stops the run."""
     law = typed("if volume > 0.0:\n        raise ValueError('no')\n    return 1.0")
     assert np.isnan(together((law,), bridges(3, 6))).all()

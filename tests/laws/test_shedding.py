@@ -51,7 +51,7 @@ def test_what_hangs(radius: float) -> None:
 
 
 def test_limits() -> None:
-    """What feels nothing holds all; without surface tension nothing hangs; never more falls than is there."""
+    """Expect that a film without force keeps all liquid, one without surface tension none, and that no drop exceeds the film."""
     assert tate_drop(1e-6, R, 0.0, RHO, SIGMA) == 0.0
     assert tate_drop(1e-9, R, 9.81, RHO, 0.0) == 1e-9
     films, felt = np.meshgrid(np.geomspace(1e-12, 1e-5, 40), np.geomspace(0.01, 1e5, 40))

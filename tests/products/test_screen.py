@@ -183,7 +183,7 @@ def test_steady_state_of_a_relaxation() -> None:
 
 
 def test_block_interval_covers_the_mean() -> None:
-    """Of 400 correlated series with mean 0 the 95 % interval holds it in 90 to 98 % of them."""
+    """Expect that the 95 % interval contains the mean 0 in 90 to 98 % of 400 correlated series."""
     random, inside = np.random.default_rng(2), 0
     for _ in range(400):
         noise, x = random.normal(size=800), np.zeros(800)

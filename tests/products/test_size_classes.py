@@ -52,7 +52,7 @@ def test_files_that_are_no_sieve_analysis(tmp_path: Path, text: str, words: str)
 
 
 def test_cut_off_mass_is_reported(tmp_path: Path) -> None:
-    """Of the class 1 to 2 mm half lies below its geometric mean, in the logarithm; above 4 mm another quarter."""
+    """Expect half of the class 1 to 2 mm below its geometric mean, in the logarithm, and another quarter above 4 mm."""
     (tmp_path / "sieve.csv").write_text(GOOD["comma"])
     sizes = SizeDistribution(file=Path("sieve.csv"), smallest_mm=math.sqrt(2), largest_mm=4).sizes(tmp_path)
     assert (sizes.below, sizes.above) == pytest.approx((0.125, 0.25))
@@ -120,7 +120,7 @@ def test_mass_and_moisture_of_a_feed(changes: dict[str, Any], dry_g: float, perc
     assert [s.mass_g / dry_g for s in scene.spheres] == pytest.approx(np.diff(edges) / 2)
 
 
-def test_numbers_of_spheres_are_said_before_a_run(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_numbers_of_spheres_are_reported_before_a_run(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Whole spheres of every class within 5 % of its mass; half of the mass is below 2 mm and left out."""
     made = building.Building(pywet.Scene(**feed()))
     asked = {a.name: a.asked_kg for a in made.amounts}

@@ -11,13 +11,13 @@ from pywet import config, stages
 from pywet.cases.screening import cases
 from pywet.cases.small.subset import with_spheres
 from pywet.shipped import place
-from tests.reference_impl import planted_log, yard
+from tests.reference_impl import injected_log, yard
 
 
 @pytest.fixture(scope="session")
 def heap_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Twelve wet spheres of two sizes falling on a floor, every step logged."""
-    return planted_log.heap(tmp_path_factory.mktemp("heap"))
+    return injected_log.heap(tmp_path_factory.mktemp("heap"))
 
 
 def _screened(case: int, folder: Path, duration_s: float) -> Path:

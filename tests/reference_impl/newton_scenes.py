@@ -35,7 +35,7 @@ def contacts(n: int) -> list[ContactPair]:
 
 
 def moving(surface: Surface, motion: str) -> Surface:
-    """The same surface with another motion."""
+    """Return a surface with another motion."""
     return Surface(**{**surface.__dict__, "motion": motion})
 
 

@@ -51,9 +51,9 @@ def test_closed_form_has_the_value_of_its_equation(kind: str, law: str) -> None:
     """Within 1e-13: ten operations in double precision, and the cancelling pressures of `weigert`."""
     rows = [row for row in ROWS if (row["kind"], row["law"]) == (kind, law)]
     given = [{k: float(v) for k, v in (item.split("=") for item in row["arguments"].split(";"))} for row in rows]
-    own = [value(row, g) for row, g in zip(rows, given, strict=True)]
+    expected = [value(row, g) for row, g in zip(rows, given, strict=True)]
     assert len(rows) >= 10
-    assert own == pytest.approx([float(row["value"]) for row in rows], rel=1e-13, abs=0.0)
+    assert expected == pytest.approx([float(row["value"]) for row in rows], rel=1e-13, abs=0.0)
 
 
 def test_the_table_holds_all_of_them() -> None:

@@ -18,7 +18,7 @@ from reference_impl.compiled import compiled
 ROOT = Path(reference_impl.__file__).parent
 
 
-def test_what_is_compiled_into_a_kept_function_stands_in_its_file() -> None:
+def test_what_is_compiled_into_a_stored_function_stands_in_its_file() -> None:
     """numba looks for changes in that file alone."""
     stored = 0
     for path in ROOT.rglob("*.py"):
@@ -39,7 +39,7 @@ def test_what_is_compiled_into_a_kept_function_stands_in_its_file() -> None:
     assert stored >= 10
 
 
-def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_nothing_can_be_stored_it_is_compiled_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     def nowhere(*_: Any) -> None:
         return None
 

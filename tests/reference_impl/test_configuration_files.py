@@ -20,7 +20,7 @@ CONFIG = config.load(ROOT / "config")
 
 
 def sections(loaded: Config, case: int = 2) -> Section:
-    """What the section says of a case's configuration."""
+    """Return the replay's section on a case's configuration."""
     section, texts = Section("scene"), config.texts(loaded)
     section.add("scene_configuration", "itself", files.held(texts, loaded.resolved(case, "smoke")), "values")
     section.not_checked += files.not_checked(texts)
@@ -100,7 +100,7 @@ def test_wrong_row_of_a_list_is_named() -> None:
     assert sections(other).not_checked == ["scene: materials.yaml, replaced in memory"]
 
 
-def test_what_a_command_sets_is_said_and_not_a_fault() -> None:
+def test_what_a_command_sets_is_reported_and_not_a_fault() -> None:
     found = sections(CONFIG.with_seed(4).with_preset("exact"))
     assert found.quantities[0].ok
     assert found.not_checked == ["scene: set after config.yaml was read: seed, laws"]

@@ -66,7 +66,7 @@ def test_no_false_alarm_on_feeds_and_decks(tmp_path: Path, psd: str) -> None:
     assert any("which are in sieves.csv" in s for s in found.not_checked) == (psd == "a file")
 
 
-def test_plain_gravity_beside_an_inclined_deck_is_said_not_to_be_judged(tmp_path: Path) -> None:
+def test_plain_gravity_beside_an_inclined_deck_is_reported_not_to_be_judged(tmp_path: Path) -> None:
     building.write(example("deck", gravity_m_per_s2=[0, 0, -9.81]), tmp_path)
     found = check.check(tmp_path)
     assert found.findings == [] and any("gravity, which is not that of the deck" in s for s in found.not_checked)

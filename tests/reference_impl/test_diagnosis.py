@@ -14,25 +14,25 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import CHANGES, PIECES, exchanged
 from reference_impl.replay import command, laws
 from reference_impl.replay.replay import replay, table
-from tests.reference_impl import planted_log
+from tests.reference_impl import injected_log
 
 LENGTH = 200
 
 
 @pytest.mark.engine
 def test_a_sound_run_is_not_diagnosed(heap_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where all agrees, the diagnosis is not even called."""
+    """Expect that the diagnosis is not even called if everything agrees."""
     monkeypatch.setattr(faults, "find", lambda *_: pytest.fail("diagnosed without need"))
     result = replay(heap_dir)
     assert result["ok"] and result["diagnosis"] is None
 
 
 @pytest.mark.engine
-@pytest.mark.parametrize("name", planted_log.FAULTS)
+@pytest.mark.parametrize("name", injected_log.FAULTS)
 def test_fault_in_the_log_is_named(heap_dir: Path, tmp_path: Path, name: str) -> None:
     """Named first, in its own equation; what only follows from it is not called a fault of its own."""
-    fault = planted_log.FAULTS[name]
-    result = replay(planted_log.plant(heap_dir, tmp_path, fault))
+    fault = injected_log.FAULTS[name]
+    result = replay(injected_log.plant(heap_dir, tmp_path, fault))
     assert not result["ok"]
     found = result["diagnosis"]["findings"]
     assert fault.words in found[0]["sentence"] and fault.quantity in found[0]["quantities"], found
@@ -46,12 +46,12 @@ def test_fault_in_the_log_is_named(heap_dir: Path, tmp_path: Path, name: str) ->
 def test_first_record_and_share_are_named(heap_dir: Path, tmp_path: Path) -> None:
     """A fault from some step on at the floor only: where, since when and how many."""
 
-    def change(tables: planted_log.Tables) -> None:
+    def change(tables: injected_log.Tables) -> None:
         rows = (tables["contacts"]["step"] >= 1500) & (tables["contacts"]["partner_kind"] == laws.LARGE_WALL)
         tables["contacts"].loc[rows, "capillary"] *= 0.7
 
-    injected = planted_log.Planted(change, "capillary", "it is 0.7 times")
-    found = replay(planted_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
+    injected = injected_log.Injected(change, "capillary", "it is 0.7 times")
+    found = replay(injected_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
     log = pd.read_parquet(heap_dir / "history" / "contacts.parquet")
     changed = log[(log["step"] >= 1500) & (log["partner_kind"] == laws.LARGE_WALL)]
     assert len(found) == 1
@@ -64,15 +64,15 @@ def test_first_record_and_share_are_named(heap_dir: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.engine
-def test_what_nothing_explains_is_said_so(heap_dir: Path, tmp_path: Path) -> None:
+def test_what_nothing_explains_is_reported_so(heap_dir: Path, tmp_path: Path) -> None:
     """Noise is no fault with a name."""
 
-    def change(tables: planted_log.Tables) -> None:
+    def change(tables: injected_log.Tables) -> None:
         noise = np.random.default_rng(1).normal(1.0, 0.1, len(tables["contacts"]))
         tables["contacts"]["capillary"] *= noise
 
-    injected = planted_log.Planted(change, "capillary", "")
-    found = replay(planted_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
+    injected = injected_log.Injected(change, "capillary", "")
+    found = replay(injected_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
     assert [f["fault"] for f in found] == [None]
     assert "cause not among the" in found[0]["sentence"] and found[0]["explained"] == 0
 
@@ -80,7 +80,7 @@ def test_what_nothing_explains_is_said_so(heap_dir: Path, tmp_path: Path) -> Non
 @pytest.mark.engine
 def test_exit_status_of_the_command(heap_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """0, 1 with the table and one sentence, 2; JSON holds what replay.json holds."""
-    wrong = planted_log.plant(heap_dir, tmp_path / "wrong", planted_log.FAULTS["torque on j left out"])
+    wrong = injected_log.plant(heap_dir, tmp_path / "wrong", injected_log.FAULTS["torque on j left out"])
     assert command.run([heap_dir]) == 0
     output_text = capsys.readouterr()
     assert "contacts at" in output_text.out and output_text.err == ""
@@ -103,32 +103,34 @@ def test_exit_status_of_the_command(heap_dir: Path, tmp_path: Path, capsys: pyte
     assert "lacks speed; expected the columns" in capsys.readouterr().out
 
 
-def link(logged: np.ndarray, own: np.ndarray, suspects: list[Suspect], **more: object) -> Link:
+def link(logged: np.ndarray, expected: np.ndarray, suspects: list[Suspect], **more: object) -> Link:
     """A link of its own, for the rules of judgement."""
     steps = pd.DataFrame({"step": np.arange(len(logged)), "i": 1, "j": 2})
-    return Link("x", "thing", steps, logged, own, np.abs(own), lambda _: iter(suspects), **more)  # type: ignore[arg-type]
+    return Link("x", "thing", steps, logged, expected, np.abs(expected), lambda _: iter(suspects), **more)  # type: ignore[arg-type]
 
 
 def test_two_faults_in_one_equation() -> None:
     """Each named with the records that are its own."""
-    own = np.linspace(1.0, 2.0, LENGTH)
-    logged = np.where(np.arange(LENGTH) < 120, 2.0 * own, own**2 + 5.0)
-    first, second = diagnosis.judge(link(logged, own, [Suspect("square", own**2 + 5.0), Suspect("double", 2.0 * own)]))
+    expected = np.linspace(1.0, 2.0, LENGTH)
+    logged = np.where(np.arange(LENGTH) < 120, 2.0 * expected, expected**2 + 5.0)
+    first, second = diagnosis.judge(
+        link(logged, expected, [Suspect("square", expected**2 + 5.0), Suspect("double", 2.0 * expected)])
+    )
     assert (first.fault, first.explained, first.broken) == ("double", 120, 200)
     assert (second.fault, second.explained, second.broken) == ("square", 80, 80)
     assert first.next_best == ("square", 80 / 200)
 
 
-def test_equal_suspects_are_said_to_be_equal() -> None:
-    """Those that explain all cannot be distinguished, and all are said; a general one never wins over a cause."""
-    own = np.ones(LENGTH)
+def test_equal_suspects_are_reported_to_be_equal() -> None:
+    """Expect that all suspects are reported that explain all records; a general one never replaces a cause."""
+    expected = np.ones(LENGTH)
     names, some = ("cause", "other cause", "third"), np.where(np.arange(LENGTH) < 150, 2.0, 1.0)
     alike = [
-        Suspect("seen", 2.0 * own, general=True),
-        *(Suspect(name, 2.0 * own) for name in names),
+        Suspect("seen", 2.0 * expected, general=True),
+        *(Suspect(name, 2.0 * expected) for name in names),
         Suspect("part", some),
     ]
-    (found,) = diagnosis.judge(link(2.0 * own, own, alike))
+    (found,) = diagnosis.judge(link(2.0 * expected, expected, alike))
     assert found.fault == "cause"
     assert "cannot be told apart from: other cause, or third)" in found.sentence
     assert found.as_dict()["alike"] == ["other cause", "third"]
@@ -136,8 +138,8 @@ def test_equal_suspects_are_said_to_be_equal() -> None:
 
 def test_what_follows_is_excused() -> None:
     """A record that is right by the other link's value is not broken."""
-    own, logged = np.ones(LENGTH), np.full(LENGTH, 3.0)
-    assert diagnosis.judge(link(logged, own, [], excuses=(logged,))) == []
+    expected, logged = np.ones(LENGTH), np.full(LENGTH, 3.0)
+    assert diagnosis.judge(link(logged, expected, [], excuses=(logged,))) == []
 
 
 def test_exchanged_pieces_are_put_back() -> None:

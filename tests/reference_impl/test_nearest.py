@@ -16,7 +16,7 @@ from reference_impl.replay import formations
 
 
 def closest_to(corners: np.ndarray, x: list[float]) -> nearest.Closest:
-    """Of one fixed part with these triangles."""
+    """Return the closest points of one fixed part with these triangles."""
     setup: Any = SimpleNamespace(
         corners=corners, part=np.zeros(len(corners), np.int64), step=1e-6,
         scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},
@@ -94,10 +94,10 @@ def test_within_is_what_all_triangles_one_by_one_say() -> None:
     )
     wanted = {}
     for n, p in np.ndindex(300, 2):
-        own = np.flatnonzero(part == p)
-        least = every[own, n].min()
-        if least < reach[n] + values[own].max():
-            same = own[every[own, n] <= least * (1.0 + nearest.SAME)]
+        of_part = np.flatnonzero(part == p)
+        least = every[of_part, n].min()
+        if least < reach[n] + values[of_part].max():
+            same = of_part[every[of_part, n] <= least * (1.0 + nearest.SAME)]
             wanted[n, p] = (least, same[0], values[same].min())
     found = dict(zip(zip(a.tolist(), of.tolist(), strict=True), zip(*near, strict=True), strict=True))
     assert len(found) == len(a) > 100 and found.keys() == wanted.keys()

@@ -130,28 +130,32 @@ def test_semi_implicit_drag(semi_implicit: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "wrong", "said"),
+    ("name", "wrong", "message"),
     [
-        ("window_push", lambda own, second: 1.01 * own, "it is 1.01 times what it should be"),
-        ("window_push", lambda own, second: own - second, "that of the second sphere is left out"),
-        ("window_spin_push", lambda own, second: own - 2 * second, "that of the second sphere has the other sign"),
-        ("window_sharing", lambda own, second: own - second, "that of the second sphere is left out"),
+        ("window_push", lambda expected, second: 1.01 * expected, "it is 1.01 times what it should be"),
+        ("window_push", lambda expected, second: expected - second, "that of the second sphere is left out"),
+        (
+            "window_spin_push",
+            lambda expected, second: expected - 2 * second,
+            "that of the second sphere has the other sign",
+        ),
+        ("window_sharing", lambda expected, second: expected - second, "that of the second sphere is left out"),
     ],
 )
 def test_a_wrong_start_of_semi_implicit_drag_is_found_and_named(
-    semi_implicit: Path, name: str, wrong: Callable[[Any, Any], Any], said: str
+    semi_implicit: Path, name: str, wrong: Callable[[Any, Any], Any], message: str
 ) -> None:
     """As an engine would log it that starts its drag from something else."""
     _, found = scenes.closed(semi_implicit)
     injected = []
     for f in found:
-        _, own, size, rows, second = f.checks[name]
-        injected.append(replace(f, checks={**f.checks, name: (wrong(own, second), own, size, rows, second)}))
+        _, expected, size, rows, second = f.checks[name]
+        injected.append(replace(f, checks={**f.checks, name: (wrong(expected, second), expected, size, rows, second)}))
     setup = window.read(semi_implicit)
     failed = [q.name for q in newton.check(setup, injected) if not q.ok]
     assert failed == [name]
     sentences = [f["sentence"] for f in diagnosis.diagnose(motion.links(setup, injected, failed), failed)["findings"]]
-    assert any(said in sentence and motion.PUSHES[name] in sentence for sentence in sentences), sentences
+    assert any(message in sentence and motion.PUSHES[name] in sentence for sentence in sentences), sentences
 
 
 def test_dry_replay(dry: Path) -> None:
@@ -343,7 +347,7 @@ def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float
 
 
 def test_wet_springs_begin_anew(tmp_path: Path) -> None:
-    """The same spheres with films: each meeting begins without a spring, which the check asks for in wet runs."""
+    """Repeat the impact with films: each contact begins without a spring, which the check requires in wet runs."""
     quantities, counts, meetings = rubbing(tmp_path, 50.0, 0.0, liquid=water(1e-5), effects=small.PAPER)
     assert meetings == 2
     assert quantities["contact_spring"].ok

@@ -51,7 +51,7 @@ def test_every_kind_without_a_record_is_listed(kind: nothing.Kind) -> None:
 
 
 def test_quantities_without_a_record_are_listed() -> None:
-    """Of whatever kind: none passes as compared."""
+    """Expect that no quantity without a record passes as compared."""
     both = [Quantity("volume", "itself", 9, 0.0, 1e-9), Quantity("event_part", "itself", 0, 0.0, 1e-9)]
     assert nothing.without_record(both) == ["no record of: event_part"]
     assert nothing.without_record(both[:1]) == []

@@ -50,7 +50,7 @@ def made_up(seed: int) -> Made:
 
 
 def planned(folder: Path, made: Made) -> list[str]:
-    """What the reference says of the plan that pywet makes of a scene."""
+    """Return the numbers of pywet's plan of a scene that differ from the reference's."""
     classes, pairs, liquid, scene = made
     found = numbers.effect_numbers(classes, pairs, liquid, plan.peak_speed(SCREEN))
     rows = [{"effect": effect, "number": number} for effect, (_, number) in found.items()]

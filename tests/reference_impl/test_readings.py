@@ -18,7 +18,7 @@ from pywet.config import Config
 from pywet.config.readings import Readings
 from reference_impl.replay.replay import replay
 from reference_impl.scene import check as scene
-from tests.reference_impl.planted_files import edit, put
+from tests.reference_impl.injected_files import edit, put
 
 CONFIG = config.load(Path(__file__).parents[2] / "config")
 SCENES: dict[tuple[str, str], str] = {

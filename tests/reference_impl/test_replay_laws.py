@@ -84,7 +84,7 @@ def test_closed_forms_agree(tmp_path: Path, name: str) -> None:
 
 @pytest.fixture(scope="module")
 def exact_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same with preset `exact`."""
+    """Run the scene with preset `exact`."""
     return lift(tmp_path_factory.mktemp("exact"), small.EXACT, (SIXTY, SIXTY, SIXTY))
 
 
@@ -159,18 +159,18 @@ def reach(volume, ri, rj, ti, tj):
 
 def test_law_of_ones_own_is_named_and_the_rest_is_checked(tmp_path: Path) -> None:
     """No judgement on the own force and rupture distance; totals, torques, liquid and viscous terms in full."""
-    own = tmp_path / "own.py"
-    own.write_text(OWN)
-    effects = small.PAPER.model_copy(update={"capillary": f"{own}:spring", "rupture": f"{own}:reach"})
+    law_file = tmp_path / "own.py"
+    law_file.write_text(OWN)
+    effects = small.PAPER.model_copy(update={"capillary": f"{law_file}:spring", "rupture": f"{law_file}:reach"})
     run = lift(tmp_path / "run", effects, (0.5, 0.2, math.pi / 4))
     result = replay(run)
     assert far(result) == {} and result["ok"]
     assert [(u["effect"], u["law"]) for u in result["unchecked"]] == [
-        ("capillary", f"{own}:spring"),
-        ("rupture", f"{own}:reach"),
+        ("capillary", f"{law_file}:spring"),
+        ("rupture", f"{law_file}:reach"),
     ]
     assert not {"capillary", "rupture_distance"} & set(result["quantities"])
-    assert f"capillary: the law {own}:spring is not built in and was not checked" in table(result)
+    assert f"capillary: the law {law_file}:spring is not built in and was not checked" in table(result)
     second = tmp_path / "second.py"
     functions = {"capillary": f"{second}:spring", "rupture": f"{second}:reach"}
     for factor, wrong in ((1.0, set()), (1.001, {"capillary", "force"})):
@@ -184,7 +184,7 @@ def test_law_of_ones_own_is_named_and_the_rest_is_checked(tmp_path: Path) -> Non
         second.write_text(text)
         with pytest.raises(ReplayError, match=words):
             replay(run, functions={"capillary": f"{second}:spring"})
-    assert f"{own}:spring" not in capillary.LAWS and f"{own}:spring" not in coverage.CLOSED["capillary"]
+    assert f"{law_file}:spring" not in capillary.LAWS and f"{law_file}:spring" not in coverage.CLOSED["capillary"]
     path = run / "history" / "contacts.parquet"
     frame = pd.read_parquet(path)
     frame["capillary"] *= 1.0 + 1e-6  # no longer what went into the total

@@ -55,7 +55,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _tables(run: Path, random: np.random.Generator) -> None:
-    """Curves of 31 outputs that fall at random, and liquid that goes from holder to holder."""
+    """Curves of 31 outputs that fall at random, and liquid that goes from reservoir to reservoir."""
     time = np.linspace(-0.1, 1.4, 31)
     clock = {"step": np.arange(31) * 100, "time_s": time + 0.1, "time_since_opening_s": time}
     for name in ("fraction_retained", "liquid_by_holder"):

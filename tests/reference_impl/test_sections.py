@@ -20,7 +20,7 @@ from reference_impl.replay.replay import replay, table
 from reference_impl.scene import check as scene
 from reference_impl.tables import check as results
 from tests.cases.screening import synthetic
-from tests.reference_impl.planted_files import RESULTS, SCENE, edit, put, times
+from tests.reference_impl.injected_files import RESULTS, SCENE, edit, put, times
 
 ROOT = Path(__file__).parents[2]
 CONFIG = config.load(ROOT / "config")
@@ -83,7 +83,7 @@ def test_replay_counts_and_shows_the_sections(copy: Path, capsys: pytest.Capture
 
 
 @pytest.mark.engine
-def test_without_configuration_or_results_nothing_is_said_to_agree(copy: Path) -> None:
+def test_without_configuration_or_results_nothing_is_reported_to_agree(copy: Path) -> None:
     (copy / "config.json").unlink()
     (copy / "summary.json").unlink()
     shutil.rmtree(copy / "results")
@@ -112,7 +112,7 @@ def test_damaged_files_are_one_sentence(copy: Path, file: str) -> None:
 
 
 def of_files(folder: Path, case: int, scale: str) -> dict[str, Any]:
-    """What config.json says, from config.yaml, materials.yaml, scales.yaml and cases.csv."""
+    """Return the part of config.json that comes from config.yaml, materials.yaml, scales.yaml and cases.csv."""
     read = {name: yaml.safe_load((folder / f"{name}.yaml").read_text()) for name in ("config", "materials", "scales")}
     with open(folder / "cases.csv", newline="") as file:
         row = next(row for row in csv.DictReader(file) if int(row["case"]) == case)

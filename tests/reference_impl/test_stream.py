@@ -18,7 +18,7 @@ from reference_impl.diagnosis import chain, looked
 from reference_impl.replay import bodies, booking, compare, io, spans, transfer
 from reference_impl.replay.lives import Lives, keys, none
 from reference_impl.replay.replay import replay
-from tests.reference_impl import planted_log
+from tests.reference_impl import injected_log
 
 pytestmark = pytest.mark.engine
 SIZES = (1, 7, 1000)
@@ -26,7 +26,7 @@ TIMES = ("wall_s", "cpu_s", "peak_memory_B", "events_per_s", "contacts_per_s")
 
 
 def at_size(folder: Path, size: int, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """What a replay in parts of that many events says, but for its times; with what the effects contributed."""
+    """Return the result of a replay in chunks of that many events, without its times; with the contributions of the effects."""
     monkeypatch.setattr(spans.go_through, "__defaults__", (size,))
     monkeypatch.setattr(spans, "PIECE", spans.PIECE if size == spans.SIZE else 2500)
     found = {k: v for k, v in replay(folder).items() if k not in TIMES}
@@ -66,17 +66,17 @@ def test_faults_are_found_across_cuts(
     heap_dir: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each event in a part of its own: the same findings as of the whole log."""
-    injected = planted_log.plant(heap_dir, tmp_path, planted_log.FAULTS[name])
+    injected = injected_log.plant(heap_dir, tmp_path, injected_log.FAULTS[name])
     assert at_size(injected, 1, monkeypatch) == at_size(injected, spans.SIZE, monkeypatch)
 
 
 def test_a_late_fault_of_a_long_log_is_named(heap_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Looked for in the part from where the log disagrees, with those earlier events from which later ones follow."""
 
-    def change(tables: planted_log.Tables) -> None:
-        planted_log.one("events", "film_i_after", -3, 1.001)(tables)
+    def change(tables: injected_log.Tables) -> None:
+        injected_log.one("events", "film_i_after", -3, 1.001)(tables)
 
-    injected = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "film_after", ""))
+    injected = injected_log.plant(heap_dir, tmp_path, injected_log.Injected(change, "film_after", ""))
     whole = at_size(injected, spans.SIZE, monkeypatch)["diagnosis"]
     monkeypatch.setattr(looked, "MOST", 12)
     part = at_size(injected, 6, monkeypatch)["diagnosis"]
@@ -89,10 +89,10 @@ def test_a_late_fault_of_the_contacts_is_named(heap_dir: Path, tmp_path: Path, m
     """From step 1500 on; what the bridges' formations say of their volumes is known from before."""
     monkeypatch.setattr(looked, "MOST", 100)
 
-    def change(tables: planted_log.Tables) -> None:
+    def change(tables: injected_log.Tables) -> None:
         tables["contacts"].loc[tables["contacts"]["step"] >= 1500, "capillary"] *= 0.5
 
-    injected = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "capillary", ""))
+    injected = injected_log.plant(heap_dir, tmp_path, injected_log.Injected(change, "capillary", ""))
     found = at_size(injected, 6, monkeypatch)["diagnosis"]["findings"]
     assert [f["fault"] for f in found] == ["half of it counts"]
 
@@ -102,11 +102,11 @@ def test_a_late_fault_of_the_snapshots_is_named(
 ) -> None:
     """In the part from where they first disagree, not in all outputs."""
 
-    def change(tables: planted_log.Tables) -> None:
+    def change(tables: injected_log.Tables) -> None:
         late = tables["bridges"]["step"] > tables["bridges"]["step"].median()
         tables["bridges"].loc[late, "separation"] *= 1.001
 
-    injected = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "snapshot_separation", ""))
+    injected = injected_log.plant(heap_dir, tmp_path, injected_log.Injected(change, "snapshot_separation", ""))
     whole = at_size(injected, spans.SIZE, monkeypatch)["diagnosis"]["findings"]
     monkeypatch.setattr(looked, "MOST", 12)
     part = at_size(injected, 6, monkeypatch)["diagnosis"]["findings"]
@@ -114,7 +114,7 @@ def test_a_late_fault_of_the_snapshots_is_named(
     assert part[0]["records"] < whole[0]["records"]
 
 
-def test_of_a_part_of_a_log_only_standing_bridges_go_on() -> None:
+def test_of_a_part_of_a_log_only_active_bridges_go_on() -> None:
     """Sphere 1's first bridge to part 0 formed on triangle 0 and ruptured on triangle 1; of it only the formation is left."""
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     before, then = [1, 0, 1, 1, 0, 0], [[20, 0, 1, 1, 0, 1], [30, 1, 1, 1, 0, 1]]
@@ -150,18 +150,18 @@ def test_each_bridge_is_found_as_one_after_the_other_says() -> None:
 
 
 def test_a_log_out_of_order_is_refused(heap_dir: Path, tmp_path: Path) -> None:
-    """What is read on cannot be put in order afterwards."""
+    """Expect that a log out of order is refused, since chunks cannot be sorted afterwards."""
 
-    def change(tables: planted_log.Tables) -> None:
+    def change(tables: injected_log.Tables) -> None:
         tables["events"] = tables["events"].iloc[::-1]
 
-    injected = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "", ""))
+    injected = injected_log.plant(heap_dir, tmp_path, injected_log.Injected(change, "", ""))
     with pytest.raises(io.ReplayError, match="is not in the order of its steps"):
         replay(injected)
 
 
 def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same bits: nothing is reordered or fused."""
+    """Expect the same bits: the compiler neither reorders nor fuses operations."""
     run = io.read(heap_dir)
     events, fixed, tables = run.table("events"), bodies.bodies(run), transfer.Tables(run.table("transfer"))
     partners, outputs, results = bodies.pairs(events, fixed), np.array([0, 500, 1000]), []
@@ -175,7 +175,7 @@ def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.Mon
 
 
 def test_median_of_many_is_good_to_a_thousandth() -> None:
-    """Of the histogram that stands for more deviations than are stored; it depends on the values alone."""
+    """Compare the median of the histogram that represents more deviations than are stored; it depends on the values alone."""
     values = np.random.default_rng(1).lognormal(-30.0, 5.0, 2 * compare.KEPT)
     parts = [compare.Deviations(part) for part in np.array_split(values, 7)]
     together = compare.gathered(parts)

@@ -188,7 +188,7 @@ def test_what_was_written_agrees(run: Path) -> None:
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_faults_of_the_files_are_found_and_named(name: str, run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kind, change, quantity, said = FAULTS[name]
+    kind, change, quantity, message = FAULTS[name]
     quantity = f"vtk_{quantity}"
     right = writer.KINDS[kind]
 
@@ -204,23 +204,23 @@ def test_faults_of_the_files_are_found_and_named(name: str, run: Path, monkeypat
     quantities, findings = vtk.check(run)
     assert quantity in [q.name for q in quantities if not q.ok]
     sentences = [f["sentence"] for f in findings if quantity in f["quantities"]]
-    assert any(said in sentence for sentence in sentences), sentences
+    assert any(message in sentence for sentence in sentences), sentences
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "said"),
+    ("before", "after", "message"),
     [
         ('timestep="0.01"', 'timestep="0.011"', "it is moved by 0.001"),
         ("particles_000000100", "particles_000000000", "the output before"),
     ],
 )
-def test_time_stamps_and_files_exchanged(before: str, after: str, said: str, run: Path) -> None:
+def test_time_stamps_and_files_exchanged(before: str, after: str, message: str, run: Path) -> None:
     writer.write(run)
     path = run / "vtk" / "particles.pvd"
     path.write_text(path.read_text().replace(before, after))
     quantities, findings = vtk.check(run)
     assert any(not q.ok for q in quantities)
-    assert any(said in f["sentence"] for f in findings), [f["sentence"] for f in findings]
+    assert any(message in f["sentence"] for f in findings), [f["sentence"] for f in findings]
 
 
 def test_times_in_ms_are_named(run: Path) -> None:
@@ -246,9 +246,9 @@ def test_the_reader_reads_what_vtk_reads(run: Path) -> None:
         path = run / "vtk" / f"{kind}_000000200.vtu"
         mine, theirs = vtu.read(path), pyvista.read(path)
         np.testing.assert_array_equal(mine.points, theirs.points)
-        for own, other in ((mine.of_points, theirs.point_data), (mine.of_cells, theirs.cell_data)):
-            assert set(own) == set(other.keys())
-            for name, values in own.items():
+        for written, other in ((mine.of_points, theirs.point_data), (mine.of_cells, theirs.cell_data)):
+            assert set(written) == set(other.keys())
+            for name, values in written.items():
                 np.testing.assert_array_equal(values, other[name])
         assert {n: list(theirs.field_data[n]) for n in mine.words} == mine.words
     assert mine.words["holder_from_0"] == ["wires", "side_wall", "collecting_bin"]
@@ -275,5 +275,5 @@ def test_a_cut_file_is_refused_in_a_sentence(run: Path) -> None:
         vtk.check(run)
 
 
-def test_without_files_it_is_said_that_nothing_was_checked(run: Path) -> None:
+def test_without_files_it_is_reported_that_nothing_was_checked(run: Path) -> None:
     assert vtk.check(run) == ([], []) and vtk.not_checked(run) == [vtk.NOT_THERE]

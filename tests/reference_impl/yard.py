@@ -1,6 +1,6 @@
 """One small moist run that holds what can go wrong: moving walls of every kind, wires, films on walls, flights, works.
 
-Faults are planted in copies of its tables (planted_yard.py), or in the plugin that runs it (tests/engines/liggghts/planted.py).
+Faults are injected into copies of its tables (injected_yard.py) or into its plugin (tests/engines/liggghts/injected.py).
 """
 
 from __future__ import annotations

@@ -276,7 +276,7 @@ BESIDE = {
 
 
 def write(path: Path, content: bytes | str | None) -> None:
-    """What is wrong, at its place."""
+    """Make an invalid file: its content, a pipe, a device, a folder or a link to itself."""
     if content == "pipe":
         os.mkfifo(path)
     elif content == "device":

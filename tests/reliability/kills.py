@@ -20,7 +20,7 @@ def tables_of(run_dir: Path) -> dict[str, pd.DataFrame]:
 
 
 def assert_same(wanted: dict[str, pd.DataFrame], found: dict[str, pd.DataFrame]) -> None:
-    """The same tables to the last bit."""
+    """Expect the same tables to the last bit."""
     assert wanted.keys() == found.keys()
     for name, table in wanted.items():
         pd.testing.assert_frame_equal(table, found[name], check_exact=True, obj=name)

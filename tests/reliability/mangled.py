@@ -42,75 +42,75 @@ INTEGERS = (0, 1, 2, 255, 2**31 - 1, 2**31, 2**32 - 1)
 
 def mangled(data: bytes, seed: int, suffix: str = "") -> bytes:
     """A sound file's bytes with one to three changes; of two tables of three the change is one of its content."""
-    chance = random.Random(seed)
-    if suffix == ".parquet" and chance.random() < 0.67:
-        return _table(data, chance)
-    for _ in range(chance.choice((1, 1, 1, 2, 3))):
-        data = chance.choice(HOW)(data, chance)
+    rng = random.Random(seed)
+    if suffix == ".parquet" and rng.random() < 0.67:
+        return _table(data, rng)
+    for _ in range(rng.choice((1, 1, 1, 2, 3))):
+        data = rng.choice(HOW)(data, rng)
     return data
 
 
-def _span(data: bytes, chance: random.Random) -> tuple[int, int]:
-    start = chance.randrange(len(data) + 1)
-    return start, min(len(data), start + int(2.0 ** chance.uniform(0, 12)))
+def _span(data: bytes, rng: random.Random) -> tuple[int, int]:
+    start = rng.randrange(len(data) + 1)
+    return start, min(len(data), start + int(2.0 ** rng.uniform(0, 12)))
 
 
-def _bits(data: bytes, chance: random.Random) -> bytes:
+def _bits(data: bytes, rng: random.Random) -> bytes:
     changed = bytearray(data)
-    for _ in range(chance.choice((1, 1, 8)) if data else 0):
-        changed[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+    for _ in range(rng.choice((1, 1, 8)) if data else 0):
+        changed[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
     return bytes(changed)
 
 
-def _cut(data: bytes, chance: random.Random) -> bytes:
-    return data[: chance.randrange(len(data) + 1)]
+def _cut(data: bytes, rng: random.Random) -> bytes:
+    return data[: rng.randrange(len(data) + 1)]
 
 
-def _doubled(data: bytes, chance: random.Random) -> bytes:
-    start, end = _span(data, chance)
-    return data[:end] + data[start:end] * chance.choice((1, 1, 3)) + data[end:]
+def _doubled(data: bytes, rng: random.Random) -> bytes:
+    start, end = _span(data, rng)
+    return data[:end] + data[start:end] * rng.choice((1, 1, 3)) + data[end:]
 
 
-def _dropped(data: bytes, chance: random.Random) -> bytes:
-    start, end = _span(data, chance)
+def _dropped(data: bytes, rng: random.Random) -> bytes:
+    start, end = _span(data, rng)
     return data[:start] + data[end:]
 
 
-def _moved(data: bytes, chance: random.Random) -> bytes:
-    start, end = _span(data, chance)
-    rest, to = data[:start] + data[end:], chance.randrange(len(data) - (end - start) + 1)
+def _moved(data: bytes, rng: random.Random) -> bytes:
+    start, end = _span(data, rng)
+    rest, to = data[:start] + data[end:], rng.randrange(len(data) - (end - start) + 1)
     return rest[:to] + data[start:end] + rest[to:]
 
 
-def _inserted(data: bytes, chance: random.Random) -> bytes:
-    at = chance.randrange(len(data) + 1)
-    return data[:at] + chance.choice(BYTES) * chance.choice((1, 1, 50)) + data[at:]
+def _inserted(data: bytes, rng: random.Random) -> bytes:
+    at = rng.randrange(len(data) + 1)
+    return data[:at] + rng.choice(BYTES) * rng.choice((1, 1, 50)) + data[at:]
 
 
-def _number(data: bytes, chance: random.Random) -> bytes:
+def _number(data: bytes, rng: random.Random) -> bytes:
     found = list(NUMBER.finditer(data))
     if not found:
         return data
-    at = chance.choice(found)
-    return data[: at.start()] + chance.choice(NUMBERS) + data[at.end() :]
+    at = rng.choice(found)
+    return data[: at.start()] + rng.choice(NUMBERS) + data[at.end() :]
 
 
-def _swapped(data: bytes, chance: random.Random) -> bytes:
+def _swapped(data: bytes, rng: random.Random) -> bytes:
     """Two words in each other's place."""
     found = list(WORD.finditer(data))
     if len(found) < 2:
         return data
-    a, b = sorted(chance.sample(found, 2), key=lambda word: word.start())
+    a, b = sorted(rng.sample(found, 2), key=lambda word: word.start())
     return data[: a.start()] + b[0] + data[a.end() : b.start()] + a[0] + data[b.end() :]
 
 
-def _lines(data: bytes, chance: random.Random) -> bytes:
+def _lines(data: bytes, rng: random.Random) -> bytes:
     """Two lines in each other's place, or one twice, or without one."""
     lines = data.splitlines(keepends=True)
     if len(lines) < 2:
         return data
-    a, b = chance.randrange(len(lines)), chance.randrange(len(lines))
-    how = chance.randrange(3)
+    a, b = rng.randrange(len(lines)), rng.randrange(len(lines))
+    how = rng.randrange(3)
     if how == 0:
         lines[a], lines[b] = lines[b], lines[a]
     elif how == 1:
@@ -120,12 +120,12 @@ def _lines(data: bytes, chance: random.Random) -> bytes:
     return b"".join(lines)
 
 
-def _integer(data: bytes, chance: random.Random) -> bytes:
+def _integer(data: bytes, rng: random.Random) -> bytes:
     """Four bytes, most often at a multiple of four, as a count that there cannot be."""
     if len(data) < 4:
         return data
-    at = chance.randrange(len(data) - 3) // 4 * 4
-    return data[:at] + struct.pack("<I", chance.choice(INTEGERS)) + data[at + 4 :]
+    at = rng.randrange(len(data) - 3) // 4 * 4
+    return data[:at] + struct.pack("<I", rng.choice(INTEGERS)) + data[at + 4 :]
 
 
 HOW: tuple[Callable[[bytes, random.Random], bytes], ...] = (
@@ -157,11 +157,11 @@ VALUES: tuple[Any, ...] = (
 """What a column may be given."""
 
 
-def _table(data: bytes, chance: random.Random) -> bytes:
+def _table(data: bytes, rng: random.Random) -> bytes:
     """A table with other columns or rows, which are written as the sound ones are."""
     table = pd.read_parquet(io.BytesIO(data))
-    name, row = chance.choice(list(table.columns)), chance.randrange(max(len(table), 1))
-    how, new = chance.randrange(12), chance.choice(VALUES)
+    name, row = rng.choice(list(table.columns)), rng.randrange(max(len(table), 1))
+    how, new = rng.randrange(12), rng.choice(VALUES)
     if how == 0:
         table[name] = [new] * len(table)
     elif how <= 3:
@@ -175,17 +175,17 @@ def _table(data: bytes, chance: random.Random) -> bytes:
     elif how == 7:
         table = table.drop(index=table.index[row : row + 1])
     elif how == 8:
-        table = table.sample(frac=1.0, random_state=chance.randrange(2**31))
+        table = table.sample(frac=1.0, random_state=rng.randrange(2**31))
     elif how == 9:
         table[name] = -table[name] if table[name].dtype.kind in "if" else table[name]
     elif how == 10:
-        other = chance.choice(list(table.columns))
+        other = rng.choice(list(table.columns))
         table[name], table[other] = table[other].copy(), table[name].copy()
     else:
-        table = table.astype({name: chance.choice(("float32", "int8", "str", "bool"))}, errors="ignore")
+        table = table.astype({name: rng.choice(("float32", "int8", "str", "bool"))}, errors="ignore")
     out = io.BytesIO()
     try:
         table.to_parquet(out)
     except (ValueError, TypeError, OverflowError, pa.lib.ArrowException):  # what cannot be written is no file
-        return data[: chance.randrange(len(data))]
+        return data[: rng.randrange(len(data))]
     return out.getvalue()

@@ -22,15 +22,15 @@ SOUND = plugin_api.Plugin.resume
 
 def damaged(whole: bytes, seed: int) -> bytes:
     """Two of three with a check sum that fits, half of these with another integer somewhere, such as a count or an id."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     if seed % 3 == 0:
         return mangled(whole, seed)
     data = whole[:-4]
     if seed % 3 == 1:
         data = mangled(data, seed)
     else:
-        at = 8 * chance.randrange(len(data) // 8)
-        word = chance.choice((0, 1, 7, -1, 10**6, 2**31, 2**40, 2**62, -(2**63))).to_bytes(8, "little", signed=True)
+        at = 8 * rng.randrange(len(data) // 8)
+        word = rng.choice((0, 1, 7, -1, 10**6, 2**31, 2**40, 2**62, -(2**63))).to_bytes(8, "little", signed=True)
         data = data[:at] + word + data[at + 8 :]
     return data + zlib.crc32(data).to_bytes(4, "little")
 

@@ -100,7 +100,7 @@ ODD = "a b#$HOME&'\"ä ${x} `y`"
 @pytest.mark.engine
 @pytest.mark.parametrize(("effects", "ranks"), [(small.DRY, 1), (small.PAPER, 2)])
 def test_a_run_directory_with_any_name_works(effects: Any, ranks: int, tmp_path: Path) -> None:
-    """The same bits as in a plain folder: what is above the run directory never meets the engine's script."""
+    """Expect the same bits as in a plain folder: no path above the run directory enters the engine's script."""
     sphere = small.Sphere(1, (0.0, 0.0, 1.0e-3), velocity=(0.0, 0.0, -0.1))
     found = []
     for name in ("plain", ODD):
@@ -235,7 +235,7 @@ def test_one_rule_for_laws_that_a_given_file_names(
 
 
 def naming_elsewhere(command: str, law: Path, folder: Path) -> list[str]:
-    """The same of a law outside of the folder, with another text, so that it has not been tried yet."""
+    """Write a configuration that names a law outside of the folder, with another text, so that it has not been tested yet."""
     other = law.with_name("other.py")
     other.write_text(law.read_text() + "# other\n")
     shutil.rmtree(folder / "config", ignore_errors=True)
@@ -389,12 +389,12 @@ def test_a_plugin_that_is_not_what_was_built_is_built_anew(cache: Path, monkeypa
 
     monkeypatch.setattr(build, "_compile", compile_)
     monkeypatch.setattr(build, "source_hash", lambda: "0123")
-    path = build.kept()
-    path.write_bytes(b"planted")
+    path = build.cached()
+    path.write_bytes(b"injected")
     for spoil in (
         lambda: None,  # injected without a check sum
         lambda: path.write_bytes(path.read_bytes()[:500]),  # cut
-        lambda: path.write_bytes(b"planted"),
+        lambda: path.write_bytes(b"injected"),
         lambda: path.with_name(path.name + caches.SEAL).unlink(),
         lambda: path.with_name(path.name + caches.SEAL).write_bytes(b"\xff"),
         path.unlink,
@@ -415,14 +415,14 @@ def test_damaged_machine_code_counts_as_missing(tmp_path: Path) -> None:
         good = (tmp_path / name).read_bytes()
         flipped = bytearray(good)
         flipped[-3] ^= 4
-        for bad in (b"", good[: len(good) // 2], bytes(flipped), b"planted"):
+        for bad in (b"", good[: len(good) // 2], bytes(flipped), b"injected"):
             (tmp_path / name).write_bytes(bad)
             assert files.load("key") is None
         files.save("key", {"code": b"abc" * 50})
         assert files.load("key") == {"code": b"abc" * 50}
 
 
-def test_machine_code_is_kept_under_all_sources_that_are_compiled(
+def test_machine_code_is_stored_under_all_sources_that_are_compiled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """numba alone looks at the file of the kept function only, and for it where it lies: another checkout has nothing ready.
@@ -445,7 +445,7 @@ def test_machine_code_is_kept_under_all_sources_that_are_compiled(
             assert path.relative_to(ROOT / "pywet").parts[0] in sources.COMPILED, path
 
 
-def test_laws_of_one_text_that_enclose_other_values_are_not_kept() -> None:
+def test_laws_of_one_text_that_enclose_other_values_are_not_stored() -> None:
     """Files of one name would hold the code of many laws."""
     for film, expected in ((0.02, 3.616892e-4), (0.08, 5.794478e-4)):  # 2 pi eta a ln((2 d' - h)/h), a = 0.5 mm
         law = davis.tangential(film)[0]

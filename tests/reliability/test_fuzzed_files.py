@@ -55,7 +55,7 @@ def named(what: str, seconds: int = LIMIT_S) -> Iterator[None]:
 
 
 def tried(name: str, folder: Path, seeds: Iterable[int]) -> Counter[str]:
-    """How many damaged files were read, and how many refused; whatever else happens names the seed."""
+    """Count the damaged files that were read and those that were refused; any other outcome names the seed."""
     reader = READERS[name]
     sound = {path: path.read_bytes() for path in reader.make(folder)}
     for path in sound:

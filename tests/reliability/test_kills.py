@@ -75,7 +75,7 @@ def ended(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 
 def collect(run_dir: Path) -> None:
-    """What `driver.run` does where the engine has come to its end, without making the plugin and the laws ready."""
+    """Collect as `driver.run` does after the engine has ended, without preparing the plugin and the laws."""
     scene, mark = Scene.read(run_dir / "scene.json"), mark_of(run_dir)
     folder = run_dir / "engine.partial"
     account, damaged = checkpoint.finished(folder, mark)
@@ -150,7 +150,7 @@ def test_file_operations_of_collection(
         run_dir = shutil.copytree(ended, tmp_path / str(number))
         status = struck(lambda: collect(run_dir), number, names, blow)  # noqa: B023
         assert status in (0, -9 if blow is killed else 3), f"ended with {status} at operation {number}"
-        if not collecting.kept(run_dir, mark_of(run_dir)):
+        if not collecting.finished_run(run_dir, mark_of(run_dir)):
             collect(run_dir)
         collecting.tidy(run_dir / "engine")
         assert_same(wanted, tables_of(run_dir))
@@ -195,7 +195,7 @@ def test_raw_files_that_do_not_hold_what_was_planned(ended: Path, tmp_path: Path
 
 @pytest.fixture(scope="module", params=list(KINDS))
 def cut_off(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The same run twice: in one piece, and killed when it had two checkpoints."""
+    """Run a scene twice: in one piece, and killed when it had two checkpoints."""
     folder = tmp_path_factory.mktemp("cut")
     steps = 12000 if request.param == "dry" else 6000
     whole, killed_ = (prepare(folder / name, request.param, steps) for name in ("whole", "killed"))

@@ -76,7 +76,7 @@ def test_a_folder_of_others_is_refused_as_it_is(
 
 
 def test_only_what_is_listed_is_deleted(tmp_path: Path) -> None:
-    """Of a run's outputs those that it wrote go; a user's own next to them stay, and are never overwritten."""
+    """Expect that only the outputs that a run wrote are deleted; a user's files next to them stay and are never overwritten."""
     run = tmp_path / "run"
     run_folder.claim(run)
     files.write_json(run / "results" / "ours.json", 1)
@@ -318,7 +318,7 @@ OF_MODULES = {
 
 
 def deletes(path: Path) -> bool:
-    """Whether a module deletes, renames, cuts or opens files to write over them by itself."""
+    """Return whether a module deletes, renames, cuts or opens files to write over them by itself."""
     for node in ast.walk(ast.parse(path.read_text())):
         if not isinstance(node, ast.Call):
             continue
@@ -349,7 +349,7 @@ def test_the_table_of_deletions_is_whole() -> None:
 
 
 def test_runs_of_a_study_are_discarded_by_their_lists(tmp_path: Path) -> None:
-    """What the runs wrote goes, the folder too where nothing else is in it; a user's file and a linked folder stay."""
+    """Expect that the files of the runs are deleted, and the folder if it is empty; a user's file and a linked folder stay."""
     for name in ("study/a", "study/b"):
         run_folder.claim(tmp_path / name)
         files.write_json(tmp_path / name / "results" / "x.json", 1)

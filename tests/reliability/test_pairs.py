@@ -101,7 +101,7 @@ def call(words: Words, named: dict[str, str]) -> dict[str, Any]:
 
 
 def forked(work: Callable[[], Any], answer: Path) -> Any:
-    """What a function gives in a process of its own."""
+    """Return the result of a function in a separate process."""
     child = os.fork()
     if child == 0:
         try:

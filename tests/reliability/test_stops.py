@@ -57,7 +57,7 @@ def at_work(run_dir: Path, call: subprocess.Popen[str]) -> int:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same run in one piece."""
+    """Run the scene in one piece."""
     run_dir = tmp_path_factory.mktemp("whole") / "run"
     assert called(run_dir).wait(600) == 0
     return run_dir
@@ -115,7 +115,7 @@ def test_a_stopped_run_goes_on(whole: Path, tmp_path: Path, how: str) -> None:
 
 
 def test_half_written_files_of_killed_processes_go(tmp_path: Path) -> None:
-    """Those of a living process, of a run directory within and files of other names stay."""
+    """Expect that partial files of a living process, of a nested run directory and files of other names stay."""
     run = tmp_path / "run"
     run_folder.claim(run)
     run_folder.claim(run / "work" / "inner")

@@ -43,7 +43,7 @@ def chromium() -> Iterator[Any]:
 
 
 def wrong(message: Any) -> bool:
-    """Whether a line of the console is of the page, and not the drawing driver's word on its own speed."""
+    """Return whether a line of the console is of the page, and not the drawing driver's word on its own speed."""
     return message.type in ("error", "warning") and "GL Driver Message" not in message.text
 
 

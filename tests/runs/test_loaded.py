@@ -40,7 +40,7 @@ def test_units_are_told_by_the_end_of_a_name() -> None:
 
 
 def test_a_table_that_is_loaded_tells_its_units(tmp_path: Path) -> None:
-    """Those of the schema, in the attributes of the table; codes of its numbers as well."""
+    """Compare units and codes in the attributes of a table with those of the schema."""
     run = Run(synthetic.make(tmp_path / "run"))
     events, places = run.events.attrs, run.trajectory.attrs["units"]
     assert (events["units"]["volume"], places["vx"], places["id"]) == ("m3", "m/s", "-")

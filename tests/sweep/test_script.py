@@ -84,7 +84,7 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, changes: dict[str, Any], sent
 
 @pytest.mark.engine
 def test_a_point_is_the_run_of_the_script_by_hand(tmp_path: Path) -> None:
-    """Of two moistures and a function of the run's folder; the wet one has the events of `pywet liggghts` on the same values."""
+    """Sweep two moistures with a function of the folder; the wet run has the events of `pywet liggghts` with the same values."""
     (tmp_path / "mine.py").write_text(
         "import pandas as pd\n\ndef films(folder):\n"
         "    return pd.read_parquet(folder / 'wet' / 'history' / 'films.parquet')['film'].sum()\n"

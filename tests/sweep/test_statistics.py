@@ -49,7 +49,7 @@ def test_effects_that_are_there_are_significant_and_others_not(sweep: Sweep) -> 
 
 
 def test_equal_groups_are_called_different_no_more_often_than_the_level(sweep: Sweep) -> None:
-    """Of 200 results of noise alone, 5 % have any significant term; 20 are 3.2 standard deviations more."""
+    """Expect significant terms in 5 % of 200 results of noise alone; 20 are 3.2 standard deviations more."""
     random = np.random.default_rng(11)
     made = table_of(sweep, 2, 0.0)
     called = 0
@@ -88,7 +88,7 @@ def test_failed_runs_are_left_out(sweep: Sweep) -> None:
 
 
 def test_a_surface_is_known_within_its_standard_error(tmp_path: Path) -> None:
-    """Of 300 places, seeds of noise 0.2: the truth is within two standard errors at 95 % of them; half as far without."""
+    """Compare at 300 points with noise of 0.2: at 90 to 99 % of them the truth is within two standard errors."""
     axes = {"a": {"linspace": [0.0, 1.0, 5]}, "b": {"logspace": [1.0, 100.0, 5]}}
     sweep = plan.description.read(write(tmp_path, {**WALL, "axes": axes, "gather": ["e_n"]}))
     random, inside = np.random.default_rng(3), []

@@ -32,7 +32,7 @@ class AtWalls:
         return [thickness(corners[rows]) for rows in self.rows]
 
     def overlaps(self, step: int, at: Floats, radius: Floats) -> tuple[Floats, Floats]:
-        """At an output: of every sphere and wall that touch, the overlap over the radius and over the wall's thickness."""
+        """Return the overlaps of touching spheres and walls at an output, over the radius and over the wall's thickness."""
         import pyvista as pv
 
         corners, found = wall_corners(self.run, step), [np.zeros((0, 2))]

@@ -66,29 +66,32 @@ TOUCHING = 1.0 - 1e-6
 class Building:
     """Scene built from a description; each part is made when it is first used."""
 
-    said: Scene
+    user_scene: Scene
     """With all positions counted from the origin."""
     origin_mm: typed.Vector = (0.0, 0.0, 0.0)
     """The description's own, to be added to positions in messages."""
 
     def __post_init__(self) -> None:
-        origin = origin_of(self.said)
+        origin = origin_of(self.user_scene)
         object.__setattr__(self, "origin_mm", origin)
-        object.__setattr__(self, "said", from_origin(self.said.model_copy(update={"origin_mm": origin}).in_full()))
+        object.__setattr__(
+            self, "user_scene", from_origin(self.user_scene.model_copy(update={"origin_mm": origin}).in_full())
+        )
 
     @cached_property
     def classes(self) -> tuple[typed.SphereClass, ...]:
         """One class for each entry of `spheres`, in its order."""
         counts = {a.name: a.count for a in self.amounts}
         return tuple(
-            _sphere_class(k, s, self.said, counts.get(s.name)) for k, s in enumerate(self.said.spheres, start=1)
+            _sphere_class(k, s, self.user_scene, counts.get(s.name))
+            for k, s in enumerate(self.user_scene.spheres, start=1)
         )
 
     @cached_property
     def amounts(self) -> tuple[Amount, ...]:
         """Masses asked for and simulated of entries with `mass_g`; those of one material and region are distributed together."""
         groups: dict[Any, list[Spheres]] = defaultdict(list)
-        for s in self.said.spheres:
+        for s in self.user_scene.spheres:
             if s.mass_g is not None:
                 groups[s.material, s.box or s.cylinder, s.fed].append(s)
         return tuple(
@@ -96,7 +99,7 @@ class Building:
             for group in groups.values()
             for amount in whole_amounts(
                 [s.name for s in group], [1e-3 * (s.mass_g or 0.0) for s in group],
-                [_sphere_kg(s, self.said) for s in group], f"scene {self.said.name}",
+                [_sphere_kg(s, self.user_scene) for s in group], f"scene {self.user_scene.name}",
             )
         )  # fmt: skip
 
@@ -110,18 +113,18 @@ class Building:
     @cached_property
     def hertz(self) -> Hertz | None:
         """Moduli of the classes and of the walls, and the speed of impact that planning goes by; None: linear springs."""
-        if self.said.contact == "linear":
+        if self.user_scene.contact == "linear":
             return None
         found = []
-        for name in (*(s.material for s in self.said.spheres), self.said.material_of_walls):
-            material = self.said.materials[name]
+        for name in (*(s.material for s in self.user_scene.spheres), self.user_scene.material_of_walls):
+            material = self.user_scene.materials[name]
             assert material.youngs_modulus_Pa is not None and material.poissons_ratio is not None  # else refused
             found.append(Elastic(youngs_modulus_Pa=material.youngs_modulus_Pa, poissons_ratio=material.poissons_ratio))
         return Hertz(spheres=tuple(found[:-1]), walls=found[-1], impact_speed_m_per_s=max(SLOWEST, self.speed))
 
     def _pair(self, a: int, b: int) -> typed.ContactPair:
-        spheres = self.said.spheres
-        dry = self.said.dry(spheres[a - 1].material, spheres[b - 1].material if b else WALLS)
+        spheres = self.user_scene.spheres
+        dry = self.user_scene.dry(spheres[a - 1].material, spheres[b - 1].material if b else WALLS)
         assert dry is not None  # the description refuses what it has no data for
         other = self.classes[b - 1].radius_m if b else math.inf
         return bodies.contact(
@@ -132,35 +135,37 @@ class Building:
     @cached_property
     def thickness(self) -> tuple[float, ...]:
         """Thickness of the first film on each class [m]."""
-        liquid = self.said.liquid
+        liquid = self.user_scene.liquid
         if liquid is None:
             return (0.0,) * len(self.classes)
         common = [
-            c for c, s in zip(self.classes, self.said.spheres, strict=True) if s.percent is None and s.film_um is None
+            c
+            for c, s in zip(self.classes, self.user_scene.spheres, strict=True)
+            if s.percent is None and s.film_um is None
         ]
         of_all = _film(common, liquid.percent, liquid.film_um, liquid.density_kg_per_m3) if common else 0.0
         return tuple(
             of_all if c in common else _film([c], s.percent, s.film_um, liquid.density_kg_per_m3)
-            for c, s in zip(self.classes, self.said.spheres, strict=True)
+            for c, s in zip(self.classes, self.user_scene.spheres, strict=True)
         )
 
     @cached_property
     def liquid(self) -> typed.Liquid | None:
         """The liquid, with the thickest film: what the neighbour list and the plan must allow for."""
-        said = self.said.liquid
-        if said is None or not any(self.thickness):
+        liquid = self.user_scene.liquid
+        if liquid is None or not any(self.thickness):
             return None
         return typed.Liquid(
-            surface_tension_N_per_m=said.surface_tension_N_per_m, viscosity_Pa_s=said.viscosity_Pa_s,
-            density_kg_per_m3=said.density_kg_per_m3, initial_film_thickness_m=max(self.thickness),
+            surface_tension_N_per_m=liquid.surface_tension_N_per_m, viscosity_Pa_s=liquid.viscosity_Pa_s,
+            density_kg_per_m3=liquid.density_kg_per_m3, initial_film_thickness_m=max(self.thickness),
         )  # fmt: skip
 
     @cached_property
     def surfaces(self) -> tuple[Surface, ...]:
         """Surfaces of all walls, in the order of the scene."""
-        found = tuple(wall.surface(self.said.folder) for wall in self.said.walls)
-        for wall, surface in zip(self.said.walls, found, strict=True):
-            ask_unit(wall, surface, [2.0 * s.radius_m for s in self.said.spheres])
+        found = tuple(wall.surface(self.user_scene.folder) for wall in self.user_scene.walls)
+        for wall, surface in zip(self.user_scene.walls, found, strict=True):
+            ask_unit(wall, surface, [2.0 * s.radius_m for s in self.user_scene.spheres])
             mention_bars(wall, surface)
             mention_crossing(wall, surface)
         return found
@@ -168,7 +173,7 @@ class Building:
     @cached_property
     def motions(self) -> tuple[OwnMotion | None, ...]:
         """Motion of each wall, in the order of the scene."""
-        return tuple(w.own_motion(s.vertices) for w, s in zip(self.said.walls, self.surfaces, strict=True))
+        return tuple(w.own_motion(s.vertices) for w, s in zip(self.user_scene.walls, self.surfaces, strict=True))
 
     @cached_property
     def spheres(self) -> pd.DataFrame:
@@ -176,7 +181,7 @@ class Building:
         table = _first_places(self)
         films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
         table["film"] = table["type"].map(dict(enumerate(films, start=1)))
-        refuse_far(self.said, [table[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])
+        refuse_far(self.user_scene, [table[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])
         _refuse_overlaps(self, table)
         return table
 
@@ -198,7 +203,7 @@ class Building:
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
         """Corners of what is simulated: the extent, with room for spheres that moving walls throw or that an outlet takes out."""
-        scene, cell = self.said, 2.0 * max(c.radius_m for c in self.classes)
+        scene, cell = self.user_scene, 2.0 * max(c.radius_m for c in self.classes)
         low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
         extent.refuse_vast(scene.name, low, high, cell)
         space = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
@@ -206,15 +211,15 @@ class Building:
 
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:
-        """Where spheres leave; an outlet too thin for the fastest is refused."""
-        refuse_thin(self.said.name, self.said.outlets, self.speed, self.said.gravity_m_per_s2)
-        return tuple(outlet.region() for outlet in self.said.outlets)
+        """Return the regions in which spheres are removed; refuse one that is too thin for the fastest sphere."""
+        refuse_thin(self.user_scene.name, self.user_scene.outlets, self.speed, self.user_scene.gravity_m_per_s2)
+        return tuple(outlet.region() for outlet in self.user_scene.outlets)
 
     @property
     def speed(self) -> float:
         """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
         heights = np.concatenate([self._released, *(s.vertices for s in self.surfaces)]) @ np.array(
-            self.said.gravity_m_per_s2
+            self.user_scene.gravity_m_per_s2
         )
         fall = math.sqrt(2.0 * float(np.ptp(heights)))
         thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
@@ -222,7 +227,7 @@ class Building:
 
     @property
     def _released(self) -> Floats:
-        """Where spheres are when gravity begins to act on them: at the start, or on insertion [m]."""
+        """Return the positions [m] at which gravity begins to act on the spheres: at the start, or on insertion."""
         at = np.zeros(len(self.spheres))
         for c in self.classes:
             at[self.spheres["type"] == c.type] = times(c) or 0.0
@@ -231,10 +236,12 @@ class Building:
     @cached_property
     def plan(self) -> EffectPlan:
         """Plan of the effects of the scene, with reasons."""
-        said = self.said
-        around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
-        laws = placed_laws(said.laws, said.folder, said.file is None)
-        chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
+        user_scene = self.user_scene
+        around = Surroundings(
+            gravity_m_per_s2=math.hypot(*user_scene.gravity_m_per_s2), duration_s=user_scene.duration_s
+        )
+        laws = placed_laws(user_scene.laws, user_scene.folder, user_scene.file is None)
+        chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, user_scene.effects, laws, around)
         if self.hertz is None:
             return replace(chosen, amounts=self.amounts)
         effects = chosen.effects.model_copy(update={"tangential_history": True})  # whose friction is a spring
@@ -244,14 +251,14 @@ class Building:
     @property
     def interval(self) -> float:
         """Time between outputs where none is given [s]: a fiftieth of the duration, at outlets short enough to see who leaves."""
-        scene = self.said
+        scene = self.user_scene
         return min(scene.duration_s / 50.0, OUTLET_EVERY_S if scene.outlets else math.inf)
 
     @property
     def warnings(self) -> list[str]:
         """Sentences on spheres that contacts at the expected speed may let through walls."""
         found = []
-        for wall, surface in zip(self.said.walls, self.surfaces, strict=True):
+        for wall, surface in zip(self.user_scene.walls, self.surfaces, strict=True):
             thick = thickness(surface.corners)
             for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:
                 deep = expected(self.speed, c.mass_kg, pair.normal_stiffness_N_per_m)
@@ -269,16 +276,16 @@ class Building:
     @property
     def time_step(self) -> float:
         """Time step [s]: the given one, or a share of the stable step of a packing."""
-        how, liquid = self.said.time_step, self.liquid
+        how, liquid = self.user_scene.time_step, self.liquid
         drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
         return how.time_step_s or step_choice.of_packing(self.classes, self.pairs, how.share, drag, self.hertz)
 
     def scene(self) -> typed.Scene:
         """Make the engine-neutral scene that an engine runs."""
-        said, (low, high), effects = self.said, self.box, self.plan.effects
+        user_scene, (low, high), effects = self.user_scene, self.box, self.plan.effects
         given: dict[str, Any] = {
-            "name": said.name,
-            "seed": said.seed,
+            "name": user_scene.name,
+            "seed": user_scene.seed,
             "classes": self.classes,
             "pairs": self.pairs,
             "hertz": self.hertz,
@@ -287,25 +294,25 @@ class Building:
                 wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(
                     update={"own_motion": motion, "feature_angle_deg": w.fold_deg}
                 )
-                for s, w, motion in zip(self.surfaces, said.walls, self.motions, strict=True)
+                for s, w, motion in zip(self.surfaces, user_scene.walls, self.motions, strict=True)
             ),
             "vibration": None,
             "slide": None,
             "effects": effects,
-            "viscous_integration": said.time_step.viscous_integration,
-            "gravity_m_per_s2": said.gravity_m_per_s2 if effects.gravity else (0.0, 0.0, 0.0),
+            "viscous_integration": user_scene.time_step.viscous_integration,
+            "gravity_m_per_s2": user_scene.gravity_m_per_s2 if effects.gravity else (0.0, 0.0, 0.0),
             "box_low_m": tuple(low.tolist()),
             "box_high_m": tuple(high.tolist()),
             "spheres_file": Path("spheres.parquet"),
             "time_step_s": self.time_step,
-            "duration_s": said.duration_s,
+            "duration_s": user_scene.duration_s,
             "output": typed.Output(
-                interval_s=said.results.interval_s or self.interval,
-                contact_windows=said.results.windows,
-                contact_window_steps=said.results.window_steps,
-                checkpoints=said.results.checkpoints,
-                window_trajectories=said.results.windows > 0,
-                energy=not said.outlets,
+                interval_s=user_scene.results.interval_s or self.interval,
+                contact_windows=user_scene.results.windows,
+                contact_window_steps=user_scene.results.window_steps,
+                checkpoints=user_scene.results.checkpoints,
+                window_trajectories=user_scene.results.windows > 0,
+                energy=not user_scene.outlets,
             ),
             "outlets": self.outlets,
             "bin_z_m": float(low[2]),
@@ -313,35 +320,35 @@ class Building:
         try:
             return typed.Scene(**given)
         except ValidationError as error:
-            raise mistake(error, typed.Scene, f"scene {said.name}") from error
+            raise mistake(error, typed.Scene, f"scene {self.user_scene.name}") from error
 
 
-def write(said: Scene, run_dir: Path) -> typed.Scene:
+def write(user_scene: Scene, run_dir: Path) -> typed.Scene:
     """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene."""
-    made, run_dir = Building(said), Path(run_dir)
+    made, run_dir = Building(user_scene), Path(run_dir)
     scene = made.scene()
     for sentence in made.warnings:
-        notice.warning("%s: %s", said.name, sentence)
-    for feed in said.feed:
+        notice.warning("%s: %s", user_scene.name, sentence)
+    for feed in user_scene.feed:
         inside = [c.count for c in scene.classes if c.name.startswith(f"{feed.name} ")]
-        notice.warning("%s", feed_sentence(feed.name, feed.psd.sizes(said.folder), sum(inside), scene.steps))
+        notice.warning("%s", feed_sentence(feed.name, feed.psd.sizes(user_scene.folder), sum(inside), scene.steps))
     if any(made.origin_mm):
-        notice.warning("%s: %s", said.name, COUNT_FROM.format(*made.origin_mm))
+        notice.warning("%s: %s", user_scene.name, COUNT_FROM.format(*made.origin_mm))
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
-    write_json(run_dir / "description.json", {**said.model_dump(mode="json"), "origin_mm": made.origin_mm})
+    write_json(run_dir / "description.json", {**user_scene.model_dump(mode="json"), "origin_mm": made.origin_mm})
     run_folder.remove(run_dir, "config.json")  # a screening case's, had one been built here before
     return scene
 
 
-def _sphere_kg(spheres: Spheres, said: Scene) -> float:
+def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:
     """Mass of one sphere of an entry [kg]."""
-    return said.materials[spheres.material].density_kg_per_m3 * 4.0 / 3.0 * math.pi * spheres.radius_m**3
+    return user_scene.materials[spheres.material].density_kg_per_m3 * 4.0 / 3.0 * math.pi * spheres.radius_m**3
 
 
-def _sphere_class(kind: int, spheres: Spheres, said: Scene, of_mass: int | None) -> typed.SphereClass:
+def _sphere_class(kind: int, spheres: Spheres, user_scene: Scene, of_mass: int | None) -> typed.SphereClass:
     """Size class of an entry; `of_mass`: number of spheres that follows from its mass."""
-    material = said.materials[spheres.material]
+    material = user_scene.materials[spheres.material]
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
         contact_angle_rad=math.radians(material.contact_angle_deg),
@@ -362,18 +369,18 @@ def _first_places(made: Building) -> pd.DataFrame:
     """id, type, x to wz of every sphere: of one region together, of given places there, of what is fed on its way."""
     regions: dict[Any, list[typed.SphereClass]] = defaultdict(list)
     tables = []
-    for sphere, entry in zip(made.classes, made.said.spheres, strict=True):
+    for sphere, entry in zip(made.classes, made.user_scene.spheres, strict=True):
         if entry.at_mm is not None:
             at = 1e-3 * np.array(entry.at_mm)
             tables.append(pd.DataFrame({"type": sphere.type, "x": at[:, 0], "y": at[:, 1], "z": at[:, 2]}))
         elif entry.fed is None:
             regions[entry.box or entry.cylinder].append(sphere)
     for number, (shape, inside) in enumerate(regions.items()):
-        tables.append(fill(inside, shape.region(), made.said.seed + number))
-    tables.append(waiting(made.classes, made.said.spheres, made.thickness, made.said.seed))
+        tables.append(fill(inside, shape.region(), made.user_scene.seed + number))
+    tables.append(waiting(made.classes, made.user_scene.spheres, made.thickness, made.user_scene.seed))
     table = pd.concat(tables, ignore_index=True)[["type", *"xyz"]].astype({"type": np.int64})
     table.insert(0, "id", np.arange(1, len(table) + 1))
-    thrown = np.array([s.velocity_m_per_s for s in made.said.spheres])[table["type"].to_numpy() - 1]
+    thrown = np.array([s.velocity_m_per_s for s in made.user_scene.spheres])[table["type"].to_numpy() - 1]
     table[["vx", "vy", "vz"]], table[["wx", "wy", "wz"]] = thrown, 0.0
     return table
 
@@ -388,7 +395,7 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
     if (gap < 0.0).any():
         a, b = close[int(np.argmin(gap))]
         raise ConfigError(
-            f"scene {made.said.name}: {int((gap < 0).sum())} pairs of spheres overlap at the start, such as one of "
+            f"scene {made.user_scene.name}: {int((gap < 0).sum())} pairs of spheres overlap at the start, such as one of "
             f"{names[kind[a]]} and one of {names[kind[b]]}; expected room between them: mend their regions or places",
             code="scene.overlap",
             key="spheres",
@@ -399,14 +406,14 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
 
     on_way, size = ways(made.classes, table)
     at, radius = np.concatenate([at, on_way]), np.concatenate([radius, size])
-    for wall, surface in zip(made.said.walls, made.surfaces, strict=True):
+    for wall, surface in zip(made.user_scene.walls, made.surfaces, strict=True):
         faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
         distance = pv.PolyData(at).compute_implicit_distance(pv.PolyData(surface.vertices, faces))["implicit_distance"]
         inside = np.asarray(distance) < TOUCHING * radius
         if inside.any():
             first = placed(at[inside][0], made.origin_mm)
             raise ConfigError(
-                f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
+                f"scene {made.user_scene.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
                 f"{first} mm; expected all outside: mend the region or the wall",
                 code="scene.in_wall",
                 key=f"walls.{wall.name}",

@@ -233,7 +233,7 @@ class TimeStep(Excusable):
 
 
 class Results(Excusable):
-    """How often results are written, and in how many windows of steps every contact is recorded for the replay."""
+    """Interval at which results are written, and sampling windows in which every contact is recorded for the replay."""
 
     interval_s: Positive | None = None
     """If not given, a fiftieth of the duration."""

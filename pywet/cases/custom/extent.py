@@ -48,7 +48,7 @@ def speed(at: Floats, motion: OwnMotion | None) -> float:
 
 
 def thrown(wall_speed: float, gravity: Vector, duration: float) -> tuple[Floats, Floats]:
-    """How far below and above its start a sphere that a wall throws gets along x, y, z until it is as low again [m].
+    """Bound the distances [m] along −x, −y, −z and x, y, z that a sphere thrown by a wall moves until it is back at its height.
 
     With v = `THROW` times the wall's speed: v²/(2g) against gravity, v²/g across; never more than v times the duration.
     """

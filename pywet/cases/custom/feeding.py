@@ -96,7 +96,7 @@ def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, F
 
 
 def times(sphere: SphereClass) -> list[float]:
-    """When the spheres of a class enter [s], none where it is not fed."""
+    """Return the times [s] at which the spheres of a class enter; empty if the class is not inserted during the run."""
     return [sphere.fed.at(k, sphere.count) for k in range(sphere.count)] if sphere.fed else []
 
 

@@ -141,7 +141,7 @@ def _places(spheres: Spheres) -> list[Vector]:
 
 
 def _far(corners: Sequence[Floats]) -> tuple[float, float, Vector] | None:
-    """How far [m] from 0 points are that are so far away that they would lose digits, their size [m], and their middle [mm]."""
+    """Return distance from 0 [m], size [m] and middle [mm] of points so far away that they would lose digits, or None."""
     points = np.concatenate(corners)
     middle, size = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0)))
     away = float(np.linalg.norm(middle))

@@ -64,12 +64,12 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
 
 
 def output_of(config: Config, scale: Scale) -> Output:
-    """When results and logs of a case are written."""
+    """Return the times at which results and logs of a case are written."""
     return Output(interval_s=scale.output_interval_s.value, **config.settings.output.model_dump())
 
 
 def longer_by(config: Config, case_number: int, scale_name: str) -> float:
-    """How many times as long the steps of a case are where the viscous force does not shorten them: 1 where it does not."""
+    """Return the factor by which the time step would be longer without the viscous limit; 1 if that does not limit it."""
     made, fraction = ingredients(config, case_number, scale_name), config.settings.time_step.fraction.value
     return step_choice.of_collisions(made.pairs, made.classes, fraction) / made.time_step_s
 
@@ -248,7 +248,7 @@ def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
 
 
 def mesh_of(config: Config, scale: Scale, surface: Surface) -> WallMesh:
-    """The scene's description of a surface, with the contact angle of what its holder is made of."""
+    """The scene's description of a surface, with the contact angle of what its reservoir is made of."""
     material = config.materials.walls[getattr(config.materials.wall_materials, surface.holder).material]
     angle = math.radians(material.contact_angle_deg.value)
     if surface.holder != "wires":

@@ -55,7 +55,7 @@ def told(config: Config, number: int, scale_name: str, preset: str | None = None
 
 
 def content(config: Config) -> str:
-    """All that is configured, sources and reasons too, as a word: what the report shows. Comments are not in it."""
+    """Return a fingerprint of the whole configuration, sources and reasons included, comments not."""
     parts = [
         m.model_dump(mode="json") for m in (config.settings, config.materials, config.scales, *config.cases.values())
     ]

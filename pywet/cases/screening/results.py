@@ -192,7 +192,7 @@ def summarise(run: RunDir, results: Results) -> dict[str, Any]:
 
 
 def at_end(liquid: pd.DataFrame) -> dict[str, float]:
-    """Volume [m3] at the end by holder, from a table of columns that end in `_m3`."""
+    """Volume [m3] at the end by reservoir, from a table of columns that end in `_m3`."""
     named = {str(c).removesuffix("_m3"): c for c in liquid.columns if str(c).endswith("_m3") and c != "initial_m3"}
     return {name: float(liquid[column].iloc[-1]) for name, column in named.items()}
 

@@ -80,13 +80,13 @@ def missing(run_dir: Path) -> str | None:
 
 
 def results_made(run_dir: Path) -> bool:
-    """Whether the tables of results there are belong to this run: a failed rerun may have left those of an earlier one."""
+    """Return whether the tables of results belong to this run; a failed rerun may have left those of an earlier one."""
     path = status_path(run_dir, "results")
     return path.exists() and Status.read(path).ok
 
 
 def problems(run_dir: Path, alone: bool = False) -> list[str]:
-    """Why a case does not count as done: the stage that failed, or what its checks, ledger and replay found; empty when good."""
+    """Return the reasons why a case is not complete: a failed stage, or failed checks, ledger or replay; empty if none."""
     status = outcome(run_dir, alone)
     if not status.ok:
         return [f"stage {status.failed_at} failed: {status.reason}" if status.failed_at else str(status.reason)]

@@ -23,7 +23,7 @@ stated in replay.json; only the interpolated transfer table has a wider one."""
 
 @dataclass(frozen=True)
 class Agreement:
-    """How well the replay reproduces one quantity over all its records; deviations are relative to `scale`."""
+    """Deviations of one quantity between replay and engine over all its records, relative to `scale`."""
 
     quantity: str
     scale: str
@@ -104,7 +104,7 @@ def recomputed(run_dir: Path) -> str:
 
 
 def objections(run_dir: Path) -> list[str]:
-    """One sentence for everything that does not hold; empty for a run that may be believed."""
+    """Return one sentence for each check that a run does not satisfy; empty for a run that may be believed."""
     try:
         summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
         replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)

@@ -132,7 +132,7 @@ def checked(given: Any, path: Path) -> Query:
 
 
 def answer(query: Query) -> dict[str, Any]:
-    """Everything the file asks, by the laws in Python and the exact solution."""
+    """Answer everything that the file asks, by the laws in Python and the exact solution."""
     ri, rj, ti, tj = query.pair
     volume, sigma = query.volume_m3, query.surface_tension_N_per_m
     gaps = np.array(query.separations_m)

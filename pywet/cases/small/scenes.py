@@ -221,7 +221,7 @@ def _ledger(run_dir: Path) -> pd.Series:
 
 
 def _share(ledger: pd.Series, holder: str) -> float:
-    """Part of the liquid that a holder has; 0 without liquid."""
+    """Part of the liquid that a reservoir has; 0 without liquid."""
     return float(ledger[holder] / ledger["initial"]) if ledger["initial"] > 0 else 0.0
 
 

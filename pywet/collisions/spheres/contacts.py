@@ -126,7 +126,7 @@ def fastest(s: Any, w: Any) -> int:
 
 @compiled
 def resolve(s: Any, w: Any) -> None:
-    """All impacts of this instant; then which contacts rest. Leaves w.f at the new state."""
+    """Resolve all impacts of this instant, then determine the resting contacts; leaves w.f at the new state."""
     for k in range(AT_ONCE * (w.count.pairs + 1)):
         geometries(s, w)
         p = fastest(s, w)

@@ -16,7 +16,7 @@ from pywet.collisions.spheres.state import COS, SIN, WORKS, H, R, U, W, compiled
 
 @compiled
 def place(s: Any, slot: int) -> int:
-    """Where the variables of the pair in a slot begin."""
+    """Return the index of the first variable of the pair in a slot."""
     return 5 * s.radius.size + WORKS + 4 * slot
 
 

@@ -224,7 +224,7 @@ def segment(limit: float, s: Any, w: Any, method: int, most: int, every: bool) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def march(stops: Any, gaps: Any, s: Any, w: Any, method: int, most: int, every: bool) -> int:
-    """From the start to the last of `stops`, a record at each stop or step; `gaps` of the pairs, system, work."""
+    """Integrate from the start to the last of `stops` with a record at each stop or step; `gaps` of the pairs, system, work."""
     begin(s, w, gaps)
     for k in range(stops.size):
         code = segment(stops[k], s, w, method, most, every)

@@ -45,7 +45,7 @@ def wet_restitution(run: Run, pair: tuple[int, int]) -> float | None:
 
 
 def mechanism(run: Run, pair: tuple[int, int]) -> str | None:
-    """How a pair parted the last time: rapid bounce, stick-rotate-separate, or None where it did not.
+    """Name the last separation of a pair: rapid bounce or stick-rotate-separate; None if it did not separate.
 
     A rebound driven by the impact slows down in the film, so its mean speed from the last contact on is above that at parting. A
     pair that stuck and is drawn apart by its rotation speeds up: below half of that at parting (or there was no contact).

@@ -74,7 +74,7 @@ _Readings: Any = create_model(
 
 
 class Readings(_Readings):  # type: ignore[misc]
-    """Which reading of each doubtful place is taken; None: that of the variant."""
+    """Chosen reading of each ambiguity of the paper; None: that of the variant."""
 
 
 VARIANTS = {

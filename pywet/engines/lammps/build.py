@@ -40,13 +40,13 @@ def libraries() -> tuple[Path, Path]:
 
 def plugin_path() -> Path:
     """The plugin, built where it is not yet whole in the cache (half a minute)."""
-    version, own = engine_version(), sorted(SOURCES.glob("*.cpp"))
-    not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in own))}
+    version, specific = engine_version(), sorted(SOURCES.glob("*.cpp"))
+    not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in specific))}
     shared = sorted(set(build.SOURCES.glob("*")) - not_here)
-    target = caches.folder() / f"libpywet-lammps-{build.hash_of([*shared, *own], version)}.so"
+    target = caches.folder() / f"libpywet-lammps-{build.hash_of([*shared, *specific], version)}.so"
     if not caches.whole(target):
         headers = [build.SOURCES, PREFIX / "include", packages() / "lammps" / "include" / "lammps"]
         before = [f'-DPYWET_ENGINE_VERSION="{version}"', *(f"-I{folder}" for folder in headers)]
-        sources = [path for path in shared if path.suffix == ".cpp"] + own
+        sources = [path for path in shared if path.suffix == ".cpp"] + specific
         build.compile_to(target, before, sources, [], f"LAMMPS {version}")
     return target

@@ -35,7 +35,7 @@ class Program:
         self.handle = C.c_void_p(self._library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), None))
 
     def tell(self, line: str) -> None:
-        """One line of the script; PywetError with what the program says against it."""
+        """Execute one line of the script; raise PywetError with the program's message if it fails."""
         self._library.lammps_command(self.handle, line.encode())
         if self._library.lammps_has_error(self.handle):
             message = C.create_string_buffer(SENTENCE)

@@ -64,24 +64,24 @@ def compiler_version() -> str:
         raise EngineError(
             "no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`"
         )
-    return process.said(["g++", "--version"]).partition("\n")[0]
+    return process.output_of(["g++", "--version"]).partition("\n")[0]
 
 
-def kept() -> Path:
-    """Where the plugin of these sources is stored once it is built."""
+def cached() -> Path:
+    """Return the path at which the plugin of these sources is stored once it is built."""
     return caches.folder() / f"libpywet-{source_hash()}.so"
 
 
 def plugin_path() -> Path:
     """The plugin, built where it is not yet whole in the cache (about five seconds)."""
-    target = kept()
+    target = cached()
     if not caches.whole(target):
         _compile(target)
     return target
 
 
 def _compile(target: Path) -> None:
-    mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
+    mpi = [process.output_of(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
     before = [f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}", f"-I{INCLUDE}", *mpi[0]]
     after = ["-l:libliggghts.so.3", *mpi[1]]
     compile_to(target, before, sorted(SOURCES.glob("*.cpp")), after, f"LIGGGHTS {ENGINE_VERSION}")

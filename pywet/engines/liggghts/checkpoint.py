@@ -70,7 +70,7 @@ def fingerprint(run_dir: Path, scene: Scene, *parts: str) -> str:
 
 
 def saved(name: str, step: object, whole: bool = True) -> str:
-    """Where in the engine's folder its state (`engine`), the plugin's (`state`) or their sums lie; half-written until `whole`."""
+    """Return the path of the state of the engine (`engine`) or plugin (`state`), or of their sums; partial until `whole`."""
     return f"{FOLDER}/{name}.{step}{'' if whole else PARTIAL}"
 
 
@@ -81,7 +81,7 @@ def start(folder: Path, mark: str) -> None:
 
 
 def belongs(folder: Path, mark: str) -> bool:
-    """Whether a folder holds a run of the scene with this fingerprint."""
+    """Return whether a folder holds a run of the scene with this fingerprint."""
     try:
         return bool(read_json(folder / FINGERPRINT, "") == {"fingerprint": mark})
     except PywetError:
@@ -89,7 +89,7 @@ def belongs(folder: Path, mark: str) -> bool:
 
 
 def disown(folder: Path) -> None:
-    """Let the next call begin again: what is in the folder cannot be gone on from."""
+    """Mark the folder so that the next call starts again, since a run cannot be resumed from it."""
     (folder / FINGERPRINT).unlink(missing_ok=True)
 
 
@@ -163,7 +163,7 @@ def _sum(content: dict[str, Any]) -> int:
 
 
 def _files(folder: Path, ending: str = "") -> list[tuple[str, int, Path]]:
-    """What there is of checkpoints: name, step, path; those that may be half-written by their `ending`, strangers never."""
+    """List name, step and path of the checkpoint files in a folder; `ending` selects those that may be incomplete."""
     return [
         (m[1], int(m[2]), path)
         for path in (folder / FOLDER).glob("*")
@@ -201,7 +201,7 @@ def cut_back(folder: Path, point: Checkpoint) -> None:
 
 
 def unread(folder: Path) -> bool:
-    """Whether the engine has begun but not got beyond reading its restart file."""
+    """Return whether the engine has begun but not got beyond reading its restart file."""
     log = folder / LOG
     return log.exists() and "\nneighbor " not in log.read_text(errors="replace")
 
@@ -281,7 +281,7 @@ class Recorder:
                 raise self._not_whole(f"{path} was cut off")
 
     def _unchanged_s(self, path: Path) -> float:
-        """For how long a file has been seen as it is."""
+        """Return the time [s] for which a file has been seen unchanged."""
         size, seen = path.stat().st_size, time.monotonic()
         if path not in self.seen or self.seen[path][0] != size:
             self.seen[path] = size, seen

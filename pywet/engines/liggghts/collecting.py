@@ -106,14 +106,14 @@ def tidy(engine: Path) -> None:
 
 
 def belongs(run_dir: Path, mark: str) -> bool:
-    """Whether the finished run in the directory is of the scene with this fingerprint."""
+    """Return whether the finished run in the directory is of the scene with this fingerprint."""
     try:
         return bool(read_json(run_dir / "engine" / INDEX, "")["fingerprint"] == mark)
     except (PywetError, KeyError, TypeError):
         return False
 
 
-def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
+def finished_run(run_dir: Path, mark: str) -> dict[str, Any] | None:
     """run.json of a finished run of this scene, if all its tables are as they were made; else None."""
     if not belongs(run_dir, mark):
         return None
@@ -127,7 +127,7 @@ def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
 
 
 def mesh_translations(scene: Scene, wall: WallMesh) -> Floats:
-    """How far a mesh is from its STL file at the output steps [m], shape (outputs, 3)."""
+    """Return the displacement of a mesh from its STL file at the output steps [m], shape (outputs, 3)."""
     way, steps = scene.motion_of(wall), np.asarray(scene.output_steps)
     if isinstance(way, Vibration):
         return engine_displacement(way, steps, scene.time_step_s)

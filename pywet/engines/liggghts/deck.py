@@ -38,7 +38,7 @@ IDS_A_LINE = 100
 
 
 def attached(scene: Scene) -> bool:
-    """Whether the plugin takes part: for bridges, dry contacts with prisms, spheres that enter or are retired."""
+    """Return whether the plugin is in use: for bridges, analytic wires, inserted or retired spheres."""
     return scene.effects.bridges or scene.is_fed or scene.removes or any(w.prisms for w in scene.walls)
 
 
@@ -49,7 +49,7 @@ def touched(scene: Scene) -> list[str]:
 
 
 def film_factor(scene: Scene) -> float:
-    """How far beyond touch the neighbour list must see, of the radii: where films can touch; 1 for a dry scene."""
+    """Return the range of the neighbour list beyond touch, in radii, within which films can touch; 1 for a dry scene."""
     if not scene.effects.bridges or scene.liquid is None:
         return 1.0
     smallest = min(c.radius_m for c in scene.classes)
@@ -57,7 +57,7 @@ def film_factor(scene: Scene) -> float:
 
 
 def listed(scene: Scene) -> float:
-    """How far [m] beyond touch the neighbour list sees: skin, and where films can touch."""
+    """Return the distance beyond touch [m] that the neighbour list covers: the skin and the distance at which films can touch."""
     return skin(scene) + 2.0 * max(c.radius_m for c in scene.classes) * (film_factor(scene) - 1.0)
 
 
@@ -86,7 +86,7 @@ def skin(scene: Scene) -> float:
 
 
 def checkpoints(scene: Scene) -> list[int]:
-    """Steps of the checkpoints. Without the plugin a run takes the forces of such a step anew, so that they keep out of windows,
+    """Steps of the checkpoints. Without the plugin a run takes the forces of such a step again, so that they keep out of windows,
     whose motion is checked against the forces recorded."""
     return schedule.checkpoints(scene, () if attached(scene) else schedule.recorded(scene))
 

@@ -106,7 +106,7 @@ def run(
             scene, run_dir, folder, mark, ranks, progress, launch, mpi, {"extra": extra, "integrate": integrate}
         )
         fixed = {"engine_version": version, "plugin_hash": plugin.stem.removeprefix("libpywet-") if plugin else None}
-        done = collecting.kept(run_dir, mark) if keep else None
+        done = collecting.finished_run(run_dir, mark) if keep else None
         if done:
             write_inputs(scene, run_dir)
             collecting.tidy(run_dir / "engine")
@@ -122,7 +122,7 @@ def run(
 
 
 def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
-    """From the latest whole checkpoint, or the start, to the engine's end; returns what only this process knows of it."""
+    """Run the engine from the latest intact checkpoint, or the start, to its end; return what only this process knows of it."""
     scene, folder = task.scene, task.folder
     run_folder.refuse_foreign(task.run_dir, "engine")
     point = _begin(task, passed)

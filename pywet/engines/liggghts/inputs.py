@@ -22,7 +22,7 @@ from pywet.util.notices import bar
 
 
 def write_inputs(scene: Scene, run_dir: Path) -> None:
-    """What a moist run and its replay read next to the scene; a dry one has none of it."""
+    """Write the tables that a moist run and its replay read in addition to the scene; remove them from a dry one."""
     history = run_dir / "history"
     if not scene.effects.bridges:
         run_folder.remove(run_dir, "history/transfer.parquet", "history/meta.json")

@@ -76,7 +76,7 @@ def extended(folder: Path, sums: Sums, last: int, frames: list[int], last_frame:
 
 
 def _records_end(path: Path, start: int, last: int) -> int:
-    """Where the plugin's records up to step `last` end; they are in the order of steps."""
+    """Return the byte at which the plugin's records up to step `last` end; they are in the order of steps."""
     dtype = RAW[path.name.split(".")[0]]
     count = (path.stat().st_size - start) // dtype.itemsize
     if not count:
@@ -86,7 +86,7 @@ def _records_end(path: Path, start: int, last: int) -> int:
 
 
 def _frames_end(path: Path, start: int, last: int) -> tuple[int, list[int]]:
-    """Where the dump's whole frames up to step `last` end, and their steps."""
+    """Return the byte at which the complete frames of a dump up to step `last` end, and their steps."""
     steps: list[int] = []
     with open(path, "rb") as dump:
         dump.seek(start)

@@ -173,13 +173,13 @@ class Plugin:
         """The parts of the mesh added last as prisms; `number` of the wall in the scene."""
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
-            own = np.flatnonzero(part == p)
-            analytic_wire = prism_of(corners[own], f"part {p} of wall {wall.name}")
+            of_part = np.flatnonzero(part == p)
+            analytic_wire = prism_of(corners[of_part], f"part {p} of wall {wall.name}")
             section, ends = (
                 _doubles(analytic_wire.section),
                 (C.c_double(analytic_wire.low), C.c_double(analytic_wire.high)),
             )
-            first = int(own[0])
+            first = int(of_part[0])
             self._library.pywet_add_prism(number, first, analytic_wire.axis, *ends, len(section), _pointer(section))
 
     def set_output(self, steps: Iterable[int], windows: Iterable[tuple[int, int]]) -> None:
@@ -259,7 +259,7 @@ class Plugin:
         self._library.pywet_wait()
 
     def held(self) -> dict[str, int]:
-        """What a rank holds, the most of all ranks, and whether contacts are in batches; the first one knows, all take part."""
+        """Count spheres, bridges and wall pairs of the fullest rank and whether contacts are batched; a collective call."""
         names = ("spheres_and_ghosts", "bridges", "wall_pairs", "contacts_in_batches")
         most = (C.c_int64 * len(names))()
         self._library.pywet_held(most)
@@ -271,7 +271,7 @@ class Plugin:
 
 
 def in_use(law: registry.Law) -> tuple[Any, ...]:
-    """What the plugin is given of a law: objects with an `address` for each slot of its kind."""
+    """Return the objects of a law whose `address` the plugin receives, one for each slot of its kind."""
     return (batch(law.functions),) if KINDS[law.kind].force else law.functions
 
 

@@ -70,7 +70,7 @@ def _refuse_flood(folder: Path, scene: Scene) -> None:
 
 
 def stopped(scene: Scene, folder: Path, returncode: int, more: str = "") -> StoppedRun:
-    """What the engine said before it stopped. Text is all that comes from it, so that here, once, numbers are read from it."""
+    """Make the exception of a stopped engine from its output text; numbers are parsed here only."""
     launch = LAUNCH.search((folder / OUTPUT).read_text(errors="replace"))
     if launch:
         sentence = (

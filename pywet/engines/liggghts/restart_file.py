@@ -6,7 +6,7 @@ import numpy as np
 
 
 def holds(data: bytes, spheres: int) -> bool:
-    """Whether a restart file ends with whole records of this many spheres: the engine does not notice that one was cut off.
+    """Return whether a restart file ends with complete records of this many spheres; the engine does not notice a truncated file.
 
     It ends with a block for each rank: the number of doubles (int32), then one record for each sphere, its
     length first. The blocks are found from the end of the file.
@@ -27,7 +27,7 @@ def holds(data: bytes, spheres: int) -> bool:
 
 
 def _block_starts(data: bytes, end: int) -> list[int]:
-    """Where an int32 says that just as many doubles follow up to `end`; blocks of no sphere last."""
+    """Return the positions of int32 values that equal the number of doubles up to `end`; blocks without spheres are last."""
     starts = []
     for shift in range(min(4, end - 3)):
         sizes = np.frombuffer(data, "<i4", count=(end - shift) // 4, offset=shift).astype(np.int64)

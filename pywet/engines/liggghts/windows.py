@@ -44,7 +44,7 @@ def next_step(windows: list[tuple[int, int]]) -> list[str]:
 
 
 def deck_lines(scene: Scene, touched: Sequence[str]) -> dict[str, Any] | None:
-    """What the template of the set-up needs, None where nothing is recorded; `touched`: walls whose contacts are the engine's."""
+    """Return the values for the set-up's template, None without windows; `touched`: walls whose contacts the engine computes."""
     windows = schedule.recorded(scene)
     if not windows:
         return None
@@ -110,8 +110,8 @@ def wall_springs(scene: Scene, folder: Path, touched: Sequence[str]) -> pd.DataF
         table = read_dump(path, COLUMNS["wall_springs"])
         springs.append(table.assign(mesh=meshes[table["mesh"].astype(np.int64)]))
     if len(touched) < len(scene.walls):
-        own = to_frame(read_raw(folder, "wire_springs"))
-        springs.append(own.set_axis(["step", *COLUMNS["wall_springs"]], axis=1))
+        of_wires = to_frame(read_raw(folder, "wire_springs"))
+        springs.append(of_wires.set_axis(["step", *COLUMNS["wall_springs"]], axis=1))
     return pd.concat(springs, ignore_index=True)
 
 

@@ -28,7 +28,7 @@ def plugin_path() -> Path:
     shared = sorted(set(build.SOURCES.glob("*")) - not_here)
     target = caches.folder() / f"libpywet-yade-{build.hash_of([*shared, *host], version)}.so"
     if not caches.whole(target):
-        mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
+        mpi = [process.output_of(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
         before = [f'-DPYWET_ENGINE_VERSION="{version}"', f"-I{build.SOURCES}", f"-I{SOURCES}", *mpi[0]]
         sources = [path for path in (*shared, *host) if path.suffix == ".cpp"]
         build.compile_to(target, before, sources, mpi[1], f"YADE {version}")

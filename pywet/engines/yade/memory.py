@@ -60,7 +60,7 @@ def read(address: int, kind: str, count: int = 1) -> list[Any]:
 
 
 def address(held: object) -> int:
-    """Where the C++ object behind a Python object of YADE lies."""
+    """Return the address of the C++ object behind a Python object of YADE."""
     return int(read(read(id(held) + FIRST, POINTER)[0] + SECOND, POINTER)[0])
 
 

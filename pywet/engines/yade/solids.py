@@ -31,7 +31,7 @@ class Face:
 
     @property
     def convex(self) -> bool:
-        """Whether the patch fills the convex hull of its corners."""
+        """Return whether the patch fills the convex hull of its corners."""
         return abs(_flat_area(self.points, self.normal) - self.area) < 1e-3 * self.area
 
     @property

@@ -75,7 +75,7 @@ class Host:
         self._library.pywet_yade_step(self.handle, C.c_int64(number), is_sorted)
 
     def close(self) -> None:
-        """No step follows."""
+        """Close the library's handle after the last step."""
         self._library.pywet_yade_close(self.handle)
 
 

@@ -69,7 +69,7 @@ def solved(matrix: Floats, right: Floats) -> Floats:
 
 @jit
 def outside(y: Floats, c: Case) -> bool:
-    """Whether the unknowns are outside the range in which a bridge exists."""
+    """Return whether the unknowns are outside the range in which a bridge exists."""
     return y[LENGTH] <= 0.0 or y[PHI_I] <= 0.0 or y[PHI_J] * c.rj <= 0.0
 
 

@@ -32,7 +32,7 @@ PHI_I, PHI_J, CURVATURE, LENGTH, GAP = 0, 1, 2, 3, 4
 
 
 class Case(NamedTuple):
-    """What a bridge is asked for: its volume, radii and contact angles of the bodies; equal ones are solved as half a bridge."""
+    """Volume, radii and contact angles of a bridge to be solved; between equal bodies half a bridge is solved."""
 
     volume: float
     ri: float

@@ -163,7 +163,7 @@ def fill(q: float, v_star: float, ti: float, tj: float, u: Floats, ratio: Floats
         return math.nan, math.nan
     end = points[-1]
     last = end[GAP]
-    own, other = parts(end, c)
+    of_i, other = parts(end, c)
     m = 1
     for n in range(u.size - 1, -1, -1):  # from touching to rupture
         gap = last * (1.0 - u[n] * u[n])
@@ -175,7 +175,7 @@ def fill(q: float, v_star: float, ti: float, tj: float, u: Floats, ratio: Floats
         ratio[n] = 2.0 * math.pi * start(state, c)[3] / neck_force(gap, c.volume, c.ri, c.rj, ti, tj, 1.0)
         if not ok:
             return math.nan, math.nan
-    return last / (r * math.sqrt(v_star)), own / (own + other)
+    return last / (r * math.sqrt(v_star)), of_i / (of_i + other)
 
 
 def build(theta_small: float, theta_large: float, progress: Callable[[int, int], None] | None = None) -> Table:

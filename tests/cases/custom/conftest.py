@@ -19,7 +19,7 @@ def example(name: str, spheres: dict[str, Any] | None = None, folder: Path = EXA
 
 
 def beads(**changes: Any) -> dict[str, Any]:
-    """What a small scene says: 20 beads in a box, without walls."""
+    """Describe a small scene: 20 beads in a box, without walls."""
     box = {"low_mm": (0, 0, 0), "high_mm": (20, 20, 20)}
     entry = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 20, "box": box}
     return {

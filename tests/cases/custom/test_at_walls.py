@@ -69,15 +69,15 @@ def test_what_is_not_deep_is_not_warned_of() -> None:
 
 
 def test_a_scene_that_may_press_a_ball_through_a_plate_is_warned_of_before_it_runs() -> None:
-    """The same ball falls 0.25 m onto 1 mm at 2000 N/m; stiff enough, or 8 mm thick, there is no warning."""
+    """Drop a ball 0.25 m onto a plate of 1 mm at 2000 N/m; if it is stiff, or the plate 8 mm thick, there is no warning."""
 
-    def said(stiffness: float, thick_mm: float) -> list[str]:
+    def warnings_of(stiffness: float, thick_mm: float) -> list[str]:
         steel = {"steel": {"density_kg_per_m3": 7850, "stiffness_N_per_m": stiffness}}
         ball = {"name": "ball", "material": "steel", "diameter_mm": 10, "at_mm": [(0, 0, 255)]}
         plate = {"name": "plate", "block": {"low_mm": (-20, -20, -thick_mm), "high_mm": (20, 20, 0)}}
         return Building(pywet.Scene(**beads(materials=steel, spheres=[ball], walls=[plate]))).warnings
 
-    [sentence] = said(2000.0, 1.0)
+    [sentence] = warnings_of(2000.0, 1.0)
     assert "ball at up to 2.2 m/s may overlap wall plate by 3.2 mm, and the wall is 1 mm thick" in sentence
     assert "from stiffness_N_per_m 8.3e+04 on" in sentence
-    assert said(1.1e5, 1.0) == said(2000.0, 8.0) == []
+    assert warnings_of(1.1e5, 1.0) == warnings_of(2000.0, 8.0) == []

@@ -24,7 +24,7 @@ def refusal(**changes: Any) -> str:
     return str(error.value)
 
 
-def test_all_mistakes_of_a_file_are_said_at_once(tmp_path: Path) -> None:
+def test_all_mistakes_of_a_file_are_reported_at_once(tmp_path: Path) -> None:
     """Each on a line of its own with the file, the key, what was given and what was expected."""
     wrong = beads(duration_s=-1, gravity=[0, 0, -9.81], materials={"glass": {"density_kg_per_m3": 2.5}})
     wrong["spheres"][0]["diameter_mm"] = "3 mm"

@@ -12,7 +12,7 @@ import pywet
 from pywet.cases.small.scenes import bed_angles
 from reference_impl.tables import check as results
 from tests.cases.custom.conftest import example
-from tests.reference_impl.planted_files import OWN
+from tests.reference_impl.injected_files import OWN
 
 pytestmark = pytest.mark.engine
 

@@ -78,8 +78,8 @@ def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
 
 
 @pytest.mark.engine
-def test_a_fed_deck_counts_liquid_as_it_comes(tmp_path: Path) -> None:
-    """What was put in grows by a film for each sphere that enters; told otherwise, the replay objects."""
+def test_a_deck_with_feed_counts_liquid_as_it_comes(tmp_path: Path) -> None:
+    """Add a film to the inserted liquid for each sphere that enters; the replay disagrees if it is given other times."""
     scene = example(
         "slotted_deck",
         {"fed": {"from_s": 0.0, "for_s": 0.05, "profile": "pulsed", "pulses": 2}},

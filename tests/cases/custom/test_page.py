@@ -87,7 +87,7 @@ def test_every_scene_of_the_gallery_is_there() -> None:
         assert (DOCS / "pictures" / f"scene_{name}.png").stat().st_size <= 150_000
 
 
-def test_every_holder_is_explained() -> None:
+def test_every_reservoir_is_explained() -> None:
     assert set(HOLDERS) == set(get_args(Holder))
 
 

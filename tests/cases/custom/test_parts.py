@@ -41,7 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Drawn:
-    """What would be drawn."""
+    """Record the calls that would draw."""
 
     def __init__(self) -> None:
         self.meshes: list[Any] = []
@@ -195,7 +195,7 @@ def test_plant_coordinates_are_moved_to_an_origin(folder: Path) -> None:
         Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)], origin_mm=(5e5, 0, 0))).scene()
     made = Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)], origin_mm=(1e6, 0, 0)))
     by_itself = Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)]))
-    assert by_itself.origin_mm == (1e6, 0, 0) and by_itself.said == made.said
+    assert by_itself.origin_mm == (1e6, 0, 0) and by_itself.user_scene == made.user_scene
     near = Building(scene(folder, [{**far, "stl": "cup.stl", "stl_unit": "m", "turns": {**far["turns"], "origin_mm": (0, 0, 0)}}],
                           [(1.0, 0, 5)]))  # fmt: skip
     np.testing.assert_allclose(made.surfaces[0].corners, near.surfaces[0].corners, atol=1e-9)

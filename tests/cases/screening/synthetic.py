@@ -25,7 +25,7 @@ TIME_STEP = 1e-4
 RADII = {1: 4e-3, 2: 2e-3}
 Z = {0: (0.01, 0.01, 0.02), 100: (0.006, -0.05, 0.02), 200: (0.006, -0.05, -0.05)}
 MESHES = (("wires", 0.0), ("side_wall", 0.0), ("collecting_bin", -0.06))
-"""Mesh (also its holder) and height of its two triangles."""
+"""Mesh (also its reservoir) and height of its two triangles."""
 
 
 def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Scene:

@@ -48,7 +48,7 @@ def test_a_step_of_drag_is_shorter_than_the_dry_one() -> None:
 
 
 def test_a_step_of_hertz_contacts_is_a_fifth_of_the_rayleigh_time() -> None:
-    """Where nothing else is shorter: pi r sqrt(rho/G)/(0.1631 nu + 0.8766) with G = E/(2 + 2 nu)."""
+    """Expect a fifth of pi r sqrt(rho/G)/(0.1631 nu + 0.8766), G = E/(2 + 2 nu), if no other limit is shorter."""
     glass, classes = Elastic(youngs_modulus_Pa=6e10, poissons_ratio=0.22), bodies.sphere_classes(R, density=2500.0)
     hertz = Hertz(spheres=(glass,) * len(classes), walls=glass, impact_speed_m_per_s=1.0)
     pairs = bodies.hertzian(classes, bodies.contacts(1, 1e5), hertz)

@@ -76,7 +76,7 @@ def prepare(
 
 
 def hertzian(scene: Scene) -> Scene:
-    """The same bed with Hertz contacts of soft glass, whose impacts last about as long as those of its springs."""
+    """Return the bed with Hertz contacts of soft glass, whose impacts last about as long as those of its linear springs."""
     soft = Elastic(youngs_modulus_Pa=1e6, poissons_ratio=0.25)
     hertz = Hertz(spheres=(soft,) * len(scene.classes), walls=soft, impact_speed_m_per_s=0.2)
     pairs = bodies.hertzian(scene.classes, scene.pairs, hertz)
@@ -99,7 +99,7 @@ def table(run_dir: Path, name: str) -> pd.DataFrame:
 
 
 def standing(run_dir: Path) -> pd.DataFrame:
-    """Which bridges stand at each output."""
+    """Return the active bridges at each output."""
     return table(run_dir, "history/bridges")[["step", "partner_kind", "i", "j"]]
 
 

@@ -22,5 +22,5 @@ def spheres_of(*radii: float, density: float = 2500.0, angle_deg: float = 15.0) 
 
 
 def contacts(n: int, restitution: float = 0.8, stiffness: float = 1e5, friction: float = 0.2) -> list[ContactPair]:
-    """The same dry contact for every pair of `n` types and the wall."""
+    """Return one dry contact law for every pair of `n` types and the wall."""
     return list(bodies.contacts(n, stiffness, friction=friction, restitution=restitution))

@@ -42,7 +42,7 @@ def pressed_pair(
 
 
 def is_stable(run_dir: Path, viscosity: float, step: float, how: str, bridges_every: int = 1) -> bool:
-    """Whether the swing dies away: the speed in the last fifth is below a hundredth of that in the first 20 steps."""
+    """Return whether the swing dies away: the speed in the last fifth is below a hundredth of that in the first 20 steps."""
     _, bodies = pressed_pair(run_dir, viscosity, step, how, bridges_every)
     try:
         small.run(run_dir, bodies, allow_unstable=True)
@@ -58,7 +58,7 @@ def is_stable(run_dir: Path, viscosity: float, step: float, how: str, bridges_ev
 
 
 def advised(run_dir: Path, viscosity: float, how: str, bridges_every: int = 1) -> tuple[float, str]:
-    """What the advisor allows for the pair, and which effect governs."""
+    """Return the time step that the advisor allows for the pair, and the effect that limits it."""
     scene, _ = pressed_pair(run_dir, viscosity, 1e-6, how, bridges_every)
     limits = [
         limit for limit in time_steps.advise(scene).limits if limit.stability and limit.effect != "viscous tangential"

@@ -23,7 +23,7 @@ PAIRS = [p.model_copy(update={"rolling_friction_m": 1e-4}) for p in contacts(2, 
 
 
 def in_batches(run_dir: Path) -> bool:
-    """Whether the run says that it made its contacts in batches."""
+    """Return whether the run says that it made its contacts in batches."""
     return bool(json.loads((run_dir / "engine" / "held.json").read_text())["contacts_in_batches"])
 
 

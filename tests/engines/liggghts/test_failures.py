@@ -180,7 +180,7 @@ def test_film_below_zero_is_named(tmp_path: Path) -> None:
 
 
 def test_two_runs_in_one_folder(tmp_path: Path) -> None:
-    """That of a second process is refused."""
+    """Expect that a run of a second process in the same folder is refused."""
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
     held = f"with run_lock.hold(Path({str(tmp_path)!r})): print(1, flush=True); time.sleep(60)"
@@ -192,7 +192,7 @@ def test_two_runs_in_one_folder(tmp_path: Path) -> None:
         other.kill()
 
 
-def test_the_last_word_of_an_aborting_engine_is_kept(tmp_path: Path) -> None:
+def test_the_last_word_of_an_aborting_engine_is_stored(tmp_path: Path) -> None:
     """LIGGGHTS ends by MPI_Abort, which flushes nothing: the message is in the log that the sentence names all the same."""
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.0, 0.0, 2.001 * R), (0.0, 0.0, 0.1))]
     small.prepare(
@@ -214,7 +214,7 @@ def test_no_mpirun_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         driver.run(tmp_path, ranks=2)
 
 
-def test_progress_is_what_the_engine_has_said_last(tmp_path: Path) -> None:
+def test_progress_is_what_the_engine_has_reported_last(tmp_path: Path) -> None:
     """The setting up after a checkpoint is 10 kB of messages, and the engine's own log lags behind what it prints."""
     assert checkpoint.last_step(tmp_path) == 0
     head = "    Step    Atoms         KinEng            CPU\n"

@@ -57,7 +57,7 @@ def test_no_spheres_at_the_start_is_no_mistake(sieve: Scene) -> None:
 
 @pytest.mark.engine
 def test_chosen_anew_at_a_checkpoint(tmp_path: Path) -> None:
-    """Eight spheres in a row along x, beside y = 0, fly until they are a row along y beside x = 0: the cut turns with them."""
+    """Eight spheres in a row along x, next to y = 0, fly until they are a row along y next to x = 0: the cut turns with them."""
     steps, step = 2000, 2e-5
     half_time = steps // 2 * step
     spheres = [

@@ -188,8 +188,8 @@ def test_a_moist_bed_is_replayed(moist: Path) -> None:
     ],
 )
 def test_a_wrong_modulus_is_found(moist: Path, tmp_path: Path, body: int | str, key: str, factor: float) -> None:
-    """Of one of the bodies: Newton's law does not close by more than a thousand times its limit, and the diagnosis names the
-    body, the modulus and the factor of the engine's value over that of the scene."""
+    """Give one body a wrong modulus: Newton's law fails by more than a thousand times its limit, and the diagnosis names
+    the body, the modulus and the factor of the engine's value over that of the scene."""
     shutil.copytree(moist, tmp_path / "wrong")
     file = tmp_path / "wrong" / "scene.json"
     output_text = json.loads(file.read_text())

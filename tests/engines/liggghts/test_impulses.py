@@ -103,7 +103,7 @@ def test_capillary_energy_is_as_with_every_step(tmp_path: Path) -> None:
 
 
 def test_two_ranks(tmp_path: Path) -> None:
-    """The same events in the same steps; places differ by the growth of round-off in 24 ms."""
+    """Expect the same events in the same steps; positions differ by the growth of round-off in 24 ms."""
     for ranks in (1, 2):
         bed(tmp_path / str(ranks), ranks)
     one, two = (beds.table(tmp_path / str(ranks), "history/events") for ranks in (1, 2))

@@ -51,7 +51,7 @@ def at_rest(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, pd.DataFram
 
 
 def test_moving_frame(at_rest: tuple[Path, pd.DataFrame], tmp_path: Path) -> None:
-    """The same cluster in a frame that moves: same events, positions shifted by v t to round-off of 20 ms (1e-9 of a radius)."""
+    """Simulate a cluster in a moving frame: same events, positions shifted by v t to round-off of 20 ms (1e-9 of a radius)."""
     folder, rest = at_rest
     moving = cluster(tmp_path, drift=DRIFT)
     one, two = (beds.table(path, "history/events") for path in (folder, tmp_path))
@@ -62,7 +62,7 @@ def test_moving_frame(at_rest: tuple[Path, pd.DataFrame], tmp_path: Path) -> Non
 
 
 def test_turned_frame(at_rest: tuple[Path, pd.DataFrame], tmp_path: Path) -> None:
-    """The same cluster turned as a whole: positions, velocities and spins turn with it."""
+    """Simulate a cluster turned as a whole: positions, velocities and spins turn with it."""
     rest, turned = at_rest[1], cluster(tmp_path, turn=TURN)
     assert np.abs(turned[["x", "y", "z"]].to_numpy() - rest[["x", "y", "z"]].to_numpy() @ TURN.T).max() < 1e-9 * R
     for columns, size in ((["vx", "vy", "vz"], 0.1), (["wx", "wy", "wz"], 20.0)):

@@ -43,7 +43,7 @@ def test_a_scale_shows_sphere_and_liquid(tmp_path: Path, effects: Effects) -> No
 
 
 def test_what_falls_freely_falls_with_g(tmp_path: Path) -> None:
-    """Whether wet or in pairs held by a bridge: z = z0 - g t²/2, to round-off of the sum of 1000 steps."""
+    """Return whether wet or in pairs held by a bridge: z = z0 - g t²/2, to round-off of the sum of 1000 steps."""
     spheres = [small.Sphere(1, (x, 0.0, 0.05)) for x in (-0.02, 0.0, 2.0 * R)]
     moved = at_end(tmp_path, spheres, HEAVY, 1000, gravity=(0.0, 0.0, -G))
     fall = moved[moved["step"] == 1000].set_index("id")

@@ -42,7 +42,7 @@ def bed(run_dir: Path, ranks: int) -> Path:
 
 @pytest.mark.parametrize("ranks", [2, 4, pytest.param(8, marks=pytest.mark.slow)])
 def test_same_bed(one_rank: Path, tmp_path: Path, ranks: int) -> None:
-    """Same formations and ruptures in the same steps, same ledger; trajectories within round-off growth over 18 ms.
+    """Expect equal formations and ruptures in equal steps and an equal ledger; trajectories within round-off growth of 18 ms.
 
     Pairs are visited in another order, so forces may differ in the last digit; collisions amplify that. 1e-9 of a radius leaves
     four decades; a bridge booked one step late would show at 1e-5 of a radius.
@@ -75,7 +75,7 @@ def holds_what_is_near(one: Path, other: Path, ranks: int) -> None:
     spheres, bridges = last
 
     def near(way: float, *names: str) -> int:
-        """How many of a table have one of their places within `way` of a column, the most of all columns."""
+        """Count the rows with one of their positions within `way` of a column; return the largest count of all columns."""
         rows = bridges if len(names) > 1 else spheres
         inside = [
             np.any(

@@ -44,6 +44,6 @@ def test_fields_have_one_name_type_and_order(name: str, table: str) -> None:
 
 
 def test_two_fields_that_change_places_are_found() -> None:
-    """What equal sizes do not show."""
+    """Exchange two fields of equal size, which the sizes alone do not reveal."""
     swapped = STRUCTS["Ledger"].replace("films, bridges", "bridges, films")
     assert record(swapped).itemsize == schema.RAW["ledger"].itemsize and record(swapped) != schema.RAW["ledger"]

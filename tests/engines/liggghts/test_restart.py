@@ -68,7 +68,7 @@ def killed(run_dir: Path, ranks: int = 1, after: int = 1, moment: float = 0.0) -
 
 
 def same_bits(unbroken: Path, resumed: Path) -> None:
-    """The same tables with the same rows and the same bits in every column."""
+    """Expect the same tables with the same rows and the same bits in every column."""
     tables = sorted(path.relative_to(unbroken) for path in unbroken.rglob("*.parquet"))
     assert tables == sorted(path.relative_to(resumed) for path in resumed.rglob("*.parquet"))
     for name in tables:

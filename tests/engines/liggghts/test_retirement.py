@@ -22,7 +22,7 @@ from pywet.scene import Scene
 from pywet.util.files import read_table
 from reference_impl.replay.io import ReplayError
 from reference_impl.replay.replay import replay
-from tests.engines.liggghts import beds, planted_in_bin
+from tests.engines.liggghts import beds, injected_in_bin
 
 pytestmark = pytest.mark.engine
 LENGTH = {"steps": 1200, "checkpoints": 11, "outputs": 100}
@@ -146,7 +146,7 @@ def test_who_stays_is_not_touched(tmp_path: Path) -> None:
 
 
 def test_two_ranks_retire_the_same(moist: Path, tmp_path: Path) -> None:
-    """The same spheres at the same steps with the same films, to round-off."""
+    """Expect the same spheres at the same steps with the same films, to round-off."""
     two = run(tmp_path, beds.retiring(tmp_path, **LENGTH), ranks=2)
     one, other = (beds.table(p, "history/retired").sort_values(["step", "id"], ignore_index=True) for p in (moist, two))
     pd.testing.assert_frame_equal(one, other, rtol=1e-9, atol=1e-12)
@@ -164,10 +164,10 @@ def test_a_dry_run(tmp_path: Path) -> None:
     assert result["quantities"]["retired_missed"]["count"] == 101 * 95
 
 
-@pytest.mark.parametrize("name", planted_in_bin.FAULTS)
+@pytest.mark.parametrize("name", injected_in_bin.FAULTS)
 def test_injected_faults_are_found(moist: Path, tmp_path: Path, name: str) -> None:
-    """What was written is changed, the run itself was right: the quantity disagrees, and a sentence names it."""
-    table, change, quantity, words = planted_in_bin.FAULTS[name]
+    """Change what a correct run has written: the quantity disagrees, and a sentence names it."""
+    table, change, quantity, words = injected_in_bin.FAULTS[name]
     shutil.copytree(moist, tmp_path, dirs_exist_ok=True)
     frame = beds.table(tmp_path, table)
     frame.attrs["gone"] = int(beds.table(moist, "history/retired")["id"].iloc[0])

@@ -38,7 +38,7 @@ def drawn_together(run_dir: Path, viscosity: float, step: float, seconds: float,
 
 
 def exact_gap(run_dir: Path, viscosity: float, seconds: float) -> float:
-    """The same motion by an adaptive solver from the Python laws."""
+    """Return the gap by an adaptive solver from the Python laws."""
     volume = float(beds.table(run_dir, "history/events")["volume"].iloc[0])
     capillary = registry.get("capillary", "rabinovich").functions[0].python
     viscous = registry.get("viscous_normal", "pitois").functions[0].python

@@ -31,7 +31,7 @@ DRIPPING = small.PAPER.model_copy(update={"shedding": "tate"})
 
 
 def falling(acceleration: float) -> float:
-    """What falls off [m3] by Harkins and Brown's curve in the form 3.60 Φ^2.81 = Bo."""
+    """Return the volume of the drop [m3] by Harkins and Brown's curve in the form 3.60 Φ^2.81 = Bo."""
     bond = RHO * acceleration * R**2 / SIGMA
     return R**3 / ((bond / 3.60) ** (1.0 / 2.81)) ** 3
 

@@ -63,7 +63,7 @@ def run(folder: Path, spheres: list[small.Sphere], wires: Surface, prisms: bool,
 
 
 def states(folder: Path) -> pd.DataFrame:
-    """What was recorded, by step and sphere."""
+    """Return the recorded states by step and sphere."""
     return pd.read_parquet(folder / "history/window_states.parquet").set_index(["step", "id"])
 
 
@@ -240,7 +240,7 @@ def test_a_centre_inside_a_wire_stops_the_run(tmp_path: Path) -> None:
         run(tmp_path, [sphere], one_wire(8), True, 10)
 
 
-def test_what_is_no_prism_is_refused(tmp_path: Path) -> None:
+def test_what_is_no_analytic_wire_is_refused(tmp_path: Path) -> None:
     sphere = small.Sphere(1, (0.0, 0.0, 3e-3))
     with pytest.raises(PywetError, match=r"part 0 of wall floor was given as a prism but is none.*set prisms to false"):
         small.prepare(tmp_path, spheres_of(RADIUS), [sphere], contacts(1), walls=[small.floor()], prisms=["floor"])

@@ -93,7 +93,7 @@ def test_nodes_of_the_sharing_table_reach_the_engine(tmp_path: Path) -> None:
     assert bodies.sharing_error(Setting(transfer_nodes=51), 201)["sharing_ratio"] < 2e-3
 
 
-def test_laws_are_as_far_from_the_exact_bridge_as_the_atlas_says() -> None:
+def test_laws_are_as_far_from_the_exact_bridge_as_the_law_comparison_says() -> None:
     """At 40 deg and V* = 0.02 Rabinovich's law is tens of per cent too strong, Willett's fit within a few (docs/atlas.md)."""
     assert 0.3 < bodies.law_errors(Setting(capillary="rabinovich"))["law_force"] < 1.0
     assert bodies.law_errors(Setting(capillary="willett"))["law_force"] < 0.05
@@ -244,25 +244,25 @@ def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_sto
     for kind in choice.SCENES:
         for parameter in ("fraction", "stiffness", "wire_sides", "integration"):
             for group in errors.GROUPS:
-                outcome = choice.standing(table, parameter, kind, group)
-                assert outcome is None or outcome.verdict != "beaten", outcome
+                active = choice.rank(table, parameter, kind, group)
+                assert active is None or active.verdict != "beaten", active
 
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
-    beaten = choice.standing(toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
+    beaten = choice.rank(toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert beaten is not None and (beaten.verdict, beaten.by) == ("beaten", 0.003)
-    fine = choice.standing(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
+    fine = choice.rank(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert fine is not None and fine.verdict == "on the front"
     vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, PRICES, limit=0.1)
-    reported = choice.standing(vague, "stiffness", "dry", "fraction retained")
+    reported = choice.rank(vague, "stiffness", "dry", "fraction retained")
     assert reported is not None and reported.verdict == "not told apart"
 
 
 def test_a_damaged_calibration_counts_as_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path))
-    assert cost.kept() is None
+    assert cost.measured_here() is None
     cost._path().write_text('{"values": [1')
-    assert cost.kept() is None
+    assert cost.measured_here() is None
 
 
 def test_settings_are_written_into_a_copy_that_reads_back(tmp_path: Path) -> None:
@@ -322,7 +322,7 @@ def test_runs_of_another_configuration_are_done_again(tmp_path: Path, monkeypatc
         return AccuracyStudy(tmp_path / "study", "quick", tmp_path / "config")
 
     def done() -> int:
-        """How many runs are done in a call."""
+        """Return the number of runs that a call makes."""
         now, names = study(), []
         for job in jobs:
             now.do(job, lambda name, share: names.append(name))

@@ -28,8 +28,8 @@ def test_one_input_is_moved_and_nothing_else() -> None:
     assert pom == pytest.approx([0.3725 * f for f in (1 - 0.0674 / 0.2736, 1, 1 + 0.0674 / 0.2736)])
     assert steel == pytest.approx([0.3484 * f for f in (1 - 0.0756 / 0.2514, 1, 1 + 0.0756 / 0.2514)])
     for made in (more, less):
-        for contact, own in zip(made["materials"]["contacts"], usual["materials"]["contacts"], strict=True):
-            contact["friction"] = own["friction"]
+        for contact, usual_contact in zip(made["materials"]["contacts"], usual["materials"]["contacts"], strict=True):
+            contact["friction"] = usual_contact["friction"]
         assert made == usual
     wetter = scatter.scattered(CONFIG, "film", 1)
     assert wetter.case(2).liquid_percent == pytest.approx(5.5) and wetter.case(1).liquid_percent == 0.0
@@ -58,15 +58,15 @@ def test_effects_of_known_rows() -> None:
 def test_the_documentation_shows_the_stored_rows() -> None:
     """Every input in its scenes with every seed; the table of docs/measured.md is that of the page."""
     rows = scatter.stored()
-    for name, own in scatter.INPUTS.items():
-        for scene in own.scenes:
+    for name, given in scatter.INPUTS.items():
+        for scene in given.scenes:
             of = rows[(rows["input"] == name) & (rows["scene"] == scene)]
             assert set(of["level"]) == {-1, 1} and of["seed"].nunique() >= 2 and of["retained_end"].between(0, 1).all()
     text = MEASURED.read_text().split("<!-- scatter -->")[1].split("<!-- end of scatter -->")[0]
     shown = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.strip().splitlines()[2:]]
     assert shown == blocks.scatter_rows(SMOKE)
     page = blocks.scattered(SMOKE)
-    assert all(own.source in page for own in scatter.INPUTS.values())
+    assert all(given.source in page for given in scatter.INPUTS.values())
 
 
 def test_no_row_of_the_documentation_is_told_from_chance() -> None:
@@ -83,7 +83,7 @@ def test_what_the_documentation_says_of_bridges_every_fourth_step() -> None:
     of = {e["quantity"]: e for e in fourth["errors"]}
     text = " ".join(ACCURACY.read_text().split())
     price = fourth["price"]["moist"]
-    assert f"every fourth step** (smoke scale) have {price['low']:.2f} to {price['high']:.2f} of the cost" in text
+    assert f"every fourth step** (smoke scale) reduces the cost to {price['low']:.2f} to {price['high']:.2f};" in text
     pull = [f"{100 * of[name]['value']:.2g} %" for name in ("pull_force", "pull_work", "pull_rupture")]
     assert f"the error is {pull[0]} of the force, {pull[1]} of the work and {pull[2]} of the rupture distance" in text
     assert all(abs(e["value"]) <= e["limit"] for name, e in of.items() if not name.startswith("pull"))

@@ -16,7 +16,7 @@ from pywet.engines.lammps import build
 from pywet.errors import PywetError
 from studies.cross_code import dry, engines, lammps, page, pictures, replayed, single, sources
 from studies.cross_code import stock as stock_programs
-from studies.cross_code.model import Cell, Source, impossible, measured, said, truth
+from studies.cross_code.model import Cell, Source, deviation_text, impossible, measured, truth
 from studies.cross_code.rows import BY_KEY, COLUMNS, GROUPS, LIGGGHTS, QUANTITIES, REFERENCE, ROWS, YADE
 from studies.cross_code.stock import Stock
 from tests.cases.screening import synthetic
@@ -39,7 +39,7 @@ def test_a_cell_knows_its_worst() -> None:
 
 def test_deviations_as_text() -> None:
     """Powers where small, per cent where large, multiples where absurd."""
-    assert [said(x) for x in (0.0, 4e-16, 9e-4, 2e-3, 0.1234, 1.0, 172.0)] == [
+    assert [deviation_text(x) for x in (0.0, 4e-16, 9e-4, 2e-3, 0.1234, 1.0, 172.0)] == [
         "0", "4e-16", "9e-4", "0.2 %", "12 %", "100 %", "172 ×",
     ]  # fmt: skip
 

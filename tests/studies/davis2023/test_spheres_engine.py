@@ -24,7 +24,7 @@ def test_three_spheres_as_in_the_model(tmp_path: Path, stokes: float, angle: flo
     the speed; at 1e8 N/m the difference is 3.2 times as large, as it must be.
     """
     exact = engine.model(stokes, angle, ca, 5.0)
-    found = engine.twin(tmp_path, stokes, angle, ca, 5.0, 1e9)
+    found = engine.in_engine(tmp_path, stokes, angle, ca, 5.0, 1e9)
     assert engine.error(found, exact) < 6e-3
     assert np.abs(found.velocity[:, :, 2]).max() < 1e-9  # it stays in its plane, which is none of the engine's
     events = pd.read_parquet(tmp_path / "history" / "events.parquet")
@@ -35,13 +35,15 @@ def test_three_spheres_as_in_the_model(tmp_path: Path, stokes: float, angle: flo
 def test_difference_falls_with_the_root_of_the_stiffness(tmp_path: Path) -> None:
     """The time in contact is π√(m/k): a hundred times the stiffness, a tenth of the difference."""
     exact = engine.model(12.0, 30.0, None, 5.0)
-    soft, stiff = (engine.error(engine.twin(tmp_path / str(k), 12.0, 30.0, None, 5.0, k), exact) for k in (1e7, 1e9))
+    soft, stiff = (
+        engine.error(engine.in_engine(tmp_path / str(k), 12.0, 30.0, None, 5.0, k), exact) for k in (1e7, 1e9)
+    )
     assert soft / stiff == pytest.approx(10.0, rel=0.25)
 
 
 def test_bridge_volume_gives_the_film_gap_back(tmp_path: Path) -> None:
     """V = π a² δ at formation, rupture at δ: the mapping from volume to film is exact for the first bridge of a sphere."""
-    engine.twin(tmp_path, 12.0, 30.0, None, 5.0, 1e8)
+    engine.in_engine(tmp_path, 12.0, 30.0, None, 5.0, 1e8)
     events = pd.read_parquet(tmp_path / "history" / "events.parquet")
     delta = 2.0 * engine.RADIUS * engine.H_A - 1e-3 * engine.RADIUS
     first = events[events["kind"] == 0]

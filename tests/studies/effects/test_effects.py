@@ -177,7 +177,7 @@ def test_page_from_runs(tmp_path: Path) -> None:
     assert "WRONG" in study.line("moist_pom", runs["moist_pom"], verdict.planned(judged["moist_pom"]))
 
 
-def test_what_is_kept_belongs_to_configuration_and_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_stored_belongs_to_configuration_and_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An edited number of the materials, or another size, and the runs that follow from it are done again; others stay."""
     monkeypatch.setattr(study, "measure", lambda scene, setup, effects: {"effects": effects.model_dump()})
     shutil.copytree(CONFIG, tmp_path / "config")

@@ -41,7 +41,7 @@ def test_bridges_per_sphere_are_those_that_formed_and_did_not_rupture(tmp_path: 
 
 
 def test_an_unknown_model_is_one_sentence() -> None:
-    """Which models there are is said."""
+    """Expect a message that lists the known models."""
     scene = None
     with pytest.raises(PywetError, match="the model soulie was asked for; expected one of washino, easo"):
         bed.stock(Path(), scene, bed.Bed(), "soulie")  # type: ignore[arg-type]

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.util.files import write_json
-from studies.full_scale.kept import Kept
+from studies.full_scale.stored_runs import StoredRun
 
 TIMES = np.linspace(-0.5, 20.0, 206)
 COARSE_SHARE = 0.3
@@ -22,7 +22,7 @@ def passage(rate: float, rest: float = 0.0) -> np.ndarray:
 
 def make(
     data: Path, case: int, seed: int = 1, rate: float = 0.4, carried: Mapping[str, float] | None = None, **more: float
-) -> Kept:
+) -> StoredRun:
     """A run whose small spheres pass at `rate` (1/s), near-mesh ones at `near`, of which `rest` stays.
 
     `walls`, `fines`: shares of the liquid there at the end; `large`: wedged large spheres; `about`: other entries of run.json.
@@ -74,4 +74,4 @@ def make(
          "ledger_error": 1e-15, "events": {"formations": 10, "ruptures": 5}, "contacts": 7, "replay": {}, "cpu_s": 3600.0,
          "resumed_at_step": None, "carried": carried},
     )  # fmt: skip
-    return Kept(folder)
+    return StoredRun(folder)

@@ -20,9 +20,9 @@ from pywet.products.apertures import screen_of
 from pywet.runs.rundir import RunDir
 from pywet.scene import Vibration
 from pywet.util.files import read_json, write_json, write_table
-from studies.full_scale import campaign, kept, page, retirement, spread
+from studies.full_scale import campaign, page, retirement, spread, stored_runs
 from studies.full_scale.judging import FAILS, HOLDS, OPEN
-from studies.full_scale.kept import Kept, keep, wedged
+from studies.full_scale.stored_runs import StoredRun, keep, wedged
 from tests.cases.screening import synthetic
 from tests.cost.test_times import costs_of
 from tests.studies.full_scale.made import make
@@ -41,17 +41,17 @@ def finished(tmp_path: Path) -> Path:
     return run
 
 
-def test_what_is_kept_can_be_read_again(finished: Path, tmp_path: Path) -> None:
+def test_what_is_stored_can_be_read_again(finished: Path, tmp_path: Path) -> None:
     one = keep(finished, tmp_path / "data", "case02-1", {"case": 2, "variant": "", "scale": "full"})
     table = RunDir(finished).table("results/fraction_retained")
     np.testing.assert_allclose(one.retained(), table["fraction_retained"], rtol=1e-6)
     assert (one.case, one.about["contacts"], one.about["ledger_error"] < 1e-12) == (2, 12, True)
     held = one.liquid("coarse_material", "fines")[-1] + one.walls[-1] + one.liquid("collecting_bin")[-1]
     assert held == pytest.approx(1.0, rel=1e-6)
-    assert list(kept.variants(tmp_path / "data")[""]) == [2]
+    assert list(stored_runs.variants(tmp_path / "data")[""]) == [2]
 
 
-def test_a_run_that_may_not_be_believed_is_not_kept(finished: Path, tmp_path: Path) -> None:
+def test_a_run_that_may_not_be_believed_is_not_stored(finished: Path, tmp_path: Path) -> None:
     replay = read_json(finished / "replay.json", "")
     replay["quantities"]["capillary"]["largest"] = 1e-3
     write_json(finished / "replay.json", replay)
@@ -95,7 +95,7 @@ shutil.copytree(sys.argv[0].replace("fake.py", "run/case02"), out, dirs_exist_ok
 """
 
 
-def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_again(
+def test_one_failed_case_does_not_stop_the_others_and_what_is_stored_is_not_run_again(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "fake.py").write_text(FAKE)
@@ -104,8 +104,8 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_ag
     data, command = tmp_path / "data", [sys.executable, str(tmp_path / "fake.py")]
     failed = campaign.Campaign(jobs, data, command, {"variant": "", "scale": "smoke"}, cores=2).run()
     assert [(j.number, j.failed) for j in failed] == [(1, "case 1 cannot be run")]
-    assert Kept(data / "case02-7").case == 2
-    assert Kept(data / "case02-7").about["settings"] == {"fraction": 0.05, "stiffness": 0.01, "bridges_every": 1}
+    assert StoredRun(data / "case02-7").case == 2
+    assert StoredRun(data / "case02-7").about["settings"] == {"fraction": 0.05, "stiffness": 0.01, "bridges_every": 1}
     assert "case02-7: kept in" in capsys.readouterr().out
 
 
@@ -153,7 +153,7 @@ def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypa
     assert one.to_go([second], [first]) == pytest.approx(10800.0 * (7200 + 600) / (3600 + 600), rel=1e-3)
 
 
-def test_the_page_in_the_docs_follows_from_the_kept_tables(tmp_path: Path) -> None:
+def test_the_page_in_the_docs_follows_from_the_stored_tables(tmp_path: Path) -> None:
     folder = tmp_path / "full_scale"
     data = ROOT / "docs" / "full_scale" / "data"
     if data.exists():
@@ -172,7 +172,9 @@ def test_the_commits_that_tables_name_can_be_found() -> None:
     git = ["git", "-C", str(ROOT), "rev-parse", "--verify", "--quiet"]
     if subprocess.run([*git, "101bd0f^{commit}"], capture_output=True, check=False).returncode:
         pytest.skip("no history here")
-    named = {str(Kept(p.parent).about["commit"]) for p in (ROOT / "docs" / "full_scale" / "data").glob("*/run.json")}
+    named = {
+        str(StoredRun(p.parent).about["commit"]) for p in (ROOT / "docs" / "full_scale" / "data").glob("*/run.json")
+    }
     lost = {c for c in named if subprocess.run([*git, f"{c}^{{commit}}"], capture_output=True, check=False).returncode}
     assert named and lost <= set(page.COMMITS)
 
@@ -198,14 +200,14 @@ def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     assert all(f"full_scale/{p.name}" in text for p in tmp_path.glob("*.svg"))
 
 
-def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
+def test_the_numbers_of_the_readme_are_those_of_the_stored_tables() -> None:
     """Case 2 at full scale: bridges formed, ledger, and what is left on the screen, moist and dry."""
     readme = " ".join((ROOT / "README.md").read_text().split())
-    dry, moist = (Kept(ROOT / "docs" / "full_scale" / "data" / f"case0{k}-10007") for k in (1, 2))
+    dry, moist = (StoredRun(ROOT / "docs" / "full_scale" / "data" / f"case0{k}-10007") for k in (1, 2))
     assert f"{moist.about['events']['formations']:,} liquid bridges" in readme
     assert f"ledger closes to {moist.about['ledger_error']:.0e}".replace("e-0", "e-") in readme
     left = [round(100 * run.at(run.retained(), 1.5)) for run in (moist, dry)]
-    assert f"{left[0]} % of the feed is still on the screen after 1.5 s, dry {left[1]} %" in readme
+    assert f"After 1.5 s {left[0]} % of the moist and {left[1]} % of the dry feed is still on the screen" in readme
     assert max(run.at(run.undersize, 10.0) for run in (moist, dry)) < 0.005
     reported = (ROOT / "docs" / "full_scale.md").read_text()
     with open(ROOT / "docs" / "full_scale" / "statements.csv", newline="", encoding="utf-8") as file:
@@ -214,7 +216,7 @@ def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
     holding, failing, open_ = (screening.count(verdict) for verdict in (HOLDS, FAILS, OPEN))
     assert "All 18 cases have run." in reported and "not looked for yet" not in reported
     assert (
-        f"of 39 statements that the paper makes of its curves, {holding} are confirmed, {failing} are not, each with its "
+        f"of the paper's 39 statements on its curves, {holding} are confirmed, {failing} are not, each with its "
         f"reason, and {open_} are inconclusive" in readme
     )
     with open(ROOT / "docs" / "full_scale" / "seeds.csv", newline="", encoding="utf-8") as file:

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from studies.full_scale import kept, reasons
+from studies.full_scale import reasons, stored_runs
 from studies.full_scale.judging import FAILS, judge
 from studies.full_scale.statements import STATEMENTS
 
@@ -26,7 +26,7 @@ def test_liquid_counts_at_the_last_output_above() -> None:
         initial_film=np.array([4.0, 4.0, 2.0]),
     )
     run: Any = SimpleNamespace(scene=SimpleNamespace(classes=classes), timeline=line)
-    assert kept.carried(run) == {"small": pytest.approx(0.05), "near_mesh": pytest.approx(0.3)}
+    assert stored_runs.carried(run) == {"small": pytest.approx(0.05), "near_mesh": pytest.approx(0.3)}
 
 
 def test_trials_are_compared_by_their_means_from_half_a_second_on(tmp_path: Path) -> None:
@@ -40,13 +40,13 @@ def test_trials_are_compared_by_their_means_from_half_a_second_on(tmp_path: Path
     assert (of("deep", 3, "all"), of("deep", 3, "small")) == (pytest.approx(0.6), pytest.approx(0.3))
 
 
-def test_each_statement_that_fails_is_named_and_an_unknown_reason_said() -> None:
+def test_each_statement_that_fails_is_named_and_an_unknown_reason_reported() -> None:
     assert reasons.grouped({3: reasons.reason(3, {})})[0] == "- Statement 3: not looked for yet."
 
 
-def test_kept_runs_that_contradict_the_paper_have_their_reasons() -> None:
-    """What the page says of them rests on tables that are stored."""
-    runs = kept.variants(Path("docs/full_scale/data"))[""]
+def test_stored_runs_that_contradict_the_paper_have_their_reasons() -> None:
+    """Expect a reason from stored tables for each statement that is not confirmed."""
+    runs = stored_runs.variants(Path("docs/full_scale/data"))[""]
     failed = [s.number for s in STATEMENTS if judge(s, runs).verdict == FAILS]
     with open("docs/full_scale/reasons.csv", newline="", encoding="utf-8") as file:
         stored = {int(row["statement"]): row["reason"] for row in csv.DictReader(file)}

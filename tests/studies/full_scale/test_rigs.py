@@ -13,9 +13,9 @@ from pywet.cases.screening import cases
 from pywet.errors import PywetError
 from studies.full_scale import rigs
 from studies.full_scale.judging import fingerprint, judge
-from studies.full_scale.kept import variants
 from studies.full_scale.quantities import through
 from studies.full_scale.statements import STATEMENTS
+from studies.full_scale.stored_runs import variants
 
 ROOT = Path(__file__).parents[3]
 FOUND = variants(ROOT / rigs.DATA)
@@ -70,7 +70,7 @@ def test_the_page_is_made_of_the_stored_tables() -> None:
 
 
 def test_what_the_page_says_of_springs_and_glass() -> None:
-    """The same verdicts on 185 mm with both stiffnesses; more of glass (case 10) is left than of POM (case 1) after 10 s."""
+    """Expect equal verdicts on 185 mm with both stiffnesses; more of glass (case 10) is left than of POM (case 1) after 10 s."""
     for statement in STATEMENTS[:2]:
         soft, stiff = (judge(statement, FOUND[rig]).verdict for rig in ("sieve185", "sieve185_stiff"))
         assert soft == stiff

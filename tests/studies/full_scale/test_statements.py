@@ -11,7 +11,7 @@ import pytest
 from scipy import stats
 
 from pywet.util.files import read_json
-from studies.full_scale import kept
+from studies.full_scale import stored_runs
 from studies.full_scale.judging import (
     FAILS,
     HOLDS,
@@ -32,8 +32,8 @@ from tests.studies.full_scale.made import COARSE_SHARE, TIMES, make
 OF = {s.number: s for s in STATEMENTS}
 
 
-def runs(data: Path) -> dict[int, list[kept.Kept]]:
-    return kept.variants(data)[""]
+def runs(data: Path) -> dict[int, list[stored_runs.StoredRun]]:
+    return stored_runs.variants(data)[""]
 
 
 def test_every_statement_of_the_paper_is_there_once() -> None:
@@ -50,7 +50,7 @@ def test_seeds_must_lie_on_one_side(tmp_path: Path, sign: float, right: str, wro
         part = (above if sign > 0 else below)("x", 1.0, lambda c, of=values: of[int(c[1].about["seed"])])
         answer = judge(Statement(1, "", "", (1,), (part,)), runs(tmp_path))
         assert (answer.verdict, answer.values) == (verdict, (values,))
-        assert answer.chance == (pytest.approx(12.706 * 0.05, rel=1e-4),)
+        assert answer.uncertainty == (pytest.approx(12.706 * 0.05, rel=1e-4),)
 
 
 def test_a_single_run_has_the_spread_of_its_neighbour(tmp_path: Path) -> None:
@@ -64,12 +64,12 @@ def test_a_single_run_has_the_spread_of_its_neighbour(tmp_path: Path) -> None:
     assert np.mean(moved) == pytest.approx(own) and np.std(moved, ddof=1) == pytest.approx(spread)
     answer = judge(Statement(1, "", "", (4,), (above("", own - 0.1, at_5(4)),)), there)
     half = stats.t.ppf(0.975, 2) * spread
-    assert half > 0.1 and answer.chance == (pytest.approx(half),) and answer.verdict == OPEN
+    assert half > 0.1 and answer.uncertainty == (pytest.approx(half),) and answer.verdict == OPEN
     both = above(
         "", 0.0, lambda c: at_5(7)(c) - at_5(4)(c)
     )  # two runs of one neighbour: variances add, its seeds count once
-    assert judge(Statement(1, "", "", (4, 7), (both,)), there).chance == (pytest.approx(half * 2**0.5),)
-    assert judge(Statement(1, "", "", (16,), (above("", 0.0, at_5(16)),)), there).chance == (
+    assert judge(Statement(1, "", "", (4, 7), (both,)), there).uncertainty == (pytest.approx(half * 2**0.5),)
+    assert judge(Statement(1, "", "", (16,), (above("", 0.0, at_5(16)),)), there).uncertainty == (
         0.0,
     )  # no seeds of case 10
     counts = [k.count("above", "small")[60] for k in neighbours(4, there)]
@@ -164,7 +164,7 @@ def test_a_run_is_read_at_times_it_has(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("break_it", "said"),
+    ("break_it", "message"),
     [
         (lambda folder: (folder / "spheres.csv").unlink(), "lacks a whole table"),
         (lambda folder: (folder / "run.json").write_text("[]"), "names no case"),
@@ -174,10 +174,10 @@ def test_a_run_is_read_at_times_it_has(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_damaged_tables_are_a_sentence(tmp_path: Path, break_it: Callable[[Path], None], said: str) -> None:
+def test_damaged_tables_are_a_sentence(tmp_path: Path, break_it: Callable[[Path], None], message: str) -> None:
     run = make(tmp_path, 2)
     break_it(run.folder)
-    with pytest.raises(kept.PywetError, match=said):
+    with pytest.raises(stored_runs.PywetError, match=message):
         _ = run.case, run.count("above", "small"), run.retained()
-    with pytest.raises(kept.PywetError, match="is not in it"):
+    with pytest.raises(stored_runs.PywetError, match="is not in it"):
         make(tmp_path, 2).at(TIMES, 21.0)

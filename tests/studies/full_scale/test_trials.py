@@ -12,7 +12,7 @@ from pywet import stages
 from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
 from studies.full_scale import page, trials
-from studies.full_scale.kept import variants
+from studies.full_scale.stored_runs import variants
 from tests.cases.screening import synthetic
 from tests.studies.full_scale.made import make
 

@@ -88,7 +88,7 @@ def shorter(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):
 """
 
 
-def test_an_own_law_stands_in_the_atlas(small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_own_law_stands_in_the_law_comparison(small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At touch it is twice `lambert`, which is 0.099 off, hence 2 (1 + 0.099) - 1 = 1.2; the distance is half of `lian`'s."""
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
     file = tmp_path / "mine.py"
@@ -109,7 +109,9 @@ def test_an_own_law_stands_in_the_atlas(small: None, tmp_path: Path, monkeypatch
     ("more", "words"),
     [(["--law", "rabinovich"], "no law in a file of yours"), (["--law", "f.py:g"], "does not exist")],
 )
-def test_what_is_no_law_of_the_atlas_is_refused(more: list[str], words: str, small: None, tmp_path: Path) -> None:
+def test_what_is_no_law_of_the_law_comparison_is_refused(
+    more: list[str], words: str, small: None, tmp_path: Path
+) -> None:
     done = CliRunner().invoke(app, ["study", "laws", "--no-stock", "--out", str(tmp_path / "atlas"), *more])
     assert done.exit_code == 1 and words in done.stderr
 

@@ -22,7 +22,7 @@ Change = Callable[[pd.DataFrame], pd.DataFrame]
 
 
 @dataclass(frozen=True)
-class Planted:
+class Injected:
     """A change of one table, the quantity it shows in, and its name."""
 
     table: str
@@ -31,7 +31,7 @@ class Planted:
     words: str
 
 
-def plant(sound: Path, folder: Path, *faults: Planted) -> Path:
+def plant(sound: Path, folder: Path, *faults: Injected) -> Path:
     """A copy of the run with some tables changed; all else is linked, not copied."""
     shutil.copytree(sound, folder, dirs_exist_ok=True, copy_function=lambda a, b: Path(b).hardlink_to(a))
     for made in ("replay.json", "contributions.json"):
@@ -123,7 +123,7 @@ def opens_late(steps: int, step_s: float, speed: float) -> Change:
 
 
 def first_triangle(of_kind: int | None) -> Change:
-    """Of each wall part only the lowest triangle that is there (of events of a kind)."""
+    """Replace the triangles of each wall part by the lowest one that occurs (in events of a kind)."""
 
     def change(table: pd.DataFrame) -> pd.DataFrame:
         rows = table["partner_kind"] > 0
@@ -145,104 +145,104 @@ def turned(names: Sequence[str]) -> Change:
     return scaled(names, -1.0)
 
 
-FAULTS: dict[str, Planted] = {
-    "mesh motion: x and z exchanged": Planted(
+FAULTS: dict[str, Injected] = {
+    "mesh motion: x and z exchanged": Injected(
         "mesh_motion",
         exchanged("dx", "dz"),
         "mesh_motion",
         "components x and z are exchanged",
     ),
-    "mesh motion: amplitude of the screen 2 % off": Planted(
+    "mesh motion: amplitude of the screen 2 % off": Injected(
         "mesh_motion", scaled(["dx", "dy", "dz"], 1.02, of("screen")), "mesh_motion", "it is 1.02 times"
     ),
-    "mesh motion: amplitude along z alone 2 % off": Planted(
+    "mesh motion: amplitude along z alone 2 % off": Injected(
         "mesh_motion", scaled(["dz"], 0.98, of("screen")), "mesh_motion", "component z is 0.98 times"
     ),
-    "mesh motion: the slide opens 25 steps late": Planted(
+    "mesh motion: the slide opens 25 steps late": Injected(
         "mesh_motion", opens_late(25, 2e-5, 0.25), "mesh_motion", "it is 25 steps late"
     ),
-    "mesh motion: sign of x turned": Planted(
+    "mesh motion: sign of x turned": Injected(
         "mesh_motion", turned(["dx"]), "mesh_motion", "component x has the other sign"
     ),
-    "mesh motion in mm": Planted("mesh_motion", scaled(["dx", "dy", "dz"], 1e3), "mesh_motion", "it is 1000 times"),
-    "trajectory: x and y exchanged": Planted(
+    "mesh motion in mm": Injected("mesh_motion", scaled(["dx", "dy", "dz"], 1e3), "mesh_motion", "it is 1000 times"),
+    "trajectory: x and y exchanged": Injected(
         "trajectory",
         lambda t: pd.concat([t[t["step"] == 0], exchanged("x", "y")(t[t["step"] > 0])], ignore_index=True),
         "trajectory",
         "components x and y are exchanged",
     ),
-    "trajectory: places of the output before": Planted(
+    "trajectory: places of the output before": Injected(
         "trajectory", later, "trajectory", "it is that of the output before"
     ),
-    "trajectory: time a step late": Planted(
+    "trajectory: time a step late": Injected(
         "trajectory", moved(["time"], 2e-5), "time", "it is 2e-05 s late (1 steps)"
     ),
-    "trajectory: speeds along x and z exchanged": Planted(
+    "trajectory: speeds along x and z exchanged": Injected(
         "trajectory", exchanged("vx", "vz"), "trajectory_velocity", "components x and z are exchanged"
     ),
-    "trajectory: spins turned": Planted(
+    "trajectory: spins turned": Injected(
         "trajectory", turned(["wx", "wy", "wz"]), "trajectory_velocity", "the sign is turned"
     ),
-    "ledger: time in milliseconds": Planted("ledger", scaled(["time"], 1e3), "time", "it is 1000 times too large"),
-    "ledger: formations and ruptures exchanged": Planted(
+    "ledger: time in milliseconds": Injected("ledger", scaled(["time"], 1e3), "time", "it is 1000 times too large"),
+    "ledger: formations and ruptures exchanged": Injected(
         "ledger", exchanged("formations", "ruptures"), "ledger_counts", "formations and ruptures are exchanged"
     ),
-    "ledger: one sphere too many": Planted(
+    "ledger: one sphere too many": Injected(
         "ledger", moved(["spheres"], 1), "ledger_counts", "it is off by 1 throughout"
     ),
-    "ledger: films and bridges exchanged": Planted(
+    "ledger: films and bridges exchanged": Injected(
         "ledger", exchanged("films", "bridges"), "ledger_held", "films and bridges are exchanged"
     ),
-    "snapshots: gaps doubled": Planted(
+    "snapshots: gaps doubled": Injected(
         "bridges", scaled(["separation"], 2.0), "snapshot_separation", "it counts twice"
     ),
-    "snapshots: radius of j left out": Planted(
+    "snapshots: radius of j left out": Injected(
         "bridges",
         lambda t: t.assign(separation=t["separation"] + np.where(t["partner_kind"] == 0, RADII[t["j"]], 0.0)),
         "snapshot_separation",
         "the radius of j is left out (between spheres",
     ),
-    "snapshots: end at j is that of i": Planted(
+    "snapshots: end at j is that of i": Injected(
         "bridges",
         lambda t: t.assign(**{f"xj_{a}": t[f"xi_{a}"] for a in "xyz"}),
         "snapshot_ends",
         "both ends are that of i",
     ),
-    "snapshots: end at j a millimetre off": Planted(
+    "snapshots: end at j a millimetre off": Injected(
         "bridges", moved(["xj_z"], 1e-3), "snapshot_ends", "it is moved by 0, 0, 0.001"
     ),
-    "snapshots: one triangle for every bridge of a part": Planted(
+    "snapshots: one triangle for every bridge of a part": Injected(
         "bridges", first_triangle(None), "snapshot_triangle", "it is not the closest of the part"
     ),
-    "works: capillary and normal drag exchanged": Planted(
+    "works: capillary and normal drag exchanged": Injected(
         "window_energy",
         exchanged("capillary", "viscous_normal"),
         "energy_windows",
         "capillary and viscous_normal are exchanged",
     ),
-    "works: contact halved": Planted(
+    "works: contact halved": Injected(
         "energy", scaled(["contact"], 0.5), "energy_budget", "the work contact is 0.5 times"
     ),
-    "works: tangential drag left out": Planted(
+    "works: tangential drag left out": Injected(
         "window_energy", scaled(["viscous_tangential"], 0.0), "energy_windows", "it is left out"
     ),
-    "works: walls counted in contact as well": Planted(
+    "works: walls counted in contact as well": Injected(
         "window_energy",
         lambda t: t.assign(contact=t["contact"] + t["wall_motion"]),
         "energy_windows",
         "wall_motion is counted in as well",
     ),
-    "works: gravity 1 % off": Planted("energy", scaled(["gravity"], 1.01), "energy_gravity", "1.01 times"),
-    "works: kinetic energy without the half": Planted(
+    "works: gravity 1 % off": Injected("energy", scaled(["gravity"], 1.01), "energy_gravity", "1.01 times"),
+    "works: kinetic energy without the half": Injected(
         "energy", scaled(["kinetic"], 2.0), "energy_kinetic", "it counts twice"
     ),
-    "works: energy of formations 2 % off": Planted(
+    "works: energy of formations 2 % off": Injected(
         "energy", scaled(["formed"], 1.02), "energy_formed", "it is 1.02 times"
     ),
-    "works: stored energy turned": Planted(
+    "works: stored energy turned": Injected(
         "energy", turned(["capillary_stored"]), "energy_capillary_stored", "the sign is turned"
     ),
-    "a rank's contact rows are missing": Planted("contacts", columns_of_one_rank, "contact_rows", "as of one rank"),
-    "gaps of events halved": Planted("events", scaled(["separation"], 0.5), "event_separation", "half of it counts"),
+    "a rank's contact rows are missing": Injected("contacts", columns_of_one_rank, "contact_rows", "as of one rank"),
+    "gaps of events halved": Injected("events", scaled(["separation"], 0.5), "event_separation", "half of it counts"),
 }
 """Name -> change, quantity, words."""

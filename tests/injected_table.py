@@ -1,4 +1,4 @@
-"""Writes docs/planted_faults.md and .csv, all injected faults, from the tests: `python -m tests.planted_table`."""
+"""Writes docs/injected_faults.md and .csv, all injected faults, from the tests: `python -m tests.injected_table`."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tests.engines.liggghts import planted, planted_between, planted_in_bin, planted_in_yard
+from tests.engines.liggghts import injected, injected_between, injected_in_bin, injected_in_yard
 from tests.reference_impl import (
-    planted_files,
-    planted_log,
-    planted_yard,
+    injected_files,
+    injected_log,
+    injected_yard,
     test_configuration_files,
     test_described,
     test_newton,
@@ -23,12 +23,12 @@ from tests.reference_impl import (
 )
 from tests.report import test_ovito, test_vtkhdf
 
-PAGE = Path(__file__).parents[1] / "docs" / "planted_faults.md"
+PAGE = Path(__file__).parents[1] / "docs" / "injected_faults.md"
 LISTED = PAGE.with_suffix(".csv")
 
 
 class Place(NamedTuple):
-    """Where some faults are injected, in a word and a sentence, the test that injects them, and name -> (shows in, named)."""
+    """Position of some injected faults in a word and a sentence, their test, and name -> (quantity, words of the message)."""
 
     word: str
     sentence: str
@@ -37,29 +37,29 @@ class Place(NamedTuple):
 
 
 def shown(faults: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
-    """Of faults that carry their quantity and words."""
+    """Return the rows of faults that carry their quantity and words."""
     return {name: (fault.quantity, fault.words) for name, fault in faults.items()}
 
 
 def motion() -> dict[str, tuple[str, str]]:
-    """Of numbers that engine and reference are told differently: those that are named, and those that are found alone."""
+    """Return the rows of numbers that differ between engine and reference: those named, and those found alone."""
     found = {name: (quantity, test_newton.NAMED_DRY.get(name, "")) for name, quantity in test_newton.SEEN_IN.items()}
     return found | {n: (found.get(n, ("newton_torque",))[0], words) for n, (_, words) in test_newton.NAMED.items()}
 
 
 def of_report(faults: Mapping[str, tuple[Any, str]], where: str) -> dict[str, tuple[str, str]]:
-    """What is read back has no quantities, each sentence begins with its place."""
+    """Return the rows of faults in pages: they have no quantity, and each message begins with the position."""
     return {name: (where, words) for name, (_, words) in faults.items()}
 
 
 def of_exports(faults: Mapping[str, tuple[str, Any, str]], where: str) -> dict[str, tuple[str, str]]:
-    """Of files for other programs: each sentence names the column or the quantity."""
+    """Return the rows of faults in files for other programs: each message names the column or the quantity."""
     return {name: (where, words) for name, (_, _, words) in faults.items()}
 
 
 BEFORE = (
     Place("scene", "input files of a screening run", "reference_impl/test_sections.py",
-          shown(planted_files.SCENE)),
+          shown(injected_files.SCENE)),
     Place("configuration", "the code that reads the configuration", "reference_impl/test_configuration_files.py",
           {name: ("scene_configuration", words[0]) for name, (_, *words) in test_configuration_files.FAULTS.items()}),
     Place("custom scene, built", "the code that builds a user-defined scene", "reference_impl/test_described.py",
@@ -69,29 +69,29 @@ BEFORE = (
 )  # fmt: skip
 ENGINE = (
     Place("plugin", "a modified build of the plugin; spheres pulled off a floor, a plate and each other",
-          "engines/liggghts/test_planted_faults.py", planted.NAMED | planted.MOTION),
+          "engines/liggghts/test_injected_faults.py", injected.NAMED | injected.MOTION),
     Place("plugin, screen", "a modified build; a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
-          "engines/liggghts/test_planted_in_yard.py",
-          {**planted_in_yard.IN_YARD, **{k: v for faults in planted_in_yard.SCENES.values() for k, v in faults.items()}}),
+          "engines/liggghts/test_injected_in_yard.py",
+          {**injected_in_yard.IN_YARD, **{k: v for faults in injected_in_yard.SCENES.values() for k, v in faults.items()}}),
     Place("plugin, between", "a modified build; the same screen with the default windows: forces between sampled steps, work",
-          "engines/liggghts/test_planted_between.py",
-          {name: (quantity, words) for name, (_, quantity, words) in planted_between.FAULTS.items()}
-          | planted_between.ON_RANKS),
-    Place("plugin, bin", "a modified build; a bed whose lowest layer is retired", "engines/liggghts/test_planted_faults.py",
-          planted_in_bin.IN_PLUGIN),
+          "engines/liggghts/test_injected_between.py",
+          {name: (quantity, words) for name, (_, quantity, words) in injected_between.FAULTS.items()}
+          | injected_between.ON_RANKS),
+    Place("plugin, bin", "a modified build; a bed whose lowest layer is retired", "engines/liggghts/test_injected_faults.py",
+          injected_in_bin.IN_PLUGIN),
     Place("log, bin", "tables of a sound run of the bed with a retired layer", "engines/liggghts/test_retirement.py",
-          {name: (quantity, words) for name, (_, _, quantity, words) in planted_in_bin.FAULTS.items()}),
+          {name: (quantity, words) for name, (_, _, quantity, words) in injected_in_bin.FAULTS.items()}),
     Place("log", "event and contact logs of twelve spheres, laws and constants included",
-          "reference_impl/test_diagnosis.py", shown(planted_log.FAULTS)),
-    Place("tables", "other tables of the same run", "reference_impl/test_planted_yard.py",
-          shown(planted_yard.FAULTS)),
+          "reference_impl/test_diagnosis.py", shown(injected_log.FAULTS)),
+    Place("tables", "other tables of the same run", "reference_impl/test_injected_yard.py",
+          shown(injected_yard.FAULTS)),
     Place("motion", "masses, contacts and walls as the reference reads them", "reference_impl/test_newton.py",
           motion()),
 )  # fmt: skip
 AFTER = (
     Place("results", "result tables and summary of a screening run", "reference_impl/test_sections.py",
-          shown(planted_files.RESULTS)),
-    Place("custom scene", "results of the example drum", "cases/custom/test_examples.py", shown(planted_files.OWN)),
+          shown(injected_files.RESULTS)),
+    Place("custom scene", "results of the example drum", "cases/custom/test_examples.py", shown(injected_files.OWN)),
     Place("VTK", "the code that writes VTK files", "reference_impl/test_vtk.py",
           {name: (f"vtk_{quantity}", words) for name, (_, _, quantity, words) in test_vtk.FAULTS.items()}),
     Place("OVITO", "the code that writes files for OVITO", "report/test_ovito.py", of_exports(test_ovito.FAULTS, "OVITO")),
@@ -107,7 +107,7 @@ HEAD = """# Injected faults
 Each of these {count} faults, injected alone into a sound run, is detected by the [replay](replay.md) and described by a message:
 {before} upstream of the engine, {engine} in it or its logs, {after} downstream of it; {nameless} are detected without a
 description. The replay cannot detect {missed} kinds of fault ([below](#what-the-replay-cannot-detect)).
-[planted_faults.csv](planted_faults.csv) lists the quantity and a fragment of the message for each fault.
+[injected_faults.csv](injected_faults.csv) lists the quantity and a fragment of the message for each fault.
 
 | injected into | faults |
 |---|---|
@@ -128,7 +128,7 @@ WHY = {
     "forces outside the contact log": "forces are logged in windows; volumes, shares and films are checked in the whole run",
 }
 TAIL = """
-If the records cannot distinguish faults, all candidates are reported (`alike` in `replay.json`). `python -m tests.planted_table`
+If the records cannot distinguish faults, all candidates are reported (`alike` in `replay.json`). `python -m tests.injected_table`
 makes this page and its CSV file from the tests.
 
 ## What the replay cannot detect
@@ -176,11 +176,11 @@ def page() -> str:
     faults = [*rows(places)]
     nameless = sum(row[3] == "–" for row in faults)
     counts = {"before": len([*rows(BEFORE)]), "engine": len([*rows(ENGINE)]), "after": len([*rows(AFTER)])}
-    missed = len(planted.UNSEEN) + len(UNSEEN)
+    missed = len(injected.UNSEEN) + len(UNSEEN)
     lines = []
     for p in places:
         lines.append(line((f"**{p.word}**: {p.sentence}", str(len(p.faults)))))
-    seen = [line((f"{what}: {words}", WHY[what])) for what, (_, _, words) in planted.UNSEEN.items()] + [
+    seen = [line((f"{what}: {words}", WHY[what])) for what, (_, _, words) in injected.UNSEEN.items()] + [
         *map(line, UNSEEN)
     ]
     head = HEAD.format(count=len(faults), nameless=nameless, missed=missed, **counts)

@@ -1,6 +1,6 @@
 """Faults injected in the plugin that runs the yard (tests/reference_impl/yard.py): formations, walls, ends, forces in flight.
 
-Sources are patched as in planted.py, with which they share one build. `pump` is a scene of its own for films on walls: a sphere
+Sources are patched as in injected.py, with which they share one build. `pump` is a scene of its own for films on walls: a sphere
 that is moved up and down over a small plate leaves liquid there and comes back to it slowly. `grown` is one for films that
 grow between two neighbour lists: a wet sphere is drawn off another and off a plate, a third rests just beyond the films of each.
 """
@@ -25,11 +25,11 @@ Scene = Callable[[Path], list[small.Sphere]]
 BEFORE = "WallPair &pair = wall_pairs_[c];"
 PATCHES: list[tuple[str, str, str]] = [
     ("near_pairs.cpp", "if (near.distance >= films_.reach(pair.a) + w) {",
-     'const double seen = planted("film of a wall left out") ? 0.0 : planted("film of a wall 5 % thin") ? 0.95 : 1.0;\n'
+     'const double seen = injected("film of a wall left out") ? 0.0 : injected("film of a wall 5 % thin") ? 0.95 : 1.0;\n'
      "    if (near.distance >= films_.reach(pair.a) + seen * w) {"),
     ("near_pairs.cpp", BEFORE,
-     BEFORE + '\n    if (planted("a wall without bridges") && pair.j == 1) continue;\n'
-     '    if (planted("one bridge a mesh")) {\n'
+     BEFORE + '\n    if (injected("a wall without bridges") && pair.j == 1) continue;\n'
+     '    if (injected("one bridge a mesh")) {\n'
      "      bool has = false;\n"
      "      for (size_t p = 0; p < walls.parts.size(); p++)\n"
      "        has = has || (walls.parts[p].mesh == walls.parts[pair.j].mesh\n"
@@ -37,24 +37,24 @@ PATCHES: list[tuple[str, str, str]] = [
      "      if (has) continue;\n"
      "    }"),
     ("near_pairs.cpp", "if (given_to_neighbour(c, near)) {",
-     'if (!planted("two bridges at an edge") && given_to_neighbour(c, near)) {'),
+     'if (!injected("two bridges at an edge") && given_to_neighbour(c, near)) {'),
     ("step.cpp", "if (!clock.again) near.propose(booking.events);",
-     'if (!clock.again && !(planted("formations in every second step") && clock.now % 2)) near.propose(booking.events);'),
+     'if (!clock.again && !(injected("formations in every second step") && clock.now % 2)) near.propose(booking.events);'),
     ("forces.cpp", "e.i = b.i; e.j = b.j; e.triangle = g.triangle;",
      "e.i = b.i; e.j = b.j; e.triangle = g.triangle;\n"
-     '    if (planted("lands on the first triangle") && b.kind != SPHERE)\n'
+     '    if (injected("lands on the first triangle") && b.kind != SPHERE)\n'
      "      e.triangle = world_.walls.parts[b.j].triangles.front();"),
     ("forces.cpp", "call(laws.viscous_normal, t.viscous, 1);",
      "call(laws.viscous_normal, t.viscous, 1);\n"
-     '  if (planted("drag halved outside windows") && !world_.clock.logs_contacts())\n'
+     '  if (injected("drag halved outside windows") && !world_.clock.logs_contacts())\n'
      "    for (int k = 0; k < t.n; k++) t.viscous[k] *= 0.5;"),
     ("forces.cpp", "accumulate(engine.f[0] + 3 * b, (-1.0) * at(t.force, k));",
-     'accumulate(engine.f[0] + 3 * b, (planted("acts on one side") ? 0.0 : -1.0) * at(t.force, k));'),
+     'accumulate(engine.f[0] + 3 * b, (injected("acts on one side") ? 0.0 : -1.0) * at(t.force, k));'),
     ("films.cpp", "  thicker = std::max(",
-     '  if (!planted("growth unseen") && !planted("growth unseen, on walls too")) thicker = std::max('),
+     '  if (!injected("growth unseen") && !injected("growth unseen, on walls too")) thicker = std::max('),
     ("films.cpp", "  wall_thicker = std::max(",
-     '  if (!planted("growth unseen, on walls too")) wall_thicker = std::max('),
-    ("energy.cpp", "power[VISCOUS_NORMAL] += n;", 'power[VISCOUS_NORMAL] += (planted("work of drag twice") ? 2 : 1) * n;'),
+     '  if (!injected("growth unseen, on walls too")) wall_thicker = std::max('),
+    ("energy.cpp", "power[VISCOUS_NORMAL] += n;", 'power[VISCOUS_NORMAL] += (injected("work of drag twice") ? 2 : 1) * n;'),
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
 

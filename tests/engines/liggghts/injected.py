@@ -22,29 +22,29 @@ from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import Scene
 from tests.engines import foundry
-from tests.engines.liggghts import planted_between, planted_in_bin, planted_in_yard
+from tests.engines.liggghts import injected_between, injected_in_bin, injected_in_yard
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 LARGE, LITTLE = 2.5e-3, 1.5e-3
-SWITCH = foundry.switch("planted") + "static const double PI = 3.14159265358979323846;\n"
+SWITCH = foundry.switch("injected") + "static const double PI = 3.14159265358979323846;\n"
 LAWS = "find_forces(block, t);"
-LAWS_PLANTED = """for (int k = 0; k < t.n; k++) {
+LAWS_INJECTED = """for (int k = 0; k < t.n; k++) {
     if (!t.acts[k]) continue;
     const Bridge &b = standing_.bridges[t.first + k];
     const Geometry g = geometry_of(t, k);
     const Laws &laws = world_.laws;
-    const double part = planted("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
-    const double as = planted("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
+    const double part = injected("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
+    const double as = injected("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
     double row[ROWS][BATCH], pull[BATCH];
-    row[SEPARATION][0] = planted("gap left out") ? 0.0 : g.separation;
-    row[VOLUME][0] = planted("volume twice in the force") ? 2 * V : V;
+    row[SEPARATION][0] = injected("gap left out") ? 0.0 : g.separation;
+    row[VOLUME][0] = injected("volume twice in the force") ? 2 * V : V;
     row[RADIUS_I][0] = part * g.radius_i;
     row[RADIUS_J][0] = part * as;
     row[ANGLE_I][0] = b.angle_i;
-    row[ANGLE_J][0] = planted("angle of i on both sides") ? b.angle_i : b.angle_j;
+    row[ANGLE_J][0] = injected("angle of i on both sides") ? b.angle_i : b.angle_j;
     laws.capillary(1, row[0], laws.surface_tension, laws.viscosity, t.prepared, pull);
     t.pull[k] = pull[0];
-    if (planted("angles multiplied")) {
+    if (injected("angles multiplied")) {
       const bool two = b.kind == SPHERE;
       const double r = two ? 2 * g.radius_i * as / (g.radius_i + as) : 2 * g.radius_i, flat = V / (PI * r);
       const double d = flat / (s + std::sqrt(s * s + 2 * flat)), neck = PI * laws.surface_tension * r / (1 + s / (2 * d));
@@ -53,23 +53,23 @@ LAWS_PLANTED = """for (int k = 0; k < t.n; k++) {
     }
     const double h = std::max(g.separation, 1e-12), rj = g.radius_j, eta = laws.viscosity, vn = dot(g.vi - g.vj, g.n);
     const double a = b.kind == SPHERE ? g.radius_i * rj / (g.radius_i + rj) : g.radius_i;
-    const double e = planted("r_eff for r_red") && b.kind == SPHERE ? 2 * a : a;
-    const double c = planted("S_min left out") ? h : h + 1e-3 * (b.kind == SPHERE ? 2 * a : a);
+    const double e = injected("r_eff for r_red") && b.kind == SPHERE ? 2 * a : a;
+    const double c = injected("S_min left out") ? h : h + 1e-3 * (b.kind == SPHERE ? 2 * a : a);
     const double x = 1 - 1 / std::sqrt(1 + b.volume / (PI * e * c * c));
-    if (planted("S_min left out") || planted("r_eff for r_red")) t.viscous[k] = -6 * PI * eta * e * e * vn / c * x * x;
-    if (planted("viscous sign")) t.viscous[k] = -t.viscous[k];
-    if (planted("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];
-    const double spin = planted("spin left out") ? 0.0 : planted("spin sign") ? -1.0 : 1.0;
+    if (injected("S_min left out") || injected("r_eff for r_red")) t.viscous[k] = -6 * PI * eta * e * e * vn / c * x * x;
+    if (injected("viscous sign")) t.viscous[k] = -t.viscous[k];
+    if (injected("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];
+    const double spin = injected("spin left out") ? 0.0 : injected("spin sign") ? -1.0 : 1.0;
     for (int m = 0; m < 3; m++) t.spin[m][k] *= spin;
   }
   find_forces(block, t);
-  if (planted("torque arm"))
+  if (injected("torque arm"))
     for (int k = 0; k < t.n; k++)
       for (int m = 0; m < 3; m++) t.torque_i[m][k] *= 1 + 0.5 * block.row[SEPARATION][k] / block.row[RADIUS_I][k];"""
 SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
   for (Event &e : events)
     if (e.kind == FORMATION) {
-      if (planted("draws one after another")) {
+      if (injected("draws one after another")) {
         double &i = taken[e.i], &j = e.partner_kind == SPHERE ? taken[e.j] : taken_wall[e.triangle];
         const double held_j = e.partner_kind == SPHERE ? films_.of(e.j) : films_.at_wall(e.triangle);
         if (films_.of(e.i) > 0) e.share_i *= 1 - i / films_.of(e.i);
@@ -79,25 +79,25 @@ SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
       }
       e.share_i *= granted[e.i];"""
 PATCHES: list[tuple[str, str, str]] = [
-    ("vec.h", "#include <cmath>", '#include <cmath>\n#include "planted.h"'),
-    ("forces.cpp", LAWS, LAWS_PLANTED),
+    ("vec.h", "#include <cmath>", '#include <cmath>\n#include "injected.h"'),
+    ("forces.cpp", LAWS, LAWS_INJECTED),
     ("together.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {",
      "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {\n"
-     '  const double taken = planted("speed along n") ? 0.0 : 1.0;'),
+     '  const double taken = injected("speed along n") ? 0.0 : 1.0;'),
     ("together.cpp", "along = vx * nx + vy * ny + vz * nz;", "along = taken * (vx * nx + vy * ny + vz * nz);"),
     ("standing.cpp", "if (!laws.dynamic_rupture) return",
-     'if (!laws.dynamic_rupture || planted("dynamic rupture ignored")) return'),
+     'if (!laws.dynamic_rupture || injected("dynamic rupture ignored")) return'),
     (
         "forces.cpp",
         "g.separation >= b.rupture_distance && g.separation >= standing_.rupture_limit(b, g))) continue;",
-        'g.separation >= b.rupture_distance * (planted("early rupture") ? 0.8 : planted("late rupture") ? 1.25 : 1.0) &&\n'
+        'g.separation >= b.rupture_distance * (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25 : 1.0) &&\n'
         "          g.separation >= standing_.rupture_limit(b, g) *\n"
-        '                              (planted("early rupture") ? 0.8 : planted("late rupture") ? 1.25 : 1.0))) continue;',
+        '                              (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25 : 1.0))) continue;',
     ),
     ("standing.cpp", "block.longest[at] = b.rupture_distance;",
-     'block.longest[at] = (planted("early rupture") ? 0.8 : 1.0) * b.rupture_distance;'),
+     'block.longest[at] = (injected("early rupture") ? 0.8 : 1.0) * b.rupture_distance;'),
     ("forces.cpp", "gather(t);",
-     'if (planted("evaporation"))\n'
+     'if (injected("evaporation"))\n'
      "      for (int k = 0; k < t.n; k++) {\n"
      "        double &volume = standing_.bridges[t.first + k].volume;\n"
      "        volume *= 1 - 1e-5;\n"
@@ -106,32 +106,32 @@ PATCHES: list[tuple[str, str, str]] = [
      "    gather(t);"),
     ("standing.cpp", "return b.volume * world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));",
      "const double T = world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));\n"
-     '  return b.volume * (planted("transfer swapped") ? 1 - T : planted("half and half") ? 0.5 : T);'),
+     '  return b.volume * (injected("transfer swapped") ? 1 - T : injected("half and half") ? 0.5 : T);'),
     ("logs.cpp", "store((-g.radius_i) * turn, c.torque_i);",
-     'store((-(g.radius_i + (planted("torque arm") ? 0.5 * g.separation : 0.0))) * turn, c.torque_i);'),
-    ("forces.cpp", "f = f + at(t.force, k);", 'f = f + (planted("half of it acts") ? 0.5 : 1.0) * at(t.force, k);'),
+     'store((-(g.radius_i + (injected("torque arm") ? 0.5 * g.separation : 0.0))) * turn, c.torque_i);'),
+    ("forces.cpp", "f = f + at(t.force, k);", 'f = f + (injected("half of it acts") ? 0.5 : 1.0) * at(t.force, k);'),
     ("walls.h", "best.point = mesh.to_world(best.point);",
-     'best.point = mesh.to_world(best.point) + (planted("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
+     'best.point = mesh.to_world(best.point) + (injected("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
     ("near_pairs.cpp", "const double reach = radii + films_.thickness(a) + films_.thickness(b);",
-     'const double reach = radii + (planted("films twice as thick") ? 2 : 1) * (films_.thickness(a) + films_.thickness(b));'),
+     'const double reach = radii + (injected("films twice as thick") ? 2 : 1) * (films_.thickness(a) + films_.thickness(b));'),
     ("near_pairs.cpp", "const double touch = pair.radii + films_.thickness(pair.a) + films_.thickness(pair.b);",
      "const double films = films_.thickness(pair.a) + films_.thickness(pair.b);\n"
-     '    const double touch = pair.radii + (planted("films twice as thick") ? 2 : 1) * films\n'
-     '        - (planted("formation on touch") ? films : 0.0);'),
+     '    const double touch = pair.radii + (injected("films twice as thick") ? 2 : 1) * films\n'
+     '        - (injected("formation on touch") ? films : 0.0);'),
     ("near_pairs.cpp", "laws.from_sphere(held(films_.volume(pair.a)), g.radius_i, g.radius_j),",
      "laws.from_sphere(held(films_.volume(pair.a)), g.radius_i,\n"
-     '                          planted("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
-    ("near_pairs.cpp", "const double drawn = wire ?", 'const double drawn = wire && !planted("wire as wall") ?'),
-    ("near_pairs.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !planted("wire as wall") ?'),
+     '                          injected("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
+    ("near_pairs.cpp", "const double drawn = wire ?", 'const double drawn = wire && !injected("wire as wall") ?'),
+    ("near_pairs.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !injected("wire as wall") ?'),
     ("booking.cpp", "for (Event &e : events)\n    if (e.kind == FORMATION) {\n      e.share_i *= granted[e.i];", SEQUENTIAL),
     ("booking.cpp", "e.volume = e.share_i + e.share_j;",
-     'e.volume = (planted("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
+     'e.volume = (injected("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
     ("booking.cpp", "return e.kind == FORMATION ? -1.0 : 1.0;",
-     'return e.kind == FORMATION ? (planted("drawn twice") ? -2.0 : -1.0) : 1.0;'),
+     'return e.kind == FORMATION ? (injected("drawn twice") ? -2.0 : -1.0) : 1.0;'),
     ("booking.cpp", "films_.add(e.j, sign(e) * e.share_j);",
-     'films_.add(e.j, (planted("lost at rupture") && sign(e) > 0 ? 0.0 : sign(e)) * e.share_j);'),
+     'films_.add(e.j, (injected("lost at rupture") && sign(e) > 0 ? 0.0 : sign(e)) * e.share_j);'),
     ("booking.cpp", "laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);",
-     'laws.rupture(e.volume, b.radius_i, planted("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
+     'laws.rupture(e.volume, b.radius_i, injected("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
      "                                       b.angle_i, b.angle_j);"),
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
@@ -191,10 +191,10 @@ BESIDE: dict[str, tuple[bool, str, str]] = {
 
 
 def patched_sources(folder: Path) -> Path:
-    """A copy of the plugin's sources with the switches planted."""
+    """A copy of the plugin's sources with the switches injected."""
     shutil.copytree(build.SOURCES, folder)
-    (folder / "planted.h").write_text(SWITCH)
-    for name, old, new in (*PATCHES, *planted_in_yard.PATCHES, *planted_in_bin.PATCHES, *planted_between.PATCHES):
+    (folder / "injected.h").write_text(SWITCH)
+    for name, old, new in (*PATCHES, *injected_in_yard.PATCHES, *injected_in_bin.PATCHES, *injected_between.PATCHES):
         foundry.replaced(folder / name, old, new)
     return folder
 
@@ -229,7 +229,7 @@ class Foundry(foundry.Foundry):
     """Runs scenes with the patched plugin."""
 
     def __init__(self, folder: Path) -> None:
-        super().__init__("tests.engines.liggghts.planted_worker", patched_sources(folder / "sources"))
+        super().__init__("tests.engines.liggghts.injected_worker", patched_sources(folder / "sources"))
 
     def run(self, run_dir: Path, bodies: list[small.Sphere], fault: str) -> None:
         """Run a prepared scene with one fault switched on."""

@@ -11,23 +11,23 @@ from pywet.engines.liggghts import build
 from pywet.scene import Output
 from reference_impl.replay.replay import replay
 from tests.engines.foundry import VARIABLE
-from tests.engines.liggghts import planted, test_wires
-from tests.engines.liggghts import planted_between as between
+from tests.engines.liggghts import injected, test_wires
+from tests.engines.liggghts import injected_between as between
 
 pytestmark = [pytest.mark.engine, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
-def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundry]:
+def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[injected.Foundry]:
     """One build and one process for all faults."""
-    made = planted.Foundry(tmp_path_factory.mktemp("planted"))
+    made = injected.Foundry(tmp_path_factory.mktemp("injected"))
     yield made
     made.close()
 
 
 @pytest.mark.parametrize("kind", [between.EXPLICIT, between.SEMI, between.WIRES, between.DRIPPING])
-def test_sound_run_agrees(foundry: planted.Foundry, tmp_path: Path, kind: str) -> None:
-    """What is found below is the fault and not the patch; every kind of record between the windows is compared."""
+def test_sound_run_agrees(foundry: injected.Foundry, tmp_path: Path, kind: str) -> None:
+    """Expect no finding without a fault, so that those below are not due to the patch; every kind of record is compared."""
     foundry.run(tmp_path, between.prepare(tmp_path, kind), "none")
     result = replay(tmp_path)
     assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
@@ -40,7 +40,7 @@ def test_sound_run_agrees(foundry: planted.Foundry, tmp_path: Path, kind: str) -
 
 
 @pytest.mark.parametrize("fault", between.FAULTS)
-def test_fault_is_found_and_described(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
+def test_fault_is_found_and_described(foundry: injected.Foundry, tmp_path: Path, fault: str) -> None:
     """In the quantity where it acts, by which factor and at which kind of contact."""
     kind, quantity, words = between.FAULTS[fault]
     foundry.run(tmp_path, between.prepare(tmp_path, kind), fault)
@@ -57,9 +57,9 @@ def test_fault_between_ranks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fa
     (tmp_path / "cache").mkdir(mode=0o700)
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv(VARIABLE, fault)
-    library = build.kept()
+    library = build.cached()
     with monkeypatch.context() as patched:
-        patched.setattr(build, "SOURCES", planted.patched_sources(tmp_path / "sources"))
+        patched.setattr(build, "SOURCES", injected.patched_sources(tmp_path / "sources"))
         build._compile(library)
     steps = 4000
     output = Output(

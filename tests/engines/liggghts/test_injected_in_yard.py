@@ -8,23 +8,25 @@ from pathlib import Path
 import pytest
 
 from reference_impl.replay.replay import replay
-from tests.engines.liggghts import planted, planted_in_yard
+from tests.engines.liggghts import injected, injected_in_yard
 from tests.reference_impl import yard
 
 pytestmark = [pytest.mark.engine, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
-def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundry]:
+def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[injected.Foundry]:
     """One build and one process for all faults."""
-    made = planted.Foundry(tmp_path_factory.mktemp("planted"))
+    made = injected.Foundry(tmp_path_factory.mktemp("injected"))
     yield made
     made.close()
 
 
-@pytest.mark.parametrize("scene", [yard.prepare, *planted_in_yard.SCENES])
-def test_nothing_planted_nothing_found(foundry: planted.Foundry, tmp_path: Path, scene: planted_in_yard.Scene) -> None:
-    """What is found below is the fault and not the patch."""
+@pytest.mark.parametrize("scene", [yard.prepare, *injected_in_yard.SCENES])
+def test_nothing_injected_nothing_found(
+    foundry: injected.Foundry, tmp_path: Path, scene: injected_in_yard.Scene
+) -> None:
+    """Expect no finding without a fault, so that those below are not due to the patch."""
     foundry.run(tmp_path, scene(tmp_path), "none")
     result = replay(tmp_path)
     assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
@@ -33,15 +35,15 @@ def test_nothing_planted_nothing_found(foundry: planted.Foundry, tmp_path: Path,
 FAULTS = {
     name: (scene, *shown)
     for scene, faults in (
-        (yard.prepare, planted_in_yard.IN_YARD),
-        *planted_in_yard.SCENES.items(),
+        (yard.prepare, injected_in_yard.IN_YARD),
+        *injected_in_yard.SCENES.items(),
     )
     for name, shown in faults.items()
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_fault_is_found_and_named(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
+def test_fault_is_found_and_named(foundry: injected.Foundry, tmp_path: Path, fault: str) -> None:
     """In the quantity where it was injected, and by its words."""
     scene, quantity, words = FAULTS[fault]
     foundry.run(tmp_path, scene(tmp_path), fault)

@@ -25,7 +25,7 @@ Tables = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Planted:
+class Injected:
     """A change of the tables (`meta` among them), the quantity it shows in, and its name."""
 
     change: Callable[[Tables], None]
@@ -59,7 +59,7 @@ def heap(folder: Path) -> Path:
     return folder
 
 
-def plant(sound: Path, folder: Path, injected: Planted) -> Path:
+def plant(sound: Path, folder: Path, injected: Injected) -> Path:
     """A copy of a run with one fault in its history."""
     shutil.copytree(sound, folder, dirs_exist_ok=True)
     meta = folder / "history" / "meta.json"
@@ -163,53 +163,53 @@ def turned_spin(tables: Tables) -> None:
     scaled("contacts", [*vector("wi"), *vector("wj")], -1.0)(tables)
 
 
-FAULTS: dict[str, Planted] = {
-    "capillary force halved": Planted(scaled("contacts", ["capillary"], 0.5), "capillary", "half of it counts"),
-    "force as it acts, a millionth off": Planted(
+FAULTS: dict[str, Injected] = {
+    "capillary force halved": Injected(scaled("contacts", ["capillary"], 0.5), "capillary", "half of it counts"),
+    "force as it acts, a millionth off": Injected(
         scaled("contacts", ["viscous_normal"], 1.0 + 1e-6), "viscous_normal", "it is 1 + 1e-06 times"
     ),
-    "torque a tenth too large": Planted(scaled("contacts", vector("torque_i"), 1.1), "torque_i", "it is 1.1 times"),
-    "torque on j left out": Planted(scaled("contacts", vector("torque_j"), 0.0), "torque_j", "it is left out"),
-    "tangential force turned": Planted(
+    "torque a tenth too large": Injected(scaled("contacts", vector("torque_i"), 1.1), "torque_i", "it is 1.1 times"),
+    "torque on j left out": Injected(scaled("contacts", vector("torque_j"), 0.0), "torque_j", "it is left out"),
+    "tangential force turned": Injected(
         scaled("contacts", vector("viscous_tangential"), -1.0), "viscous_tangential", "the sign is turned"
     ),
-    "total force in mN": Planted(scaled("contacts", vector("force_i"), 1e3), "force", "it is 1000 times too large"),
-    "rupture limit 2 % short": Planted(
+    "total force in mN": Injected(scaled("contacts", vector("force_i"), 1e3), "force", "it is 1000 times too large"),
+    "rupture limit 2 % short": Injected(
         scaled("contacts", ["rupture_distance"], 0.98), "rupture_limit", "it is 0.98 times"
     ),
-    "gap in mm": Planted(scaled("contacts", ["separation"], 1e3), "separation", "it is 1000 times too large"),
-    "spins with the other sign": Planted(turned_spin, "viscous_tangential", "the sign of the spin is turned"),
-    "volume of a contact a bit off": Planted(
+    "gap in mm": Injected(scaled("contacts", ["separation"], 1e3), "separation", "it is 1000 times too large"),
+    "spins with the other sign": Injected(turned_spin, "viscous_tangential", "the sign of the spin is turned"),
+    "volume of a contact a bit off": Injected(
         one("contacts", "volume", -1, 1.0 + 2.3e-16), "contact_volume", "single values are wrong"
     ),
-    "position far beyond the limit": Planted(moved, "separation", "single values are wrong"),
-    "viscosity doubled in the claims": Planted(claim("viscosity", 2.0), "viscous_law", "the viscosity is 0.5 times"),
-    "surface tension 5 % off in the claims": Planted(
+    "position far beyond the limit": Injected(moved, "separation", "single values are wrong"),
+    "viscosity doubled in the claims": Injected(claim("viscosity", 2.0), "viscous_law", "the viscosity is 0.5 times"),
+    "surface tension 5 % off in the claims": Injected(
         claim("surface_tension", 1.05), "capillary", "the surface tension is 0.952381 times"
     ),
-    "lambert in place of rabinovich": Planted(
+    "lambert in place of rabinovich": Injected(
         law("capillary", "lambert"), "capillary", "the law is rabinovich, not lambert"
     ),
-    "lian in place of goldman": Planted(
+    "lian in place of goldman": Injected(
         law("viscous_tangential", "lian"), "viscous_tangential", "the law is goldman, not lian"
     ),
-    "lian's rupture distance": Planted(
+    "lian's rupture distance": Injected(
         law("rupture", "lian"), "rupture_distance", "the law is willett_unequal, not lian"
     ),
-    "a formation dropped": Planted(drop(0, 2), "bridge_life", "a formation is missing from the log"),
-    "a rupture dropped": Planted(drop(1, 2), "bridge_life", "a rupture is missing from the log"),
-    "an event doubled": Planted(double, "bridge_life", "an event is in the log twice"),
-    "shares swapped": Planted(swap, "share_i", "the transfer ratio is swapped"),
-    "volume drawn twice": Planted(twice, "share_i", "the volume is drawn twice"),
-    "rupture at half its distance": Planted(
+    "a formation dropped": Injected(drop(0, 2), "bridge_life", "a formation is missing from the log"),
+    "a rupture dropped": Injected(drop(1, 2), "bridge_life", "a rupture is missing from the log"),
+    "an event doubled": Injected(double, "bridge_life", "an event is in the log twice"),
+    "shares swapped": Injected(swap, "share_i", "the transfer ratio is swapped"),
+    "volume drawn twice": Injected(twice, "share_i", "the volume is drawn twice"),
+    "rupture at half its distance": Injected(
         one("events", "separation", 0, 0.5, kind=1), "rupture_due", "it is made too early"
     ),
-    "film after one event wrong": Planted(
+    "film after one event wrong": Injected(
         one("events", "film_i_after", 5, 1.001), "film_after", "single values are wrong"
     ),
-    "film in the last snapshot wrong": Planted(
+    "film in the last snapshot wrong": Injected(
         one("films", "film", -1, 1.0 + 1e-6), "snapshot_films", "single values are wrong"
     ),
-    "liquid leaks from the ledger": Planted(one("ledger", "films", -1, 1.0 - 1e-10), "ledger", "mm³ are lost"),
-    "transfer table 1 % off": Planted(scaled("transfer", ["transfer_i"], 0.99), "transfer_table", "it is 0.99 times"),
+    "liquid leaks from the ledger": Injected(one("ledger", "films", -1, 1.0 - 1e-10), "ledger", "mm³ are lost"),
+    "transfer table 1 % off": Injected(scaled("transfer", ["transfer_i"], 0.99), "transfer_table", "it is 0.99 times"),
 }

@@ -18,64 +18,64 @@ DRIPS = small.PAPER.model_copy(update={"shedding": "tate"})
 UNSEEN = "!world_.clock.logs_contacts()"
 A_WHILE = "(world_.clock.now >= 1500 && world_.clock.now < 2900)"
 PATCHES: list[tuple[str, str, str]] = [
-    ("forces.cpp", 'if (planted("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];',
-     'if (planted("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];\n'
+    ("forces.cpp", 'if (injected("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];',
+     'if (injected("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];\n'
      "    const bool wall = b.kind != SPHERE;\n"
      f"    const bool unseen = {UNSEEN}, now = {A_WHILE};\n"
-     '    if (planted("pull of spheres halved unseen") && unseen && !wall) t.pull[k] *= 0.5;\n'
-     '    if (planted("pull of walls a tenth high unseen") && unseen && wall) t.pull[k] *= 1.1;\n'
-     '    if (planted("pull of spheres halved for a while") && now && !wall) t.pull[k] *= 0.5;\n'
-     '    if (planted("pull without volume unseen") && unseen) t.pull[k] = t.pull[k] > 0 ? 1e-4 : 0.0;\n'
-     '    if (planted("forces of walls halved unseen") && unseen && wall) { t.pull[k] *= 0.5; t.viscous[k] *= 0.5; }\n'
-     '    if (planted("forces of walls halved") && wall) { t.pull[k] *= 0.5; t.viscous[k] *= 0.5; }\n'
-     '    if (planted("drag halved for a while unseen") && unseen && now) t.viscous[k] *= 0.5;\n'
-     '    if (planted("drag of spheres halved for a while") && now && !wall) t.viscous[k] *= 0.5;'),
-    ("forces.cpp", '(planted("half of it acts") ? 0.5 : 1.0)',
-     '(planted("half of it acts") || (planted("half of it acts unseen") && !world_.clock.logs_contacts()) ? 0.5 : 1.0)'),
+     '    if (injected("pull of spheres halved unseen") && unseen && !wall) t.pull[k] *= 0.5;\n'
+     '    if (injected("pull of walls a tenth high unseen") && unseen && wall) t.pull[k] *= 1.1;\n'
+     '    if (injected("pull of spheres halved for a while") && now && !wall) t.pull[k] *= 0.5;\n'
+     '    if (injected("pull without volume unseen") && unseen) t.pull[k] = t.pull[k] > 0 ? 1e-4 : 0.0;\n'
+     '    if (injected("forces of walls halved unseen") && unseen && wall) { t.pull[k] *= 0.5; t.viscous[k] *= 0.5; }\n'
+     '    if (injected("forces of walls halved") && wall) { t.pull[k] *= 0.5; t.viscous[k] *= 0.5; }\n'
+     '    if (injected("drag halved for a while unseen") && unseen && now) t.viscous[k] *= 0.5;\n'
+     '    if (injected("drag of spheres halved for a while") && now && !wall) t.viscous[k] *= 0.5;'),
+    ("forces.cpp", '(injected("half of it acts") ? 0.5 : 1.0)',
+     '(injected("half of it acts") || (injected("half of it acts unseen") && !world_.clock.logs_contacts()) ? 0.5 : 1.0)'),
     ("forces.cpp", "if (recorded) record(t, k);",
-     'if (planted("capillary left out of the motion unseen") && !world_.clock.logs_contacts() && b >= 0) {\n'
+     'if (injected("capillary left out of the motion unseen") && !world_.clock.logs_contacts() && b >= 0) {\n'
      "      f = f + t.pull[k] * at(t.normal, k);\n"
      "    }\n"
      '    const double net = t.pull[k] - t.viscous[k];\n'
-     '    if (planted("forces of walls halved in the motion") && b < 0) f = f + 0.5 * net * at(t.normal, k);\n'
-     '    if (planted("spheres pulled less in the motion") && b >= 0) f = f + 0.5 * t.pull[k] * at(t.normal, k);\n'
+     '    if (injected("forces of walls halved in the motion") && b < 0) f = f + 0.5 * net * at(t.normal, k);\n'
+     '    if (injected("spheres pulled less in the motion") && b >= 0) f = f + 0.5 * t.pull[k] * at(t.normal, k);\n'
      "    if (recorded) record(t, k);"),
     ("single.cpp", "t.viscous = -t.drag * t.factor_normal * dot(pushed, g.n);",
-     't.viscous = (planted("semi-implicit drag halved unseen") && !world_.clock.logs_contacts() ? 0.5 : 1.0) * -t.drag *\n'
+     't.viscous = (injected("semi-implicit drag halved unseen") && !world_.clock.logs_contacts() ? 0.5 : 1.0) * -t.drag *\n'
      "                t.factor_normal * dot(pushed, g.n);\n"
-     f'    if (planted("semi-implicit drag halved for a while") && {A_WHILE}) t.viscous *= 0.5;'),
-    ("energy.cpp", "power[CAPILLARY] += c;", 'power[CAPILLARY] += (planted("work of capillary halved") ? 0.5 : 1.0) * c;'),
+     f'    if (injected("semi-implicit drag halved for a while") && {A_WHILE}) t.viscous *= 0.5;'),
+    ("energy.cpp", "power[CAPILLARY] += c;", 'power[CAPILLARY] += (injected("work of capillary halved") ? 0.5 : 1.0) * c;'),
     ("energy.cpp", "power[WALL] += wall_power[e];",
-     'power[WALL] += (planted("work of walls turned") ? -1.0 : 1.0) * wall_power[e];'),
+     'power[WALL] += (injected("work of walls turned") ? -1.0 : 1.0) * wall_power[e];'),
     ("energy.cpp", "power[VISCOUS_TANGENTIAL] += side;",
-     'power[VISCOUS_TANGENTIAL] += planted("work of spin left out") ? power_of(on.tangential, v) : side;'),
+     'power[VISCOUS_TANGENTIAL] += injected("work of spin left out") ? power_of(on.tangential, v) : side;'),
     ("wires.cpp", "if (spring != known.end() && !(wanted < *spring)) std::copy(",
-     'if (spring != known.end() && !(wanted < *spring) && !planted("springs of wires lost when found again")) std::copy('),
+     'if (spring != known.end() && !(wanted < *spring) && !injected("springs of wires lost when found again")) std::copy('),
     ("wires.cpp", "if (!world_.ranks.alone()) known",
-     'if (!world_.ranks.alone() && !planted("springs of wires stay on their rank")) known'),
+     'if (!world_.ranks.alone() && !injected("springs of wires stay on their rank")) known'),
     ("wires.cpp", "std::sort(known.begin(), known.end());",
      "std::sort(known.begin(), known.end());\n"
-     '  if (planted("springs of wires of the next sphere"))\n'
+     '  if (injected("springs of wires of the next sphere"))\n'
      "    for (size_t k = 1; k < known.size(); k++) std::swap(known[k].spring, known[k - 1].spring);"),
     ("wires.cpp", "dot(world_.engine.press(c.a, r, d, r - distance,",
-     'dot(world_.engine.press(c.a, r, d, (planted("forces of wires a tenth high") ? 1.1 : 1.0) * (r - distance),'),
+     'dot(world_.engine.press(c.a, r, d, (injected("forces of wires a tenth high") ? 1.1 : 1.0) * (r - distance),'),
     ("wires.cpp", "if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;",
-     'if (!touches || planted("friction of wires forgets")) c.spring[0] = c.spring[1] = c.spring[2] = 0;'),
+     'if (!touches || injected("friction of wires forgets")) c.spring[0] = c.spring[1] = c.spring[2] = 0;'),
     ("wires.cpp", "energy_.wall_power[CONTACT] += dot(",
-     'energy_.wall_power[CONTACT] += (planted("work of wires turned") ? -1 : 1) * dot('),
+     'energy_.wall_power[CONTACT] += (injected("work of wires turned") ? -1 : 1) * dot('),
     ("wires.cpp", "const Vec point = mesh.to_world(Vec(q)), d",
-     'const Vec point = mesh.to_world(Vec(q)) + (planted("wires off by a micrometre") ? 1e-6 : 0.0) * Vec(0, 0, 1), d'),
+     'const Vec point = mesh.to_world(Vec(q)) + (injected("wires off by a micrometre") ? 1e-6 : 0.0) * Vec(0, 0, 1), d'),
     ("wires.cpp", "velocity = mesh.velocity_at(point);",
-     'velocity = (planted("wires at rest for friction") ? 0.0 : 1.0) * mesh.velocity_at(point);'),
+     'velocity = (injected("wires at rest for friction") ? 0.0 : 1.0) * mesh.velocity_at(point);'),
     ("shedding.cpp", "norm(felt), world_.rules.density",
-     '(planted("drops at half the force felt") ? 0.5 : 1.0) * norm(felt), world_.rules.density'),
+     '(injected("drops at half the force felt") ? 0.5 : 1.0) * norm(felt), world_.rules.density'),
     ("shedding.cpp", "const double part = -std::expm1(",
-     'const double part = planted("films feel at once") ? 1.0 : -std::expm1('),
-    ("shedding.cpp", "/ span - g[k];", '/ span - (planted("gravity is not felt") ? 0.0 : g[k]);'),
+     'const double part = injected("films feel at once") ? 1.0 : -std::expm1('),
+    ("shedding.cpp", "/ span - g[k];", '/ span - (injected("gravity is not felt") ? 0.0 : g[k]);'),
     ("shedding.cpp", "if (!(d.volume > 0)) continue;",
-     'if (!(d.volume > 0) || (planted("one sphere never drips") && id == 3)) continue;'),
+     'if (!(d.volume > 0) || (injected("one sphere never drips") && id == 3)) continue;'),
     ("shedding.cpp", "felt_[3 * id + k] += part * (mean",
-     'felt_[3 * id + k] += (planted("films feel more") ? 1.1 : 1.0) * part * (mean'),
+     'felt_[3 * id + k] += (injected("films feel more") ? 1.1 : 1.0) * part * (mean'),
 ]  # fmt: skip
 """Changes of the sources: file, text, what replaces it."""
 EXPLICIT, SEMI, WIRES, DRIPPING = "explicit", "semi_implicit", "wires", "dripping"

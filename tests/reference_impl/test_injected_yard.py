@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from reference_impl.replay.replay import replay
-from tests import planted_table
-from tests.reference_impl import planted_yard
+from tests import injected_table
+from tests.reference_impl import injected_yard
 from tests.reference_impl.test_stream import at_size
 
 pytestmark = pytest.mark.engine
-ROUNDS = planted_yard.rounds()
+ROUNDS = injected_yard.rounds()
 PLANNED = {
     "mesh_motion": 243, "ledger_counts": 81, "ledger_held": 81, "trajectory_velocity": 495, "energy_windows": 503,
     "energy_budget": 81, "energy_capillary": 81,
@@ -46,8 +46,8 @@ def test_parts_of_the_log_give_the_same(yard_dir: Path, monkeypatch: pytest.Monk
 )
 def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[str]) -> None:
     """Each in its quantity and by its words, also next to others."""
-    faults = [planted_yard.FAULTS[name] for name in names]
-    result = replay(planted_yard.plant(yard_dir, tmp_path / "run", *faults))
+    faults = [injected_yard.FAULTS[name] for name in names]
+    result = replay(injected_yard.plant(yard_dir, tmp_path / "run", *faults))
     findings = result["diagnosis"]["findings"]
     for fault in faults:
         assert not result["quantities"][fault.quantity]["ok"]
@@ -59,16 +59,16 @@ def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[s
 
 def test_the_page_lists_every_fault() -> None:
     """All that tests plant, with quantity and words; README says how many."""
-    page = planted_table.page()
-    assert planted_table.PAGE.read_text() == page and planted_table.LISTED.read_text() == planted_table.table()
-    assert planted_table.table().count("\n") == 1 + int(page.partition("Each of these ")[2].split()[0])
+    page = injected_table.page()
+    assert injected_table.PAGE.read_text() == page and injected_table.LISTED.read_text() == injected_table.table()
+    assert injected_table.table().count("\n") == 1 + int(page.partition("Each of these ")[2].split()[0])
     counts = (
         re.search(words, page)
         for words in (r"Each of these (\d+)", r"(\d+) downstream", r"; (\d+) are detected without")
     )
     count, after, nameless = (found[1] for found in counts if found)
     output_text = (
-        f"[{count} injected faults](docs/planted_faults.md), {after} of them downstream of the engine, are found"
+        f"[{count} injected faults](docs/injected_faults.md), {after} of them downstream of the engine, are found"
     )
     assert nameless == "0"
-    assert f"{output_text} and described" in (planted_table.PAGE.parents[1] / "README.md").read_text()
+    assert f"{output_text} and described" in (injected_table.PAGE.parents[1] / "README.md").read_text()

@@ -1,4 +1,4 @@
-"""Faults injected into retirement: in the plugin (test_planted_faults.py), in tables of a sound run (test_retirement.py)."""
+"""Faults injected into retirement: in the plugin (test_injected_faults.py), in tables of a sound run (test_retirement.py)."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import pandas as pd
 
 PATCHES: list[tuple[str, str, str]] = [
     ("retirement.cpp", "const bool lies = at.x[a][2] < rules.retire_below",
-     'const bool lies = at.x[a][2] < rules.retire_below + (planted("retired above the limit") ? 0.006 : 0.0)'),
+     'const bool lies = at.x[a][2] < rules.retire_below + (injected("retired above the limit") ? 0.006 : 0.0)'),
     ("retirement.cpp", "dot(v, v) < rules.retire_slower * rules.retire_slower;",
-     'dot(v, v) < (planted("fast ones retired") ? 100 : 1) * rules.retire_slower * rules.retire_slower;'),
+     'dot(v, v) < (injected("fast ones retired") ? 100 : 1) * rules.retire_slower * rules.retire_slower;'),
     ("retirement.cpp", "s.film = films_.volume(a);",
-     's.film = (planted("half of a film retired") ? 0.5 : 1.0) * films_.volume(a);'),
+     's.film = (injected("half of a film retired") ? 0.5 : 1.0) * films_.volume(a);'),
     ("retirement.cpp", "e.share_j = b.volume - e.share_i;",
-     'e.share_j = planted("share lost at retirement") ? 0.0 : b.volume - e.share_i;'),
+     'e.share_j = injected("share lost at retirement") ? 0.0 : b.volume - e.share_i;'),
 ]  # fmt: skip
-"""As those of planted.py."""
+"""As those of injected.py."""
 IN_PLUGIN: dict[str, tuple[str, str]] = {
     "retired above the limit": ("retired_who", "it does not qualify"),
     "fast ones retired": ("retired_who", "it does not qualify"),

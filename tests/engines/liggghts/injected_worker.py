@@ -1,4 +1,4 @@
-"""The process of a `Foundry` for LIGGGHTS: `python -m tests.engines.liggghts.planted_worker SOURCES`."""
+"""The process of a `Foundry` for LIGGGHTS: `python -m tests.engines.liggghts.injected_worker SOURCES`."""
 
 from __future__ import annotations
 

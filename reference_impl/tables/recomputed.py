@@ -1,6 +1,6 @@
-"""A run at its outputs by the reference's own reading of the logs: spheres, and the liquid that belongs to each holder.
+"""A run at its outputs by the reference's own reading of the logs: spheres, and the liquid that belongs to each reservoir.
 
-A sphere holds its film and its side of every standing bridge (Elskamp & Kruggel-Emden 2018, sections 4, 5.3). The logs are read
+A sphere holds its film and its side of every active bridge (Elskamp & Kruggel-Emden 2018, sections 4, 5.3). The logs are read
 in parts: of a long run one output is in memory at a time.
 """
 
@@ -32,7 +32,7 @@ LOGS = {
 
 @dataclass
 class Bodies:
-    """Spheres in the order of their ids, classes, and the holder of every triangle."""
+    """Spheres in the order of their ids, classes, and the reservoir of every triangle."""
 
     ids: Floats
     kind: Floats
@@ -46,7 +46,7 @@ class Bodies:
 
     @classmethod
     def of(cls, folder: Path, scene: Mapping[str, Any], row_of: Callable[[Mapping[str, Any]], str]) -> Bodies:
-        """From scene.json and the start; `row_of`: under which name a wall's liquid is booked."""
+        """Read the bodies from scene.json and the start; `row_of`: name under which a wall's liquid is counted."""
         spheres = io.columns(folder / "history" / "spheres.parquet", ["id", "type", "film"]).sort_values("id")
         kind = spheres["type"].to_numpy(int)
         mass = io.masses(scene)
@@ -97,7 +97,7 @@ class Output:
 
 
 @dataclass
-class Own:
+class Recomputed:
     """Result tables as recomputed from the logs."""
 
     tables: dict[str, pd.DataFrame]
@@ -159,7 +159,7 @@ def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tu
 
 
 def accounted(liquid: pd.DataFrame, initial: float) -> float:
-    """By how much all reservoirs together differ from the liquid put in until then, over all of it."""
+    """Return the relative difference between the liquid of all reservoirs and the liquid put in until then."""
     return float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0.0 else 0.0
 
 

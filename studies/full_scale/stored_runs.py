@@ -34,7 +34,7 @@ WALLS = ("wires", "side_wall", "feed_bin", "outlet", "impact_plate")
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredRun:
     """One stored run, read back; every method takes seconds since the opening of the slide."""
 
     folder: Path
@@ -76,7 +76,7 @@ class Kept:
         return np.asarray(found[name], dtype=float)
 
     def has(self, time: float) -> bool:
-        """Whether the run goes on until a time, to within its outputs."""
+        """Return whether the run goes on until a time, to within its outputs."""
         beyond = float(self.times[-1] - self.times[-2])
         return bool(self.times[0] <= time < self.times[-1] + beyond)
 
@@ -126,32 +126,32 @@ class Kept:
 
 
 @dataclass(frozen=True)
-class Moved(Kept):
+class Moved(StoredRun):
     """A stored run as chance may have made it: moved by what one of several seeds of another case differs from their mean."""
 
-    seeds: Sequence[Kept]
+    seeds: Sequence[StoredRun]
     which: int
 
     @cached_property
     def tables(self) -> dict[str, pd.DataFrame]:
-        own = Kept(self.folder)
-        moved = {name: own.tables[name].astype(float) for name in TABLES}
+        this = StoredRun(self.folder)
+        moved = {name: this.tables[name].astype(float) for name in TABLES}
         for name, frame in moved.items():
             for key in frame.columns.difference(NOT_MOVED):
                 others = [k for k in self.seeds if key in k.tables[name]]
                 if len(others) == len(self.seeds):
                     each = np.array(
-                        [np.interp(own.times, k.times, k.series(name, key)) / _whole(k, name, key) for k in others]
+                        [np.interp(this.times, k.times, k.series(name, key)) / _whole(k, name, key) for k in others]
                     )
-                    frame[key] += (each[self.which] - each.mean(axis=0)) * _whole(own, name, key)
+                    frame[key] += (each[self.which] - each.mean(axis=0)) * _whole(this, name, key)
         return moved
 
 
 NOT_MOVED = ["step", "time_s", "time_since_opening_s", "initial_m3", "total_m3"]
 
 
-def _whole(run: Kept, table: str, name: str) -> float:
-    """What a column is a part of: all liquid, all spheres of its class; else 1."""
+def _whole(run: StoredRun, table: str, name: str) -> float:
+    """Return the total that a column is a part of: all liquid, or all spheres of its class; else 1."""
     if table == "liquid_by_holder":
         return float(run.series(table, "initial_m3")[0]) or 1.0
     if name.startswith(("above_", "wedged_")):
@@ -203,7 +203,7 @@ def carried(run: RunDir) -> dict[str, float]:
     }
 
 
-def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
+def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> StoredRun:
     """Store the small tables of a finished run as `data`/`name`; a run that may not be believed is refused."""
     bad = objections(run_dir)
     if bad:
@@ -237,12 +237,12 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
             "versions": summary["versions"],
         },
     )
-    return Kept(folder)
+    return StoredRun(folder)
 
 
-def variants(data: Path) -> dict[str, dict[int, list[Kept]]]:
+def variants(data: Path) -> dict[str, dict[int, list[StoredRun]]]:
     """All stored runs by the name of their settings and by case, in the order of seeds."""
-    found: dict[str, dict[int, list[Kept]]] = {}
-    for one in sorted((Kept(p.parent) for p in data.glob("*/run.json")), key=lambda k: int(k.about["seed"])):
+    found: dict[str, dict[int, list[StoredRun]]] = {}
+    for one in sorted((StoredRun(p.parent) for p in data.glob("*/run.json")), key=lambda k: int(k.about["seed"])):
         found.setdefault(str(one.about.get("variant", "")), {}).setdefault(one.case, []).append(one)
     return found
