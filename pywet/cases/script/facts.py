@@ -218,7 +218,9 @@ def periodic_lengths_m(found: Facts) -> dict[str, float]:
     """Length of the box along each axis where it repeats, as far as its ends are known."""
     if len(found.box) != 6:
         return {}
-    return {axis: abs(found.box[2 * k + 1] - found.box[2 * k]) for k, axis in enumerate("xyz") if axis in found.periodic}
+    return {
+        axis: abs(found.box[2 * k + 1] - found.box[2 * k]) for k, axis in enumerate("xyz") if axis in found.periodic
+    }
 
 
 def problems(found: Facts) -> Iterator[PywetError]:
