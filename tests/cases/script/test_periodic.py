@@ -127,7 +127,6 @@ def test_two_spheres_across_a_boundary_are_those_in_the_middle(tmp_path: Path) -
                 ), column
     assert events["kind"].tolist() == [0, 0, 0, 1, 1, 1]
     assert np.abs(contacts[["torque_i_y", "torque_j_y"]]).max().min() > 1e-9
-    assert agrees(log)
 
 
 @pytest.mark.slow
@@ -139,6 +138,7 @@ def test_bridges_of_deleted_spheres_end_with_the_separation_across(tmp_path: Pat
     ledger = table(log, "ledger")
     held = ledger["films"] + ledger["bridges"] + ledger["retired"]
     assert ledger["retired"].iloc[-1] > 0 and np.abs(held / ledger["initial"] - 1).max() < 1e-12
+    assert agrees(log)
 
 
 @pytest.mark.slow
