@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -204,3 +205,52 @@ def test_restarted(tmp_path: Path) -> None:
     ledger = table(two, "ledger")
     held = ledger["films"] + ledger["bridges"] + ledger["walls"]
     assert np.abs(held / ledger["initial"] - 1).max() < 1e-12
+
+
+FAULTS = {
+    "forces of bridges without the shortest way": (
+        "forces.cpp", "at.images.nearest(x - vector_of(at.x, b))", "x - vector_of(at.x, b)",
+        {"capillary"},
+    ),
+    "no bridge forms across the boundary": (
+        "near_pairs.cpp", "at.images.nearest(Vec(x[0] - y[0], x[1] - y[1], x[2] - y[2]))",
+        "Vec(x[0] - y[0], x[1] - y[1], x[2] - y[2])", {"formation_missed"},
+    ),
+    "torque arm of j without the shortest way": (
+        "logs.cpp", "store(b.kind == SPHERE ? (-g.radius_j) * turn : Vec(), c.torque_j);",
+        "const Vec raw = g.xi - Vec(b.b < 0 ? c.xj : world_.engine.at.x[b.b]);\n"
+        "  store(b.kind == SPHERE ? (-g.radius_j / norm(raw)) * cross(raw, t.tangential) : Vec(), c.torque_j);",
+        {"torque_j"},
+    ),
+    "ends of bridges in snapshots without the nearest copy": (
+        "bridge.cpp", "if (at.images.any) g.xj = g.xi - d;", "",
+        {"snapshot_ends"},
+    ),
+}  # fmt: skip
+"""Name -> file of the plugin, its text, what stands there instead, what the replay finds at least."""
+
+
+@pytest.mark.slow
+def test_the_replay_finds_faults_at_the_boundary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each in a plugin of its own; the one without a fault agrees."""
+    from pywet.engines.liggghts import build
+    from pywet.util import caches
+    from reference_impl.replay.command import outcome
+    from tests.faults.native import Objects
+
+    monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
+    root = tmp_path / "copy"
+    below = build.SOURCES.relative_to(Path(build.__file__).parents[3])
+    shutil.copytree(build.SOURCES, root / below)
+    objects = Objects(root, tmp_path / "objects")
+    for n, (name, (file, old, new, found)) in enumerate({"sound": ("step.cpp", "", "", set()), **FAULTS}.items()):
+        path = root / below / file
+        sound = path.read_text()
+        assert not old or sound.count(old) == 1, name
+        path.write_text(sound.replace(old, new, 1) if old else sound)
+        assert objects.library(build.kept(), path), name
+        caches.seal(build.kept())
+        log = wet_run(tmp_path / str(n), pairs(), "run 500\n")
+        path.write_text(sound)
+        wrong = {q for q, of in outcome(log)["quantities"].items() if not of["ok"]}
+        assert found <= wrong and bool(wrong) == bool(found), (name, wrong)
