@@ -58,10 +58,10 @@ def near_copies(x: Floats, reach: Floats, box: Images) -> tuple[Floats, Floats]:
     low, high = x.min(axis=0) - most, x.max(axis=0) + most
     copies = [x + shift for shift in box.others()]
     near = [np.flatnonzero(((c > low) & (c < high)).all(axis=1)) for c in copies]
-    own = np.concatenate([np.arange(n), *near])
-    a, b = near_pairs(np.concatenate([x, *(c[at] for c, at in zip(copies, near, strict=True))]), reach[own])
-    one = (a < n) & (own[a] != own[b])  # of two copies that are both outside there is another pair
-    pairs = np.unique(np.stack([np.minimum(own[a], own[b]), np.maximum(own[a], own[b])], axis=1)[one], axis=0)
+    of = np.concatenate([np.arange(n), *near])
+    a, b = near_pairs(np.concatenate([x, *(c[at] for c, at in zip(copies, near, strict=True))]), reach[of])
+    one = (a < n) & (of[a] != of[b])  # of two copies that are both outside there is another pair
+    pairs = np.unique(np.stack([np.minimum(of[a], of[b]), np.maximum(of[a], of[b])], axis=1)[one], axis=0)
     return pairs[:, 0], pairs[:, 1]
 
 

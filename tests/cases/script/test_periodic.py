@@ -144,8 +144,8 @@ def test_bridges_of_deleted_spheres_end_with_the_separation_across(tmp_path: Pat
 
 @pytest.mark.slow
 def test_a_sheared_bed_is_replayed_and_the_same_half_a_box_further_and_on_two_ranks(tmp_path: Path) -> None:
-    """A plate below it shakes along the periodic axis. Shifted by half a box, and on two ranks that meet at the boundary or
-    beside it, the same events: all of 2000 steps, with the same volumes to 1e-12."""
+    """A plate below it shakes along the periodic axis. Shifted by half a box, and on two ranks that divide
+    either axis, the same events: all of 2000 steps, with the same volumes to 1e-12."""
     log = wet_run(tmp_path / "a", bed(), "run 2000\n", OF_BED, WALLS)
     events, ledger = table(log, "events"), table(log, "ledger")
     held = ledger["films"] + ledger["bridges"] + ledger["walls"]
@@ -227,12 +227,12 @@ FAULTS = {
         {"snapshot_ends"},
     ),
 }  # fmt: skip
-"""Name -> file of the plugin, its text, what stands there instead, what the replay finds at least."""
+"""Name -> file of the plugin, its text, the faulty text, what the replay finds at least."""
 
 
 @pytest.mark.slow
 def test_the_replay_finds_faults_at_the_boundary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each in a plugin of its own; the one without a fault agrees."""
+    """Each in one plugin; the one without a fault agrees."""
     from pywet.engines.liggghts import build
     from pywet.util import caches
     from reference_impl.replay.command import outcome
@@ -243,13 +243,14 @@ def test_the_replay_finds_faults_at_the_boundary(tmp_path: Path, monkeypatch: py
     below = build.SOURCES.relative_to(Path(build.__file__).parents[3])
     shutil.copytree(build.SOURCES, root / below)
     objects = Objects(root, tmp_path / "objects")
+    library = caches.folder() / f"libpywet-{build.source_hash()}.so"
     for n, (name, (file, old, new, found)) in enumerate({"sound": ("step.cpp", "", "", set()), **FAULTS}.items()):
         path = root / below / file
         sound = path.read_text()
         assert not old or sound.count(old) == 1, name
         path.write_text(sound.replace(old, new, 1) if old else sound)
-        assert objects.library(build.kept(), path), name
-        caches.seal(build.kept())
+        assert objects.library(library, path), name
+        caches.seal(library)
         log = wet_run(tmp_path / str(n), pairs(), "run 500\n")
         path.write_text(sound)
         wrong = {q for q, of in outcome(log)["quantities"].items() if not of["ok"]}
