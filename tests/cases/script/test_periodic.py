@@ -46,11 +46,11 @@ def sphere(number: int, x: Floats, v: Sequence[float]) -> list[str]:
     ]
 
 
-def wet_run(folder: Path, before: str, after: str, line: str = LINE, wet: str = WET) -> Path:
+def wet_run(folder: Path, before: str, after: str, line: str = LINE, wet: str = WET, mesh: str = "") -> Path:
     """Run a script with liquid, whose folder of tables is given back."""
     folder.mkdir()
     write(folder, before=before, line=line, after=after, wet=wet)
-    (folder / "plate.stl").write_text(PLATE)
+    (folder / "plate.stl").write_text(mesh or PLATE)
     done = run(folder)
     assert done.returncode == 0, done.stderr + done.stdout[-2000:]
     return folder / "wet"
@@ -187,6 +187,51 @@ def test_a_belt_of_triangles_that_leaves_the_box_and_comes_again(tmp_path: Path)
     held = ledger["films"] + ledger["bridges"] + ledger["walls"]
     assert ledger["walls"].iloc[-1] > 0 and np.abs(held / ledger["initial"] - 1).max() < 1e-12
     assert agrees(log)
+
+
+def drum() -> tuple[str, str]:
+    """Script and mesh of a slice of a drum that turns about its axis, along which the box is periodic; 160 spheres fall in it."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 25)
+    rims = [[(x, 0.019 * np.cos(a), 0.04 + 0.019 * np.sin(a)) for a in angles] for x in (-SIDE / 2, SIDE / 2)]
+    facets = [
+        corners
+        for k in range(len(angles) - 1)
+        for corners in (
+            (rims[0][k], rims[1][k], rims[1][k + 1]),
+            (rims[0][k], rims[1][k + 1], rims[0][k + 1]),
+        )
+    ]
+    rows = [f"vertex {x:.9g} {y:.9g} {z:.9g}\n" for corners in facets for x, y, z in corners]
+    loops = ["facet normal 0 0 1\nouter loop\n" + "".join(rows[k : k + 3]) for k in range(0, len(rows), 3)]
+    draw, made = np.random.default_rng(7), []
+    places = [(x, y, z) for x in range(8) for y in range(-2, 3) for z in range(-2, 2)]
+    for n, place in enumerate(places, start=1):
+        x = 0.005 * np.array(place) + draw.uniform(-0.0004, 0.0004, 3) + (-0.0175, 0.0, 0.04)
+        made += [
+            f"create_atoms 1 single {' '.join(f'{a:.17g}' for a in x)} units box",
+            f"set atom {n} diameter {2 * R} density 2500 vx {0.5 * draw.normal():.17g} vy {0.2 * draw.normal():.17g} vz 0",
+        ]
+    turns = "rotate origin 0. 0. 0.04 axis 1. 0. 0. period 0.4"
+    moves = SHAKES.replace("wiggle amplitude 0.001 0. 0.0005 period 0.02", turns)
+    start = TWO.replace("p p p", "p f f").replace("-0.02 0.02 units", "0 0.08 units")
+    script = [start, "fix gravi all gravity 9.81 vector 0 0 -1", moves, *made, "fix integr all nve/sphere\n"]
+    return "\n".join(script), "solid drum\n" + "endloop\nendfacet\n".join([*loops, "endsolid drum\n"])
+
+
+@pytest.mark.slow
+def test_a_slice_of_a_drum_with_the_momentum_of_its_spheres(tmp_path: Path) -> None:
+    """All walls are wet and only gravity acts besides: the replay compares momentum too, from the first output on."""
+    from reference_impl.replay.command import outcome
+
+    before, mesh = drum()
+    log = wet_run(tmp_path / "a", before, "run 2000\n", OF_BED, WET.replace("dry", "{plate: 30}"), mesh)
+    events, bridges, ledger = (table(log, name) for name in ("events", "bridges", "ledger"))
+    assert len(events) > 300 and (events["partner_kind"] == 1).sum() > 10
+    assert (np.abs(bridges["xj_x"]) > SIDE / 2).sum() > 20
+    held = ledger["films"] + ledger["bridges"] + ledger["walls"]
+    assert np.abs(held / ledger["initial"] - 1).max() < 1e-12
+    found = outcome(log)
+    assert found["status"] == "agrees" and found["quantities"]["between_momentum"]["count"] > 300
 
 
 @pytest.mark.slow
