@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from pywet.geometry.surface import Floats
-from tests.cases.script.scripts import BEFORE, WET, run, write
+from tests.cases.script.scripts import BEFORE, WET, read, run, write
 
 pytestmark = pytest.mark.engine
 SIDE = 0.04
@@ -232,6 +232,19 @@ def test_a_slice_of_a_drum_with_the_momentum_of_its_spheres(tmp_path: Path) -> N
     assert np.abs(held / ledger["initial"] - 1).max() < 1e-12
     found = outcome(log)
     assert found["status"] == "agrees" and found["quantities"]["between_momentum"]["count"] > 300
+
+
+@pytest.mark.slow
+def test_a_box_that_is_too_short_is_refused_where_the_run_begins(tmp_path: Path) -> None:
+    """Spheres of create_atoms are known to the engine alone: 40 mm for pairs within 4 mm and two skins of 10 mm."""
+    write(
+        tmp_path, before=bed().replace("neighbor        0.002", "neighbor        0.01"), line=OF_BED, after="run 10\n"
+    )
+    (tmp_path / "plate.stl").write_text(PLATE)
+    (tmp_path / "wet.yaml").write_text(WALLS)
+    done = run(tmp_path)
+    assert done.returncode == 1 and "the periodic box is 0.04 m long" in read(done.stderr), done.stderr
+    assert "over 0.048 m" in read(done.stderr) and not (tmp_path / "wet").exists()
 
 
 @pytest.mark.slow

@@ -240,3 +240,10 @@ def test_included_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     with pytest.raises(PywetError) as error:
         scan(tmp_path / "in.script")
     assert error.value.code == "wet.includes"
+
+
+def test_the_check_says_where_the_box_is_periodic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    script = write(tmp_path, before=BEFORE.replace("f f f", "p f f"))
+    lines, wrong = check(script)
+    assert "  periodic along x: 40 mm; bridges reach across" in lines and not wrong
