@@ -40,7 +40,7 @@ class Near(NamedTuple):
 class Parts:
     """All wall parts of a run."""
 
-    def __init__(self, setup: window.Setup) -> None:
+    def __init__(self, setup: window.Setup, box: images.Images | None = None) -> None:
         self.setup, self.motion = setup, Motion(setup)
         part, corners = setup.part, setup.corners
         self.order = np.argsort(part, kind="stable")
@@ -51,7 +51,7 @@ class Parts:
         np.minimum.at(self.low, part, self.bounds[:, 0])
         np.maximum.at(self.high, part, self.bounds[:, 1])
         self._shape = (self.first, self.order, corners, self.bounds)
-        self.others = images.of(setup.folder).others()
+        self.others = box.others() if box else []
         self.wall = np.zeros(count, np.int64)
         for n, wall in enumerate(setup.walls):
             self.wall[part[wall.first : wall.last]] = n
@@ -263,6 +263,6 @@ def _within(
 def parts(run: Run) -> Parts:
     """Return the wall parts of a run, made at the first call."""
     if "parts" not in run.known:
-        run.known["parts"] = Parts(window.read(run.folder))
+        run.known["parts"] = Parts(window.read(run.folder), images.of(run.folder))
     found: Parts = run.known["parts"]
     return found
