@@ -51,7 +51,7 @@ ABOUT_ONE_SIZE = 1.3
 
 
 def near_copies(x: Floats, reach: Floats, box: Images) -> tuple[Floats, Floats]:
-    """The same of the nearest copies of both, in a box that repeats."""
+    """Pairs as of `near_pairs`, of the nearest copies of both in a box that repeats."""
     if not box.any:
         return near_pairs(x, reach)
     n, most = len(x), 2.0 * float(reach.max(initial=0.0))
