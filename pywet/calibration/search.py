@@ -72,7 +72,7 @@ class Found:
 
 def find(question: Question, experiments: list[Experiment], folder: Path, ranks: int, say: Report) -> Found:
     """The answer to a question; runs are stored in the folder."""
-    uncertainty = [k for k, e in enumerate(experiments) if e.random_start]
+    scattered = [k for k, e in enumerate(experiments) if e.random_start]
     targets, names = question.targets, [t.quantity for t in question.targets]
 
     def direct(place: Floats) -> Floats:
@@ -84,8 +84,8 @@ def find(question: Question, experiments: list[Experiment], folder: Path, ranks:
 
     def measure(place: Floats, seed: int) -> tuple[Floats, float]:
         settings, values, seconds = question.settings(place), [], 0.0
-        for k in uncertainty:
-            same = tuple(names[j] for j in uncertainty if experiments[j] == experiments[k])
+        for k in scattered:
+            same = tuple(names[j] for j in scattered if experiments[j] == experiments[k])
             stored = experiments[k].run(same, settings, seed, folder / "runs", ranks)
             values.append(stored["quantities"][names[k]])
             seconds += stored["wall_s"] if experiments.index(experiments[k]) == k else 0.0
@@ -95,17 +95,17 @@ def find(question: Question, experiments: list[Experiment], folder: Path, ranks:
         def response(place: Floats) -> tuple[Floats, Floats, Floats]:
             mean, variance, freedom = direct(place), np.zeros(len(targets)), np.full(len(targets), np.inf)
             if surface is not None:
-                mean[uncertainty], variance[uncertainty] = surface.at(place)
-                freedom[uncertainty] = surface.freedom
+                mean[scattered], variance[scattered] = surface.at(place)
+                freedom[scattered] = surface.freedom
             return mean, variance, freedom
 
         values, errors, freedoms = (np.array([getattr(t, n) for t in targets]) for n in ("value", "error", "freedom"))
         return Problem(response, values, errors, freedoms, question.confidence, window)
 
     count = len(question.parameters)
-    if not uncertainty:
+    if not scattered:
         return Found(problem(None, (np.zeros(count), np.ones(count))), AT_ONCE)
-    errors = np.array([targets[k].error for k in uncertainty])
+    errors = np.array([targets[k].error for k in scattered])
     return rounds(problem, Runs(measure, say), errors, count, question.seeds, question.most_runs)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from reference_impl.compiled import compiled
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
+from reference_impl.replay import images
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.io import Run
 
@@ -39,7 +40,7 @@ class Near(NamedTuple):
 class Parts:
     """All wall parts of a run."""
 
-    def __init__(self, setup: window.Setup) -> None:
+    def __init__(self, setup: window.Setup, box: images.Images | None = None) -> None:
         self.setup, self.motion = setup, Motion(setup)
         part, corners = setup.part, setup.corners
         self.order = np.argsort(part, kind="stable")
@@ -50,6 +51,7 @@ class Parts:
         np.minimum.at(self.low, part, self.bounds[:, 0])
         np.maximum.at(self.high, part, self.bounds[:, 1])
         self._shape = (self.first, self.order, corners, self.bounds)
+        self.others = box.others() if box else []
         self.wall = np.zeros(count, np.int64)
         for n, wall in enumerate(setup.walls):
             self.wall[part[wall.first : wall.last]] = n
@@ -91,9 +93,16 @@ class Parts:
         np.maximum.at(most, self.setup.part, values)
         found = []
         for n, w in enumerate(self.setup.walls):
-            parts, y = np.flatnonzero(self.wall == n), self.motion.to_rest(w, step, x)
-            found.append(_within(y, reach, parts, most, self.low, self.high, self._shape, values))
+            parts = np.flatnonzero(self.wall == n)
+            for shift in ([0.0], *self.others):
+                y = self.motion.to_rest(w, step, x + shift)
+                found.append(_within(y, reach, parts, most, self.low, self.high, self._shape, values))
         whole, real = (np.concatenate([np.zeros((0, n)), *(f[k] for f in found)]) for k, n in ((0, 3), (1, 2)))
+        if self.others:  # of several copies of a part the nearest
+            order = np.lexsort((real[:, 0], whole[:, 1], whole[:, 0]))
+            whole, real = whole[order], real[order]
+            first = np.append(True, (np.diff(whole[:, :2], axis=0) != 0).any(axis=1))[: len(whole)]
+            whole, real = whole[first], real[first]
         a, part, triangle = whole.astype(np.int64).T
         return a, part, Near(real[:, 0], triangle, real[:, 1])
 
@@ -102,14 +111,39 @@ class Parts:
         y, count = self.rest(step, x, part), len(x)
         distance, point, triangle = np.zeros(count), np.zeros((count, 3)), np.zeros(count, np.int64)
         _closest(y, part, self._shape, distance, point, triangle)
-        return Closest(distance, self.rest(step, point, part, back=True), triangle)
+        found = Closest(distance, self.rest(step, point, part, back=True), triangle)
+        for shift in self.others:
+            self._copy(step, x, part, shift, found)
+        return found
+
+    def _copy(self, step: Floats, x: Floats, part: Floats, shift: Floats, found: Closest) -> None:
+        """Put a copy of the parts, that much back from them, in place of what was found, where it is nearer."""
+        y = self.rest(step, x + shift, part)
+        off = size(np.maximum(np.maximum(self.low[part] - y, y - self.high[part]), 0.0))
+        rows = np.flatnonzero(off < found.distance)
+        distance, point, triangle = np.zeros(len(rows)), np.zeros((len(rows), 3)), np.zeros(len(rows), np.int64)
+        _closest(y[rows], part[rows], self._shape, distance, point, triangle)
+        nearer = distance < found.distance[rows]
+        at, point = rows[nearer], self.rest(step[rows], point, part[rows], back=True)
+        found.distance[at], found.point[at], found.triangle[at] = (
+            distance[nearer],
+            point[nearer] - shift,
+            triangle[nearer],
+        )
 
     def to(self, step: Floats, x: Floats, triangle: Floats) -> tuple[Floats, Floats]:
         """Distance of points from triangles, and the closest point in the world."""
         part = self.setup.part[triangle]
         y = self.rest(step, x, part)
         q = closest_point(y, self.setup.corners[triangle])
-        return size(y - q), self.rest(step, q, part, back=True)
+        distance, point = size(y - q), self.rest(step, q, part, back=True)
+        for shift in self.others:
+            y = self.rest(step, x + shift, part)
+            q = closest_point(y, self.setup.corners[triangle])
+            other, nearer = size(y - q), size(y - q) < distance
+            point = np.where(nearer[:, None], self.rest(step, q, part, back=True) - shift, point)
+            distance = np.where(nearer, other, distance)
+        return distance, point
 
 
 @compiled
@@ -229,6 +263,6 @@ def _within(
 def parts(run: Run) -> Parts:
     """Return the wall parts of a run, made at the first call."""
     if "parts" not in run.known:
-        run.known["parts"] = Parts(window.read(run.folder))
+        run.known["parts"] = Parts(window.read(run.folder), images.of(run.folder))
     found: Parts = run.known["parts"]
     return found

@@ -16,6 +16,7 @@ from reference_impl.motion.nearest import closest_point
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.window import Setup, Wall, Window
 from reference_impl.replay.arrays import Floats, dot
+from reference_impl.replay.images import Images
 
 CHUNK = 4_000_000
 
@@ -47,6 +48,21 @@ def join(parts: list[Touches]) -> Touches:
 
 ABOUT_ONE_SIZE = 1.3
 """Bodies are looked for together with those that reach so many times as far at most: else the largest decides for all."""
+
+
+def near_copies(x: Floats, reach: Floats, box: Images) -> tuple[Floats, Floats]:
+    """Pairs as of `near_pairs`, of the nearest copies of both in a box that repeats."""
+    if not box.any:
+        return near_pairs(x, reach)
+    n, most = len(x), 2.0 * float(reach.max(initial=0.0))
+    low, high = x.min(axis=0) - most, x.max(axis=0) + most
+    copies = [x + shift for shift in box.others()]
+    near = [np.flatnonzero(((c > low) & (c < high)).all(axis=1)) for c in copies]
+    of = np.concatenate([np.arange(n), *near])
+    a, b = near_pairs(np.concatenate([x, *(c[at] for c, at in zip(copies, near, strict=True))]), reach[of])
+    one = (a < n) & (of[a] != of[b])  # of two copies that are both outside there is another pair
+    pairs = np.unique(np.stack([np.minimum(of[a], of[b]), np.maximum(of[a], of[b])], axis=1)[one], axis=0)
+    return pairs[:, 0], pairs[:, 1]
 
 
 def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import nearest
-from reference_impl.replay import io, laws
+from reference_impl.replay import images, io, laws
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -51,7 +51,8 @@ class Ends:
         if self.wall.any():
             self._at_walls(run, step[rows], p.part[rows])
         self.rj = p.rj[rows]
-        apart = self.xi - self.xj
+        apart = images.of(run.folder).nearest(self.xi - self.xj)
+        self.xj = np.where(self.wall[:, None], self.xj, self.xi - apart)
         distance = np.sqrt((apart**2).sum(axis=1))
         self.normal = apart / distance[:, None]
         self.gap = distance - self.radius - np.where(self.wall, 0.0, self.rj)

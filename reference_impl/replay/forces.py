@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from reference_impl.replay import capillary, coverage, laws, standing
+from reference_impl.replay import capillary, coverage, images, laws, standing
 from reference_impl.replay.arrays import Floats, Table, apart, column, cross, dot, size, vectors
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -64,7 +64,7 @@ def contacts(run: Run, rows: Table | None = None) -> Contacts:
     table = run.table("contacts") if rows is None else rows
     p = pairs(table, bodies(run))
     arm = np.where(p.wall, 0.0, p.rj)
-    way = apart(table, "xi", "xj")
+    way = images.of(run.folder).nearest(apart(table, "xi", "xj"))
     distance = size(way)
     n = way / distance[:, None]
     relative = apart(table, "vi", "vj")

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.window import slide_steps, way_of
-from reference_impl.replay import io, laws, script
+from reference_impl.replay import images, io, laws, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, film_areas, holders, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -148,7 +148,7 @@ def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float
     and can have been as near."""
     parts, fixed, events, triangle = nearest.parts(run), bodies(run), run.table("events"), int(event["triangle"])
     corners, part = parts.setup.corners, parts.setup.part
-    apart = np.abs(corners[:, :, None] - corners[triangle][None, None]).max(axis=3)
+    apart = np.abs(images.of(run.folder).nearest(corners[:, :, None] - corners[triangle][None, None])).max(axis=3)
     beside = np.flatnonzero((apart.min(axis=(1, 2)) < CORNER) & (part == part[triangle]))
     beside = beside[(beside == triangle) | _in_reach(run, event, beside)]
     film = {n: max(float(held.film[fixed.walls_from + n]), 0.0) for n in fixed.film_of[beside]}

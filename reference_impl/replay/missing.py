@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import impulses, nearest
-from reference_impl.motion.touching import near_pairs
-from reference_impl.replay import io, laws, one_place, retired
+from reference_impl.motion.touching import near_copies
+from reference_impl.replay import images, io, laws, one_place, retired
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Quantity, compare
@@ -191,19 +191,19 @@ def _touching(run: Run, frames: Frames) -> pd.DataFrame:
         return NONE
     radius = bodies(run).radius[frames.ids]
     layer = thickness(frames.film, radius)
-    parts = [_of_spheres(frames, radius, layer)]
+    parts = [_of_spheres(frames, radius, layer, images.of(run.folder))]
     if len(bodies(run).area) > 1 and io.scene(run.folder)["effects"].get("wall_films", True):
         parts.append(_at_walls(run, frames, radius, layer))
     return pd.concat(parts, ignore_index=True)
 
 
-def _of_spheres(frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
+def _of_spheres(frames: Frames, radius: Floats, layer: Floats, box: images.Images) -> pd.DataFrame:
     near = []
     for k, x in enumerate(frames.x):
-        a, b = near_pairs(x, radius + layer[k])
+        a, b = near_copies(x, radius + layer[k], box)
         near.append(np.stack([np.full(len(a), k), a, b]))
     k, a, b = np.concatenate(near, axis=1)
-    gap = size(frames.x[k, a] - frames.x[k, b]) - radius[a] - radius[b]
+    gap = size(box.nearest(frames.x[k, a] - frames.x[k, b])) - radius[a] - radius[b]
     films = layer[k, a] + layer[k, b]
     drawn = laws.drawn_from_sphere(laws.SPHERE, frames.film[k, a], radius[a], radius[b], 0.0)
     drawn = drawn + laws.drawn_from_sphere(laws.SPHERE, frames.film[k, b], radius[b], radius[a], 0.0)

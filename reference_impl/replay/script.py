@@ -23,6 +23,8 @@ NOT_CHECKED = (
     "first films against the liquid's file; radii, densities and triangles are taken as the engine reported them",
 )
 
+OF_BOX = "length of the periodic box, which is taken as the engine reported it"
+
 
 def of(folder: Path) -> dict[str, Any] | None:
     """Return the content of script.json; None where the run is that of a scene."""
@@ -56,7 +58,8 @@ def not_checked(folder: Path) -> list[str]:
     if of(folder) is None:
         return []
     reasons = in_the_way_of_gravity(folder)
-    return [*NOT_CHECKED, *([f"gravity and Newton's law: {'; '.join(reasons)}"] if reasons else [])]
+    periodic = [OF_BOX] if any((of(folder) or {}).get("periodic_m", [])) else []
+    return [*NOT_CHECKED, *periodic, *([f"gravity and Newton's law: {'; '.join(reasons)}"] if reasons else [])]
 
 
 def windows(noted: dict[str, Any], last: int) -> tuple[tuple[int, int], ...]:

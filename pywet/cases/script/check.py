@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pywet.cases.script import facts as reading
-from pywet.cases.script.facts import Facts, Kind, height_m
+from pywet.cases.script.facts import Facts, Kind, height_m, periodic_lengths_m
 from pywet.cases.script.scan import scan
 from pywet.cases.script.scene import Spheres, reach, scene_of
 from pywet.cases.script.wet import Wet
@@ -65,6 +65,10 @@ def _script(path: Path, f: Facts) -> Iterator[str]:
     yield from (f"  {name} {' '.join(f'{v:g}' for v in values)}" for name, values in f.materials.items())
     models = sorted({m for m in f.wall_models if f"model {m}" != f.pair})
     yield f"  contacts: {f.pair or 'not known'}" + (f"; of walls: model {'; model '.join(models)}" if models else "")
+    for axis in f.periodic:
+        length = periodic_lengths_m(f).get(axis)
+        size = "a length not known" if length is None else f"{1e3 * length:g} mm"
+        yield f"  periodic along {axis}: {size}; bridges reach across"
     if f.gravity:
         yield f"  gravity: {' '.join(f'{g:g}' for g in f.gravity)} m/s2"
 

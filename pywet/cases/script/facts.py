@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.cases.script.refusals import refusal
+from pywet.cases.script.refusals import of_box, refusal
 from pywet.cases.script.scan import meshes_of
 from pywet.errors import PywetError
 from pywet.util.files import read_bytes
@@ -69,6 +69,8 @@ class Facts:
     gravity: tuple[float, float, float] | None = None
     box: tuple[float, ...] = ()
     """Ends along x, y, z [m]."""
+    periodic: str = ""
+    """Axes along which the box repeats."""
     steps: int = 0
     """Of all runs that the text has."""
     hidden: list[str] = field(default_factory=list)
@@ -106,6 +108,8 @@ def facts(rows: Sequence[list[str]]) -> Facts:
                 found.skin_m = number(value)
             case ["create_box", _, region, *_] if region in regions:
                 found.box = tuple(v for word in regions[region][:6] if (v := number(word)) is not None)
+            case ["boundary", *sides]:
+                found.periodic = "".join(axis for axis, side in zip("xyz", sides, strict=False) if side in ("p", "pp"))
             case ["read_data", file, *_]:
                 _data(found, file)
             case ["run", count, *more] if count.isdigit():
@@ -210,8 +214,20 @@ def height_m(found: Facts) -> float:
     return float(np.abs(np.asarray(found.gravity)) @ size / np.linalg.norm(found.gravity))
 
 
+def periodic_lengths_m(found: Facts) -> dict[str, float]:
+    """Length of the box along each axis where it repeats, as far as its ends are known."""
+    if len(found.box) != 6:
+        return {}
+    return {
+        axis: abs(found.box[2 * k + 1] - found.box[2 * k]) for k, axis in enumerate("xyz") if axis in found.periodic
+    }
+
+
 def problems(found: Facts) -> Iterator[PywetError]:
     """What is in the way that these facts show."""
+    if found.kinds and found.skin_m is not None:
+        touch = 2.0 * max(kind.radius_m for kind in found.kinds)
+        yield from of_box(periodic_lengths_m(found).values(), touch + found.skin_m, found.skin_m)
     for template, words in found.drawn:
         yield refusal("wet.drawn", f"template {template} draws its radius from `{words}`")
     for mesh in found.meshes:

@@ -19,7 +19,7 @@ from pywet.util.files import read_json, read_table, write_json, write_parts, wri
 
 SCRIPT = "script.json"
 """That a run is one of a script's: its output steps, steps of contact windows, whether it resumes from a restart file, what else
-acts on spheres, walls without films."""
+acts on spheres, walls without films, lengths of the box along x, y, z where it is periodic (else 0)."""
 COME = "come.bin"
 """Raw: spheres as they came."""
 OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])

@@ -23,7 +23,10 @@ SENTENCES = {
     "wet.atoms": ("the atoms have no radius or mass of their own", "atom_style granular or sphere"),
     "wet.map": ("the engine keeps no map of the spheres", "the line `atom_modify map array` before the box is made"),
     "wet.newton": ("newton is on", "the line `newton off`"),
-    "wet.periodic": ("the boundary is periodic along {given}, over which no bridge reaches", "f, m or s along x, y and z"),
+    "wet.tilted": ("the periodic box is tilted", "one with right angles"),
+    "wet.deform": ("`{given}` changes the box, in which bridges reach across its periodic boundary", "a script without it"),
+    "wet.box": ("the periodic box became {given} m long", "{expected} m, as where the line of fix pywet is"),
+    "wet.short_box": ("the periodic box is {given} m long, in which two spheres may touch on both sides", "over {expected} m"),
     "wet.coarsegraining": ("coarsegraining is on, for which no law of bridges holds", "a script without it"),
     "wet.multisphere": ("{given} is of multispheres, whose films are not known", "single spheres"),
     "wet.pair": ("the pair style is none of granular contacts", "pair_style gran"),
@@ -94,6 +97,18 @@ def of_names(fixes: Iterable[tuple[str, str, Sequence[str]]], walls: Walls) -> I
         yield refusal("wet.wall_unknown", unknown[0], ", ".join(sorted(there)) or "none")
 
 
+def of_box(lengths: Iterable[float], reach: float, skin: float) -> Iterator[PywetError]:
+    """A box that is too short along an axis where it is periodic, by how far neighbour lists reach between centres.
+
+    Two spheres of a list come at most one skin further apart before the next one. Up to half of the box only one copy of either
+    is that near.
+    """
+    needed = 2.0 * (reach + skin)
+    for length in lengths:
+        if 0.0 < length <= needed:
+            yield refusal("wet.short_box", f"{length:g}", f"{needed:g}")
+
+
 def of_state(state: dict[str, Any], walls: Walls) -> Iterator[PywetError]:
     """All that is in the way at the line, or where a run begins; `state` as the plugin's script.cpp gives it."""
     fixes = state["fixes"]
@@ -107,7 +122,7 @@ def of_state(state: dict[str, Any], walls: Walls) -> Iterator[PywetError]:
         "wet.atoms": (not state["granular"], None),
         "wet.map": (state["map"] == 0, None),
         "wet.newton": (state["newton"], None),
-        "wet.periodic": (state["periodic"], state["periodic"]),
+        "wet.tilted": (any(state["periodic"]) and state["tilted"], None),
         "wet.coarsegraining": (state["coarsegraining"], None),
         "wet.pair": (state["cohesion"] < 0, None),
         "wet.cohesion": (state["cohesion"] > 0, "the pair style"),
@@ -129,6 +144,8 @@ def of_state(state: dict[str, Any], walls: Walls) -> Iterator[PywetError]:
             yield refusal("wet.belt", fix["id"])
         if holds_still(fix["style"]):
             yield refusal("wet.frozen", named)
+        if fix["style"].startswith("deform"):
+            yield refusal("wet.deform", named)
         if fix["later"]:
             yield refusal("wet.order", named)
     yield from of_names(((f["id"], f["style"], f.get("meshes", [])) for f in fixes), walls)

@@ -21,7 +21,7 @@ import pandas as pd
 
 from pywet.cases.script import folder
 from pywet.cases.script.hosts import HOSTS, refuse_ranks
-from pywet.cases.script.refusals import of_state, refusal
+from pywet.cases.script.refusals import of_box, of_state, refusal
 from pywet.cases.script.scan import Found, scan
 from pywet.cases.script.scene import Spheres, dry_walls, other_forces, reach, scene_of, surface, too_thick
 from pywet.ending import die_with_parent
@@ -123,6 +123,7 @@ class _Script:
         self._spheres, self._meshes, self._surfaces = Spheres(found.wet), dict[str, str](), list[Surface]()
         self._time_step = self._thickest = 0.0
         self._gravity: list[float] = []
+        self._periodic: list[float] = []
         self._log: Path | None = None
         self.asked = {b"line": self._state, b"run": self.check, b"begin": self.begin}
 
@@ -138,6 +139,8 @@ class _Script:
         table = self._spheres.take_in(plugin.script_spheres(int(state["spheres"])), int(state["step"]))
         if table["id"].tolist() != list(range(1, len(table) + 1)):
             raise refusal("wet.ids")
+        self._long_enough(state)
+        self._periodic = [float(length) for length in state["periodic"]]
         self._meshes = self._wet_meshes(state)
         fixes = {fix["id"]: fix for fix in state["fixes"]}
         surfaces = [surface(n, plugin.script_triangles(n, fixes[n]["triangles"])) for n in self._meshes]
@@ -148,8 +151,9 @@ class _Script:
         self._log = self.line.log.resolve()
         raw = self._log / "engine"
         if plugin_rank() == 0:
-            noted = {"restored": bool(state["restored"]), "other_forces": other_forces(state)}
-            folder.begin(self._log, surfaces, scene, {**noted, "dry_walls": dry_walls(state, self.wet)})
+            noted: dict[str, Any] = {"restored": bool(state["restored"]), "other_forces": other_forces(state)}
+            noted |= {"dry_walls": dry_walls(state, self.wet), "periodic_m": self._periodic}
+            folder.begin(self._log, surfaces, scene, noted)
         self._note(scene, table)
         raw.mkdir(parents=True, exist_ok=True)
         prepare_laws(scene)
@@ -160,6 +164,10 @@ class _Script:
         plugin.attach(self._engine, raw, self.line.name)
         if state["restored"]:
             plugin.resume_script(int(state["restored"]))
+
+    def _long_enough(self, state: dict[str, Any]) -> None:
+        for problem in of_box(state["periodic"], float(state["reach"]), float(state["skin"])):
+            raise problem
 
     def _forces_change(self, state: dict[str, Any]) -> None:
         """Note forces that are not those of the first run, so that no replay takes them for known."""
@@ -198,6 +206,10 @@ class _Script:
             return
         if state["time_step"] != self._time_step:
             raise refusal("wet.time_step", state["time_step"], self._time_step)
+        if state["periodic"] != self._periodic:
+            was, now = (max(lengths) for lengths in (self._periodic, state["periodic"]))
+            raise refusal("wet.box", now, was)
+        self._long_enough(state)
         if state["gravity"] != self._gravity or other_forces(state):
             self._forces_change(state)
         if state["last"] not in (-1, state["step"]):

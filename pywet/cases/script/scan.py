@@ -110,10 +110,6 @@ def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
                 lists |= dict(zip(more[::2], more[1::2], strict=False))
             case ["newton", "on", *_]:
                 yield refusal("wet.newton")
-            case ["boundary", *sides] if around := [
-                axis for axis, side in zip("xyz", sides, strict=False) if "p" in side
-            ]:
-                yield refusal("wet.periodic", ", ".join(around))
             case ["coarsegraining", *_]:
                 yield refusal("wet.coarsegraining")
             case ["units", of, *_] if of != "si":
@@ -136,6 +132,8 @@ def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
                 yield refusal("wet.unfix", " ".join(words))
             case ["unfix", name, *_] if name in wet.wet_walls:
                 yield refusal("wet.lost_wall", name)
+            case ["change_box", *_]:
+                yield refusal("wet.deform", " ".join(words))
             case ["delete_atoms", *more] if more[-2:] != ["compress", "no"]:
                 yield refusal("wet.compress", " ".join(words))
 
@@ -154,6 +152,8 @@ def _of_fix(words: list[str], wet: Wet) -> Iterator[PywetError]:
     named = f"fix {name} ({style})"
     if holds_still(style):
         yield refusal("wet.frozen", named)
+    if style == "deform":
+        yield refusal("wet.deform", named)
     if style == "nve/sphere" and words[2] != "all":
         yield refusal("wet.moved_group", f"{name} ({style} of the group {words[2]})")
     if "multisphere" in style:

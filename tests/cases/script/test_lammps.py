@@ -90,6 +90,32 @@ def test_dry_as_the_program_itself_and_wet_as_the_replay_has_it(tmp_path: Path) 
     )
 
 
+@needs_lammps
+@pytest.mark.engine
+@pytest.mark.slow
+def test_bridges_reach_across_periodic_boundaries(tmp_path: Path) -> None:
+    """Spheres that fly to and fro along two periodic axes."""
+    from reference_impl.replay.command import outcome
+
+    script = write(tmp_path)
+    text = (
+        script.read_text()
+        .replace("f f f", "p p f")
+        .replace("box block -0.02 0.02 -0.02 0.02", "box block INF INF INF INF")
+    )
+    speeds = [f'variable v{a} atom "0.8*sin(3e3*{a}+{b})"' for a, b in (("x", "z*1e3"), ("y", "x*2e3"))]
+    speed = "\n".join([*speeds, "velocity all set v_vx v_vy -0.5", "timestep "])
+    script.write_text(text.replace("timestep ", speed))
+    done = run(tmp_path, sys.executable, "-m", "pywet.cli.app", "lammps")
+    assert done.returncode == 0, done.stderr
+    found = outcome(tmp_path / "wet")
+    assert found["status"] == "agrees" and found["events"] > 300
+    bridges, ledger = (pd.read_parquet(tmp_path / f"wet/history/{name}.parquet") for name in ("bridges", "ledger"))
+    for axis in "xy":
+        assert (bridges[f"xj_{axis}"].abs() > 0.02).sum() > 10  # whose other end is a copy
+    assert np.abs((ledger["films"] + ledger["bridges"]) / ledger["initial"] - 1).max() < 1e-12
+
+
 @pytest.mark.parametrize(
     ("code", "old", "new"),
     [

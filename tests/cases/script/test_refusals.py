@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cases.script.check import check
-from pywet.cases.script.refusals import SENTENCES, of_state, refusal
+from pywet.cases.script.refusals import SENTENCES, of_box, of_state, refusal
 from pywet.cases.script.scan import scan
 from pywet.cases.script.scene import Spheres, reach, too_thick
 from pywet.cases.script.wet import Wet
@@ -23,7 +23,8 @@ from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN,
 STATE: dict[str, Any] = {
     "ranks": 1, "layers": 1, "ghost_velocity": 1, "least_radius": 2e-3, "largest_radius": 3e-3,
     "step": 1, "last": -1, "time_step": 1e-5, "spheres": 2, "map": 1, "newton": 0, "delay": 0, "every": 1,
-    "check": 1, "contact_distance_factor": 1.0, "skin": 2e-3, "periodic": "", "coarsegraining": 0, "units": "si",
+    "check": 1, "contact_distance_factor": 1.0, "skin": 2e-3, "periodic": [0.0, 0.0, 0.0], "tilted": 0, "reach": 8e-3,
+    "coarsegraining": 0, "units": "si",
     "granular": 1, "cohesion": 0, "steady_gravity": 1, "gravity": [0.0, 0.0, -9.81],
     "fixes": [{"id": "integr", "style": "nve/sphere", "all": 1, "later": 0, "acts": 0}],
 }  # fmt: skip
@@ -32,13 +33,14 @@ MESHES = {"walls": {"drum": 40, "lid": "dry"}}
 WRONG_STATES = [
     ("wet.layers", {"layers": 2}), ("wet.ghosts", {"ranks": 2, "ghost_velocity": 0}),
     ("wet.units", {"units": "cgs"}), ("wet.atoms", {"granular": 0}), ("wet.map", {"map": 0}),
-    ("wet.newton", {"newton": 1}), ("wet.periodic", {"periodic": "x, z"}), ("wet.coarsegraining", {"coarsegraining": 1}),
+    ("wet.newton", {"newton": 1}), ("wet.tilted", {"periodic": [0.1, 0.0, 0.0], "tilted": 1}),
+    ("wet.coarsegraining", {"coarsegraining": 1}),
     ("wet.pair", {"cohesion": -1}), ("wet.cohesion", {"cohesion": 1}), ("wet.neighbour", {"delay": 10}),
     ("wet.contact_distance", {"contact_distance_factor": 1.2}), ("wet.integrate", {"fixes": []}),
 ]  # fmt: skip
 WRONG_FIXES = [
     ("wet.multisphere", "multisphere", 0), ("wet.walls", "wall/gran", 0), ("wet.order", "gravity", 1),
-    ("wet.frozen", "freeze", 0), ("wet.cohesion", "wall/gran", 0),
+    ("wet.frozen", "freeze", 0), ("wet.deform", "deform", 0), ("wet.cohesion", "wall/gran", 0),
 ]  # fmt: skip
 WRONG_SCRIPTS = [
     ("wet.no_line", {"line": ""}),
@@ -49,7 +51,9 @@ WRONG_SCRIPTS = [
     ("wet.every", {"line": "fix wet all pywet liquid wet.yaml every 0"}),
     ("wet.group", {"line": LINE.replace("all", "fine")}),
     ("wet.newton", {"before": BEFORE.replace("newton          off", "newton on")}),
-    ("wet.periodic", {"before": BEFORE.replace("f f f", "p p f")}),
+    ("wet.short_box", {"before": BEFORE.replace("f f f", "f f p").replace("0 0.08", "0 0.0199")}),
+    ("wet.deform", {"before": f"{BEFORE}fix shear all deform 1 xy erate 0.1\n"}),
+    ("wet.deform", {"after": f"{AFTER}change_box all x scale 1.1\n"}),
     ("wet.units", {"before": BEFORE.replace("units           si", "units cgs")}),
     ("wet.coarsegraining", {"before": f"coarsegraining 2\n{BEFORE}"}),
     ("wet.cohesion", {"before": BEFORE.replace("tangential history\npair", "tangential history cohesion sjkr\npair")}),
@@ -105,6 +109,12 @@ def first(problems: Any) -> PywetError:
 @pytest.mark.parametrize(("code", "wrong"), WRONG_STATES)
 def test_what_the_engine_says_is_judged(code: str, wrong: dict[str, Any]) -> None:
     assert [p.code for p in of_state({**STATE, **wrong}, "dry")] == [code]
+
+
+def test_a_periodic_box_is_longer_than_two_copies_of_a_sphere_reach() -> None:
+    """Twice the reach of lists, of 8 mm here, and the skin of 2 mm by which two spheres may part before the next one."""
+    assert [p.code for p in of_box([0.02, 0.0, 0.02], 8e-3, 2e-3)] == ["wet.short_box"] * 2
+    assert not list(of_box([0.02001, 0.0, 1.0], 8e-3, 2e-3))
 
 
 @pytest.mark.parametrize(("code", "style", "later"), WRONG_FIXES)
@@ -230,3 +240,10 @@ def test_included_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     with pytest.raises(PywetError) as error:
         scan(tmp_path / "in.script")
     assert error.value.code == "wet.includes"
+
+
+def test_the_check_says_where_the_box_is_periodic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    script = write(tmp_path, before=BEFORE.replace("f f f", "p f f"))
+    lines, wrong = check(script)
+    assert "  periodic along x: 40 mm; bridges reach across" in lines and not wrong

@@ -244,8 +244,8 @@ def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_sto
     for kind in choice.SCENES:
         for parameter in ("fraction", "stiffness", "wire_sides", "integration"):
             for group in errors.GROUPS:
-                active = choice.rank(table, parameter, kind, group)
-                assert active is None or active.verdict != "beaten", active
+                outcome = choice.rank(table, parameter, kind, group)
+                assert outcome is None or outcome.verdict != "beaten", outcome
 
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:

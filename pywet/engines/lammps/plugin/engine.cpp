@@ -63,7 +63,7 @@ double Engine::said(const char *variable) const {
 
 int Engine::local(int id) const { return lmp_->atom->map(id); }
 
-void Engine::tell_ghosts() const {}  // one process in a box with walls has none
+void Engine::tell_ghosts() const {}  // one process asks for none: their spheres are here
 
 void Engine::find_neighbours(Ranks &ranks) {
   for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
@@ -91,6 +91,12 @@ void Engine::look() {
   at.nlocal = atom->nlocal;
   at.nall = atom->nlocal + atom->nghost;
   at.dt = lmp_->update->dt;
+  const LAMMPS_NS::Domain &box = *lmp_->domain;
+  for (int axis = 0; axis < 3; axis++) {
+    at.images.along[axis] = box.periodicity[axis] != 0;
+    at.images.length[axis] = at.images.along[axis] ? box.prd[axis] : 0;
+    at.images.any = at.images.any || at.images.along[axis];
+  }
 }
 
 bool Engine::lists_are_new(int64_t step) const { return lmp_->neighbor->ago == 0 || lmp_->neighbor->lastcall == step; }

@@ -95,12 +95,13 @@ FixWet *wet = nullptr;
 
 Fix *made(LAMMPS *lmp, int n, char **words) { return wet = new FixWet(lmp, n, words); }
 
-std::string periodic_axes() {
+// Lengths along x, y, z [m], 0 where nothing repeats.
+std::string periodic_lengths() {
   const Domain &box = *lmp_of_script->domain;
-  std::string axes;
-  for (int k = 0; k < 3; k++)
-    if (box.periodicity[k]) axes += std::string(axes.empty() ? "" : ", ") + "xyz"[k];
-  return axes;
+  std::ostringstream out;
+  out.precision(17);
+  for (int k = 0; k < 3; k++) out << (k ? "," : "[") << (box.periodicity[k] ? box.prd[k] : 0.0);
+  return out.str() + "]";
 }
 
 }  // namespace
@@ -159,8 +160,8 @@ EXPORT const char *pywet_script_state() {
       << ",\"newton\":" << lmp.force->newton << ",\"delay\":" << lists.delay << ",\"every\":" << lists.every << ",\"check\":"
       << lists.dist_check << ",\"contact_distance_factor\":1.0,\"skin\":" << lists.skin << ",\"least_radius\":"
       << (largest > 0 ? least : 0) << ",\"largest_radius\":" << largest << ",\"layers\":" << lmp.comm->procgrid[2]
-      << ",\"ghost_velocity\":" << lmp.comm->ghost_velocity << ",\"periodic\":\"" << periodic_axes()
-      << "\",\"coarsegraining\":0,\"units\":\"" << lmp.update->unit_style << "\",\"granular\":" << granular << ",\"cohesion\":"
+      << ",\"ghost_velocity\":" << lmp.comm->ghost_velocity << ",\"periodic\":" << periodic_lengths()
+      << ",\"tilted\":" << lmp.domain->triclinic << ",\"reach\":" << lists.cutneighmax << ",\"coarsegraining\":0,\"units\":\"" << lmp.update->unit_style << "\",\"granular\":" << granular << ",\"cohesion\":"
       << (known ? 0 : -1) << ",\"steady_gravity\":0,\"gravity\":[" << gravity[0] << "," << gravity[1] << "," << gravity[2]
       << "],\"fixes\":[" << fixes.str() << "]}";
   text = out.str();

@@ -16,7 +16,8 @@ Geometry between_spheres(const World &world, int a, int b, double radius_i, doub
   Geometry g = of_sphere(at, a, radius_i);
   g.xj = Vec(at.x[b]); g.vj = Vec(at.v[b]); g.wj = Vec(at.omega[b]);
   g.radius_j = radius_j;
-  const Vec d = g.xi - g.xj;
+  const Vec d = at.images.nearest(g.xi - g.xj);
+  if (at.images.any) g.xj = g.xi - d;  // the copy that is near
   const double distance = norm(d);
   g.separation = distance - radius_i - radius_j;
   g.n = (1.0 / distance) * d;
@@ -26,7 +27,7 @@ Geometry between_spheres(const World &world, int a, int b, double radius_i, doub
 
 Geometry at_wall(const World &world, int a, double radius_i, int part, const Closest &closest) {
   Geometry g = of_sphere(world.engine.at, a, radius_i);
-  g.xj = closest.point; g.vj = world.walls.mesh_of(part).velocity_at(closest.point); g.wj = Vec();
+  g.xj = closest.point; g.vj = world.walls.mesh_of(part).velocity_at(closest.on_wall()); g.wj = Vec();
   g.radius_j = INF;
   const Vec d = g.xi - g.xj;
   const double distance = norm(d);

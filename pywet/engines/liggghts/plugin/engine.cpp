@@ -108,9 +108,12 @@ void Engine::find_neighbours(Ranks &ranks) {
   Sent::mark(comm, sent_);
   for (int axis : {0, 1}) {
     const int here = comm->myloc[axis], columns = comm->procgrid[axis];
-    ranks.beside[axis][0] = here > 0 ? comm->procneigh[axis][0] : MPI_PROC_NULL;
-    ranks.beside[axis][1] = here + 1 < columns ? comm->procneigh[axis][1] : MPI_PROC_NULL;
-    ranks.hops[axis] = std::min(columns - 1, 1 + int(2 * comm->cutghost[axis] * columns / lmp_->domain->prd[axis]));
+    const bool ring = at.images.along[axis];
+    ranks.beside[axis][0] = here > 0 || ring ? comm->procneigh[axis][0] : MPI_PROC_NULL;
+    ranks.beside[axis][1] = here + 1 < columns || ring ? comm->procneigh[axis][1] : MPI_PROC_NULL;
+    const int hops = std::min(columns - 1, 1 + int(2 * comm->cutghost[axis] * columns / lmp_->domain->prd[axis]));
+    ranks.hops[axis][0] = hops;
+    ranks.hops[axis][1] = ring ? std::min(hops, columns - 1 - hops) : hops;  // nobody is met twice
   }
 }
 
@@ -135,6 +138,12 @@ void Engine::look() {
   at.nlocal = atom->nlocal;
   at.nall = atom->nlocal + atom->nghost;
   at.dt = lmp_->update->dt;
+  const LAMMPS_NS::Domain &box = *lmp_->domain;
+  for (int axis = 0; axis < 3; axis++) {
+    at.images.along[axis] = box.periodicity[axis] != 0;
+    at.images.length[axis] = at.images.along[axis] ? box.prd[axis] : 0;
+    at.images.any = at.images.any || at.images.along[axis];
+  }
 }
 
 bool Engine::lists_are_new(int64_t step) const { return lmp_->neighbor->ago == 0 || lmp_->neighbor->lastcall == step; }
@@ -157,14 +166,14 @@ bool Engine::read_mesh(size_t m, const Walls &walls, double *out) const {
   const Triangle now{Vec(node[0]), Vec(node[1]), Vec(node[2])};
   LAMMPS_NS::MultiVectorContainer<double, 3, 3> *v =
       tri->prop().getElementProperty<LAMMPS_NS::MultiVectorContainer<double, 3, 3> >("v");
-  Vec shift = now.a - rest.a, velocity, spin;
+  Vec shift = at.images.nearest(now.a - rest.a), velocity, spin;  // the engine takes each triangle to where its middle is in the box
   if (v) velocity = Vec((*v)(0)[0]);
   Turn turn;
   if (mesh.turns) {
     turn = turn_between(rest, now);
-    shift = now.a - turn(rest.a);
+    shift = at.images.nearest(now.a - turn(rest.a));
     if (v) spin = spin_of(now, Vec((*v)(0)[0]), Vec((*v)(0)[1]), Vec((*v)(0)[2]));
-    velocity = velocity - cross(spin, now.a - shift);
+    velocity = velocity - cross(spin, at.images.any ? turn(rest.a) : now.a - shift);
   }
   const Vec parts[6] = {shift, velocity, turn.x, turn.y, turn.z, spin};
   for (int k = 0; k < 6; k++) store(parts[k], out + 3 * k);

@@ -41,6 +41,9 @@ struct View {
   int *tag = nullptr, *mask = nullptr, *type = nullptr;
   int nlocal = 0, nall = 0, free_group = 0;
   double dt = 0;
+  Images images;                                        // of the box
+  // How far two of them are apart, the nearest copies of both: a ghost stands for its sphere wherever it is.
+  Vec apart(int a, int b) const { return images.nearest(Vec(x[a]) - Vec(x[b])); }
   bool free(int a) const { return mask[a] & free_group; }  // moved by its forces, not driven
   bool owned(int a) const { return a >= 0 && a < nlocal; }
 };
@@ -72,7 +75,7 @@ class Engine {
   void attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses);
   void look();
 
-  int local(int id) const;                              // index of a sphere on this rank, -1: not here
+  int local(int id) const;                              // index of a sphere on this rank, its own before a ghost, -1: not here
   void tell_ghosts() const;                             // what their spheres take along; every rank takes part
   void find_neighbours(Ranks &ranks);                   // and whom of this rank's spheres another one holds too
   bool elsewhere(int a) const { return !at.owned(a) || (size_t(a) < sent_.size() && sent_[a]); }

@@ -36,10 +36,11 @@ void Films::enter(int a, double film, int64_t step) {
 }
 
 void Films::mark() {
-  const int n = world_.engine.at.nall;
+  const View &at = world_.engine.at;
+  const int known = world_.ranks.alone() ? at.nlocal : at.nall;  // else nobody asks for ghosts: their spheres are here
   thicker = wall_thicker = 0;
-  thickness_.resize(n);
-  for (int a = 0; a < n; a++) look_at(a);
+  thickness_.resize(at.nall);
+  for (int a = 0; a < known; a++) look_at(a);
   thickness_then = thickness_;
   std::fill(part_thickness_.begin(), part_thickness_.end(), 0.0);
   for (size_t k = 0; k < wall.size(); k++)

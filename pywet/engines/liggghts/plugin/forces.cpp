@@ -45,13 +45,13 @@ void Forces::gather(Together &t) {
       before = a;
     }
     if (b >= 0) {
-      set(t.d, k, x - vector_of(at.x, b)); set(t.v, k, v - vector_of(at.v, b));
+      set(t.d, k, at.images.nearest(x - vector_of(at.x, b))); set(t.v, k, v - vector_of(at.v, b));
       set(t.spin, k, w + block.spin_j[k] * vector_of(at.omega, b));
       continue;
     }
     Site &site = standing_.sites[-1 - b];
     const Closest &c = t.near[k] = walls.closest(x, site);
-    set(t.d, k, x - c.point); set(t.v, k, v - walls.meshes[site.mesh].velocity_at(c.point)); set(t.spin, k, w);
+    set(t.d, k, x - c.point); set(t.v, k, v - walls.meshes[site.mesh].velocity_at(c.on_wall())); set(t.spin, k, w);
   }
 }
 

@@ -90,12 +90,12 @@ Ledger Logs::counted() const {
   return l;
 }
 
-// At the end of the step, as the engine's second half of the kick makes it.
+// At the end of the step, as the engine's second half of the kick makes it; where a run begins nothing has kicked yet.
 void Logs::states() {
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++) {
     State s = {world_.clock.now, world_.clock.time, at.tag[a], world_.spheres.type_of[at.tag[a]], {}, {}, {}};
-    const double half = at.free(a) ? 0.5 * at.dt / at.mass[a] : 0.0;
+    const double half = at.free(a) && !world_.clock.first ? 0.5 * at.dt / at.mass[a] : 0.0;
     store(Vec(at.x[a]), s.x);
     store(Vec(at.v[a]) + half * Vec(at.f[a]), s.v);
     store(Vec(at.omega[a]) + (half / (0.4 * at.radius[a] * at.radius[a])) * Vec(at.torque[a]), s.w);

@@ -77,9 +77,10 @@ void NearPairs::add(int a, int b) {
   if (at.tag[b] < at.tag[a]) std::swap(a, b);
   if (!at.owned(a)) return;
   const int i = at.tag[a], j = at.tag[b];
+  if (at.images.any) b = world_.engine.local(j);  // of several ghosts, or a ghost beside its own sphere, the one that is kept
   const double radii = world_.spheres.radius(i) + world_.spheres.radius(j);
   const double reach = radii + films_.thickness(a) + films_.thickness(b);
-  const double gap = norm(Vec(at.x[a]) - Vec(at.x[b])) - reach - ROUND_OFF * radii;
+  const double gap = norm(at.apart(a, b)) - reach - ROUND_OFF * radii;
   found_.push_back(Pair{i, j, a, b, bridge_of(SPHERE, a, j), radii, gap});
 }
 
@@ -108,23 +109,22 @@ void NearPairs::find_walls() {
   wall_rest_.clear();
   // before the next rebuild a sphere may move half the skin, a mesh its own way; films may grow meanwhile: one skin more
   const double thickest = films_.thickest_part();
-  std::vector<Vec> y(walls.meshes.size());
   std::vector<char> here(walls.meshes.size());
   for (int a = 0; a < at.nlocal; a++) {
     const int i = at.tag[a];
     const double far = films_.reach(a) + 1.5 * world_.engine.skin + world_.engine.mesh_way();
     for (size_t m = 0; m < walls.meshes.size(); m++) {
-      y[m] = walls.meshes[m].to_rest(Vec(at.x[a]));
-      here[m] = Walls::outside(walls.meshes[m].bounds, y[m]) < far + thickest;
+      here[m] = walls.outside(walls.meshes[m], walls.meshes[m].bounds, Vec(at.x[a])) < far + thickest;
     }
     for (size_t p = 0; p < walls.parts.size(); p++) {
       const size_t m = walls.parts[p].mesh;
       if (!here[m]) continue;
-      double distance = Walls::outside(walls.parts[p].bounds, y[m]);
+      double distance = walls.outside(walls.meshes[m], walls.parts[p].bounds, Vec(at.x[a]));
       if (distance >= far + films_.part_thickness(int(p))) continue;
       wall_pairs_.push_back(WallPair{i, int(p), a, site_of(i, int(p))});
       const Site &then = wall_pairs_.back().site;
-      if (then.distance_then >= 0) distance = std::max(distance, then.distance_then - norm(y[m] - then.reference));
+      if (then.distance_then >= 0 && !walls.images.any)
+        distance = std::max(distance, then.distance_then - norm(walls.meshes[m].to_rest(Vec(at.x[a])) - then.reference));
       const int bridge = bridge_of(LARGE_WALL, a, int(p));
       if (bridge >= 0) standing_.bridges[bridge].candidate = int(wall_rest_.size());
       wall_rest_.push_back(bridge < 0 ? rest(wall_pairs_.back(), distance) : INF);
@@ -138,7 +138,8 @@ void NearPairs::move_on(double moved) {
   const View &at = world_.engine.at;
   double fastest = 0;
   int which = -1;
-  for (int a = 0; a < at.nall; a++) {
+  const int known = world_.ranks.alone() ? at.nlocal : at.nall;
+  for (int a = 0; a < known; a++) {
     const double *v = at.v[a];
     const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     if (!(square <= fastest)) {
@@ -194,8 +195,8 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
     if (rest_[c] > way) continue;
     const Pair &pair = pairs_[c];
     const double *x = at.x[pair.a], *y = at.x[pair.b];
-    const double dx = x[0] - y[0], dy = x[1] - y[1], dz = x[2] - y[2];
-    const double square = dx * dx + dy * dy + dz * dz;
+    const Vec d = at.images.nearest(Vec(x[0] - y[0], x[1] - y[1], x[2] - y[2]));
+    const double square = d.x * d.x + d.y * d.y + d.z * d.z;
     const double touch = pair.radii + films_.thickness(pair.a) + films_.thickness(pair.b);
     if (square >= touch * touch) {
       const double then = pair.radii * (1 + ROUND_OFF) + films_.thickness_then[pair.a] + films_.thickness_then[pair.b];
@@ -242,7 +243,7 @@ void NearPairs::propose_walls(std::vector<Event> &events) {
     if (wall_rest_[c] > way) continue;
     WallPair &pair = wall_pairs_[c];
     const Part &part = walls.parts[pair.j];
-    const double far = Walls::outside(part.bounds, walls.mesh_of(pair.j).to_rest(Vec(at.x[pair.a])));
+    const double far = walls.outside(walls.mesh_of(pair.j), part.bounds, Vec(at.x[pair.a]));
     if (far >= films_.reach(pair.a) + films_.part_thickness(pair.j) && far > 0) {
       wall_rest_[c] = rest(pair, far);
       continue;

@@ -31,7 +31,7 @@ class Ranks {
   MPI_Comm all = MPI_COMM_NULL;
   int me = 0, count = 1;
   int beside[2][2] = {};                 // the next ranks down and up x, and y; MPI_PROC_NULL: none
-  int hops[2] = {0, 0};                  // so many of them away along x and y are ranks that hold a sphere which this one holds
+  int hops[2][2] = {};                   // so many of them away down and up x, and y, are ranks that hold a sphere which this one holds
 
   void join(MPI_Comm comm);
   bool alone() const { return count == 1; }
@@ -82,10 +82,11 @@ template <class T>
 std::vector<T> Ranks::near(std::vector<T> mine) const {
   for (int axis : {0, 1}) {
     std::vector<T> down = mine, up = mine;
-    for (int hop = 0; hop < hops[axis]; hop++) {
+    for (int hop = 0; hop < hops[axis][0]; hop++) {
       down = passed_on(down, beside[axis][0], beside[axis][1]);
-      up = passed_on(up, beside[axis][1], beside[axis][0]);
       mine.insert(mine.end(), down.begin(), down.end());
+      if (hop >= hops[axis][1]) continue;
+      up = passed_on(up, beside[axis][1], beside[axis][0]);
       mine.insert(mine.end(), up.begin(), up.end());
     }
   }

@@ -167,12 +167,13 @@ void say_gravity(std::ostream &out) {
   out << ",\"steady_gravity\":" << steady << ",\"gravity\":[" << all[0] << "," << all[1] << "," << all[2] << "]";
 }
 
-std::string periodic_axes() {
+// Lengths along x, y, z [m], 0 where nothing repeats.
+std::string periodic_lengths() {
   const LAMMPS_NS::Domain &box = *lmp_of_script->domain;
-  std::string axes;
-  for (int k = 0; k < 3; k++)
-    if ((k == 0 ? box.xperiodic : k == 1 ? box.yperiodic : box.zperiodic)) axes += std::string(axes.empty() ? "" : ", ") + "xyz"[k];
-  return axes;
+  std::ostringstream out;
+  out.precision(17);
+  for (int k = 0; k < 3; k++) out << (k ? "," : "[") << (box.periodicity[k] ? box.prd[k] : 0.0);
+  return out.str() + "]";
 }
 
 std::vector<Newcomer> spheres_now() {
@@ -226,7 +227,8 @@ EXPORT const char *pywet_script_state() {
       << ",\"check\":" << lists.dist_check << ",\"contact_distance_factor\":" << lists.contactDistanceFactor
       << ",\"skin\":" << lists.skin << ",\"least_radius\":" << properties->min_radius() << ",\"largest_radius\":"
       << properties->max_radius() << ",\"layers\":" << lmp.comm->procgrid[2] << ",\"ghost_velocity\":" << lmp.comm->ghost_velocity
-      << ",\"periodic\":\"" << periodic_axes() << "\",\"coarsegraining\":" << lmp.force->cg_active() << ",\"units\":\"" << lmp.update->unit_style << "\",\"granular\":"
+      << ",\"periodic\":" << periodic_lengths() << ",\"tilted\":" << lmp.domain->triclinic << ",\"reach\":" << lists.cutneighmax
+      << ",\"coarsegraining\":" << lmp.force->cg_active() << ",\"units\":\"" << lmp.update->unit_style << "\",\"granular\":"
       << (lmp.atom->radius_flag && lmp.atom->rmass_flag) << ",\"cohesion\":" << int(cohesion(&lmp));
   say_gravity(out);
   out << ",\"fixes\":[";

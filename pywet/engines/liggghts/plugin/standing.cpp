@@ -1,6 +1,7 @@
 #include "standing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace pywet {
@@ -37,6 +38,15 @@ void Standing::place(Bridge &b) const {
     throw std::runtime_error("the bridge between spheres " + std::to_string(b.i) + " and " + std::to_string(b.j) + " at step " +
                              std::to_string(world_.clock.now) +
                              " reaches beyond the ghost cut-off of this rank; enlarge ghost_cutoff in the deck");
+  const View &at = world_.engine.at;
+  if (!at.images.any || !b.here || b.kind != SPHERE) return;
+  double way[3];
+  store(at.apart(b.a, b.b), way);
+  for (int axis = 0; axis < 3; axis++)
+    if (at.images.along[axis] && std::fabs(way[axis]) > 0.5 * at.images.length[axis] - world_.engine.skin)
+      throw std::runtime_error("the bridge between spheres " + std::to_string(b.i) + " and " + std::to_string(b.j) + " at step " +
+                               std::to_string(world_.clock.now) + " is nearly as long as half the periodic box, " +
+                               number(at.images.length[axis]) + " m, where it could be one with either copy; expected a longer box");
 }
 
 void Standing::add(Bridge b) {

@@ -12,6 +12,7 @@ void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   world.rules.touches_faces = world.rules.touches_faces && world.engine.leaves_faces();
   world.engine.attach(lmp, world.walls, world.rules.touches_faces || !wires.prisms.empty());
   world.engine.look();
+  world.walls.images = world.engine.at.images;
   films.begin();
   turnover.begin();
   faces.arrange();

@@ -93,9 +93,9 @@ void Turnover::end_bridges(const std::vector<RetiredSphere> &gone) {
       const Closest closest = world_.walls.closest(Vec(i->x), standing_.sites[b.site]);
       e.triangle = closest.triangle;
       e.separation = closest.distance - b.radius_i;
-      e.speed = norm(Vec(i->v) - world_.walls.mesh_of(b.j).velocity_at(closest.point));
+      e.speed = norm(Vec(i->v) - world_.walls.mesh_of(b.j).velocity_at(closest.on_wall()));
     } else if (j) {  // else the other end was a ghost and is there still
-      e.separation = norm(Vec(i->x) - Vec(j->x)) - b.radius_i - b.radius_j;
+      e.separation = norm(world_.engine.at.images.nearest(Vec(i->x) - Vec(j->x))) - b.radius_i - b.radius_j;
       e.speed = norm(Vec(i->v) - Vec(j->v));
     }
     ended.push_back(e);

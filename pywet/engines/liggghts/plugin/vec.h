@@ -21,6 +21,17 @@ inline double norm(const Vec &a) { return std::sqrt(dot(a, a)); }
 inline void store(const Vec &a, double *p) { p[0] = a.x; p[1] = a.y; p[2] = a.z; }
 inline void accumulate(double *p, const Vec &a) { p[0] += a.x; p[1] += a.y; p[2] += a.z; }
 
+// The copies of a box that repeats along some axes: of any difference of two places the shortest.
+struct Images {
+  bool along[3] = {false, false, false}, any = false;
+  double length[3] = {0, 0, 0};
+  Vec nearest(const Vec &d) const { return any ? Vec(shortest(d.x, 0), shortest(d.y, 1), shortest(d.z, 2)) : d; }
+  Vec shift(int x, int y, int z) const { return Vec(x * length[0], y * length[1], z * length[2]); }
+
+ private:
+  double shortest(double d, int axis) const { return along[axis] ? d - length[axis] * std::round(d / length[axis]) : d; }
+};
+
 struct Triangle {
   Vec a, b, c;
 };

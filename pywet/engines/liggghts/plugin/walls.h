@@ -66,6 +66,8 @@ struct Site {
   double second = std::numeric_limits<double>::infinity();  // of the next one
   Triangle nearest{};
   std::vector<Other> others;            // in order of their distance
+  std::vector<Site> copies;             // the same of copies of the part, in a box that repeats; of those that came near
+  int copy = 0;                         // its number among all of them
 
   Site(int part, int mesh) : part(part), mesh(mesh) {}
 };
@@ -74,6 +76,8 @@ struct Closest {
   Vec point;
   double distance = std::numeric_limits<double>::infinity();
   int triangle = -1;
+  Vec back;                             // to where the wall itself is, if this is a copy of it in a box that repeats
+  Vec on_wall() const { return point + back; }
 };
 
 // Over what the liquid of a wall is spread at once, so that it has one thickness there.
@@ -90,6 +94,7 @@ class Walls {
   std::vector<Part> parts;
   std::vector<Mesh> meshes;
   double margin = 0;                    // way of a sphere after which the triangles near it are looked for anew
+  Images images;                        // of the box
 
   const Mesh &mesh_of(int part) const { return meshes[parts[part].mesh]; }
 
@@ -117,8 +122,25 @@ class Walls {
 
   Site site_at(int part) const { return Site(part, parts[part].mesh); }
 
-  // Closest point of a part to a centre x, exact; only triangles that can matter are looked at. Of two as close the first one.
+  // Closest point of a part to a centre x, exact; only triangles that can matter are looked at. Of two as close the first one. In
+  // a box that repeats that of the nearest copy of the part.
   Closest closest(const Vec &x, Site &site) const {
+    Closest best = closest_of_one(x, site);
+    if (!images.any) return best;
+    const Mesh &mesh = meshes[site.mesh];
+    each_copy([&](int copy, const Vec &back) {
+      if (outside(parts[site.part].bounds, mesh.to_rest(x + back)) >= best.distance) return;
+      Closest other = closest_of_one(x + back, site_of_copy(site, copy));
+      if (other.distance >= best.distance) return;
+      other.point = other.point - back;
+      other.back = back;
+      best = other;
+    });
+    return best;
+  }
+
+  // Of one of its copies only, the part itself.
+  Closest closest_of_one(const Vec &x, Site &site) const {
     const Mesh &mesh = meshes[site.mesh];
     const Vec y = mesh.to_rest(x);
     double moved = site.distance_then < 0 ? margin : norm(y - site.reference);
@@ -144,11 +166,16 @@ class Walls {
 
   // Whether a point x lies within `near` of those triangles of a part that border on other parts.
   bool on_border(int part, const Vec &x, double near) const {
-    const Vec y = mesh_of(part).to_rest(x);
-    if (outside(parts[part].bounds, y) > near) return false;
-    for (int k : parts[part].border)
-      if (norm(y - closest_point(y, triangles[k])) <= near) return true;
-    return false;
+    bool any = on_border_of_one(part, x, near);
+    if (images.any) each_copy([&](int, const Vec &back) { any = any || on_border_of_one(part, x + back, near); });
+    return any;
+  }
+
+  // Distance of a point from the bounds of a part or mesh, of the nearest copy.
+  double outside(const Mesh &mesh, const Bounds &b, const Vec &x) const {
+    double least = outside(b, mesh.to_rest(x));
+    if (images.any) each_copy([&](int, const Vec &back) { least = std::min(least, outside(b, mesh.to_rest(x + back))); });
+    return least;
   }
 
   // Distance of a point y at rest from the bounds of a part; not more than that from the part.
@@ -160,6 +187,32 @@ class Walls {
 
  private:
   mutable std::vector<Site::Near> scratch_;
+
+  // The boxes beside this one, and the way from it to each: a mesh is at most half a box away from where it was at rest.
+  template <class Work>
+  void each_copy(Work work) const {
+    const int n[3] = {images.along[0], images.along[1], images.along[2]};
+    for (int x = -n[0]; x <= n[0]; x++)
+      for (int y = -n[1]; y <= n[1]; y++)
+        for (int z = -n[2]; z <= n[2]; z++)
+          if (x || y || z) work(9 * x + 3 * y + z, images.shift(x, y, z));
+  }
+
+  static Site &site_of_copy(Site &site, int copy) {
+    for (Site &other : site.copies)
+      if (other.copy == copy) return other;
+    site.copies.push_back(Site(site.part, site.mesh));
+    site.copies.back().copy = copy;
+    return site.copies.back();
+  }
+
+  bool on_border_of_one(int part, const Vec &x, double near) const {
+    const Vec y = mesh_of(part).to_rest(x);
+    if (outside(parts[part].bounds, y) > near) return false;
+    for (int k : parts[part].border)
+      if (norm(y - closest_point(y, triangles[k])) <= near) return true;
+    return false;
+  }
 
   void look_around(const Vec &y, Site &site) const {
     double least = std::numeric_limits<double>::infinity();

@@ -1,0 +1,56 @@
+"""Copies of a box that repeats along some axes, as a user's script may have it: of two places the shortest way, of a wall the
+nearest copy. script.json says how long the box is along each of these axes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from reference_impl.replay import script
+from reference_impl.replay.arrays import Floats
+from reference_impl.replay.io import ReplayError
+
+KEY = "periodic_m"
+
+
+@dataclass(frozen=True)
+class Images:
+    """Lengths of the box along x, y, z [m], 0 where it does not repeat."""
+
+    length: Floats
+
+    @property
+    def any(self) -> bool:
+        """Whether it repeats at all."""
+        return bool((self.length > 0.0).any())
+
+    def nearest(self, way: Floats) -> Floats:
+        """The shortest of all ways between copies of two places; vectors along the last axis."""
+        if not self.any:
+            return way
+        period = np.where(self.length > 0.0, self.length, np.inf)
+        return np.asarray(way - self.length * np.rint(way / period))
+
+    def others(self) -> list[Floats]:
+        """The way to each copy of the box that has a face, edge or corner in common with it."""
+        steps = [(-1, 0, 1) if length > 0.0 else (0,) for length in self.length]
+        return [np.array(n) * self.length for n in product(*steps) if any(n)]
+
+
+def of(folder: Path) -> Images:
+    """The copies of a run's box; none where the run is that of a scene."""
+    noted = script.of(folder) or {}
+    length = noted.get(KEY, [0.0] * 3)
+    if not (
+        isinstance(length, list) and len(length) == 3
+        and all(isinstance(a, (int, float)) and math.isfinite(a) and a >= 0.0 for a in length)
+    ):  # fmt: skip
+        raise ReplayError(
+            f"{Path(folder) / script.FILE} has {KEY} {length}; expected three lengths [m], 0 where the box does not repeat: "
+            "run the script again"
+        )
+    return Images(np.array(length, float))
