@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from pywet.report import plots
 from pywet.report.collect import CaseResult
-from pywet.report.report_numbers import PRESETS, Numbers
-from pywet.runs.spread import difference
+from pywet.report.report_numbers import PRESETS, Numbers, significance
 
 
 def shown(usual: CaseResult, twin: CaseResult, preset: str, numbers: Numbers) -> dict[str, Any]:
@@ -21,32 +19,11 @@ def shown(usual: CaseResult, twin: CaseResult, preset: str, numbers: Numbers) ->
         "problem": f"The run with {preset} is not done: {message}" if message else "",
         "figure": plots.preset_curves(usual, twin, preset) if both else [],
         "rows": _numbers(usual, twin, preset, numbers) if both else [],
-        "apart": apart(usual.ends, twin.ends, preset) if both else "",
     }
 
 
 ENOUGH = 4
-"""Seeds of each preset below which no difference is told: the spread of three is hardly known."""
-
-
-def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
-    """Whether the presets' fractions retained differ by more than seeds do: Welch's interval of the difference, or that it
-    cannot be told.
-
-    >>> apart([0.654], [0.672], "exact")
-    'Whether the fraction retained differs cannot be told: 1 seed of paper and 1 of exact; 4 of each are needed.'
-    """
-    a, b = len(usual), len(other)
-    if min(a, b) < ENOUGH:
-        return (
-            f"Whether the fraction retained differs cannot be told: {a} seed{'s' if a > 1 else ''} of paper and {b} of {preset}; "
-            f"{ENOUGH} of each are needed."
-        )
-    low, high = difference(other, usual)
-    message = f"{preset} − paper lies between {low:+.3f} and {high:+.3f} (95 %, {a} and {b} seeds)"
-    if not (low > 0.0 or high < 0.0):
-        return f"Whether the fraction retained differs cannot be told: {message}."
-    return f"The fraction retained differs by more than seeds do: {message}."
+"""Seeds of each preset below which a difference is inconclusive: the spread of three is hardly known."""
 
 
 def _numbers(usual: CaseResult, twin: CaseResult, preset: str, numbers: Numbers) -> list[str]:
@@ -57,6 +34,7 @@ def _numbers(usual: CaseResult, twin: CaseResult, preset: str, numbers: Numbers)
     for name, values in found.items():
         numbers.label(f"{key}.{name}", name, name)
         numbers.put(f"{key}.{name}.fraction_retained.seeds", len(values["fraction_retained"]))
+    significance(numbers, f"{key}.difference", usual.ends, twin.ends, ENOUGH)
     rows = [row for row in PRESETS if all(of.get(row) for of in found.values())]
     for row in rows:
         numbers.label(f"presets.{row}", PRESETS[row], row)

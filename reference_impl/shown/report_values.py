@@ -29,6 +29,8 @@ LEDGER = ("coarse_material", "fines", "wires", "side_wall", "feed_bin", "outlet"
           "standing_bridges")  # fmt: skip
 RESERVOIRS = ("coarse_material_large", "coarse_material_near_mesh", "coarse_material_small", *LEDGER[1:8])
 FORCES = ("weight", "contact_normal", "contact_tangential")
+USUAL, ENOUGH = "paper", 4
+"""Preset with which others are compared, and seeds of each below which their difference is inconclusive."""
 WITH_WEIGHT = "gravity"
 """Effect whose contribution is that of weight."""
 
@@ -213,20 +215,18 @@ def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
         yield from _spread(f"{name_of(n)}.passed_percent", shares, "unit")
         if len(shares) > 1:
             yield f"{name_of(n)}.seeds", len(shares), "whole"
-    outcomes = []
+    outcomes: list[Any] = []
     for configuration, group in groups.items():
         first, last = group[0], group[-1]
         yield f"{name_of(first)}.configuration", configuration, "states"
         yield f"{name_of(first)}.coarse_percent", 100.0 * cases.summary(first)["coarse_share"], "3 digits"
         if first != last:
-            outcome, *interval = _difference(cases.ends(first), cases.ends(last))
-            outcomes.append(outcome)
-            yield f"{name_of(last)}.difference", outcome, "same"
-            for end, value in zip(("low", "high"), interval, strict=False):
-                yield f"{name_of(last)}.difference.{end}", value, "3 places"
-    compared = "whole" if outcomes and len(groups) > 1 else "absent"
-    yield "comparisons.count", len(outcomes), compared
-    yield "comparisons.significant", outcomes.count("significant"), compared
+            compared = list(_difference(f"{name_of(last)}.difference", cases.ends(first), cases.ends(last), 2))
+            outcomes.append(compared[0][1])
+            yield from compared
+    several = "whole" if outcomes and len(groups) > 1 else "absent"
+    yield "comparisons.count", len(outcomes), several
+    yield "comparisons.significant", outcomes.count("significant"), several
     for kind in ("dry", "moist") if len(groups) > 1 else ():
         of = sorted(
             (p for n, p in passed.items() if (cases.liquid(n) > 0) == (kind == "moist")),
@@ -247,12 +247,15 @@ def _text(numbers: Numbers, key: str) -> str:
     return str(numbers.get(key, {"shown": ""})["shown"])
 
 
-def _difference(one: Sequence[float], two: Sequence[float]) -> tuple[Any, ...]:
+def _difference(key: str, one: Sequence[float], two: Sequence[float], enough: int) -> Iterator[Value]:
     """Whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
-    if min(len(one), len(two)) < 2:
-        return ("inconclusive",)
+    if min(len(one), len(two)) < enough:
+        yield key, "inconclusive", "same"
+        return
     low, high = stats.ttest_ind(two, one, equal_var=False).confidence_interval(0.95)
-    return "significant" if low > 0.0 or high < 0.0 else "not significant", float(low), float(high)
+    yield key, "significant" if low > 0.0 or high < 0.0 else "not significant", "same"
+    yield f"{key}.low", float(low), "3 places"
+    yield f"{key}.high", float(high), "3 places"
 
 
 def _cross_check(cases: Cases) -> Iterator[Value]:
@@ -346,6 +349,8 @@ def runs_of_presets(cases: Cases, numbers: Numbers) -> dict[str, dict[str, str]]
 def _presets(cases: Cases, numbers: Numbers) -> Iterator[Value]:
     for case, folders in runs_of_presets(cases, numbers).items():
         yield f"presets.{case}.case", int(case.removeprefix("case")), "whole"
+        groups = [cases.ends(run) for _, run in sorted(folders.items(), key=lambda of: of[0] != USUAL)]
+        yield from _difference(f"presets.{case}.difference", groups[0], groups[-1], ENOUGH)
         rows = {preset: dict(_of_preset(cases, run)) for preset, run in folders.items()}
         for preset, of in rows.items():
             key = f"presets.{case}.{preset}"

@@ -37,8 +37,13 @@ TWIN = "case02_exact"
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Six cases whose tables differ in every column."""
-    root, config, random = tmp_path_factory.mktemp("report"), settings.load(ROOT / "config"), np.random.default_rng(3)
-    for number in CASES:
+    return made(tmp_path_factory.mktemp("report"), CASES)
+
+
+def made(root: Path, cases: tuple[int, ...]) -> Path:
+    """Folders of cases, and of case 2 with the other preset, whose tables differ in every column."""
+    config, random = settings.load(ROOT / "config"), np.random.default_rng(3)
+    for number in cases:
         case = config.case(number)
         run = synthetic.make(root / case.name, moist=case.liquid_percent > 0, name=case.name)
         stages.results(run)
@@ -113,9 +118,12 @@ def _files(run: Path, number: int, random: np.random.Generator) -> None:
     audit.write(run)
 
 
-def written(folder: Path, template: Path = ROOT / "workflow" / "report") -> Path:
-    out, comparisons = folder / "report.html", {TWIN: (2, "exact")}
-    report.write(settings.load(ROOT / "config"), "smoke", CASES, folder, template, None, out, comparisons)
+def written(
+    folder: Path, template: Path = ROOT / "workflow" / "report", cases: tuple[int, ...] = CASES, scale: str = "smoke"
+) -> Path:
+    """Write the report on cases, with case 2 by both presets."""
+    out, comparisons = folder / "report.html", {TWIN: (2, "exact")} if 2 in cases else {}
+    report.write(settings.load(ROOT / "config"), scale, cases, folder, template, None, out, comparisons)
     return out
 
 
@@ -359,9 +367,14 @@ def test_faults_of_what_draws_are_found_and_named(name: str, folder: Path, monke
 
 @pytest.fixture(scope="module")
 def seeded(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same cases, case 2 with two more seeds, one of them with other outputs, and its preset with one."""
-    root, random = tmp_path_factory.mktemp("seeds") / "runs", np.random.default_rng(5)
-    shutil.copytree(folder, root, ignore=shutil.ignore_patterns("*.html"))
+    """The same cases with more seeds."""
+    return with_seeds(folder, tmp_path_factory.mktemp("seeds") / "runs")
+
+
+def with_seeds(folder: Path, root: Path) -> Path:
+    """Copy cases; case 2 has two more seeds, one of them with other outputs, and its preset one."""
+    random = np.random.default_rng(5)
+    shutil.copytree(folder, root, ignore=shutil.ignore_patterns("report.*", "*.html"))
     for name, rows in (("case02-8", 31), ("case02-9", 16), (f"{TWIN}-8", 31)):
         table = pd.read_parquet(root / "case02" / "results" / "fraction_retained.parquet").iloc[:: 30 // (rows - 1)]
         for column in [c for c in table if str(c).startswith("fraction_retained")]:

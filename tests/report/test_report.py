@@ -121,19 +121,18 @@ def test_presets_are_laid_side_by_side_with_what_their_bridges_did(config: setti
 
 
 def test_one_seed_of_each_preset_is_no_difference(config: settings.Config, folder: Path) -> None:
-    """The page says that it cannot be told; from four seeds on it gives Student's interval, by hand here: equal spreads s of
-    5 and 5 seeds have 8 degrees of freedom, t = 2.306, half width t s sqrt(2/5)."""
-    usual = collect(folder, [config.case(2)])[0]
-    numbers = report_numbers.Numbers()
-    shown = presets.shown(usual, usual, "exact", numbers)
-    assert "cannot be told: 1 seed of paper and 1 of exact; 4 of each are needed" in shown["apart"]
+    """Inconclusive; from four seeds on Student's interval, by hand here: equal spreads s of 5 and 5 seeds have 8 degrees of
+    freedom, t = 2.306, half width t s sqrt(2/5)."""
+    usual, numbers = collect(folder, [config.case(2)])[0], report_numbers.Numbers()
+    presets.shown(usual, usual, "exact", numbers)
+    assert numbers["presets.case02.difference"]["value"] == "inconclusive" and presets.ENOUGH == 4
     assert numbers["presets.case02.paper.fraction_retained.seeds"]["value"] == 1
     spread = [0.64, 0.65, 0.66, 0.67, 0.68]
     half = 2.306 * np.std(spread, ddof=1) * np.sqrt(2 / 5)
-    output_text = presets.apart(spread, [v + 0.01 for v in spread], "exact")
-    assert "cannot be told" in output_text and f"{0.01 - half:+.3f} and {0.01 + half:+.3f}" in output_text
-    output_text = presets.apart(spread, [v + 0.1 for v in spread], "exact")
-    assert "differs by more than seeds do" in output_text and f"{0.1 - half:+.3f} and {0.1 + half:+.3f}" in output_text
+    for by, found in ((0.01, "not significant"), (0.1, "significant")):
+        report_numbers.significance(numbers, "d", spread, [v + by for v in spread], presets.ENOUGH)
+        assert numbers["d"]["value"] == found
+        assert [numbers[f"d.{end}"]["shown"] for end in ("low", "high")] == [f"{by - half:+.3f}", f"{by + half:+.3f}"]
 
 
 def test_a_failed_case_is_named_with_its_reason_escaped(config: settings.Config, folder: Path) -> None:
