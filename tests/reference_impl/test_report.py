@@ -312,6 +312,10 @@ DRAWN: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
         lambda p: p.setattr(plots, "_draw_moisture", lambda axes, g, d=plots._draw_moisture: d(axes, g[1:])),
         "figure moisture: case 1 is not shown",
     ),
+    "labels of reservoirs swapped": (
+        places(wires=("outlet", "#d98032"), outlet=("wires", "#e07a9c")),
+        "the curve of case02:outlet_m3 is called 'wires'; expected words that state 'outlet'",
+    ),
     "two colours alike": (
         places(outlet=("outlet", "#d98436")),
         "the colours of 'wires' and 'outlet' can hardly be told apart",
