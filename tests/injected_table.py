@@ -122,7 +122,7 @@ UNSEEN = (
     ("a wrong reading of a paper that engine and reference share",
      "both use the same corrected equations ([shared readings](shared_readings.md))"),
     ("words of the report that are exchanged, such as the heads of two columns or two labels of a legend",
-     "numbers are checked by the keys of report.json; a test compares the words with `tests/data/report.txt`"),
+     "numbers are checked by the keys of report.json; a test compares the words with `tests/data/report`"),
 )  # fmt: skip
 """What the replay cannot see without a run to show it."""
 WHY = {
