@@ -100,7 +100,7 @@ AFTER = (
           of_report(test_report.DRAWN, "figures")),
     Place("3-D scene", "data of the 3-D scene in the report", "reference_impl/test_scenes.py",
           of_report(test_scenes.FAULTS, "3-D scene")),
-    Place("page", "text and tables of the report", "reference_impl/test_report.py", of_report(test_report.SHOWN, "page")),
+    Place("page", "numbers of the report, in report.json", "reference_impl/test_report.py", of_report(test_report.SHOWN, "page")),
 )  # fmt: skip
 HEAD = """# Injected faults
 
@@ -121,6 +121,8 @@ UNSEEN = (
     ("contact forces of the dry model, without recorded motion", "with `output.window_trajectories` Newton's law shows them"),
     ("a wrong reading of a paper that engine and reference share",
      "both use the same corrected equations ([shared readings](shared_readings.md))"),
+    ("words of the report that are exchanged, such as the heads of two columns or two labels of a legend",
+     "numbers are checked by the keys of report.json; a test compares the words with `tests/data/report`"),
 )  # fmt: skip
 """What the replay cannot see without a run to show it."""
 WHY = {

@@ -82,7 +82,7 @@ def _text(run: RunDir, frames: int) -> str:
             **head,
             "times": line.times[rows].tolist(),
             "telling": telling * run.scene.time_step_s,
-            "classes": [c.name.replace("_", " ") for c in run.scene.classes],
+            "classes": [c.name for c in run.scene.classes],
             "origin": middle.tolist(),
             "quantum": quantum,
             "middle": seen.tolist(),
@@ -171,14 +171,14 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
 
 
 def _curves(run: RunDir) -> list[dict[str, Any]]:
-    """Title, times [s] and values of the curves next to the scene."""
+    """Quantity, times [s] and values of the curves next to the scene; viewer.js has their titles."""
     line = run.timeline
     retained = 1.0 - line.passed @ line.mass / line.mass.sum()
-    curves: list[tuple[str, Any, Any]] = [("fraction retained (spheres)", line.times, retained)]
+    curves: list[tuple[str, Any, Any]] = [("fraction_retained_spheres", line.times, retained)]
     if run.moist:
         ledger = run.ledger
-        curves.append(("liquid in bridges, %", ledger["time"], 100.0 * ledger["bridges"] / ledger["initial"]))
-    return [{"title": title, "x": x.tolist(), "y": y.tolist()} for title, x, y in curves]
+        curves.append(("liquid_in_bridges_percent", ledger["time"], 100.0 * ledger["bridges"] / ledger["initial"]))
+    return [{"quantity": quantity, "x": x.tolist(), "y": y.tolist()} for quantity, x, y in curves]
 
 
 def _blob(arrays: dict[str, NDArray[Any]]) -> tuple[dict[str, tuple[str, int, int]], str]:

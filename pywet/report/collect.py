@@ -15,7 +15,6 @@ from pywet.errors import PywetError
 from pywet.planning import audit
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Plan, Replay, Summary
-from pywet.runs.spread import with_interval
 from pywet.util.files import read_table
 
 
@@ -72,12 +71,10 @@ class CaseResult:
         further = [float(table["fraction_retained"].iloc[-1]) for table in self.seeds if len(table)]
         return [self.summary["fraction_retained_end"], *further]
 
-    def over_seeds(self, *keys: str, factor: float = 1.0, digits: int = 3) -> str:
-        """A number of summary.json by its keys, over all seeds as mean ± interval; a dash where the run has none."""
+    def over_seeds(self, *keys: str, factor: float = 1.0) -> list[float]:
+        """A number of summary.json by its keys, of every seed; empty where the run has none."""
         values = [_deep(summary, keys) for summary in (self.summary, *self.others)]
-        if values[0] is None:
-            return "–"
-        return with_interval([factor * v for v in values if v is not None], digits)
+        return [] if values[0] is None else [factor * v for v in values if v is not None]
 
     @property
     def ledger_error(self) -> float | None:

@@ -21,10 +21,10 @@ FORCES = {
 
 @dataclass(frozen=True)
 class Cell:
-    """Measured value, what was predicted, colour, and the words behind it."""
+    """Measured share, what was predicted, colour, and the words behind it."""
 
-    value: str
-    predicted: str
+    share: float | None
+    predicted: float | None
     colour: str
     text: str
 
@@ -34,10 +34,10 @@ Row = tuple[str, str, list[Cell | None]]
 
 
 def rows(results: Sequence[CaseResult]) -> list[Row]:
-    """Forces that always act, then the effects of the plan; empty where no case was measured."""
+    """Forces that always act, then the effects of the plan, by their names in files; empty where no case was measured."""
     if not any(r.contributions for r in results):
         return []
-    found: list[Row] = [(name, audit.IMPULSE, [_force(r, key) for r in results]) for key, name in FORCES.items()]
+    found: list[Row] = [(key, audit.IMPULSE, [_force(r, key) for r in results]) for key in FORCES]
     names = list(dict.fromkeys(row.effect for r in results for row in r.audit))
     for name in names:
         if name == "gravity":  # the first row
@@ -45,7 +45,7 @@ def rows(results: Sequence[CaseResult]) -> list[Row]:
         of_case = [next((row for row in r.audit if row.effect == name), None) for r in results]
         measure = next(row.measure for row in of_case if row is not None)
         cells = [_judged(row, r.contributions) for row, r in zip(of_case, results, strict=True)]
-        found.append((name.replace("_", " "), measure, cells))
+        found.append((name, measure, cells))
     return found
 
 
@@ -63,7 +63,7 @@ def _force(result: CaseResult, key: str) -> Cell | None:
     if not result.contributions:
         return None
     entry = result.contributions["effects"][key]
-    return Cell(_percent(entry["impulse_share"]), "", "", _energy(entry))
+    return Cell(entry["impulse_share"], None, "", _energy(entry))
 
 
 def _judged(row: audit.AuditRow | None, contributions: dict[str, Any] | None) -> Cell | None:
@@ -71,16 +71,16 @@ def _judged(row: audit.AuditRow | None, contributions: dict[str, Any] | None) ->
         return None
     entry = contributions["effects"].get(row.effect, {})
     colour = "off" if not row.on and row.verdict == audit.OK else CLASS[row.verdict]
-    predicted = f"predicted {_percent(row.predicted)}" if row.predicted is not None else ""
-    return Cell(_percent(row.measured), predicted, colour, "; ".join(t for t in (row.text, _energy(entry)) if t))
+    return Cell(row.measured, row.predicted, colour, "; ".join(t for t in (row.text, _energy(entry)) if t))
 
 
 def _energy(entry: dict[str, Any]) -> str:
     share = entry.get("energy_share")
-    return "" if share is None else f"{_percent(share)} of the energy turned over"
+    return "" if share is None else f"{percent(share)} % of the energy turned over"
 
 
-def _percent(share: float | None) -> str:
+def percent(share: float | None) -> str:
+    """A share in per cent with two digits, from 99.5 % on in whole per cent; a dash for None."""
     if share is None:
         return "–"
-    return "0" if share == 0 else f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
+    return f"{100 * share:.2g}" if share < 0.995 else f"{100 * share:.0f}"

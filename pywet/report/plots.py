@@ -6,7 +6,7 @@ Panels follow from the cases given: one per material (dry), one per configuratio
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 from typing import Any
@@ -29,6 +29,11 @@ WIDEST = 40
 """Letters of a heading that fit a panel; those of a longer one are smaller."""
 BAND = ":band"
 """Behind the name of a curve: what is drawn between its seeds."""
+COARSE = "coarse_share"
+"""Column of the line at the share that cannot pass."""
+FRACTION, LIQUID = "fraction_retained", "liquid_percent"
+QUANTITIES = {"time_since_opening_s": TIME, FRACTION: "fraction retained Y", LIQUID: "liquid in % of what was put in"}
+"""Quantity of an axis and its words."""
 PLACES = {
     "coarse_material_large": ("on the screen: large", "#0b3c78"),
     "coarse_material_near_mesh": ("on the screen: near mesh", "#3b7fbf"),
@@ -42,35 +47,56 @@ PLACES = {
     "collecting_bin": ("collecting bin", "#8a5a33"),
 }
 """Column of the liquid table (without _m3) -> label and colour, from bottom to top of the stack."""
+SIZES = {"small": "small", "near_mesh": "near mesh"}
+"""Size class that is drawn and its word in a legend."""
+WORDS = {**SIZES, COARSE: "share that cannot pass", **{name: label for name, (label, _) in PLACES.items()}}
+"""Word in a legend for a size class, a liquid reservoir or the line of the coarse share."""
 Panel = tuple[str, Sequence[CaseResult]]
 Draw = Callable[[Axes, Sequence[CaseResult]], None]
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """Panels of one figure, how each is drawn, how many stand side by side, and what the axes are."""
+    """Panels of one figure, how each is drawn, how many are side by side, and what the axes are.
+
+    `title`: the values that a panel's heading states, of its first case; `meaning`: those that the label of a curve states.
+    """
 
     panels: Sequence[Panel]
     draw: Draw
     columns: int
     label: Callable[[Axes], None]
+    title: Callable[[CaseResult], str]
+    meaning: Callable[[CaseResult, str], str]
+    quantity: str = FRACTION
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """Words of a panel or a curve, and the values that they state."""
+
+    key: str
+    value: str
+    shown: str
 
 
 def dry(results: Sequence[CaseResult]) -> Sheet:
     """Fraction retained of the dry cases, one panel per material (Fig. 10)."""
     cases = [r for r in results if not r.moist]
     shown = _panels(cases, lambda r: r.case.material, lambda r: f"dry {r.case.material}")
-    return Sheet(shown, _draw_dry, 2, _label_fraction)
+    return Sheet(shown, _draw_dry, 2, _label_fraction, lambda r: r.case.material, _screen)
 
 
 def moisture(results: Sequence[CaseResult]) -> Sheet:
     """Fraction retained for every liquid amount, one panel per configuration (Fig. 12)."""
-    return Sheet(_panels(results, lambda r: r.configuration, title), _draw_moisture, 3, _label_fraction)
+    shown = _panels(results, lambda r: r.configuration, title)
+    return Sheet(shown, _draw_moisture, 3, _label_fraction, configuration_value, _amount)
 
 
 def classes(results: Sequence[CaseResult]) -> Sheet:
     """Fraction retained of the small and the near mesh class at the larger amplitude (Fig. 13)."""
-    return Sheet(_panels(_strong(results), lambda r: r.configuration, title), _draw_classes, 2, _label_fraction)
+    shown = _panels(_strong(results), lambda r: r.configuration, title)
+    return Sheet(shown, _draw_classes, 2, _label_fraction, configuration_value, _amount)
 
 
 def liquid(results: Sequence[CaseResult]) -> Sheet:
@@ -81,13 +107,33 @@ def liquid(results: Sequence[CaseResult]) -> Sheet:
     }
     shown = [r for r in moist if r.case.liquid_percent == least[r.configuration]]
     of_each = _panels(shown, lambda r: r.configuration, lambda r: f"{title(r)}, M = {r.case.liquid_percent:g} %")
-    return Sheet(of_each, _draw_liquid, 2, _label_liquid)
+    return Sheet(of_each, _draw_liquid, 2, _label_liquid, lambda r: f"{configuration_value(r)} {r.case.liquid_percent:g}",
+                 lambda _, column: column.removesuffix("_m3"), LIQUID)  # fmt: skip
 
 
-def apart(sheet: Sheet, name: str) -> list[dict[str, str]]:
+def configuration_value(result: CaseResult) -> str:
+    """Values of a configuration: material, sizes, aperture and amplitude."""
+    sizes = "/".join(f"{d:g}" for d in result.case.diameters_mm)
+    return f"{result.case.material} {sizes} {_screen(result)}"
+
+
+def _screen(result: CaseResult, _: str = "") -> str:
+    return f"{result.case.aperture_mm:g} {result.case.set_amplitude_mm:g}"
+
+
+def _amount(result: CaseResult, column: str) -> str:
+    """Liquid and, of one size class, its name."""
+    return " ".join(filter(None, (f"{result.case.liquid_percent:g}", _class(column))))
+
+
+def _class(column: str) -> str:
+    return column.removeprefix(FRACTION).removeprefix("_")
+
+
+def apart(sheet: Sheet, name: str) -> list[dict[str, Any]]:
     """Every panel as a picture of its own, so that a narrow screen shows them one below the other; `name`: of the figure.
 
-    Its SVG text, what it shows in words for those who do not see it, and its curves as JSON.
+    Its SVG text, what it shows in words for those who do not see it, its curves as JSON, and what its words mean.
     """
     found = []
     with plt.rc_context({**STYLE, "svg.fonttype": "none", "path.simplify": False}):
@@ -96,13 +142,34 @@ def apart(sheet: Sheet, name: str) -> list[dict[str, str]]:
             _panel(axes, sheet, heading, group)
             if sheet.draw is _draw_liquid:
                 _legend_below(figure, 2)
-            drawn = [a for a in (*axes.get_lines(), *axes.collections) if not (a.get_gid() or BAND).endswith(BAND)]
+            every = [*axes.get_lines(), *axes.collections]
+            drawn = [a for a in every if not (a.get_gid() or BAND).endswith((BAND, COARSE))]
             curves = [_data(artist) for artist in drawn]
             ends = [f"{c['label']} ends at {c['y'][-1]:.3g}" for c in curves if c["y"]]
             found.append({"svg": inline(svg(figure, transparent=True), f"{name}{k}"),
                           "alt": f"{heading}: {'; '.join(ends) or 'nothing to show'}",
-                          "curves": json.dumps(curves).replace("<", "\\u003c")})  # fmt: skip
+                          "curves": json.dumps(curves).replace("<", "\\u003c"),
+                          "meanings": list(_meanings(sheet, f"figure.{name}.{k}", heading, group, every))})  # fmt: skip
     return found
+
+
+def _meanings(
+    sheet: Sheet, key: str, heading: str, group: Sequence[CaseResult], artists: Sequence[Any]
+) -> Iterator[Meaning]:
+    """What heading, axes and legend of a panel mean."""
+    yield Meaning(f"{key}.title", sheet.title(group[0]), heading)
+    for axis, quantity in (("x", "time_since_opening_s"), ("y", sheet.quantity)):
+        yield Meaning(f"{key}.{axis}", quantity, QUANTITIES[quantity])
+    results = {_run(r): r for r in group}
+    for artist in artists:
+        run, _, column = (artist.get_gid() or BAND).partition(":")
+        if run and not column.endswith(BAND):
+            value = column if column == COARSE else sheet.meaning(results[run], column)
+            yield Meaning(f"{key}.{run}.{column}", value, artist.get_label())
+
+
+def _run(result: CaseResult) -> str:
+    return result.folder.name if result.folder else result.case.name
 
 
 def _data(artist: Any) -> dict[str, Any]:
@@ -120,18 +187,23 @@ def _data(artist: Any) -> dict[str, Any]:
             "x": np.asarray(x, float).tolist(), "y": np.asarray(y, float).tolist()}  # fmt: skip
 
 
-def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[dict[str, str]]:
+def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[dict[str, Any]]:
     """Fraction retained of one case with two presets of laws, one panel."""
 
     def draw(axes: Axes, group: Sequence[CaseResult]) -> None:
         for result, name, colour in zip(group, ("paper", preset), (NAVY, ORANGE), strict=True):
             _curve(axes, result, "fraction_retained", color=colour, label=f"{name}, all")
-            near = {"color": colour, "linestyle": DASHED, "label": f"{name}, near mesh"}
+            near = {"color": colour, "linestyle": DASHED, "label": f"{name}, {SIZES['near_mesh']}"}
             _curve(axes, result, "fraction_retained_near_mesh", **near)
         _end(axes, group)
 
-    sheet = Sheet([(f"(a) {title(usual)}", [usual, twin])], draw, 1, _label_fraction)
-    return apart(sheet, f"presets{usual.case.case}")
+    names = {_run(usual): "paper", _run(twin): preset}
+
+    def meaning(result: CaseResult, column: str) -> str:
+        return " ".join(filter(None, (names[_run(result)], _class(column))))
+
+    sheet = Sheet([(f"(a) {title(usual)}", [usual, twin])], draw, 1, _label_fraction, configuration_value, meaning)
+    return apart(sheet, f"presets.{usual.case.name}")
 
 
 def title(result: CaseResult) -> str:
@@ -190,13 +262,13 @@ def _legend_below(figure: Figure, columns: int) -> None:
 
 
 def _label_fraction(axes: Axes) -> None:
-    axes.set(ylim=(0.0, 1.03), xlim=(0.0, None), ylabel="fraction retained Y", xlabel=TIME)
+    axes.set(ylim=(0.0, 1.03), xlim=(0.0, None), ylabel=QUANTITIES[FRACTION], xlabel=TIME)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="best")
 
 
 def _label_liquid(axes: Axes) -> None:
-    axes.set(ylim=(0.0, 100.0), xlim=(0.0, None), ylabel="liquid in % of what was put in", xlabel=TIME)
+    axes.set(ylim=(0.0, 100.0), xlim=(0.0, None), ylabel=QUANTITIES[LIQUID], xlabel=TIME)
 
 
 def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
@@ -204,7 +276,7 @@ def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
     table = result.retained
     if table is None or column not in table:
         return
-    time, run = table["time_since_opening_s"], result.folder.name if result.folder else result.case.name
+    time, run = table["time_since_opening_s"], _run(result)
     axes.plot(time, table[column], linewidth=1.7, gid=f"{run}:{column}", **look)
     if result.seeds:
         every = [np.interp(time, seed["time_since_opening_s"], seed[column]) for seed in (table, *result.seeds)]
@@ -230,9 +302,9 @@ def _draw_moisture(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 def _draw_classes(axes: Axes, group: Sequence[CaseResult]) -> None:
     for colour, result in zip(_moisture_colours(group), group, strict=True):
-        for kind, style in (("small", "-"), ("near mesh", DASHED)):
-            column = f"fraction_retained_{kind.replace(' ', '_')}"
-            _curve(axes, result, column, color=colour, linestyle=style, label=f"{_moisture(result)}, {kind}")
+        for (kind, words), style in zip(SIZES.items(), ("-", DASHED), strict=True):
+            label = f"{_moisture(result)}, {words}"
+            _curve(axes, result, f"{FRACTION}_{kind}", color=colour, linestyle=style, label=label)
 
 
 def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
@@ -247,14 +319,14 @@ def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
         table["time_since_opening_s"], parts, labels=labels, colors=colours, edgecolor="white", linewidth=0.3
     )
     for name, area in zip(used, stack, strict=True):
-        area.set_gid(f"{group[0].case.name}:{name}_m3")
+        area.set_gid(f"{_run(group[0])}:{name}_m3")
 
 
 def _end(axes: Axes, group: Sequence[CaseResult]) -> None:
     """Where the dry fraction retained must end: the share of the class that cannot pass."""
-    share = next((r.summary["coarse_share"] for r in group if r.summary), None)
-    if share is not None:
-        axes.axhline(share, color="#aab3bb", linewidth=1.0, linestyle=":", label="share that cannot pass")
+    for r in [r for r in group if r.summary][:1]:
+        look: Any = {"color": "#aab3bb", "linewidth": 1.0, "linestyle": ":", "label": WORDS[COARSE]}
+        axes.axhline(r.summary["coarse_share"] if r.summary else 0.0, gid=f"{_run(r)}:{COARSE}", **look)
 
 
 def _moisture(result: CaseResult) -> str:

@@ -2,81 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from pywet.report import plots
 from pywet.report.collect import CaseResult
-from pywet.runs.spread import difference, with_interval
+from pywet.report.report_numbers import PRESETS, Numbers, significance
 
 
-def shown(usual: CaseResult, twin: CaseResult, preset: str) -> dict[str, Any]:
-    """Return the template's data for a case as configured and for its run with another preset."""
+def shown(usual: CaseResult, twin: CaseResult, preset: str, numbers: Numbers) -> dict[str, Any]:
+    """Return the template's data for a case as configured and for its run with another preset; their numbers are put in."""
     message = "; ".join(twin.problems)
     both = usual.summary is not None and twin.summary is not None
     return {
-        "case": usual.case.case,
+        "case": usual.case.name,
         "preset": preset,
-        "said": f"The run with {preset} is not done: {message}" if message else "",
+        "problem": f"The run with {preset} is not done: {message}" if message else "",
         "figure": plots.preset_curves(usual, twin, preset) if both else [],
-        "rows": _numbers(usual, twin) if both else [],
-        "apart": apart(usual.ends, twin.ends, preset) if both else "",
+        "rows": _numbers(usual, twin, preset, numbers) if both else [],
     }
 
 
 ENOUGH = 4
-"""Seeds of each preset below which no difference is told: the spread of three is hardly known."""
+"""Seeds of each preset below which a difference is inconclusive: the spread of three is hardly known."""
 
 
-def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
-    """Whether the presets' fractions retained differ by more than seeds do: Welch's interval of the difference, or that it
-    cannot be told.
-
-    >>> apart([0.654], [0.672], "exact")
-    'Whether the fraction retained differs cannot be told: 1 seed of paper and 1 of exact; 4 of each are needed.'
-    """
-    a, b = len(usual), len(other)
-    if min(a, b) < ENOUGH:
-        return (
-            f"Whether the fraction retained differs cannot be told: {a} seed{'s' if a > 1 else ''} of paper and {b} of {preset}; "
-            f"{ENOUGH} of each are needed."
-        )
-    low, high = difference(other, usual)
-    message = f"{preset} − paper lies between {low:+.3f} and {high:+.3f} (95 %, {a} and {b} seeds)"
-    if not (low > 0.0 or high < 0.0):
-        return f"Whether the fraction retained differs cannot be told: {message}."
-    return f"The fraction retained differs by more than seeds do: {message}."
-
-
-def _spread(values: Sequence[float]) -> str:
-    """Write the value of one seed, or the mean over seeds with its 95 % interval."""
-    if len(values) < 2:
-        return f"{values[0]:.3f}, one seed" if values else "–"
-    return f"{with_interval(values)}, {len(values)} seeds"
-
-
-def _numbers(usual: CaseResult, twin: CaseResult) -> list[dict[str, str]]:
-    """Fraction retained, bridges and liquid at the end, and what the run took."""
-    rows = [{"name": "fraction retained", "paper": _spread(usual.ends), "other": _spread(twin.ends)}]
-    for name, keys in (
-        ("bridges formed", ("events", "formations")),
-        ("bridges ruptured", ("events", "ruptures")),
-        ("wall time in s", ("wall_s",)),
-    ):
-        both = [r.over_seeds(*keys) for r in (usual, twin)]
-        if "–" not in both:
-            rows.append({"name": name, "paper": both[0], "other": both[1]})
-    for column, (label, _) in plots.PLACES.items():
-        held = [_held(r, column) for r in (usual, twin)]
-        if all(held):
-            rows.append({"name": f"liquid {label}", "paper": f"{held[0]} %", "other": f"{held[1]} %"})
+def _numbers(usual: CaseResult, twin: CaseResult, preset: str, numbers: Numbers) -> list[str]:
+    """Put in fraction retained, bridges and liquid at the end, and what the run took; returns the rows that both runs have."""
+    key = f"presets.{usual.case.name}"
+    numbers.put(f"{key}.case", usual.case.case)
+    found = {"paper": _values(usual), preset: _values(twin)}
+    for name, values in found.items():
+        numbers.label(f"{key}.{name}", name, name)
+        numbers.put(f"{key}.{name}.fraction_retained.seeds", len(values["fraction_retained"]))
+    significance(numbers, f"{key}.difference", usual.ends, twin.ends, ENOUGH)
+    rows = [row for row in PRESETS if all(of.get(row) for of in found.values())]
+    for row in rows:
+        numbers.label(f"presets.{row}", PRESETS[row], row)
+        form = {"fraction_retained": ".3f", "liquid_percent": ".2f"}.get(row.partition(".")[0], "")
+        for name, values in found.items():
+            numbers.spread(f"{key}.{name}.{row}", values[row], form=form)
     return rows
 
 
-def _held(result: CaseResult, column: str) -> str:
-    """Per cent of the liquid put in that a reservoir holds at the end, over seeds; empty where a run does not have it."""
-    every = [s for s in (result.summary, *result.others) if s and s["initial_liquid_m3"]]
-    if not every or column not in every[0]["liquid_end_m3"]:
-        return ""
-    shares = [100.0 * s["liquid_end_m3"].get(column, 0.0) / s["initial_liquid_m3"] for s in every]
-    return with_interval(shares) if len(shares) > 1 else f"{shares[0]:.2f}"
+def _values(result: CaseResult) -> dict[str, list[float]]:
+    """The rows of one run, of every seed; liquid in per cent of what was put in."""
+    rows = {name: result.over_seeds("events", name) for name in ("formations", "ruptures")}
+    put_in = result.over_seeds("initial_liquid_m3")
+    held = {name: result.over_seeds("liquid_end_m3", name, factor=100.0) for name in plots.PLACES}
+    shares = {f"liquid_percent.{n}": [h / i for h, i in zip(v, put_in, strict=False) if i] for n, v in held.items()}
+    return {"fraction_retained": result.ends, **rows, "wall_s": result.over_seeds("wall_s"), **shares}

@@ -1,25 +1,25 @@
 """The report: one HTML file with everything in it, from the run directories of all cases at one scale.
 
-Gathers what the template `workflow/report/report.html.j2` shows; reads only what the stages wrote and computes nothing again.
+Gathers what the template `workflow/report/report.html.j2` shows and writes its numbers to report.json; reads only what the stages
+wrote and computes nothing again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import jinja2
 
 import pywet
-from pywet.cases.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 from pywet.config import Config, of_run
 from pywet.errors import PywetError
 from pywet.report import answer, browser, contributed, page, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
+from pywet.report.report_numbers import CASES, LEDGER, Numbers, collected
 from pywet.runs.rundir import RunDir
-from pywet.runs.spread import with_interval
-from pywet.util.files import atomic_write
+from pywet.util.files import atomic_write, write_json
 
 TEMPLATE = "report.html.j2"
 SCENES = 60_000_000
@@ -46,36 +46,41 @@ def write(
     """
     results = collect(folder, [config.case(number) for number in cases])
     usual = {r.case.case: r for r in results}
+    numbers = collected(results, config, scale)
     pairs = [
-        presets.shown(usual[number], collect_run(folder / name, config.case(number)), preset)
+        presets.shown(usual[number], collect_run(folder / name, config.case(number)), preset, numbers)
         for name, (number, preset) in (twins or {}).items()
     ]
-    _render(config, scale, results, template_dir, picture, out, pairs)
+    _render(scale, results, numbers, template_dir, picture, out, pairs)
 
 
 def write_run(run_dir: Path, template_dir: Path, picture: Path | None) -> Path:
     """Write the report on one run of a case into its own folder, from the configuration that was stored with it."""
     config, number, scale = of_run(run_dir)
-    out = run_dir / "report.html"
-    _render(config, scale, [collect_run(run_dir, config.case(number), alone=True)], template_dir, picture, out)
+    out, results = run_dir / "report.html", [collect_run(run_dir, config.case(number), alone=True)]
+    _render(scale, results, collected(results, config, scale), template_dir, picture, out)
     return out
 
 
 def _render(
-    config: Config,
     scale: str,
     results: Sequence[CaseResult],
+    numbers: Numbers,
     template_dir: Path,
     picture: Path | None,
     out: Path,
     pairs: Sequence[dict[str, Any]] = (),
 ) -> None:
-    environment = page.templates(template_dir)
-    environment.filters.update({"sig": _significant, "power": _power, "interval": with_interval})
+    """Write the numbers as JSON and the page that is rendered from them."""
+    environment, figures = page.templates(template_dir), _figures(results)
+    for panel in (panel for panels in (*figures.values(), *(pair["figure"] for pair in pairs)) for panel in panels):
+        for of in panel["meanings"]:
+            numbers.put(of.key, of.value, of.shown)
     try:
         text = environment.get_template(TEMPLATE).render(
             {
-                **context(config, scale, results, picture),
+                **context(scale, results, numbers, picture),
+                "figures": figures,
                 "files": _files(out, results),
                 "presets": pairs,
                 "table_of_agreement": TABLE if (out.parent / TABLE).exists() else None,
@@ -86,6 +91,7 @@ def _render(
         raise PywetError(
             f"no {TEMPLATE} in {template_dir}; expected the repository's workflow/report folder"
         ) from error
+    write_json(out.with_suffix(".json"), numbers)
     with atomic_write(out) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -135,105 +141,38 @@ def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[
     ]
 
 
-def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
-    """Collect the values that the report's template needs."""
-    moist = [r for r in results if r.bridged]
-    passed, proof = answer.rows(results), answer.proof(results)
+def context(scale: str, results: Sequence[CaseResult], numbers: Numbers, picture: Path | None) -> dict[str, Any]:
+    """Collect what the report's template needs; `n` renders a number by its key, `numbers` has its value and text."""
     replayed = [r for r in results if r.agreement]
     return {
         "scale": scale,
-        "passed": passed,
-        "answer": answer.sentence(passed),
-        "proof": proof[0],
-        "agrees": proof[1],
-        "laws": answer.laws(results),
-        "unchecked": answer.unchecked(results),
-        "own": sum(bool(r.unchecked) for r in moist),
-        "seeds": any(r.seeds for r in results),
+        "full_scale": scale == "full",
+        "n": numbers.html,
+        "numbers": numbers,
         "results": results,
-        "moist": moist,
-        "done": sum(r.done for r in results),
-        "checked": sum(r.cross_checked for r in moist),
-        "worst_replay": max(
-            (a.largest for r in replayed for a in r.agreement if a.limit <= REPLAY_TOLERANCE), default=None
-        ),
+        "passed": answer.rows(results),
+        "agrees": answer.agrees(results),
+        "laws": [key for key in numbers if key.startswith("law.")],
+        "unchecked": answer.unchecked(results),
+        "seeds": any(r.seeds for r in results),
+        "moist": [r for r in results if r.bridged],
         "replay_ok": all(a.ok for r in replayed for a in r.agreement),
         "replayed": replayed,
-        "worst_ledger": max((e for r in moist if (e := r.ledger_error) is not None), default=None),
-        "wall_s": sum(r.summary["wall_s"] for r in results if r.summary),
-        "sphere_steps": sum(r.summary["steps"] * sum(r.summary["spheres"].values()) for r in results if r.summary),
-        "ledger_tolerance": LEDGER_TOLERANCE,
-        "replay_tolerance": REPLAY_TOLERANCE,
         "quantities": list({a.quantity: a for r in replayed for a in r.agreement}.values()),
         "contributed": contributed.rows(results),
         "wrong_plans": contributed.wrong(results),
         "effects": _effects(results),
-        "statement": scale_statement(config, scale),
-        "assumptions": list(assumptions(config, scale)),
-        "figures": _figures(results),
+        "paper_seconds": PAPER_SECONDS,
+        "enough": presets.ENOUGH,
+        "assumptions": [k for k in numbers if k.startswith("assumption.") and f"{k}.reason" in numbers],
+        "case_columns": CASES,
+        "reservoirs": LEDGER,
         "picture": _embedded([picture]),
         "movie": _embedded([r.folder / "movie.webp" for r in results if r.folder]),
         "scenes": _scenes(results),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
         "version": pywet.__version__,
     }
-
-
-def scale_statement(config: Config, name: str) -> list[str]:
-    """In sentences, how the scale departs from the paper's experiment."""
-    scale = config.scale(name)
-    factor, width = scale.stiffness_factor.value, scale.asked_width_mm
-    sieve = "round sieve" if scale.shape == "cylinder" else "square sieve, its side rounded to whole screen pitches"
-    whole = config.materials.feed.sieve_diameter_mm.value
-    found = [
-        f"The screen is a {width:g} mm {sieve}; the feed goes with its area, so the bed is as deep as the paper's feed "
-        f"on a {whole:g} mm sieve."
-    ]
-    if factor < 1:
-        found.append(
-            f"Contact springs are softened to {factor:g} of table 1's stiffness, so collisions take "
-            f"{factor**-0.5:.3g} times as long and overlaps are larger; "
-            "restitution, friction and all liquid forces are unchanged."
-        )
-    else:
-        found.append("Contact springs have the stiffness of table 1.")
-    length, opening = scale.duration_s.value, scale.slide_opens_at_s.value
-    text = f"Each run lasts {length:g} s, of which {opening:g} s pass before the slide opens"
-    found.append(
-        text
-        + ("." if length >= PAPER_SECONDS else f"; the paper screens for {PAPER_SECONDS:g} s, so curves end early.")
-    )
-    if name != "full":
-        found.append(
-            "This scale shows that the whole line works and that it is right; the curves of the paper are for the full scale."
-        )
-    return found
-
-
-def assumptions(config: Config, scale: str) -> Iterator[tuple[str, str, str]]:
-    """Name, value and reason of every number of the configuration that is not from the paper; a measured one says so."""
-    parts = {
-        "apparatus": config.apparatus.model_dump(exclude_none=True),
-        f"scale {scale}": config.scale(scale).model_dump(exclude_none=True),
-        "materials": config.materials.model_dump(exclude_none=True),
-        "settings": config.settings.model_dump(exclude_none=True),
-    }
-    for name, data in parts.items():
-        yield from _assumed(name, data)
-
-
-def _assumed(name: str, data: Any) -> Iterator[tuple[str, str, str]]:
-    if isinstance(data, dict):
-        if data.get("source") in ("assumption", "measured") and ("value" in data or "material" in data):
-            value = data.get("value", data.get("material", ""))
-            why = data.get("reason", {"measured": "measured", "assumption": "no reason is given"}[data["source"]])
-            yield name, f"{value:g}" if isinstance(value, float) else str(value), why
-            return
-        for key, value in data.items():
-            yield from _assumed(f"{name} · {key}", value)
-    elif isinstance(data, list | tuple):
-        for k, value in enumerate(data):
-            yield from _assumed(f"{name} {k + 1}", value)
 
 
 def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
@@ -256,18 +195,6 @@ def _embedded(files: Sequence[Path | None]) -> str | None:
         if file is not None and file.exists() and file.stat().st_size:
             return page.uri(file.read_bytes(), file.suffix.removeprefix("."))
     return None
-
-
-def _significant(value: float | None, digits: int = 3) -> str:
-    """A number with some significant digits; a dash for None."""
-    return "–" if value is None else f"{value:.{digits}g}"
-
-
-def _power(value: float | None) -> str:
-    """A small number as 3.2e−16; zero as 0; a dash for None."""
-    if value is None:
-        return "–"
-    return "0" if value == 0 else f"{value:.1e}".replace("e-0", "e-").replace("-", "−")
 
 
 def _scenes(results: Sequence[CaseResult]) -> str:

@@ -207,7 +207,7 @@
       const names = partners.map((j) => (j === -1 ? "wall" : j === -2 ? "wire" : run.id[j]));
       const film = ((1e6 * run.film_most * run.film[at]) / 65535).toFixed(1), speed = (run.speed_most * run.speed[at]) / 65535;
       const bridges = `${names.length} bridge${names.length === 1 ? "" : "s"}${names.length ? ` to ${names.join(", ")}` : ""}`;
-      return `sphere ${run.id[k]}: ${run.classes[run.class[k]]}, ${(2e3 * run.radius[k]).toPrecision(3)} mm; film ${film} µm; ${speed.toFixed(2)} m/s; ${bridges}`;
+      return `sphere ${run.id[k]}: ${run.classes[run.class[k]].replaceAll("_", " ")}, ${(2e3 * run.radius[k]).toPrecision(3)} mm; film ${film} µm; ${speed.toFixed(2)} m/s; ${bridges}`;
     }
   }
 
@@ -218,9 +218,11 @@
     return Array.from({ length: Math.floor(most / step + 1e-9) + 1 }, (_, k) => +(k * step).toPrecision(6));
   }
 
-  /** Curves of one title as a picture; returns what moves their dots. */
-  function chart(parent, title, runs) {
-    const curves = runs.map((run) => run.curves.find((curve) => curve.title === title)).filter(Boolean);
+  const TITLES = { fraction_retained_spheres: "fraction retained (spheres)", liquid_in_bridges_percent: "liquid in bridges, %" };
+
+  /** Curves of one quantity as a picture; returns what moves their dots. */
+  function chart(parent, quantity, runs) {
+    const curves = runs.map((run) => run.curves.find((curve) => curve.quantity === quantity)).filter(Boolean), title = TITLES[quantity];
     const last = Math.max(...curves.flatMap((c) => c.x)), most = Math.max(...curves.flatMap((c) => c.y));
     const times = ticks(last, 4), values = ticks(most, 4), right = Math.max(last, times.at(-1)), top = Math.max(most, values.at(-1));
     const x = (t) => 34 + (180 * t) / right, y = (v) => 122 - (96 * v) / top;
@@ -269,7 +271,7 @@
         return entry;
       };
       place.textContent = "";
-      if (by === "class") panels[0].run.classes.forEach((name, k) => line(CLASS[k % CLASS.length], "", name));
+      if (by === "class") panels[0].run.classes.forEach((name, k) => line(CLASS[k % CLASS.length], "", name.replaceAll("_", " ")));
       else {
         const { colours, factor, unit } = SCALES[by];
         line(`linear-gradient(90deg, ${colours})`, "bar", `${(factor * most).toPrecision(3)} ${unit}`).prepend("0");
@@ -308,7 +310,7 @@
       slider.max = times.length - 1;
       slider.value = times.findLastIndex((time) => time <= Math.max(shown, runs[0].times[0]));
       find("charts").textContent = "";
-      moves = [...new Set(runs.flatMap((run) => run.curves.map((c) => c.title)))].map((title) => chart(find("charts"), title, runs));
+      moves = [...new Set(runs.flatMap((run) => run.curves.map((c) => c.quantity)))].map((quantity) => chart(find("charts"), quantity, runs));
       tell();
     };
     for (let k = 0; k < Math.min(+root.dataset.panels, scripts.length); k++) {

@@ -1,4 +1,4 @@
-"""Reads a panel of a figure as a person does: what the legend calls a line or area, its colour, dashes, points by the axes.
+"""Reads a panel of a figure as a person does: label of a line or area in the legend, its colour, dashes, points by the axes.
 
 Of the SVG only what is visible counts: texts, strokes, fills, places. Names of groups tell axes and legend apart, as matplotlib
 has them; the name of a curve's group is handed on as its claim.
@@ -40,7 +40,8 @@ class Curve:
 class Panel:
     """One panel; `beside` is the data that stand next to it."""
 
-    title: str
+    titles: list[str]
+    """Texts above the axes and in them."""
     x_label: str
     y_label: str
     curves: tuple[Curve, ...]
@@ -49,8 +50,14 @@ class Panel:
     """Areas named as a curve and `:band`: from the least to the most of its seeds."""
 
 
+def figures(text: str) -> list[tuple[str, list[Panel]]]:
+    """Name and panels of every figure of a report."""
+    found = re.findall(r'<div class="panels" data-figure="(.*?)">(.*?)</div>', text, re.DOTALL)
+    return [(name, panels(figure)) for name, figure in found]
+
+
 def panels(section: str) -> list[Panel]:
-    """All panels of a section of a report."""
+    """All panels of a part of a report."""
     found = []
     for figure in re.findall(r'<figure role="img".*?</figure>', section, re.DOTALL):
         text = re.search(r"<svg.*?</svg>", figure, re.DOTALL)
@@ -68,12 +75,11 @@ def _panel(root: ET.Element, beside: list[dict[str, Any]]) -> Panel:
     legend = _legend(named["legend_1"]) if "legend_1" in named else []
     plain = [e for g in axes if not g.attrib.get("id", "").split("-")[-1].startswith(("matplotlib.axis", "legend", "patch"))
              for e in g.iter(f"{SVG}text")]  # fmt: skip
-    titles = [_words(e) for e in plain if _words(e).startswith("(")]
     paths = {p.attrib["id"]: p for p in root.iter(f"{SVG}path") if "id" in p.attrib}
     curves = [c for g in axes if (c := _curve(g, paths, along[0], up[0], legend)) is not None]
     bands = tuple(c for c in curves if c.claim.endswith(BAND))
     lines = tuple(c for c in curves if not c.claim.endswith(BAND))
-    return Panel(titles[0] if titles else "", along[1], up[1], lines, beside, bands)
+    return Panel([_words(e) for e in plain], along[1], up[1], lines, beside, bands)
 
 
 def _words(element: ET.Element) -> str:

@@ -1,17 +1,15 @@
-"""The report held against the tables it speaks of: every curve by its legend, colour and points, and every number of its tables.
+"""The report against the files it shows: report.json, every number of the page, every curve by its legend, colour and points.
 
-`python -m reference_impl.shown.report REPORT CASES.csv` says what is shown wrong; exit status 1 where anything is.
+`python -m reference_impl.shown.report REPORT CASES.csv` prints what is shown wrong; exit status 1 where anything is. What numbers
+and curves mean is read from report.json by keys, never from the words of the page.
 """
 
 from __future__ import annotations
 
-import csv
 import json
-import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cache
 from itertools import combinations
 from pathlib import Path
 
@@ -19,20 +17,19 @@ import numpy as np
 
 from reference_impl.faults import Refused, border, reading, regular
 from reference_impl.replay.arrays import Floats
-from reference_impl.replay.io import parquet_table
-from reference_impl.shown import drawn, scenes, sentences, tables
+from reference_impl.shown import drawn, report_page, report_values, scenes
+from reference_impl.shown.case_files import Cases, name_of
 from reference_impl.shown.drawn import Curve, Panel
+from reference_impl.shown.report_page import Numbers
 
-FIGURES = ("moisture", "curves", "classes", "liquid", "presets")
-TIME = "time since the slide opened in s"
-AXES = {"liquid": (TIME, "liquid in % of what was put in")}
-ROOM = 1e-5
+TIME, COARSE = "time_since_opening_s", "coarse_share"
+FRACTION, LIQUID = "fraction_retained", "liquid_percent"
+MARGIN = 1e-5
 """Of the axis' unit: what is lost when a curve is drawn."""
 APART = 40.0
 """Least distance of two colours of one panel, of 442 between black and white."""
-CLASSES = {"": "", ", small": "_small", ", near mesh": "_near_mesh", ", large": "_large"}
-PRESET_CLASSES = {"all": "", "near mesh": "_near_mesh"}
-CANNOT = "share that cannot pass"
+CLASSES = ("", "_small", "_near_mesh", "_large")
+DASHED = "_near_mesh"
 
 
 @dataclass
@@ -44,178 +41,143 @@ class Read:
     scenes: int = 0
     """Numbers of the 3-D scenes."""
     faults: list[str] = field(default_factory=list)
+    unknown: list[str] = field(default_factory=list)
+    """Keys of report.json that are not known, so that their values were not checked."""
 
 
-class Runs:
-    """The cases of a report and their tables."""
+class Runs(Cases):
+    """The cases of a report, and for those with two presets the folder of each."""
 
-    def __init__(self, folder: Path, cases: Path, listed: set[int]) -> None:
-        self.folder, self.listed = folder, listed
-        self.pair: tuple[int, dict[str, str]] | None = None
-        """Of the section at hand: the case it shows with two presets, and the folder of each."""
-        with cases.open() as lines:
-            self.rows = [row for row in csv.DictReader(line for line in lines if not line.startswith("#"))]
-        self.column = cache(self._column)
+    def __init__(self, report: Path, table: Path, numbers: Numbers) -> None:
+        listed = [int(name) for key in numbers if (name := key.removeprefix("label.case")).isdigit()]
+        super().__init__(report.parent, table, listed)
+        self.numbers = numbers
+        self.of_presets = report_values.runs_of_presets(self, numbers)
 
-    def name(self, number: int | str) -> str:
-        """Folder of a case; of a case with a preset it is its name."""
-        return f"case{number:02d}" if isinstance(number, int) else number
-
-    def read_pair(self, section: str) -> None:
-        """Know what a section on two presets is about."""
-        message = tables.presets(section)
-        self.pair = None
-        if message is not None:
-            comparisons = {p: f"{self.name(message[0])}_{p}" for p in message[1]}
-            self.pair = (
-                message[0],
-                {p: t if (self.folder / t).exists() else self.name(message[0]) for p, t in comparisons.items()},
-            )
-
-    def numbers(self) -> list[int]:
+    def with_results(self) -> list[int]:
         """Cases of the report that have results."""
-        known = [int(row["case"]) for row in self.rows if int(row["case"]) in self.listed]
-        return [n for n in known if (self.folder / self.name(n) / "results" / "fraction_retained.parquet").exists()]
+        return [n for n in self.listed if self.retained(n)]
 
-    def done(self, number: int) -> bool:
-        """Whether the results of a case are those of its last run."""
-        path = self.folder / self.name(number) / "status" / "results.json"
-        return path.exists() and bool(json.loads(path.read_text())["ok"])
+    def title(self, figure: str, number: int) -> str:
+        """The values that the heading of a panel with a case must state."""
+        if figure == "dry":
+            return self.rows[number]["material"]
+        return self.configuration(number) + (f" {self.liquid(number):g}" if figure == "liquid" else "")
 
-    def moist(self, number: int) -> bool:
-        """Whether a case is done and was run with bridges."""
-        scene = self.folder / self.name(number) / "scene.json"
-        return self.done(number) and bool(json.loads(scene.read_text())["effects"]["bridges"])
-
-    def row(self, number: int) -> dict[str, str]:
-        """Check the row of a case in the list of cases."""
-        return next(row for row in self.rows if int(row["case"]) == number)
-
-    def configuration(self, number: int) -> str:
-        """A case but for its liquid, in the report's words."""
-        return tables.title(self.row(number))
-
-    def liquid(self, number: int) -> float:
-        """Per cent of liquid of a case."""
-        return float(self.row(number)["liquid_percent"])
-
-    def seeds(self, number: int | str) -> list[str]:
-        """Folders of a case from other first arrangements."""
-        name = self.name(number)
-        there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/results/fraction_retained.parquet"))
-        return sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
-
-    def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
-        """Times and values of a column of a case; of liquid in per cent of what was put in."""
-        of_liquid = column.endswith("_m3")
-        name = "liquid_by_holder" if of_liquid else "fraction_retained"
-        path = self.folder / self.name(number) / "results" / f"{name}.parquet"
-        if not path.exists():
+    def meaning(self, figure: str, run: str, column: str) -> str | None:
+        """The values that the label of a curve must state; None of a run that the figure cannot have."""
+        if column == COARSE:
+            return COARSE
+        of_class = column.removeprefix(FRACTION).removeprefix("_")
+        start, _, case = figure.partition(".")
+        if start == "presets":
+            names = {folder: preset for preset, folder in self.of_presets.get(case, {}).items()}
+            return f"{names[run]} {of_class}".strip() if run in names else None
+        number = self.number(run)
+        if number is None or (start == "dry" and self.liquid(number)):
             return None
-        table = parquet_table(path)
-        if column not in table:
-            return None
-        y = 100.0 * table[column] / table["initial_m3"] if of_liquid else table[column]
-        return table["time_since_opening_s"].to_numpy(float), y.to_numpy(float)
+        if start == "liquid":
+            return column.removesuffix("_m3")
+        return self.screen(number) if start == "dry" else f"{self.liquid(number):g} {of_class}".strip()
+
+    def number(self, run: str) -> int | None:
+        """Number of the case of a folder, also of one with another preset; None of another folder."""
+        return next((n for n in self.listed if run == name_of(n) or run.startswith(f"{name_of(n)}_")), None)
 
 
-def check(report: Path, cases: Path) -> Read:
-    """Everything that is wrong with a report, read as it stands in its file."""
-    text, read = report.read_text(encoding="utf-8"), Read()
-    listed = {int(row[0]) for row in tables.table(tables.section(text, "cases"))[1:]}
-    runs = Runs(report.parent, cases, listed)
-    colours: dict[str, dict[str, str]] = {"moisture": {}, "liquid": {}, "presets": {}}
-    for figure, section in ((f, part) for f in FIGURES for part in tables.sections(text, f) or [""]):
-        panels = drawn.panels(section)
-        runs.read_pair(section)
-        for panel in panels:
+def check(report: Path, table: Path) -> Read:
+    """Everything that is wrong with a report, as it is in its two files; `table`: the cases in CSV."""
+    stored = report.with_suffix(".json")
+    if not stored.is_file():
+        raise Refused(f"{report} has no {stored.name} next to it; expected that file: write the report again")
+    text, numbers = report.read_text(encoding="utf-8"), json.loads(stored.read_text(encoding="utf-8"))
+    page, runs, read = report_page.Page(text), Runs(report, table, numbers), Read()
+    read.numbers, read.faults, read.unknown = report_values.wrong(runs, numbers)
+    read.faults += report_page.wrong(page, numbers)
+    colours: dict[tuple[str, str], str] = {}
+    figures = drawn.figures(text)
+    for figure, panels in figures:
+        for k, panel in enumerate(panels):
             read.curves += len(panel.curves) + len(panel.bands)
-            read.faults += [
-                f"figure {figure}, panel {panel.title!r}: {message}" for message in _panel(runs, figure, panel)
-            ]
-            read.faults += _colours(figure, panel, colours.get(figure, colours["moisture"]))
-        read.faults += _missing(runs, figure, section, panels)
-    read.numbers, wrong = tables.check(text, runs.folder, runs.numbers())
-    liquid = {int(row["case"]): float(row["liquid_percent"] or 0.0) for row in runs.rows}
-    reported, words = sentences.check(text, runs.folder, sorted(listed), liquid)
-    read.scenes, unlike = scenes.check(text, runs.folder, [runs.name(n) for n in runs.numbers() if runs.moist(n)])
-    read.numbers += len(reported)
-    read.faults += [*wrong, *tables.wrong_of(reported), *words, *unlike]
+            where = f"figure {figure}, panel {k + 1}: "
+            read.faults += [where + message for message in _panel(runs, figure, f"figure.{figure}.{k}", panel)]
+            read.faults += [where + message for message in _colours(runs, figure, panel, colours)]
+        read.faults += [f"figure {figure}: {message}" for message in _missing(runs, figure, panels)]
+    read.faults += _figures_missing(runs, {figure for figure, _ in figures})
+    moist = [name_of(n) for n in runs.with_results() if runs.results_are_last(n) and runs.bridged(n)]
+    read.scenes, unlike = scenes.check(text, runs.folder, moist)
+    read.faults += unlike
     return read
 
 
-def meant(runs: Runs, figure: str, panel: Panel, label: str) -> tuple[int | str, str] | None:
-    """Case and column that a label of a panel means to a reader; None where there is none such."""
-    if figure == "presets":
-        preset, _, kind = label.partition(", ")
-        number, folders = runs.pair or (0, {})
-        named = preset in folders and panel.title == f"(a) {runs.configuration(number)}" and kind in PRESET_CLASSES
-        return (folders[preset], f"fraction_retained{PRESET_CLASSES[kind]}") if named else None
-    if figure == "curves":
-        title = re.fullmatch(r"\(\w\) dry (\S+)", panel.title)
-        dry = {n: runs.row(n) for n in runs.numbers() if not runs.liquid(n)}
-        found = [n for n, row in dry.items() if title and (row["material"], tables.screen(row)) == (title[1], label)]
-        return (found[0], "fraction_retained") if found else None
-    title = re.fullmatch(r"\(\w\) (.*? mm, a = \S+ mm, A = \S+ mm)(?:, M = (\S+) %)?", panel.title)
-    if title is None:
-        return None
-    here = [n for n in runs.numbers() if runs.configuration(n) == title[1]]
-    if figure == "liquid":
-        found = [n for n in here if title[2] and runs.liquid(n) == float(title[2])]
-        return (found[0], f"{tables.HOLDERS[label]}_m3") if found and label in tables.HOLDERS else None
-    words = re.fullmatch(r"(dry|M = (\S+) %)(, .*)?", label)
-    if words is None or (words[3] or "") not in CLASSES:
-        return None
-    found = [n for n in here if runs.liquid(n) == float(words[2] or 0)]
-    return (found[0], f"fraction_retained{CLASSES[words[3] or '']}") if found else None
-
-
-def _panel(runs: Runs, figure: str, panel: Panel) -> Iterator[str]:
+def _panel(runs: Runs, figure: str, key: str, panel: Panel) -> Iterator[str]:
     """List the errors in one panel of a figure."""
-    wanted = AXES.get(figure, (TIME, "fraction retained Y"))
-    if (panel.x_label, panel.y_label) != wanted:
-        yield f"the axes are called {panel.x_label!r} and {panel.y_label!r}; expected {wanted[0]!r} and {wanted[1]!r}"
-    beside = {(d["case"], d["column"]): d for d in panel.beside}
+    axes = {"x": TIME, "y": LIQUID if figure == "liquid" else FRACTION}
+    for axis, words in (("x", panel.x_label), ("y", panel.y_label)):
+        yield from _words(runs, f"{key}.{axis}", axes[axis], [words], f"the axis {axis}")
+    alongside = {(d["case"], d["column"]): d for d in panel.beside}
     for curve in panel.curves:
+        run, _, column = curve.claim.partition(":")
+        meaning, number = runs.meaning(figure, run, column), runs.number(run)
         if curve.label is None:
             yield f"a curve in {curve.colour}{' dashed' if curve.dashed else ''} is not in the legend"
-        elif curve.label == CANNOT:
-            yield from _cannot_pass(runs, figure, panel, curve)
-        else:
-            case = meant(runs, figure, panel, curve.label)
-            if case is None:
-                yield f"there is no case for the label {curve.label!r} in this panel"
-                continue
-            name = (runs.name(case[0]), case[1])
-            if not _same(curve, runs.column(*case)):
-                yield f"the curve labelled {curve.label!r} should be {case[1]} of case {case[0]}, {_is(runs, curve)}"
-            elif curve.claim != ":".join(name):
-                yield f"the curve labelled {curve.label!r} is named {curve.claim} in the file"
-            elif name not in beside or not _same(curve, (np.array(beside[name]["x"]), np.array(beside[name]["y"]))):
-                yield f"the data beside the curve labelled {curve.label!r} are not those of the curve"
-            elif beside[name]["label"] != curve.label or beside[name]["colour"] != curve.colour:
-                yield f"label or colour beside the curve labelled {curve.label!r} are not those of the curve"
-            if figure != "liquid":
-                yield from _band(runs, panel, curve, case)
+            continue
+        if meaning is None or number is None:
+            yield f"a curve is named {curve.claim}, which is no case of this figure"
+            continue
+        yield from _words(runs, f"{key}.{run}.{column}", meaning, [curve.label], f"the curve of {curve.claim}")
+        yield from _words(
+            runs, f"{key}.title", runs.title(figure, number), panel.titles, f"the heading above {curve.claim}"
+        )
+        if column == COARSE:
+            yield from _coarse(runs, run, curve)
+            continue
+        if not _same(curve, runs.column(run, column)):
+            yield f"the curve labelled {curve.label!r} should be {column} of {run}, {_is(runs, curve)}"
+        elif (run, column) not in alongside or not _same(curve, _points(alongside[run, column])):
+            yield f"the data next to the curve labelled {curve.label!r} are not those of the curve"
+        elif alongside[run, column]["label"] != curve.label or alongside[run, column]["colour"] != curve.colour:
+            yield f"label or colour next to the curve labelled {curve.label!r} are not those of the curve"
+        if figure != "liquid":
+            yield from _band(runs, panel, curve, run, column)
+        if figure != "liquid" and curve.dashed != column.endswith(DASHED):
+            yield f"{curve.label!r} is {'dashed' if curve.dashed else 'solid'}; expected near mesh dashed, all others solid"
 
 
-def _band(runs: Runs, panel: Panel, curve: Curve, case: tuple[int | str, str]) -> Iterator[str]:
+def _points(data: dict[str, list[float]]) -> tuple[Floats, Floats]:
+    return np.array(data["x"]), np.array(data["y"])
+
+
+def _words(runs: Runs, key: str, value: str, words: list[str], what: str) -> Iterator[str]:
+    """What is wrong with words in a picture: they are those of report.json, which mean `value` and state its parts."""
+    stored = runs.numbers.get(key)
+    if stored is None:
+        yield f"{what}: report.json has no {key}"
+    elif stored["shown"] not in words:
+        yield f"{what} is called {' or '.join(map(repr, words)) or 'nothing'}; report.json has {stored['shown']!r}"
+    elif stored["value"] != value:
+        yield f"{what} is called {stored['shown']!r} for {stored['value']!r}; expected {value!r}"
+    elif value not in (TIME, LIQUID, FRACTION) and not report_values.states(stored["shown"], value, runs.numbers):
+        yield f"{what} is called {stored['shown']!r}; expected words that state {value!r}"
+
+
+def _band(runs: Runs, panel: Panel, curve: Curve, run: str, column: str) -> Iterator[str]:
     """What is wrong with the band behind a curve, which goes from the least to the most of all seeds of its case."""
-    own, seeds = runs.column(*case), runs.seeds(case[0])
-    others = [of for seed in seeds if (of := runs.column(seed, case[1])) is not None]
+    curves, seeds = runs.column(run, column), runs.seeds(run)
+    others = [of for seed in seeds if (of := runs.column(seed, column)) is not None]
     bands = [b for b in panel.bands if b.claim == f"{curve.claim}{drawn.BAND}"]
-    if own is None or not others:
+    if curves is None or not others:
         if bands:
-            yield f"behind the curve labelled {curve.label!r} is a band, but there are no other seeds of case {case[0]}"
+            yield f"behind the curve labelled {curve.label!r} is a band, but there are no other seeds of {run}"
         return
-    every = [own[1], *(np.interp(own[0], *other) for other in others)]
+    every = [curves[1], *(np.interp(curves[0], *other) for other in others)]
     low, high = np.min(every, axis=0), np.max(every, axis=0)
     if len(bands) != 1 or bands[0].colour != curve.colour:
         yield f"behind the curve labelled {curve.label!r} should be the band of its {len(every)} seeds, in its colour"
         return
-    top, inside = bands[0].top, own[0] >= 0.0
+    top, inside = bands[0].top, curves[0] >= 0.0
     if len(top) != len(high) or not all(
-        (np.abs(shown - of)[inside] <= ROOM).all() for shown, of in ((top, high), (top - bands[0].y, low))
+        (np.abs(shown - of)[inside] <= MARGIN).all() for shown, of in ((top, high), (top - bands[0].y, low))
     ):
         yield f"the band behind the curve labelled {curve.label!r} is not from the least to the most of its {len(every)} seeds"
 
@@ -225,9 +187,9 @@ def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -
     if of is None or (points := _shown(curve, of[0])) is None:
         return False
     inside = of[0] >= 0.0
-    margin = ROOM * np.maximum(1.0, np.abs(of[1]).max(initial=0.0))
+    margin = MARGIN * np.maximum(1.0, np.abs(of[1]).max(initial=0.0))
     return bool(
-        (np.abs(points[0] - of[0][inside]) <= ROOM).all()
+        (np.abs(points[0] - of[0][inside]) <= MARGIN).all()
         and (np.abs(points[1] - factor * of[1][inside]) <= margin).all()
     )
 
@@ -239,7 +201,7 @@ def _shown(curve: Curve, time: Floats) -> tuple[Floats, Floats] | None:
     """
     many = int((time >= 0.0).sum())
     before = len(curve.x) - many
-    if before < 0 or (curve.x[:before] > ROOM).any():
+    if before < 0 or (curve.x[:before] > MARGIN).any():
         return None
     return curve.x[before:], curve.y[before:]
 
@@ -247,85 +209,84 @@ def _shown(curve: Curve, time: Floats) -> tuple[Floats, Floats] | None:
 def _is(runs: Runs, curve: Curve) -> str:
     """Identify the data that a curve shows."""
     columns = [
-        *(f"fraction_retained{c}" for c in (*CLASSES.values(), "_spheres")),
-        *(f"{h}_m3" for h in tables.HOLDERS.values()),
+        *(f"{FRACTION}{c}" for c in (*CLASSES, "_spheres")),
+        *(f"{reservoir}_m3" for reservoir in report_values.RESERVOIRS),
     ]
-    for number in [*runs.numbers(), *(runs.pair[1].values() if runs.pair else ())]:
+    names = [name_of(n) for n in runs.with_results()]
+    for run in [*names, *(run for of in runs.of_presets.values() for run in of.values() if run not in names)]:
         for column in columns:
-            values = runs.column(number, column)
+            values = runs.column(run, column)
             if _same(curve, values):
-                return f"but is {column} of case {number}"
+                return f"but is {column} of {run}"
             if values is not None and (points := _shown(curve, values[0])) is not None and len(points[0]):
                 if _same(curve, (values[0], 1.0 - values[1])):
-                    return f"but is 1 minus {column} of case {number}"
+                    return f"but is 1 minus {column} of {run}"
                 if _same(curve, (values[0] + curve.x[-1] - values[0][-1], values[1])):
-                    return f"but is {column} of case {number} moved by {curve.x[-1] - values[0][-1]:.3g} s"
-                own = values[1][values[0] >= 0.0]
+                    return f"but is {column} of {run} moved by {curve.x[-1] - values[0][-1]:.3g} s"
+                inside = values[1][values[0] >= 0.0]
                 with np.errstate(all="ignore"):
-                    factor = float(np.median((points[1] / own)[own != 0])) if own.any() else 0.0
+                    factor = float(np.median((points[1] / inside)[inside != 0])) if inside.any() else 0.0
                 if factor and _same(curve, values, factor):
-                    return f"but is {factor:.4g} times {column} of case {number}"
+                    return f"but is {factor:.4g} times {column} of {run}"
     return "but is none of the columns of any case"
 
 
-def _cannot_pass(runs: Runs, figure: str, panel: Panel, curve: Curve) -> Iterator[str]:
+def _coarse(runs: Runs, run: str, curve: Curve) -> Iterator[str]:
     """The line at the share that cannot pass."""
-    shares = []
-    for number in runs.numbers():
-        title = f"dry {runs.row(number)['material']}" if figure == "curves" else runs.configuration(number)
-        summary = tables.summary(runs.folder, number)
-        if panel.title.split(" ", 1)[-1] == title and summary:
-            shares.append(summary["coarse_share"])
-    if not any(np.allclose(curve.y, share, atol=ROOM, rtol=0.0) for share in shares):
-        yield f"the line at the share that cannot pass is at {curve.y[0]:.4g}; expected {' or '.join(f'{s:.4g}' for s in shares)}"
+    share = (runs.summary(run) or {COARSE: np.nan})[COARSE]
+    if not np.allclose(curve.y, share, atol=MARGIN, rtol=0.0):
+        yield f"the line at the share that cannot pass is at {curve.y[0]:.4g}; expected {share:.4g}"
 
 
-def _colours(figure: str, panel: Panel, seen: dict[str, str]) -> list[str]:
-    """A colour means one liquid amount in all panels of a material, or one holder in all; and two colours can be told apart."""
-    found, here = [], {}
-    for curve in panel.curves:
-        if curve.label is None or curve.label == CANNOT or figure == "curves":
+def _colours(runs: Runs, figure: str, panel: Panel, seen: dict[tuple[str, str], str]) -> Iterator[str]:
+    """A colour means one liquid amount in all panels of a material, or one reservoir in all; two colours differ visibly."""
+    here, kind = {}, {"classes": "moisture"}.get(figure, figure.partition(".")[0])
+    for curve in panel.curves if figure != "dry" else ():
+        run, _, column = curve.claim.partition(":")
+        meaning, number = runs.meaning(figure, run, column), runs.number(run)
+        if column == COARSE or meaning is None or number is None:
             continue
-        what = curve.label.split(",")[0]
+        what = meaning.split()[0]
         here[what] = curve.colour
-        amount = what.startswith("M = ")  # materials have other amounts: the lesser has one colour, the greater another
-        of = panel.title.split(" ")[1] if amount and " " in panel.title else ""
-        others = {seen.setdefault(curve.colour, what), seen.setdefault(of + curve.colour, what)} - {what}
-        for other in sorted(
-            o for o in others if not (amount and o.startswith("M = ") and o != seen[of + curve.colour])
-        ):
-            found.append(
-                f"figure {figure}, panel {panel.title!r}: {curve.colour} stands for {what!r}, elsewhere for {other!r}"
-            )
-        if (", near mesh" in curve.label and not curve.dashed) or (", small" in curve.label and curve.dashed):
-            found.append(f"figure {figure}, panel {panel.title!r}: {curve.label!r} is {'dashed' if curve.dashed else 'solid'}; "
-                         "expected small solid, near mesh dashed")  # fmt: skip
+        moist = (
+            kind == "moisture" and what != "0"
+        )  # materials have other amounts: the lesser has one colour, the greater another
+        for scope, means in ((f"{kind} {runs.rows[number]['material']}", what), (kind, "moist" if moist else what)):
+            other = seen.setdefault((scope, curve.colour), means)
+            if other != means:
+                yield f"{curve.colour} stands for {means!r}, elsewhere for {other!r}"
+                break
     for (a, one), (b, two) in combinations(here.items(), 2):
         if np.linalg.norm(np.subtract(_rgb(one), _rgb(two))) < APART:
-            found.append(
-                f"figure {figure}, panel {panel.title!r}: the colours of {a!r} and {b!r} can hardly be told apart"
-            )
-    return found
+            yield f"the colours of {a!r} and {b!r} can hardly be told apart"
 
 
 def _rgb(colour: str) -> tuple[int, ...]:
     return tuple(int(colour[k : k + 2], 16) for k in (1, 3, 5))
 
 
-def _missing(runs: Runs, figure: str, section: str, panels: list[Panel]) -> Iterator[str]:
+def _missing(runs: Runs, figure: str, panels: list[Panel]) -> Iterator[str]:
     """Cases with results that a figure of all cases leaves out; curves next to a figure that it does not show."""
-    shown = {c.claim.split(":")[0] for panel in panels for c in panel.curves if c.label and c.label != CANNOT}
-    for number in filter(runs.done, runs.numbers()):
-        if runs.name(number) not in shown and (
-            figure == "moisture" or (figure == "curves" and not runs.liquid(number))
-        ):
-            yield f"figure {figure}: case {number} is not shown"
-    for folder in set(runs.pair[1].values()) - shown if runs.pair and tables.table(section) else ():
-        yield f"figure {figure}: {folder} is not shown"
-    for panel in panels:
+    shown = {c.claim.split(":")[0] for panel in panels for c in panel.curves if not c.claim.endswith(COARSE)}
+    for number in filter(runs.results_are_last, runs.with_results()):
+        if name_of(number) not in shown and (figure == "moisture" or (figure == "dry" and not runs.liquid(number))):
+            yield f"case {number} is not shown"
+    for folder in set(runs.of_presets.get(figure.removeprefix("presets."), {}).values()) - shown:
+        yield f"{folder} is not shown"
+    for k, panel in enumerate(panels):
+        claims = [c.claim for c in panel.curves]
         for data in panel.beside:
-            if f"{data['case']}:{data['column']}" not in [c.claim for c in panel.curves]:
-                yield f"figure {figure}, panel {panel.title!r}: {data['column']} of {data['case']} is beside it but not shown"
+            if f"{data['case']}:{data['column']}" not in claims:
+                yield f"panel {k + 1}: {data['column']} of {data['case']} is next to it but not shown"
+
+
+def _figures_missing(runs: Runs, there: set[str]) -> Iterator[str]:
+    """Figures that the report must have."""
+    done = [n for n in runs.with_results() if runs.results_are_last(n)]
+    wanted = ["moisture"] * bool(done) + ["dry"] * any(not runs.liquid(n) for n in done)
+    for figure in [*wanted, *(f"presets.{case}" for case in runs.of_presets)]:
+        if figure not in there:
+            yield f"figure {figure}: it is not on the page"
 
 
 def main(arguments: list[str]) -> int:
@@ -334,11 +295,15 @@ def main(arguments: list[str]) -> int:
         raise Refused(f"{len(arguments)} arguments were given; expected REPORT CASES.csv")
     with reading(" and ".join(arguments), "the report of a folder of runs and the table of its cases"):
         read = check(regular(Path(arguments[0])), regular(Path(arguments[1])))
-    print(
-        f"{read.curves} curves, {read.numbers} numbers and {read.scenes} numbers of 3-D scenes read; {len(read.faults)} wrong"
-    )
+    print(summary(read))
     print("\n".join(read.faults))
     return int(bool(read.faults))
+
+
+def summary(read: Read) -> str:
+    """What was read, how much of it is wrong, and what was not checked, in one line."""
+    found = f"{read.curves} curves, {read.numbers} numbers and {read.scenes} numbers of 3-D scenes read; {len(read.faults)} wrong"
+    return found + (f"; not checked: {', '.join(read.unknown)}" if read.unknown else "")
 
 
 if __name__ == "__main__":

@@ -106,7 +106,7 @@ class Scene:
             yield "radii are wrong"
         if not np.array_equal(self.arrays["class"], self.logs.kind - 1):
             yield "size classes are wrong"
-        names = [c["name"].replace("_", " ") for c in self.logs.scene["classes"]]
+        names = [c["name"] for c in self.logs.scene["classes"]]
         if self.head["classes"] != names:
             yield f"classes are called {', '.join(self.head['classes'])}; expected {', '.join(names)}"
 
@@ -192,20 +192,20 @@ class Scene:
     def _curves(self) -> Iterator[str]:
         """Values at the times of the scene, and all times."""
         outputs = np.asarray(self.logs.outputs) * self.logs.scene["time_step_s"]
-        own = {"fraction retained (spheres)": self._retained()}
+        own = {"fraction_retained_spheres": self._retained()}
         if self.logs.plan.moist:
-            own["liquid in bridges, %"] = [self._in_bridges(self.logs.at(step)) for step in self.steps]
-        if [c["title"] for c in self.head["curves"]] != list(own):
-            yield f"curves are called {[c['title'] for c in self.head['curves']]}; expected {list(own)}"
+            own["liquid_in_bridges_percent"] = [self._in_bridges(self.logs.at(step)) for step in self.steps]
+        if [c["quantity"] for c in self.head["curves"]] != list(own):
+            yield f"curves are of {[c['quantity'] for c in self.head['curves']]}; expected {list(own)}"
             return
         for curve in self.head["curves"]:
             if len(curve["x"]) != len(outputs) or not np.allclose(curve["x"], outputs, rtol=SINGLE, atol=1e-12):
-                yield f"times of the curve {curve['title']} are not those of the outputs"
+                yield f"times of the curve {curve['quantity']} are not those of the outputs"
                 continue
-            for step, right in zip(self.steps, own[curve["title"]], strict=True):
+            for step, right in zip(self.steps, own[curve["quantity"]], strict=True):
                 value = curve["y"][int(np.searchsorted(self.logs.outputs, step))]
                 if abs(value - right) > SINGLE * max(1.0, abs(value)):
-                    yield f"the curve {curve['title']} is wrong at t = {step * self.logs.scene['time_step_s']:.4g} s"
+                    yield f"the curve {curve['quantity']} is wrong at t = {step * self.logs.scene['time_step_s']:.4g} s"
                     break
 
     def _retained(self) -> list[float]:

@@ -104,9 +104,9 @@ def _curve(head: Head, arrays: Arrays) -> None:
     head["curves"][1]["y"] = [1.01 * y for y in head["curves"][1]["y"]]
 
 
-def _titles(head: Head, arrays: Arrays) -> None:
+def _quantities(head: Head, arrays: Arrays) -> None:
     one, two = head["curves"]
-    one["title"], two["title"] = two["title"], one["title"]
+    one["quantity"], two["quantity"] = two["quantity"], one["quantity"]
 
 
 FAULTS: dict[str, tuple[Callable[[Head, Arrays], None], str]] = {
@@ -125,8 +125,8 @@ FAULTS: dict[str, tuple[Callable[[Head, Arrays], None], str]] = {
     "a wall 1 mm too high": (_wall, "walls are not where the log says"),
     "a wall hidden": (_hidden, "are drawn as others are"),
     "a sphere missing": (_one_gone, "spheres are shown that are not there, or not shown"),
-    "a curve 1 % high": (_curve, "the curve liquid in bridges, % is wrong"),
-    "curves exchanged": (_titles, "curves are called"),
+    "a curve 1 % high": (_curve, "the curve liquid_in_bridges_percent is wrong"),
+    "curves exchanged": (_quantities, "curves are of"),
 }
 """Faults of what a page holds for its scene."""
 

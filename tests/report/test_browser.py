@@ -20,6 +20,7 @@ from pywet import config as settings
 from pywet.cases.screening.verdict import Agreement
 from pywet.report import browser, page, pictures, report
 from pywet.report.collect import CaseResult
+from pywet.report.report_numbers import collected
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table
 
@@ -253,7 +254,7 @@ def test_tables_of_eighteen_cases_fit_the_page(tmp_path: Path, tab: Any) -> None
     plan = {"rows": [{**row, "why": "", "law": None}]}
     results = [CaseResult(case, (), plan=plan, agreement=(compared,)) for case in config.cases.values()]
     out = tmp_path / "report.html"
-    report._render(config, "full", results, ROOT / "workflow" / "report", None, out)
+    report._render("full", results, collected(results, config, "full"), ROOT / "workflow" / "report", None, out)
     tab.set_viewport_size({"width": 1280, "height": 900})
     tab.goto(out.as_uri())
     tab.evaluate("document.querySelectorAll('details').forEach((part) => (part.open = true))")

@@ -39,13 +39,13 @@ def results() -> list[CaseResult]:
 def test_rows(results: list[CaseResult]) -> None:
     """Contacts without a colour first, then the plan's effects; the weight once; nothing for the failed case."""
     rows = {name: cells for name, _, cells in contributed.rows(results)}
-    assert list(rows)[:3] == ["weight", "dry contacts, normal", "dry contacts, tangential"]
+    assert list(rows)[:3] == ["weight", "contact_normal", "contact_tangential"]
     assert "gravity" not in rows
     cell = rows["capillary"][0]
-    assert cell is not None and (cell.value, cell.predicted, cell.colour) == ("60 %", "predicted 10 %", "wrong")
+    assert cell is not None and (cell.share, cell.predicted, cell.colour) == (0.6, 0.1, "wrong")
     assert cell.text == "capillary text; 50 % of the energy turned over"
-    assert [rows[n][0].colour for n in ("viscous normal", "rolling")] == ["off", "small"]  # type: ignore[union-attr]
-    assert rows["dry contacts, normal"][0].value == "288 %"  # type: ignore[union-attr]
+    assert [rows[n][0].colour for n in ("viscous_normal", "rolling")] == ["off", "small"]  # type: ignore[union-attr]
+    assert contributed.percent(rows["contact_normal"][0].share) == "288"  # type: ignore[union-attr]
     assert rows["capillary"][1] is None
 
 

@@ -38,6 +38,7 @@ rule report:
         template=str(place("workflow") / "report" / "report.html.j2"),
     output:
         report=report(f"{ROOT}/report{PART}.html", category="screening"),
+        numbers=f"{ROOT}/report{PART}.json",
     params:
         config=str(CONFIG),
         content=content(CONFIGURED),

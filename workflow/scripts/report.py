@@ -20,6 +20,6 @@ with stages.logged(Path(snakemake.log[0])):
         out=out,
     )
     read = shown.check(out, Path(snakemake.params.config) / "cases.csv")
-    print(f"{read.curves} curves, {read.numbers} numbers and {read.scenes} numbers of 3-D scenes of the report read back; {len(read.faults)} wrong")
+    print(shown.summary(read))
     if read.faults:
         raise PywetError(f"{out} does not show what the tables hold: {'; '.join(read.faults)}")

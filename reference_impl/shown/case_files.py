@@ -1,0 +1,124 @@
+"""The files of the cases of a report: what the engine logged and what was recomputed from it, by number or name of a case."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Sequence
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+from reference_impl.replay.arrays import Floats
+from reference_impl.replay.io import parquet_table
+
+STAGES = ("scene", "simulate", "results", "replay", "vtk")
+LOST = 1e-12
+"""Share of the liquid beyond which it is not conserved."""
+RETAINED = "results/fraction_retained.parquet"
+
+
+def name_of(number: int | str) -> str:
+    """Folder of a case; of a case with another preset it is its name."""
+    return f"case{number:02d}" if isinstance(number, int) else number
+
+
+class Cases:
+    """The listed cases in a folder; `table` is the list of all cases in CSV."""
+
+    def __init__(self, folder: Path, table: Path, listed: Sequence[int]) -> None:
+        self.folder, self.listed = folder, list(listed)
+        with table.open() as lines:
+            rows = csv.DictReader(line for line in lines if not line.startswith("#"))
+            self.rows = {int(row["case"]): row for row in rows}
+        self.column = cache(self._column)
+        self.json = cache(self._json)
+
+    def _json(self, number: int | str, name: str) -> Any:
+        path = self.folder / name_of(number) / name
+        return json.loads(path.read_text()) if path.exists() else None
+
+    def summary(self, number: int | str) -> Any:
+        """Content of summary.json of a case; None where there is none."""
+        return self.json(number, "summary.json")
+
+    @cached_property
+    def config(self) -> Any:
+        """The configuration of the first case that has one."""
+        every = (self.json(n, "config.json") for n in self.listed)
+        return next((config for config in every if config and "scale" in config), None)
+
+    def configuration(self, number: int) -> str:
+        """Values of a case but for its liquid: material, sizes, aperture and amplitude."""
+        return f"{self.rows[number]['material']} {self.sizes(number)} {self.screen(number)}"
+
+    def sizes(self, number: int) -> str:
+        """Diameters of the classes of a case."""
+        return "/".join(f"{float(self.rows[number][f'{c}_mm']):g}" for c in ("small", "near_mesh", "large"))
+
+    def screen(self, number: int) -> str:
+        """Aperture and amplitude of a case."""
+        return " ".join(f"{float(self.rows[number][f'{c}_mm']):g}" for c in ("aperture", "set_amplitude"))
+
+    def liquid(self, number: int) -> float:
+        """Per cent of liquid of a case."""
+        return float(self.rows[number]["liquid_percent"] or 0.0)
+
+    def seeds(self, number: int | str) -> list[str]:
+        """Folders of a case's further seeds, named CASE-SEED."""
+        name = name_of(number)
+        there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/{RETAINED}"))
+        return sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
+
+    def of_seeds(self, number: int | str, *keys: str, factor: float = 1.0) -> list[float]:
+        """A number of summary.json by its keys, of a case and of its further seeds; empty where the case has none."""
+        values = [self.summary(run) for run in (number, *self.seeds(number))]
+        for key in keys:
+            values = [data.get(key) if data is not None else None for data in values]
+        return [factor * v for v in values if v is not None] if values[0] is not None else []
+
+    def ends(self, number: int | str) -> list[float]:
+        """Fraction retained at the end, of every seed of a case."""
+        tables = [parquet_table(self.folder / run / RETAINED) for run in self.seeds(number)]
+        first = self.of_seeds(number, "fraction_retained_end")[:1]
+        return first + [float(table["fraction_retained"].iloc[-1]) for table in tables]
+
+    def retained(self, number: int | str) -> bool:
+        """Whether a case has the table of its fraction retained."""
+        return (self.folder / name_of(number) / RETAINED).exists()
+
+    def bridged(self, number: int) -> bool:
+        """Whether a case has bridges; of one that was not run, whether it has liquid."""
+        data = self.summary(number)
+        return bool(data["effects"]["bridges"] if data else self.liquid(number))
+
+    def quantities(self, number: int) -> dict[str, Any]:
+        """List the quantities that the replay of a case compared."""
+        return dict((self.json(number, "replay.json") or {"quantities": {}})["quantities"])
+
+    def agrees(self, number: int) -> bool:
+        """Whether a case was replayed and nothing is beyond its limit."""
+        rows = self.quantities(number).values()
+        return bool(rows) and all(q["largest"] <= q["tolerance"] for q in rows)
+
+    def results_are_last(self, number: int) -> bool:
+        """Whether the results of a case are those of its last run."""
+        return bool((self.json(number, "status/results.json") or {"ok": False})["ok"])
+
+    def done(self, number: int) -> bool:
+        """Whether every stage of a case succeeded and no check of its outcome fails."""
+        data, stages = self.summary(number), [self.json(number, f"status/{name}.json") for name in STAGES]
+        if data is None or not all(stage and stage["ok"] for stage in stages):
+            return False
+        whole = data["ledger_error"] is None or data["ledger_error"] <= LOST
+        replayed = self.agrees(number) or not (self.bridged(number) or self.quantities(number))
+        return whole and replayed and all(c["ok"] for c in data["checks"])
+
+    def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
+        """Times and values of a column of a case; of liquid in per cent of what was put in."""
+        of_liquid = column.endswith("_m3")
+        path = self.folder / name_of(number) / ("results/liquid_by_holder.parquet" if of_liquid else RETAINED)
+        if not path.exists() or column not in (table := parquet_table(path)):
+            return None
+        y = 100.0 * table[column] / table["initial_m3"] if of_liquid else table[column]
+        return table["time_since_opening_s"].to_numpy(float), y.to_numpy(float)
