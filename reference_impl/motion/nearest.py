@@ -132,7 +132,7 @@ class Parts:
         )
 
     def goes_on(self, step: Floats, x: Floats, part: Floats, foot: Floats, near: Floats, least: Floats) -> Floats:
-        """Whether parts go on from their points `foot` nearer to x: one of their triangles within `near` of the foot has its
+        """Whether parts continue at their points `foot` towards x: one of their triangles within `near` of the foot has its
         closest point to x farther than `least` from it."""
         y, q = self.rest(step, x, part), self.rest(step, foot, part)
         found = np.zeros(len(part), dtype=bool)

@@ -144,8 +144,8 @@ def _one_place(
     """Rows of a wall's part without a bridge in whose place another part of that wall has one, or is to have it.
 
     At a convex edge the faces that meet there give one bridge: no bridge forms with a part whose closest point lies on another
-    part that goes on from there nearer to the sphere, nor with one that has the foot of a bridge with another part for its own
-    closest point, or goes on from it nearer to the sphere.
+    part that continues there towards the sphere, nor with one that has the foot of a bridge with another part for its own
+    closest point, or continues there towards the sphere.
     """
     found = np.zeros(len(table), dtype=bool)
     rows = np.flatnonzero(lacking & (table["partner_kind"] != laws.SPHERE).to_numpy())
@@ -175,7 +175,7 @@ def _at_neighbour(
     near = ONE_PLACE * radius
 
     def onward(of: Floats, points: Floats) -> Floats:
-        """Whether parts go on from points of them nearer to the sphere."""
+        """Whether parts continue at points of them towards the sphere."""
         x_of_all, limits = np.repeat(x[None], len(of), axis=0), np.full((2, len(of)), near)
         return parts.goes_on(np.full(len(of), step), x_of_all, of, points, limits[0], 0.25 * limits[1])
 

@@ -24,7 +24,7 @@ ONE_PLACE = 1e-6
 
 
 def check(run: Run, lives: Lives) -> Quantity:
-    """No bridge forms in a place where its sphere has one, or with a part from whose closest point another goes on nearer."""
+    """No bridge forms in a place where its sphere has one, or with a part at whose closest point another continues nearer."""
     table = judged(run, lives)
     wrong, zero = table["wrong"].to_numpy(float), np.zeros(len(table))
     return compare("formation_shared", "second bridges at one place", wrong, zero, zero + 1.0, table, 0.0)
@@ -107,7 +107,7 @@ def _feet(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Floa
 
 def _places(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Floats, Floats]:
     """Whether the closest points of a row's part and of the other one are surely one; and whether a point of either lies on the
-    other part, which from there surely goes on nearer to the sphere: (2, pairs)."""
+    other part, which surely continues there towards the sphere: (2, pairs)."""
     parts, x = nearest.parts(run), rows[["x", "y", "z"]].to_numpy(float)[at]
     step, part = (rows[name].to_numpy(np.int64)[at] for name in ("step", "j"))
     near = ONE_PLACE * bodies(run).radius[rows["i"].to_numpy(np.int64)[at]]

@@ -40,7 +40,8 @@ very similar.
 
 All 18 cases have run on 185 mm with one seed: of the 37 statements that cases decide 23 are confirmed, as many as with the same
 seed on 200 mm: 2, 6, 11, 19 and 20 are gained, 8, 9, 10, 15 and 30 lost. On apertures of 5.6 mm (cases 7 and
-16) 25 % of the undersize of dry POM and 35 % of dry glass are still on 185 mm after 20 s, and 0 and 24 % on 200 mm. The diameter alone does not decide between them.
+16) 25 % of the undersize of dry POM and 35 % of dry glass are still on 185 mm after 20 s, and 0 and 24 % on 200 mm. The
+diameter alone does not decide between them.
 
 Each run has one seed and the settings of the [campaign](full_scale.md#method), and retires spheres that have passed; `stiff`: the
 paper's contact stiffness. Times of one seed are uncertain by some tenths of a second.
