@@ -84,3 +84,12 @@ def test_the_table_goes_between_the_marks_of_the_page(tmp_path: Path) -> None:
     with pytest.raises(PywetError, match="lacks the marks"):
         moist.write(rows("YADE", 0.5), page)
     assert moist.MARKS[0] in moist.PAGE.read_text() and moist.MARKS[1] in moist.PAGE.read_text()
+
+
+def test_both_engines_agree_over_the_moist_cases() -> None:
+    """What the page says on top: four seeds of each case and engine, no mean difference beyond its interval, two single ones."""
+    table = pd.read_csv("docs/second_engine.csv")
+    assert set(table.groupby(["case", "engine"]).size()) == {4} and sorted(set(table["case"])) == list(moist.MOIST)
+    *_, mean = lines = moist.lines(table)
+    assert "**" not in mean and "| +0.004 ± 0.012 |" in mean
+    assert sum(line.count("**") for line in lines[2:-1]) == 2 * 2
