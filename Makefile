@@ -20,7 +20,7 @@ help:  ## this list
 setup:  ## engines by apt where missing, Python in .venv, the plugin
 	@tools/setup
 
-peers: setup  ## YADE and LAMMPS for comparisons, chromium for pages too, where they can be installed
+peers:  ## YADE and LAMMPS for comparisons, chromium for pages too, where they can be installed
 	@tools/setup --peers
 
 lint: setup  ## ruff, mypy, the glossary and, where it is installed, cppcheck

@@ -30,7 +30,7 @@ from pywet.geometry.initial import write_initial
 from pywet.geometry.motion import engine_displacement
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
-from pywet.scene import Contacts, Effects, Output, Scene
+from pywet.scene import Contacts, Effects, EngineScene, Output
 
 ROOT = Path(__file__).parents[1]
 SHORT = 100
@@ -53,8 +53,8 @@ VARIANTS: dict[str, tuple[dict[str, str] | None, int, bool, Contacts]] = {
 
 
 def prepare(
-    folder: Path, case: int, at: float, spheres: pd.DataFrame, change: Callable[[Scene], dict[str, Any]]
-) -> Scene:  # fmt: skip
+    folder: Path, case: int, at: float, spheres: pd.DataFrame, change: Callable[[EngineScene], dict[str, Any]]
+) -> EngineScene:  # fmt: skip
     """A case at full scale from `spheres`, vibrating walls where they are at that time, its slide closed or drawn away.
 
     `change` gives fields of its scene.
@@ -95,7 +95,7 @@ def seconds(
 ) -> float:  # fmt: skip
     """Processor time of a run's steps."""
 
-    def change(scene: Scene) -> dict[str, Any]:
+    def change(scene: EngineScene) -> dict[str, Any]:
         walls = tuple(w.model_copy(update={"prisms": prisms and w.holder == "wires"}) for w in scene.walls)
         effects = DRY if laws is None else scene.effects.model_copy(update=laws)
         changed = {"walls": walls, "effects": effects, "bridges_every": every, "contacts": contacts}

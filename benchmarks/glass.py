@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pywet.cases.small import bodies, small
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 RADIUS, FILM, STEP = 2.5e-3, 5e-5, 1e-5
 WATER = bodies.water(FILM, density=998.2)
@@ -22,7 +22,7 @@ def lattice(side: int, layers: int, pitch: float, shaken: float) -> bodies.Float
     return np.asarray(at + np.random.default_rng(1).uniform(-shaken, shaken, at.shape) * RADIUS)
 
 
-def prepare(folder: Path, spheres: list[small.Sphere], steps: int, **more: Any) -> Scene:
+def prepare(folder: Path, spheres: list[small.Sphere], steps: int, **more: Any) -> EngineScene:
     """The spheres above a floor that is wide enough; `more` as `small.prepare` takes it."""
     half = float(np.abs([s.position[:2] for s in spheres]).max()) + 4.0 * RADIUS
     thick = max(0.01, 0.04 * half)  # the engine takes no thinner triangles

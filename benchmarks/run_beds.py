@@ -14,7 +14,7 @@ import pandas as pd
 from pywet import config
 from pywet.cases.screening import cases
 from pywet.engines.liggghts import driver
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import write_json
 
 ROOT = Path(__file__).parents[1]
@@ -39,7 +39,7 @@ def run_of(case: int) -> Path:
 
 def bed(folder: Path, time: float) -> pd.DataFrame:
     """id, type, x … wz and film [m3] of the spheres that are in the run at its output nearest to `time`."""
-    scene = Scene.read(folder / "scene.json")
+    scene = EngineScene.read(folder / "scene.json")
     step = min(scene.output_steps, key=lambda n: abs(n * scene.time_step_s - time))
 
     def at(name: str) -> pd.DataFrame:

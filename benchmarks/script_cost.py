@@ -22,7 +22,7 @@ from glass import FILM, STEP, WATER, lattice, prepare
 from pywet.cases.small import small
 from pywet.cases.small.bodies import last
 from pywet.engines.liggghts import deck
-from pywet.scene import Output, Scene
+from pywet.scene import EngineScene, Output
 
 SETTLE, STEPS, ROUNDS, LAYERS = 6000, 6000, 3, 6
 MOTION = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
@@ -35,7 +35,7 @@ STOCK, SCENE, SCENE_STOCK, SCRIPT = (
 VARIANTS = (STOCK, SCENE, SCENE_STOCK, SCRIPT)
 
 
-def as_script(scene: Scene, run_dir: Path, folder: Path, steps: int, liquid: bool) -> None:
+def as_script(scene: EngineScene, run_dir: Path, folder: Path, steps: int, liquid: bool) -> None:
     """The deck of a dry scene as a script, with or without the line of fix pywet."""
     deck.write_deck(scene, run_dir, folder)
     text = (folder / "setup.liggghts").read_text().splitlines()

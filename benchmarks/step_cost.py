@@ -28,7 +28,7 @@ from pywet.cases.small import small
 from pywet.cases.small.bodies import WETTED, last
 from pywet.engines.liggghts import deck
 from pywet.laws import capillary, registry
-from pywet.scene import Output, Scene
+from pywet.scene import EngineScene, Output
 
 SETTLE, SHORT, STEPS, ROUNDS, LAYERS = 6000, 200, 1000, 3, 6
 MOTION = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
@@ -79,7 +79,7 @@ def run(folder: Path, variant: str, start: pd.DataFrame, steps: int) -> None:
         small.run(folder, spheres, engine="yade" if variant in (YADE_DRY, YADE) else "liggghts")
 
 
-def stock(folder: Path, scene: Scene, cohesion: deck.Cohesion) -> None:
+def stock(folder: Path, scene: EngineScene, cohesion: deck.Cohesion) -> None:
     """The stock program on the same deck, with its own cohesion model or dry."""
     deck.write_deck(scene, folder, folder, cohesion=cohesion)
     how = {"capture_output": True, "text": True, "errors": "replace", "check": False}

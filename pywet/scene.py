@@ -1,6 +1,6 @@
 """Typed description of what is simulated: spheres, walls, liquid, motion and timing.
 
-A `Scene` is complete (every number an engine needs, SI units, radians) and engine-neutral; it knows nothing of cases,
+An `EngineScene` is complete (every number an engine needs, SI units, radians) and engine-neutral; it knows nothing of cases,
 files, decks or engines. It is written to `scene.json` in every run directory and read back from there.
 """
 
@@ -271,7 +271,7 @@ def not_retirable(effects: Effects, output: Output, gravity: Vector, fed: bool =
     return next((why for why, met in obstacles.items() if met), None)
 
 
-class Scene(Strict):
+class EngineScene(Strict):
     """Everything an engine needs to run one case."""
 
     name: Title
@@ -316,7 +316,7 @@ class Scene(Strict):
     """Where spheres are taken out of the run at checkpoints, booked to the first outlet that holds their centre."""
 
     @model_validator(mode="after")
-    def _consistent(self) -> Scene:
+    def _consistent(self) -> EngineScene:
         walls = [w.name for w in self.walls]
         taken = sorted({n for n in walls if walls.count(n) > 1 or n in RESERVED or n.startswith(RESERVED_STARTS)})
         if taken:
@@ -453,5 +453,5 @@ class Scene(Strict):
         return list(range(0, self.steps + 1, self.output_every))
 
     @classmethod
-    def read(cls, path: Path) -> Scene:
+    def read(cls, path: Path) -> EngineScene:
         return read_model(path, cls, "expected the scene of a run: build it again")

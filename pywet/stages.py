@@ -215,10 +215,10 @@ def _read_back(paths: list[Path], disagreement: Callable[[Path], str | None], ru
 
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:
     """The first run with bridges that has results."""
-    from pywet.scene import Scene
+    from pywet.scene import EngineScene
 
     for run_dir in run_dirs:
-        if results_made(run_dir) and Scene.read(run_dir / "scene.json").effects.bridges:
+        if results_made(run_dir) and EngineScene.read(run_dir / "scene.json").effects.bridges:
             return run_dir
     return None
 

@@ -17,7 +17,7 @@ from pywet.compare import digest
 from pywet.compare.digest import Digest
 from pywet.compare.quantities import facts
 from pywet.errors import PywetError
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.shipped import place
 from pywet.util.files import read_table
 
@@ -113,7 +113,7 @@ def made(name: str) -> Digest:
         with tempfile.TemporaryDirectory(prefix="pywet-digest-") as folder:
             runs.append(one.run(seed, Path(folder)))
             reported = Path(folder) / "scene.json"
-            scene = facts(Scene.read(reported)) if reported.exists() else None
+            scene = facts(EngineScene.read(reported)) if reported.exists() else None
     return digest.make(name, one.command, runs, scene)
 
 

@@ -12,7 +12,7 @@ import pytest
 from pywet import config, stages
 from pywet.cases.screening import cases
 from pywet.cases.small.subset import with_spheres
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[1]
@@ -20,7 +20,7 @@ KEPT = {1: 12, 2: 2, 3: 2}
 """Spheres kept of each class: so few that they do not hinder each other."""
 
 
-def thinned(case: int, run_dir: Path, duration_s: float) -> Scene:
+def thinned(case: int, run_dir: Path, duration_s: float) -> EngineScene:
     """Build a smoke case and keep a few spheres of each class."""
     scene = cases.build(config.load(ROOT / "config"), case, "smoke", run_dir)
     spheres = pd.read_parquet(run_dir / scene.spheres_file)

@@ -285,10 +285,10 @@ def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
     from pywet.laws import own
     from pywet.planning import time_steps
-    from pywet.scene import Scene
+    from pywet.scene import EngineScene
 
     showing.need_run(run_dir)
-    prepared = Scene.read(run_dir / "scene.json")
+    prepared = EngineScene.read(run_dir / "scene.json")
     own.trust(prepared.effects.laws.values() if trust else ())
     for line in time_steps.advise(prepared).lines:
         tell(line)

@@ -153,12 +153,12 @@ def _write_details(folder: Path) -> None:
 
 def details(folder: Path, to: Console) -> None:
     """Liquid at the end, the laws by kind (of one in a file the file's name), the effects, and what the replay found."""
-    from pywet.scene import Scene
+    from pywet.scene import EngineScene
 
     message = read_json(folder / "summary.json", shape=RunSummary)
     for name, volume in message["liquid_end_m3"].items():
         to.print(f"liquid at the end, {name:<32}{1e9 * volume:10.4g} mm3", markup=False)
-    if laws := Scene.read(folder / "scene.json").effects.laws:
+    if laws := EngineScene.read(folder / "scene.json").effects.laws:
         to.print("laws: " + ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items()), markup=False)
     show_audit(folder, to)
     if replayed := read_if_there(folder / "replay.json", shape=Replay):

@@ -21,7 +21,7 @@ from pywet.cases.small.scenes import RESULT
 from pywet.compare.quantities import RunData, facts, read_run, unlike
 from pywet.errors import PywetError
 from pywet.runs.summary import commit, versions
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_if_there, read_model, write_json
 
 TIMES = 5
@@ -136,7 +136,7 @@ def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
     return make(name, command, [numbers_in(p) for p in paths], facts(runs[0].scene))
 
 
-def _same_scene(wanted: dict[str, Any], scene: Scene, who: str) -> None:
+def _same_scene(wanted: dict[str, Any], scene: EngineScene, who: str) -> None:
     differs = unlike(wanted, scene)
     if differs:
         raise PywetError(f"{who} differ in {', '.join(differs)}; expected runs of one scene")

@@ -23,7 +23,7 @@ from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay, RunSummary
 from pywet.runs.tables import ledger_error
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from reference_impl.replay import whole
 from reference_impl.replay.io import ReplayError
 
@@ -52,7 +52,7 @@ class RunData:
     """One run: where it is, what it simulated, its quantities and the checks it must pass by itself."""
 
     path: Path
-    scene: Scene
+    scene: EngineScene
     quantities: dict[str, Quantity]
     checks: dict[str, tuple[bool, float]]
     """Name -> (passed, value); not a matter of statistics."""
@@ -70,7 +70,7 @@ class RunData:
         return hashes
 
 
-def facts(scene: Scene) -> dict[str, Any]:
+def facts(scene: EngineScene) -> dict[str, Any]:
     """Return what defines the case of a scene as plain data; laws, time step, engine and seed are not part of it."""
     message = {
         "case": scene.name,
@@ -86,7 +86,7 @@ def facts(scene: Scene) -> dict[str, Any]:
     return dict(json.loads(json.dumps(message)))
 
 
-def unlike(wanted: dict[str, Any], scene: Scene, across: Sequence[str] = ()) -> list[str]:
+def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = ()) -> list[str]:
     """Name the `facts` in which a scene differs from another; settings of `across` (and then the case's name) may differ."""
     there, free = facts(scene), {*across, *(["case"] if across else [])}
     if unknown := [name for name in across if name not in wanted]:

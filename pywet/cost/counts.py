@@ -21,7 +21,7 @@ from pywet.geometry import Apparatus, ApparatusSpec, build_apparatus
 from pywet.geometry.motion import peak_speed
 from pywet.planning import step_choice
 from pywet.planning.surroundings import GRAVITY
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 Floats = NDArray[np.float64]
 AT_REST = 2.25
@@ -90,7 +90,7 @@ def load_of(config: Config, case: int, scale: str) -> Load:
     )
 
 
-def staying(scene: Scene, spec: ApparatusSpec, time: Floats) -> Floats:
+def staying(scene: EngineScene, spec: ApparatusSpec, time: Floats) -> Floats:
     """Number of each class that has not passed, shape (times, classes); those in the feed bin count as well."""
     assert scene.slide is not None and scene.vibration is not None
     counts = np.array([float(c.count) for c in scene.classes])
@@ -111,7 +111,7 @@ def area(spec: ApparatusSpec) -> float:
     return spec.width_m**2 * (1.0 if spec.shape == "square" else 0.25 * math.pi)
 
 
-def touching(scene: Scene, time: Floats, on_screen: Floats) -> Floats:
+def touching(scene: EngineScene, time: Floats, on_screen: Floats) -> Floats:
     """Estimate the number of dry contacts at each time of a screening case."""
     assert scene.slide is not None and scene.vibration is not None
     spheres, opens = sum(c.count for c in scene.classes), scene.slide.opens_at_s
@@ -123,7 +123,7 @@ def touching(scene: Scene, time: Floats, on_screen: Floats) -> Floats:
     return np.asarray(AT_REST * at_rest + hopping * (spheres - at_rest))
 
 
-def list_rate(scene: Scene, apparatus: Apparatus, time: Floats, on_screen: Floats) -> Floats:
+def list_rate(scene: EngineScene, apparatus: Apparatus, time: Floats, on_screen: Floats) -> Floats:
     """Neighbour lists a second at each time: one when the fastest sphere, or a wall, has moved by half the skin.
 
     The fastest sphere falls from the slide to the screen, then hops on it, or is the one of those on their way that is nearest
@@ -143,7 +143,7 @@ def list_rate(scene: Scene, apparatus: Apparatus, time: Floats, on_screen: Float
     return np.asarray(1.0 / (steps * scene.time_step_s))
 
 
-def near_wires(scene: Scene, spec: ApparatusSpec) -> Floats:
+def near_wires(scene: EngineScene, spec: ApparatusSpec) -> Floats:
     """Wires near a sphere of each class on the screen: those whose axis is nearer than radii and 1.5 skins.
 
     A sphere anywhere in a bed of height H above wires of length L on an area A: L pi D^2/(2 A H).

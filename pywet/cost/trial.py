@@ -26,7 +26,7 @@ from pywet.engines.liggghts import deck, driver
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.geometry import Surface, build_apparatus
 from pywet.geometry.initial import write_initial
-from pywet.scene import Output, Scene
+from pywet.scene import EngineScene, Output
 from pywet.util.files import read_json, write_json
 
 SIZES = ((1, 50.0), (7, 180.0))
@@ -166,7 +166,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
         )
 
 
-def _run(folder: Path, scene: Scene, steps: Sequence[int], which: Lattice) -> dict[str, Any]:
+def _run(folder: Path, scene: EngineScene, steps: Sequence[int], which: Lattice) -> dict[str, Any]:
     """Run so many steps in each stage: before the slide is drawn, while it is, and after."""
     output = Output(interval_s=sum(steps) * FROZEN, contact_windows=0, checkpoints=0)
     opens, travel = (FROZEN * n for n in (*steps, 1)[:2])
@@ -177,7 +177,7 @@ def _run(folder: Path, scene: Scene, steps: Sequence[int], which: Lattice) -> di
     return timed(folder, lambda: driver.run(folder, progress=False, extra=extra))
 
 
-def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> tuple[Scene, pd.DataFrame, int]:
+def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> tuple[EngineScene, pd.DataFrame, int]:
     """Write the run directory; returns its scene, its spheres, and how many pairs of a sphere and a wire are near."""
     made = with_setting(config, Setting(), Size("smoke", width_mm, None, None, 1), SEED)
     case, scale = made.case(which.case), made.scale(SCALE)
@@ -193,7 +193,7 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
     return scene, spheres, _near(wires, spheres, reach + min(c.radius_m for c in scene.classes))
 
 
-def _lattice(scene: Scene, width: float, low: float, gap: float) -> pd.DataFrame:
+def _lattice(scene: EngineScene, width: float, low: float, gap: float) -> pd.DataFrame:
     """The scene's number of spheres, all of its smallest class, a `gap` of radii apart, in no order.
 
     They have speeds and spins, without which the engine's laws of friction and rolling have nothing to do. One at the top flies

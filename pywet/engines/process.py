@@ -18,7 +18,7 @@ from pathlib import Path
 from pywet import run_lock
 from pywet.ending import die_with_parent
 from pywet.errors import EngineError, PywetError, one_line
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.notices import notice
 
 Report = Callable[[int, int], None]
@@ -138,7 +138,7 @@ def _children_cpu() -> float:
 
 
 @contextmanager
-def progress_bar(scene: Scene, wanted: bool) -> Iterator[Report]:
+def progress_bar(scene: EngineScene, wanted: bool) -> Iterator[Report]:
     """A bar with the time to go in a terminal, else a notice at each tenth of the run."""
     if not wanted:
         yield lambda done, total: None
@@ -162,7 +162,7 @@ def progress_bar(scene: Scene, wanted: bool) -> Iterator[Report]:
         yield _line_reporter(scene)
 
 
-def _line_reporter(scene: Scene) -> Report:
+def _line_reporter(scene: EngineScene) -> Report:
     started, shown = time.monotonic(), -1
 
     def report(done: int, total: int) -> None:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pywet.scene import SHORT_WINDOW, Scene, Slide
+from pywet.scene import SHORT_WINDOW, EngineScene, Slide
 
 DROP_INTERVAL = 1e-3
 """Time [s] over which the specific force on a film is averaged; films of 1 mm3 answer in 0.6 ms, of 10 mm3 in 2 ms."""
@@ -36,7 +36,7 @@ class Piece:
     """The step whose state is saved at the end, after which the engine is emptied; None: it goes on."""
 
 
-def windows(scene: Scene) -> list[Window]:
+def windows(scene: EngineScene) -> list[Window]:
     """Windows in which all contacts are logged in every step, one in each of as many equal parts of the run.
 
     Windows of a few steps are samples: each lies at a random place of its part, drawn from the scene's seed. Longer ones show
@@ -50,7 +50,7 @@ def windows(scene: Scene) -> list[Window]:
     return [(max(0, m - length // 2), min(m - length // 2 + length, scene.steps + 1)) for m in middles]
 
 
-def _drawn_start(scene: Scene, part: int) -> int:
+def _drawn_start(scene: EngineScene, part: int) -> int:
     """First step of a short window: the first lies in the first eighth of its part, every fourth at a checkpoint or an output.
 
     Bridges act in it. It holds a checkpoint as its first step only, and none where that step's forces are evaluated again or
@@ -77,7 +77,7 @@ def drawn(seed: int, part: int) -> float:
     return int.from_bytes(digest[:6], "big") / 2.0**48
 
 
-def recorded(scene: Scene) -> list[Window]:
+def recorded(scene: EngineScene) -> list[Window]:
     """The windows in which motion is recorded, those that overlap joined."""
     joined: list[Window] = []
     for first, last in windows(scene) if scene.output.window_trajectories else []:
@@ -88,18 +88,18 @@ def recorded(scene: Scene) -> list[Window]:
     return joined
 
 
-def slides(scene: Scene) -> dict[str, Window]:
+def slides(scene: EngineScene) -> dict[str, Window]:
     """Find the steps at which each sliding wall starts and stops."""
     ways = {w.name: scene.motion_of(w) for w in scene.walls}
     return {name: _drawn(scene, way) for name, way in ways.items() if isinstance(way, Slide)}
 
 
-def _drawn(scene: Scene, way: Slide) -> Window:
+def _drawn(scene: EngineScene, way: Slide) -> Window:
     begins = min(scene.steps, round(way.opens_at_s / scene.time_step_s))
     return begins, min(scene.steps, begins + round(way.travel_s / scene.time_step_s))
 
 
-def checkpoint_every(scene: Scene) -> int:
+def checkpoint_every(scene: EngineScene) -> int:
     """Steps between checkpoints, at which bridges act; 0: none. Where spheres are retired these are outputs, and not rare."""
     wanted, every = scene.output.checkpoints, scene.output_every if scene.removes else scene.bridges_every
     times = max(1, math.ceil(scene.steps / ((wanted + 1) * every)))
@@ -109,7 +109,7 @@ def checkpoint_every(scene: Scene) -> int:
     return every * times if wanted else 0
 
 
-def drop_every(scene: Scene) -> int:
+def drop_every(scene: EngineScene) -> int:
     """Steps between looks at what drips: about `DROP_INTERVAL`, and a whole number of them between outputs."""
     looks = max(1, round(scene.output_every * scene.time_step_s / DROP_INTERVAL))
     return next(
@@ -117,7 +117,7 @@ def drop_every(scene: Scene) -> int:
     )
 
 
-def checkpoints(scene: Scene, avoided: Sequence[Window] = ()) -> list[int]:
+def checkpoints(scene: EngineScene, avoided: Sequence[Window] = ()) -> list[int]:
     """Steps at which the state is saved, and from which the run goes on as one that was killed does; none in a window that is
     `avoided`: those wait until its last step."""
     every = checkpoint_every(scene)
@@ -127,7 +127,7 @@ def checkpoints(scene: Scene, avoided: Sequence[Window] = ()) -> list[int]:
     return sorted(step for step in steps if step < scene.steps)
 
 
-def pieces(scene: Scene, saved: Sequence[int], done: int = 0) -> list[Piece]:
+def pieces(scene: EngineScene, saved: Sequence[int], done: int = 0) -> list[Piece]:
     """The run cut where walls begin and end to be drawn and where the state is `saved`; after `done` steps, what is left."""
     drawn = slides(scene)
     cut, at = [], 0

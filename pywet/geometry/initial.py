@@ -12,7 +12,7 @@ import pandas as pd
 from pywet import run_folder
 from pywet.geometry import Surface, write_stl
 from pywet.laws.contact import film_volume
-from pywet.scene import Scene, WallMesh
+from pywet.scene import EngineScene, WallMesh
 from pywet.schema import CORNERS
 from pywet.util.files import write_json, write_table
 
@@ -31,7 +31,7 @@ def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) 
     )
 
 
-def sphere_table(scene: Scene, spheres: pd.DataFrame) -> pd.DataFrame:
+def sphere_table(scene: EngineScene, spheres: pd.DataFrame) -> pd.DataFrame:
     """id, type, radius [m], film [m3]: that of the column `film` where it has a number, else the scene's thickness."""
     thickness = scene.liquid.initial_film_thickness_m if scene.liquid else 0.0
     table = spheres[["id", "type"]].copy()
@@ -57,7 +57,7 @@ def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
     return table
 
 
-def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
+def wall_groups(scene: EngineScene) -> dict[tuple[float, float], int]:
     """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
     groups: dict[tuple[float, float], int] = {}
     for wall in scene.walls:
@@ -66,7 +66,7 @@ def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
     return groups
 
 
-def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
+def part_table(scene: EngineScene, surfaces: Sequence[Surface]) -> pd.DataFrame:
     """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2], part_class: `wall_groups`."""
     rows: list[tuple[int, str, str, float, float, float, int]] = []
     groups = wall_groups(scene)
@@ -79,7 +79,7 @@ def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area", "part_class"])
 
 
-def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:
+def write_initial(scene: EngineScene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:
     """Write the scene and all it refers to; `surfaces` in the order of scene.walls, the films of `spheres` as `sphere_table`."""
     run_dir = Path(run_dir)
     run_folder.claim(run_dir)

@@ -33,7 +33,7 @@ from pywet.errors import PywetError, UnstableStep
 from pywet.geometry.motion import peak_speed
 from pywet.laws import contact, registry
 from pywet.laws.hertz import HEAD_ON, STIFFEST, Hertz, impact_duration, rayleigh_time
-from pywet.scene import ContactPair, Scene, Slide, SphereClass, Vibration
+from pywet.scene import ContactPair, EngineScene, Slide, SphereClass, Vibration
 
 PACKED = 4.0
 """Largest eigenvalue in a dense packing over that of a pair."""
@@ -123,7 +123,7 @@ def largest_step(
     return float(scipy.optimize.brentq(margin, 0.0, high, rtol=1e-12))
 
 
-def advise(scene: Scene) -> Advice:
+def advise(scene: EngineScene) -> Advice:
     """Compute the largest time steps that contact, drag and capillary force of a scene allow."""
     limits = _limits(scene)
     if not limits:
@@ -131,7 +131,7 @@ def advise(scene: Scene) -> Advice:
     return Advice(scene.time_step_s, tuple(sorted(limits, key=lambda limit: limit.time_step_s)))
 
 
-def refuse_unstable(scene: Scene) -> None:
+def refuse_unstable(scene: EngineScene) -> None:
     """Raise `UnstableStep` when the scene's time step is beyond a stability limit."""
     for limit in sorted(_limits(scene), key=lambda limit: limit.time_step_s):
         if limit.stability and scene.time_step_s > limit.time_step_s:
@@ -148,12 +148,12 @@ def refuse_unstable(scene: Scene) -> None:
             )
 
 
-def _limits(scene: Scene) -> list[Limit]:
+def _limits(scene: EngineScene) -> list[Limit]:
     crowd = PACKED if sum(c.count for c in scene.classes) >= DENSE else 1.0
     return [limit for pair in _present(scene) for limit in _pair_limits(scene, pair, crowd)]
 
 
-def _present(scene: Scene) -> list[ContactPair]:
+def _present(scene: EngineScene) -> list[ContactPair]:
     count = {c.type: c.count for c in scene.classes}
     alone = [t for t, n in count.items() if n == 1]
     walls = bool(scene.walls)
@@ -164,7 +164,7 @@ def _present(scene: Scene) -> list[ContactPair]:
     ]
 
 
-def _pair_limits(scene: Scene, pair: ContactPair, crowd: float) -> Iterator[Limit]:
+def _pair_limits(scene: EngineScene, pair: ContactPair, crowd: float) -> Iterator[Limit]:
     one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
     m = contact.pair_mass(scene.classes, pair)
     bodies = f"{one.name} and {two.name if two else 'a wall'}"
@@ -233,7 +233,7 @@ def hertz_lines(
     )
 
 
-def _speed(scene: Scene) -> float:
+def _speed(scene: EngineScene) -> float:
     """Speed that bodies meet at [m/s]: the fastest wall, at least 0.1."""
     fastest = 0.1
     for way in (scene.vibration, scene.slide, *(w.own_motion for w in scene.walls)):
@@ -247,7 +247,7 @@ def _speed(scene: Scene) -> float:
 class _Bridge:
     """The bridge that the first films give to a pair of types, by the scene's laws."""
 
-    def __init__(self, scene: Scene, pair: ContactPair) -> None:
+    def __init__(self, scene: EngineScene, pair: ContactPair) -> None:
         assert scene.liquid is not None
         self._scene, self._liquid = scene, scene.liquid
         one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None

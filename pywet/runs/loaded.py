@@ -13,7 +13,7 @@ from pywet.errors import PywetError
 from pywet.runs.measures import bed_angle, heap_angle, passed_mass, steady_rate, upward
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay, RunSummary
-from pywet.scene import Rotation, Scene
+from pywet.scene import EngineScene, Rotation
 from pywet.schema import CODES, meanings
 from pywet.util.files import AGAIN, read_json
 
@@ -37,7 +37,7 @@ class Run:
     def __init__(self, folder: Path) -> None:
         self.path = Path(folder)
         self._run = RunDir(self.path)
-        self.scene: Scene = self._run.scene
+        self.scene: EngineScene = self._run.scene
 
     def has(self, name: str) -> bool:
         """Return whether the run has a file.

@@ -17,7 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
-from pywet.scene import SCRIPTED, Scene
+from pywet.scene import SCRIPTED, EngineScene
 from pywet.schema import FORMATION, INTEGER, NUMBER, SPHERE, TABLES
 from pywet.util.files import AGAIN, read_if_there, read_parts, read_table
 
@@ -50,13 +50,13 @@ class RunDir:
     path: Path
 
     @cached_property
-    def scene(self) -> Scene:
+    def scene(self) -> EngineScene:
         path = self.path / "scene.json"
         if not path.exists():
             raise PywetError(
                 f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it"
             )
-        return Scene.read(path)
+        return EngineScene.read(path)
 
     @cached_property
     def origin_mm(self) -> tuple[float, float, float]:

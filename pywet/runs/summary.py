@@ -16,7 +16,7 @@ from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import EngineRun, Plan
 from pywet.runs.tables import ledger_error
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.schema import WORKS
 from pywet.util.files import AGAIN
 
@@ -116,7 +116,7 @@ def _energy(run: RunDir) -> dict[str, float | None]:
     }
 
 
-def _way_of_fed(scene: Scene, start: pd.DataFrame, last: int) -> float:
+def _way_of_fed(scene: EngineScene, start: pd.DataFrame, last: int) -> float:
     """Return the work [J] that gravity would have done on spheres before their insertion along their straight path."""
     waited = np.minimum(scene.enters(start["type"].tolist()), last) * scene.time_step_s
     mass = start["type"].map({c.type: c.mass_kg for c in scene.classes}).to_numpy(dtype=float)

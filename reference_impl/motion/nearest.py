@@ -131,6 +131,18 @@ class Parts:
             triangle[nearer],
         )
 
+    def goes_on(self, step: Floats, x: Floats, part: Floats, foot: Floats, near: Floats, least: Floats) -> Floats:
+        """Whether parts continue at their points `foot` towards x: one of their triangles within `near` of the foot has its
+        closest point to x farther than `least` from it."""
+        y, q = self.rest(step, x, part), self.rest(step, foot, part)
+        found = np.zeros(len(part), dtype=bool)
+        for row, n in enumerate(part):
+            corners = self.setup.corners[self.order[self.first[n] : self.first[n + 1]]]
+            at = size(q[row] - closest_point(np.broadcast_to(q[row], (len(corners), 3)), corners)) <= near[row]
+            to = closest_point(np.broadcast_to(y[row], (int(at.sum()), 3)), corners[at])
+            found[row] = (size(q[row] - to) > least[row]).any()
+        return found
+
     def to(self, step: Floats, x: Floats, triangle: Floats) -> tuple[Floats, Floats]:
         """Distance of points from triangles, and the closest point in the world."""
         part = self.setup.part[triangle]

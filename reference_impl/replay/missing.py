@@ -144,7 +144,8 @@ def _one_place(
     """Rows of a wall's part without a bridge in whose place another part of that wall has one, or is to have it.
 
     At a convex edge the faces that meet there give one bridge: no bridge forms with a part whose closest point lies on another
-    part that is nearer, nor with one that has in common the foot of either bridge with a part that has a bridge already.
+    part that continues there towards the sphere, nor with one that has the foot of a bridge with another part for its own
+    closest point, or continues there towards the sphere.
     """
     found = np.zeros(len(table), dtype=bool)
     rows = np.flatnonzero(lacking & (table["partner_kind"] != laws.SPHERE).to_numpy())
@@ -171,10 +172,18 @@ def _at_neighbour(
 
     others = others[off(x, others) < own.distance[0] + 2.0 * radius]
     feet = parts.closest(np.full(len(others), step), np.repeat(x[None], len(others), axis=0), others).point
-    shared = off(own.point, others) <= ONE_PLACE * radius
-    if (shared & (size(feet - own.point) > 0.25 * ONE_PLACE * radius)).any():
+    near = ONE_PLACE * radius
+
+    def onward(of: Floats, points: Floats) -> Floats:
+        """Whether parts continue at points of them towards the sphere."""
+        x_of_all, limits = np.repeat(x[None], len(of), axis=0), np.full((2, len(of)), near)
+        return parts.goes_on(np.full(len(of), step), x_of_all, of, points, limits[0], 0.25 * limits[1])
+
+    shared = off(own.point, others) <= near
+    if onward(others[shared], np.repeat(own.point, int(shared.sum()), axis=0)).any():
         return True
-    others = others[shared | (off(feet, np.full(len(others), part)) <= ONE_PLACE * radius)]
+    mine = np.full(len(others), part)
+    others = others[(size(feet - own.point) <= near) | (off(feet, mine) <= near) & onward(mine, feet)]
     kind = np.where(bodies(run).half_width[others] < radius, laws.SMALL_WALL, laws.LARGE_WALL)
     ends = pd.DataFrame({"step": step, "partner_kind": kind, "i": i, "j": others})
     return len(others) > 0 and bool(stands(ends).any())

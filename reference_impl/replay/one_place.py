@@ -24,7 +24,7 @@ ONE_PLACE = 1e-6
 
 
 def check(run: Run, lives: Lives) -> Quantity:
-    """No bridge forms in a place of a wall where its sphere has one, or with a part whose closest point is a nearer part's."""
+    """No bridge forms in a place where its sphere has one, or with a part at whose closest point another continues nearer."""
     table = judged(run, lives)
     wrong, zero = table["wrong"].to_numpy(float), np.zeros(len(table))
     return compare("formation_shared", "second bridges at one place", wrong, zero, zero + 1.0, table, 0.0)
@@ -65,9 +65,9 @@ def _formations(run: Run, lives: Lives) -> pd.DataFrame:
     at, other = beside(run, rows)
     wrong = np.zeros(len(rows), dtype=bool)
     if len(at):
-        near, far = _feet(run, rows, at, other)
+        same, onward = _places(run, rows, at, other)
         bridged = lives.at(_ends(run, rows, at, other), rows["step"].to_numpy(np.int64)[at], strictly=False) >= 0
-        np.logical_or.at(wrong, at, near.any(axis=0) & bridged | near[0] & far & ~bridged)
+        np.logical_or.at(wrong, at, onward[0] | bridged & (same | onward[1]))
     return rows.assign(wrong=wrong)
 
 
@@ -103,6 +103,17 @@ def _feet(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Floa
     foot, its = parts.closest(step, x, part).point, parts.closest(step, x, other).point
     off = np.stack([parts.closest(step, foot, other).distance, parts.closest(step, its, part).distance])
     return off <= 0.5 * ONE_PLACE * radius, size(foot - its) > 2.0 * ONE_PLACE * radius
+
+
+def _places(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Floats, Floats]:
+    """Whether the closest points of a row's part and of the other one are surely one; and whether a point of either lies on the
+    other part, which surely continues there towards the sphere: (2, pairs)."""
+    parts, x = nearest.parts(run), rows[["x", "y", "z"]].to_numpy(float)[at]
+    step, part = (rows[name].to_numpy(np.int64)[at] for name in ("step", "j"))
+    near = ONE_PLACE * bodies(run).radius[rows["i"].to_numpy(np.int64)[at]]
+    foot, its = parts.closest(step, x, part).point, parts.closest(step, x, other).point
+    onward = [parts.goes_on(step, x, p, q, 0.5 * near, 2.0 * near) for p, q in ((other, foot), (part, its))]
+    return size(foot - its) <= 0.5 * near, np.stack(onward)
 
 
 def _placed(run: Run, rows: pd.DataFrame) -> pd.DataFrame:

@@ -16,7 +16,7 @@ from pywet.cost.edit import SCALE, Size, with_setting
 from pywet.cost.knobs import Setting
 from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import write_json
 
 CASE = {"dry": 1, "moist": 2}
@@ -48,7 +48,7 @@ def size_named(name: str) -> Size:
 
 def prepare(
     folder: Path, kind: str, setting: Setting, size: Size, seed: int, config_dir: Path, vary: Vary = lambda same: same
-) -> Scene:  # fmt: skip
+) -> EngineScene:  # fmt: skip
     """Write the run directory of a screening scene, of the configuration as `vary` changes it."""
     config = vary(with_setting(settings.load(config_dir), setting, size, seed))
     scene = cases.build(config, CASE[kind], SCALE, folder)

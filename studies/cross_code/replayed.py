@@ -16,7 +16,7 @@ import pandas as pd
 from pywet.cases.small import scenes, small
 from pywet.cases.small.bodies import contacts, last, sphere_classes, water
 from pywet.runs.shapes import Replay
-from pywet.scene import Effects, Scene, SphereClass
+from pywet.scene import Effects, EngineScene, SphereClass
 from pywet.schema import WORKS
 from pywet.util.files import read_json, read_table
 from reference_impl.replay.replay import replay
@@ -63,7 +63,7 @@ def of_engine(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
 def screening(results: Path) -> Source:
     """Cells of the screening cases found under results/<scale>/, by preset."""
     files = sorted(results.glob("*/case*/replay.json"))
-    exact = {f: Scene.read(f.with_name("scene.json")).effects.capillary == "young_laplace" for f in files}
+    exact = {f: EngineScene.read(f.with_name("scene.json")).effects.capillary == "young_laplace" for f in files}
     cells: list[Cell] = []
     for row, stored in (
         ("screening", [f for f in files if not exact[f]]),
@@ -232,5 +232,5 @@ def _split(folder: Path) -> Iterator[Cell]:
 def _places(folder: Path) -> dict[str, Any]:
     """Spheres of the settled bed for the picture."""
     table = last(folder)
-    radius = Scene.read(folder / "scene.json").classes[0].radius_m
+    radius = EngineScene.read(folder / "scene.json").classes[0].radius_m
     return {"radius": radius, "at": table[["x", "y", "z"]].to_numpy(float).tolist()}

@@ -19,7 +19,7 @@ from pywet.geometry.motion import peak_speed
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import Surface, make_surface
 from pywet.planning.surroundings import Surroundings
-from pywet.scene import Effects, Rotation, Scene, SphereClass
+from pywet.scene import Effects, EngineScene, Rotation, SphereClass
 from pywet.shipped import place
 from pywet.util.files import read_table
 from studies.effects import measures
@@ -189,7 +189,7 @@ def tiny_screening(seed: int, size: float, config_dir: Path) -> Setup:
     classes = tuple(c.model_copy(update={"count": keep[c.type]}) for c in made.classes)
     seconds = 0.7 * max(size, 0.7)
 
-    def build(effects: Effects, run_dir: Path) -> Scene:
+    def build(effects: Effects, run_dir: Path) -> EngineScene:
         scene = cases.build(loaded, 2, "smoke", run_dir)
         spheres = read_table(run_dir / scene.spheres_file)
         random = np.random.default_rng(seed)

@@ -14,7 +14,7 @@ from pywet.cases.small.bodies import at_places
 from pywet.cases.small.small import Sphere
 from pywet.geometry.surface import Surface
 from pywet.planning.surroundings import Surroundings
-from pywet.scene import ContactPair, Effects, Liquid, Rotation, Scene, SphereClass
+from pywet.scene import ContactPair, Effects, EngineScene, Liquid, Rotation, SphereClass
 
 Vector = tuple[float, float, float]
 
@@ -33,7 +33,7 @@ class Setup:
     walls: tuple[Surface, ...] = ()
     gravity: Vector = (0.0, 0.0, -9.81)
     rotation: Rotation | None = None
-    build: Callable[[Effects, Path], Scene] | None = None
+    build: Callable[[Effects, Path], EngineScene] | None = None
     """Prepares the run directory where the scene is not of spheres and walls given here."""
     configuration: dict[str, Any] = field(default_factory=dict)
     """What it was made from, where it is a case of the configuration."""

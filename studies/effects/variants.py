@@ -16,7 +16,7 @@ from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.inputs import transfer_tables
 from pywet.planning import step_choice
 from pywet.planning.effect_plan import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan
-from pywet.scene import Effects, Output, Scene
+from pywet.scene import Effects, EngineScene, Output
 from pywet.util.files import read_table
 from studies.effects.scenes import StudyScene
 from studies.effects.setup import Setup
@@ -73,7 +73,7 @@ def measure(scene: StudyScene, setup: Setup, effects: Effects) -> Row:
         }  # fmt: skip
 
 
-def prepare(setup: Setup, effects: Effects, run_dir: Path) -> Scene:
+def prepare(setup: Setup, effects: Effects, run_dir: Path) -> EngineScene:
     """The run directory of one choice."""
     if setup.build is not None:
         return setup.build(effects, run_dir)
@@ -95,7 +95,7 @@ def prepare(setup: Setup, effects: Effects, run_dir: Path) -> Scene:
     )  # fmt: skip
 
 
-def measured_shares(scene: Scene, run_dir: Path) -> dict[str, float] | None:
+def measured_shares(scene: EngineScene, run_dir: Path) -> dict[str, float] | None:
     """Shares of sum |F| dt by weight and bridge forces, from the sampled steps; None for a run without bridges."""
     if not scene.effects.bridges:
         return None
@@ -114,7 +114,7 @@ def measured_shares(scene: Scene, run_dir: Path) -> dict[str, float] | None:
     return {k: v / everything for k, v in total.items()} if everything > 0 else None
 
 
-def plugin_arrays(scene: Scene, run_dir: Path) -> int:
+def plugin_arrays(scene: EngineScene, run_dir: Path) -> int:
     """Bytes that the plugin keeps for this scene at its end; 0 where it is not loaded."""
     if not scene.effects.bridges:
         return 0

@@ -23,7 +23,7 @@ from pywet.engines.liggghts import deck, process
 from pywet.engines.liggghts.collecting import read_trajectory
 from pywet.errors import PywetError
 from pywet.laws.kinds import SWITCHED
-from pywet.scene import Output, Scene
+from pywet.scene import EngineScene, Output
 from pywet.util.files import read_table, write_table
 from studies.stock import moist
 from studies.stock.liggghts import LIGGGHTS_MODELS
@@ -60,7 +60,7 @@ class Bed:
         return Choice(spheres=self.spheres, moisture_percent=self.moisture_percent, seed=self.seed, viscosity_Pa_s=0.0)
 
 
-def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> Scene:
+def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> EngineScene:
     """Spheres on a loose lattice above the floor of a box, or in a drum; the same places for every engine."""
     choice = bed.choice
     sphere = choice.glass(bed.spheres)
@@ -117,7 +117,7 @@ def measure(run_dir: Path) -> dict[str, float]:
 
     Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN where no ledger is stored.
     """
-    scene = Scene.read(run_dir / "scene.json")
+    scene = EngineScene.read(run_dir / "scene.json")
     end = last(run_dir)
     ledger = run_dir / "history" / "ledger.parquet"
     r = scene.classes[0].radius_m
@@ -133,7 +133,7 @@ def measure(run_dir: Path) -> dict[str, float]:
     }
 
 
-def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
+def stock(run_dir: Path, scene: EngineScene, bed: Bed, model: str) -> None:
     """Run a dry scene of one class with a stock cohesion model of LIGGGHTS, the same liquid on every sphere."""
     if model not in LIGGGHTS_MODELS:
         raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")
@@ -147,7 +147,7 @@ def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
     run_folder.publish(run_dir, folder.name, "engine")
 
 
-def _cohesion(scene: Scene, bed: Bed, model: str) -> deck.Cohesion:
+def _cohesion(scene: EngineScene, bed: Bed, model: str) -> deck.Cohesion:
     """The cohesion model with its numbers, as the deck of a dry scene takes it."""
     sphere = bed.choice.glass(bed.spheres)
     content = 0.01 * bed.moisture_percent * sphere.density_kg_per_m3 / 1000.0

@@ -12,10 +12,10 @@ from pywet import stages
 from pywet.cases.screening import cases
 from pywet.cases.screening.results import write_results
 from pywet.runs.rundir import RunDir
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 
-def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -> Scene:
+def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -> EngineScene:
     """The case without rolling resistance, with this seed of the first arrangement; writes the run directory."""
     return cases.build(stages.resolved(config_dir, engine="yade", seed=seed).without_rolling(), case, scale, run_dir)
 

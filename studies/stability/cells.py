@@ -21,7 +21,7 @@ from pywet.geometry.initial import wall_mesh
 from pywet.geometry.motion import peak_speed
 from pywet.geometry.surface import Surface, make_surface
 from pywet.planning import time_steps
-from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, Vibration
+from pywet.scene import ContactPair, Effects, EngineScene, Liquid, Output, SphereClass, Vibration
 
 Floats = NDArray[np.float64]
 Part = tuple[Floats, float | None]
@@ -144,7 +144,7 @@ def thickest_film(batch: Batch) -> float:
     return 0.4 * min(c.radius_m for c in batch.classes)
 
 
-def prepare(batch: Batch, run_dir: Path) -> Scene:
+def prepare(batch: Batch, run_dir: Path) -> EngineScene:
     """Write scene, spheres and their own films into `run_dir`."""
     middles, extent = batch.middles(), batch.extent
     low, high = middles.min(axis=0) - 1.5 * extent, middles.max(axis=0) + 1.5 * extent
@@ -161,7 +161,7 @@ def prepare(batch: Batch, run_dir: Path) -> Scene:
 
 def advised(batch: Batch, film: float) -> Sequence[time_steps.Limit]:
     """The advisor's limits for the batch's spheres (without cells: one of each class) with that film thickness [m]."""
-    scene = Scene(
+    scene = EngineScene(
         name=batch.name, seed=0, classes=tuple(counted(batch.classes, batch.cells) if batch.cells else batch.classes),
         pairs=batch.pairs, liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": film}),
         walls=tuple(wall_mesh(w, batch.wall_angle) for w in surface_of(batch)) if batch.cells else (),

@@ -21,7 +21,7 @@ from pywet.ending import die_with_parent
 from pywet.engines.liggghts import driver, process
 from pywet.engines.process import Usage
 from pywet.errors import PywetError, StoppedRun
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from reference_impl.replay.replay import replay as recompute
 from studies.stability import cells, judge
 from studies.stability.cells import Batch
@@ -46,7 +46,7 @@ def _child(run_dir: str, folder: str, step: str, ranks: str) -> None:
     os._exit(code)
 
 
-def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> Usage:
+def _forked(command: list[str], folder: Path, scene: EngineScene, report: Any, watch: Any = None) -> Usage:
     """Stands in for `process.execute` on one rank; what it used is not asked for."""
     if "pywet.engines.liggghts.worker" not in command or command[0] == "mpirun":
         return process.execute(command, folder, scene, report, watch or (lambda: None))

@@ -19,7 +19,7 @@ from pywet.engines.yade.build import engine_version
 from pywet.engines.yade.driver import build_task, execute
 from pywet.errors import PywetError
 from pywet.laws.contact import leapfrog_damping, pair_mass
-from pywet.scene import ContactPair, Scene
+from pywet.scene import ContactPair, EngineScene
 from pywet.util.files import read_json
 from studies.stock.yade import YADE_LAWS
 
@@ -38,7 +38,7 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
     Writes trajectory, mesh motion and engine/ as a dry run does. PywetError for what YADE cannot express.
     """
     run_dir = Path(run_dir).resolve()
-    scene = Scene.read(run_dir / "scene.json")
+    scene = EngineScene.read(run_dir / "scene.json")
     if liquid.law not in YADE_LAWS:
         raise PywetError(f"the law {liquid.law} was asked for; expected one of {', '.join(YADE_LAWS)}")
     if len(scene.classes) != 1 or scene.effects.rolling:
@@ -69,7 +69,7 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
     return pd.DataFrame(bridges, columns=["volume", "gap", "wall", "rupture"])
 
 
-def materials(scene: Scene) -> list[dict[str, Any]]:
+def materials(scene: EngineScene) -> list[dict[str, Any]]:
     """kn, ks, cn, cs and friction angle of the walls and of the one class.
 
     YADE connects a and b as springs in a row, a b/(a + b): the sphere gets twice its pair's number p, the wall w with
@@ -97,7 +97,7 @@ def materials(scene: Scene) -> list[dict[str, Any]]:
     return [other, sphere]
 
 
-def _number(scene: Scene, pair: ContactPair, name: str) -> float:
+def _number(scene: EngineScene, pair: ContactPair, name: str) -> float:
     if name == "kn":
         return pair.normal_stiffness_N_per_m
     if name == "ks":

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.compare import statistics, verdict
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from tests.compare.test_compare import made
 
 ENDS = {"five": (0.70, 0.72, 0.74, 0.66), "seven": (0.71, 0.75, 0.69, 0.72)}
@@ -25,7 +25,7 @@ def groups(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     for group, (name, ends) in enumerate(ENDS.items()):
         for k, end in enumerate(ends):
             run = made(folder / name / str(k))
-            scene = Scene.read(run / "scene.json")
+            scene = EngineScene.read(run / "scene.json")
             assert scene.liquid is not None
             film = scene.liquid.model_copy(update={"initial_film_thickness_m": (5e-5, 7e-5)[group]})
             changed = scene.model_copy(update={"liquid": film, "name": f"case0{2 + group}"})

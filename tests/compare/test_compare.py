@@ -17,7 +17,7 @@ from pywet.cli.app import app
 from pywet.compare import digest, statistics, verdict
 from pywet.compare.statistics import Sample
 from pywet.errors import PywetError
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from studies import references
 from tests.cases.screening import synthetic
 
@@ -124,7 +124,7 @@ def test_groups_from_folders(tmp_path: Path) -> None:
 def test_what_cannot_be_compared(tmp_path: Path) -> None:
     """Exit code 2 and one sentence; --force goes on."""
     a, b = made(tmp_path / "a"), made(tmp_path / "b")
-    scene = Scene.read(b / "scene.json")
+    scene = EngineScene.read(b / "scene.json")
     (b / "scene.json").write_text(scene.model_copy(update={"gravity_m_per_s2": (0.0, 0.0, -1.0)}).model_dump_json())
     assert run(str(a), str(b))[0] == 2
     assert run(str(a), str(b), "--force")[0] == 0
@@ -186,7 +186,7 @@ def test_digest_of_runs_of_ones_own(tmp_path: Path) -> None:
     rows = [line.split() for line in output_text.splitlines() if "mean height at the end" in line]
     assert rows and all("m" in row for row in rows)
     other = replayed(tmp_path / "other")
-    scene = Scene.read(other / "scene.json")
+    scene = EngineScene.read(other / "scene.json")
     (other / "scene.json").write_text(scene.model_copy(update={"gravity_m_per_s2": (0.0, 0.0, -1.0)}).model_dump_json())
     code, output_text = run(str(other), "--digest", file)
     assert code == 2 and "differ in gravity" in output_text and "changed" not in output_text

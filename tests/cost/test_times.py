@@ -15,7 +15,7 @@ from pywet.cost import cost, counts, trial
 from pywet.cost.counts import Load
 from pywet.cost.trial import Costs, Lattice
 from pywet.geometry import build_apparatus
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 ROOT = Path(__file__).parents[2]
 CONFIG = config.load(ROOT / "config")
@@ -30,7 +30,7 @@ def costs_of(spheres: float, times: float = 1.0) -> Costs:
                     "step_stock": 1e-5 + 3e-7 * spheres})  # fmt: skip
 
 
-def of_case(case: int) -> tuple[Scene, cases.ApparatusSpec, cases.Apparatus]:
+def of_case(case: int) -> tuple[EngineScene, cases.ApparatusSpec, cases.Apparatus]:
     row, size = CONFIG.case(case), CONFIG.scale("full")
     spec = cases.apparatus_spec(CONFIG, row, size)
     apparatus = build_apparatus(spec)

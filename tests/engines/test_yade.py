@@ -22,7 +22,7 @@ from pywet.engines.yade import driver as yade
 from pywet.geometry.motion import engine_displacement
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
-from pywet.scene import Rotation, Scene, Slide
+from pywet.scene import EngineScene, Rotation, Slide
 
 CASES = config.load(Path(__file__).parents[2] / "config")
 pytestmark = [
@@ -41,7 +41,7 @@ STEP = 2e-7
 """Some 700 steps in the shortest collision: the first order error of the leapfrog's damping is then below 1e-3."""
 
 
-def scene_in(path: Path, spheres: list[small.Sphere], steps: int, **more: object) -> Scene:
+def scene_in(path: Path, spheres: list[small.Sphere], steps: int, **more: object) -> EngineScene:
     """A small dry scene; `more` as small.prepare takes it."""
     fields = {"effects": DRY, "time_step_s": STEP, "output_interval_s": steps * STEP / 20, **more}
     return small.prepare(path, CLASSES, spheres, PAIRS, steps=steps, **fields)

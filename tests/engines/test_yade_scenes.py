@@ -23,7 +23,7 @@ from pywet.geometry import build_apparatus
 from pywet.geometry.solids import bin_solid, plate, tube
 from pywet.geometry.surface import Surface, make_surface
 from pywet.runs.rundir import RunDir
-from pywet.scene import Scene, Slide
+from pywet.scene import EngineScene, Slide
 from studies.engines import bed, screening
 from studies.stock import moist
 from studies.stock.yade import yade_force
@@ -97,7 +97,7 @@ def test_damping_of_every_pair_of_case_one() -> None:
     assert len(found["pairs"]) == 9 and len(found["damping_share"]) == 4
 
 
-def short_case(path: Path) -> Scene:
+def short_case(path: Path) -> EngineScene:
     """Case 1 at smoke scale for an eighth of a second, the slide drawn at once."""
     scene = screening.prepare(CONFIG, 1, "smoke", 10007, path)
     assert scene.slide is not None

@@ -26,7 +26,7 @@ from pywet.engines import process
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 from pywet.laws import davis, own, registry, viscous
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util import caches, machine_code, sources
 from tests.cases.screening import synthetic
 from tests.cases.script import scripts
@@ -91,7 +91,7 @@ def test_a_scene_holds_no_name_that_an_engine_could_take_for_a_command(where: tu
         place = place[key]
     place[where[-1]] = value
     with pytest.raises(ValidationError, match=r"name|path inside|pattern"):
-        Scene.model_validate_json(json.dumps(given))
+        EngineScene.model_validate_json(json.dumps(given))
 
 
 ODD = "a b#$HOME&'\"ä ${x} `y`"

@@ -36,7 +36,7 @@ from pywet.errors import PywetError
 from pywet.planning import audit, time_steps
 from pywet.report import collect, report, vtk
 from pywet.runs.rundir import RunDir
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import parse_json, write_json
 from tests.cases.screening import synthetic
 from tests.report.test_report import REPLAY
@@ -171,7 +171,7 @@ def scene(bench: Bench, given: tuple[float, str, Any]) -> None:
     run = bench.fresh()
     document = json.loads((run / "scene.json").read_text())
     (run / "scene.json").write_text(json.dumps(changed(document, *given)))
-    sentence(lambda: time_steps.advise(Scene.read(run / "scene.json")).lines, lambda: read_all(run))
+    sentence(lambda: time_steps.advise(EngineScene.read(run / "scene.json")).lines, lambda: read_all(run))
 
 
 JSON_FILES = (

@@ -26,7 +26,7 @@ from pywet.cases.small import small
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.engines.liggghts.restart_file import holds
 from pywet.errors import NotWhole, PywetError
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_json
 from tests.engines.liggghts import beds
 from tests.reliability.kills import Stopped, assert_same, tables_of
@@ -76,7 +76,7 @@ def ended(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 def collect(run_dir: Path) -> None:
     """Collect as `driver.run` does after the engine has ended, without preparing the plugin and the laws."""
-    scene, mark = Scene.read(run_dir / "scene.json"), mark_of(run_dir)
+    scene, mark = EngineScene.read(run_dir / "scene.json"), mark_of(run_dir)
     folder = run_dir / "engine.partial"
     account, damaged = checkpoint.finished(folder, mark)
     assert account is not None and damaged is None
@@ -179,7 +179,7 @@ def test_raw_files_that_do_not_hold_what_was_planned(ended: Path, tmp_path: Path
     folder = run_dir / "engine.partial"
     text = (folder / logs.TRAJECTORY).read_text().split("ITEM: TIMESTEP\n")
     (folder / logs.TRAJECTORY).write_text("ITEM: TIMESTEP\n".join(text[:4] + text[5:]))
-    scene = Scene.read(run_dir / "scene.json")
+    scene = EngineScene.read(run_dir / "scene.json")
     with pytest.raises(NotWhole, match=r"holds 10 output steps and lacks step 90; expected the 11 from 0 to 300"):
         collecting.make(scene, folder)
     sums = {path.name: logs.checked(path) for path in logs.files(folder)}
@@ -201,7 +201,9 @@ def cut_off(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     whole, killed_ = (prepare(folder / name, request.param, steps) for name in ("whole", "killed"))
     driver.run(whole, progress=False)
 
-    def launch(command: list[str], at: Path, scene: Scene, report: process.Report, watch: Callable[[], None]) -> object:
+    def launch(
+        command: list[str], at: Path, scene: EngineScene, report: process.Report, watch: Callable[[], None]
+    ) -> object:
         def look() -> None:
             watch()
             if len(list((at / checkpoint.FOLDER).glob("sums.*.json"))) == checkpoint.KEPT:
@@ -375,7 +377,7 @@ def test_a_restart_file_that_the_stock_program_would_read_for_ever(
     newer, run_dir = points(cut_off[1])[1], tmp_path / "run"
     shutil.copytree(cut_off[1], run_dir)
     last = run_dir / "engine.partial" / checkpoint.FOLDER / f"engine.{10**9}.partial"
-    whole, scene, now = newer.engine.read_bytes(), Scene.read(run_dir / "scene.json"), time.monotonic()
+    whole, scene, now = newer.engine.read_bytes(), EngineScene.read(run_dir / "scene.json"), time.monotonic()
     last.with_name(f"engine.{10**9 - 1}.partial").write_bytes(whole)
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now)
     for content, later, ends in ((b"", b"", True), (whole, whole, False), (b"", whole[:-8], False)):
@@ -393,7 +395,7 @@ def test_a_restart_file_that_the_stock_program_would_read_for_ever(
 
 def test_logs_are_bounded(tmp_path: Path) -> None:
     """A program that only writes is ended; its log keeps the beginning."""
-    scene = Scene.read(prepare(tmp_path, "dry", 100) / "scene.json")
+    scene = EngineScene.read(prepare(tmp_path, "dry", 100) / "scene.json")
     with (
         pytest.MonkeyPatch.context() as patch,
         pytest.raises(PywetError, match=r"ended at step 0 of 100: it wrote more than 1 MB into .*output\.log.*'y'"),
@@ -413,7 +415,7 @@ def test_a_dry_run_leaves_nothing_of_a_moist_one(tmp_path: Path) -> None:
         run_folder.record(tmp_path, [name])
     before = tables_of(tmp_path)
     prepare(tmp_path, "dry", 300)
-    scene = Scene.read(tmp_path / "scene.json")
+    scene = EngineScene.read(tmp_path / "scene.json")
     (tmp_path / "scene.json").write_text(scene.model_copy(update={"box_high_m": (1e-3, 1e-3, 1e-3)}).model_dump_json())
     with pytest.raises(PywetError, match="starts outside the box"):
         driver.run(tmp_path, progress=False)

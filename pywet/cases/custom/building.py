@@ -280,7 +280,7 @@ class Building:
         drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
         return how.time_step_s or step_choice.of_packing(self.classes, self.pairs, how.share, drag, self.hertz)
 
-    def scene(self) -> typed.Scene:
+    def scene(self) -> typed.EngineScene:
         """Make the engine-neutral scene that an engine runs."""
         user_scene, (low, high), effects = self.user_scene, self.box, self.plan.effects
         given: dict[str, Any] = {
@@ -318,12 +318,12 @@ class Building:
             "bin_z_m": float(low[2]),
         }
         try:
-            return typed.Scene(**given)
+            return typed.EngineScene(**given)
         except ValidationError as error:
-            raise mistake(error, typed.Scene, f"scene {self.user_scene.name}") from error
+            raise mistake(error, typed.EngineScene, f"scene {self.user_scene.name}") from error
 
 
-def write(user_scene: Scene, run_dir: Path) -> typed.Scene:
+def write(user_scene: Scene, run_dir: Path) -> typed.EngineScene:
     """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene."""
     made, run_dir = Building(user_scene), Path(run_dir)
     scene = made.scene()

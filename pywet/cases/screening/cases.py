@@ -19,7 +19,7 @@ from pywet.planning.effect_plan import EffectPlan
 from pywet.planning.effect_plan import plan as plan_effects
 from pywet.planning.retirement import Retirement, decide
 from pywet.planning.surroundings import GRAVITY
-from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
+from pywet.scene import ContactPair, EngineScene, Liquid, Output, Slide, SphereClass, Vibration, WallMesh
 from pywet.util.files import write_json
 
 WORTH_SAYING = 1.5
@@ -109,7 +109,7 @@ def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan
     return ingredients(config, case_number, scale_name).plan
 
 
-def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> Scene:
+def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> EngineScene:
     """Write a case's run directory and return its scene.
 
     Writes stl/, spheres.parquet, scene.json, plan.json, config.json, config_files.json, history/spheres, triangles, parts.
@@ -128,9 +128,9 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> S
     return scene
 
 
-def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, apparatus: Apparatus) -> Scene:
+def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, apparatus: Apparatus) -> EngineScene:
     speed = config.apparatus.slide_speed_m_per_s.value
-    return Scene(
+    return EngineScene(
         name=case.name,
         seed=config.settings.seed,
         classes=made.classes,

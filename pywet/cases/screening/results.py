@@ -16,7 +16,7 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.summary import general
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import write_json, write_table
 
 WALL_HOLDERS = {
@@ -71,7 +71,7 @@ def column(prefix: str, class_name: str, unit: str = "") -> str:
     return f"{prefix}_{slug}{unit}"
 
 
-def class_titles(scene: Scene) -> dict[str, str]:
+def class_titles(scene: EngineScene) -> dict[str, str]:
     """Column of a class's liquid, without unit, and its name in words: `spheres_ore_5_4_mm`, spheres ore 5.4 mm."""
     return {column("spheres", c.name): f"spheres {c.name}" for c in scene.classes}
 
@@ -197,7 +197,7 @@ def at_end(liquid: pd.DataFrame) -> dict[str, float]:
     return {name: float(liquid[column].iloc[-1]) for name, column in named.items()}
 
 
-def coarse_share(scene: Scene) -> float:
+def coarse_share(scene: EngineScene) -> float:
     """Mass share of the classes that cannot pass the aperture: where the dry fraction retained must end."""
     total = sum(c.mass_kg * c.count for c in scene.classes)
     return sum(c.mass_kg * c.count for c in scene.classes if not c.passes_aperture) / total

@@ -21,7 +21,7 @@ from pywet.laws.kinds import SWITCHED
 from pywet.planning import time_steps
 from pywet.planning.effect_plan import effect_numbers
 from pywet.planning.surroundings import Surroundings
-from pywet.scene import ContactPair, Scene
+from pywet.scene import ContactPair, EngineScene
 
 CROWD = time_steps.DENSE
 """Spheres of each kind that the stable step counts with: a packing."""
@@ -128,7 +128,7 @@ def _speed(f: Facts) -> float:
     return max(LEAST_SPEED, fall)
 
 
-def _scene(wet: Wet, f: Facts, spheres: Spheres) -> Scene | None:
+def _scene(wet: Wet, f: Facts, spheres: Spheres) -> EngineScene | None:
     """Scene for estimates: the script's spheres and contacts, with the thickest film; None where a number is not known."""
     if not f.kinds or not f.time_step_s:
         return None
@@ -159,7 +159,7 @@ def _hertz(f: Facts, types: Sequence[int]) -> Hertz | None:
     return Hertz.model_construct(spheres=bodies, walls=bodies[0], impact_speed_m_per_s=_speed(f))
 
 
-def _pair(f: Facts, scene: Scene, hertz: Hertz | None, of: dict[int, int], a: int, b: int) -> ContactPair | None:
+def _pair(f: Facts, scene: EngineScene, hertz: Hertz | None, of: dict[int, int], a: int, b: int) -> ContactPair | None:
     """Spring of a pair: given (hooke/stiffness), or that of an impact at the script's speed (hooke, hertz)."""
     restitution = f.material("coefficientRestitution", of[a], of[b])
     friction = f.material("coefficientFriction", of[a], of[b])
@@ -177,7 +177,7 @@ def _pair(f: Facts, scene: Scene, hertz: Hertz | None, of: dict[int, int], a: in
     )  # fmt: skip
 
 
-def _time_step(f: Facts, scene: Scene | None) -> Iterator[str]:
+def _time_step(f: Facts, scene: EngineScene | None) -> Iterator[str]:
     if f.time_step_s is None:
         yield "time step: not known before the engine comes to the line"
     elif scene is None:
@@ -187,7 +187,7 @@ def _time_step(f: Facts, scene: Scene | None) -> Iterator[str]:
         yield from (f"  {line}" for line in time_steps.advise(scene).lines)
 
 
-def _effects(wet: Wet, f: Facts, scene: Scene | None) -> Iterator[str]:
+def _effects(wet: Wet, f: Facts, scene: EngineScene | None) -> Iterator[str]:
     """Each effect with its law, whether it is on and why, and the number that says how much it counts."""
     numbers = {}
     if scene is not None:

@@ -14,7 +14,7 @@ from pywet.engines.liggghts.inputs import meta, transfer_tables
 from pywet.geometry import Surface, write_stl
 from pywet.geometry.initial import part_table, triangle_table
 from pywet.runs import tables
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_json, read_table, write_json, write_parts, write_table
 
 SCRIPT = "script.json"
@@ -25,7 +25,7 @@ COME = "come.bin"
 OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])
 
 
-def begin(log: Path, surfaces: Sequence[Surface], scene: Scene, noted: Mapping[str, Any]) -> None:
+def begin(log: Path, surfaces: Sequence[Surface], scene: EngineScene, noted: Mapping[str, Any]) -> None:
     """Write what does not change: walls as they are at the line; `noted` for script.json."""
     run_folder.claim(log)
     (log / "engine").mkdir(exist_ok=True)
@@ -43,7 +43,7 @@ def note_forces(log: Path, others: Sequence[str]) -> None:
     write_json(log / SCRIPT, {**noted, "other_forces": list(dict.fromkeys([*noted["other_forces"], *others]))})
 
 
-def write_scene(log: Path, scene: Scene) -> None:
+def write_scene(log: Path, scene: EngineScene) -> None:
     """Write what changes where spheres of another class come."""
     write_json(log / "scene.json", scene.model_dump(mode="json"))
     write_table(transfer_tables(scene), log / "history" / "transfer.parquet")

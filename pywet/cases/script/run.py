@@ -31,7 +31,7 @@ from pywet.engines.liggghts.worker import LINE_BUFFERED, plugin_rank
 from pywet.errors import EngineError, border
 from pywet.geometry import Surface
 from pywet.runs.tables import ledger_error
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ class _Script:
         self._note(scene, table)
         return table["type"].to_numpy(), table["film"].to_numpy()
 
-    def _note(self, scene: Scene | None, come: pd.DataFrame) -> None:
+    def _note(self, scene: EngineScene | None, come: pd.DataFrame) -> None:
         """Spheres that have come; the scene where it has changed."""
         if self._log and plugin_rank() == 0:
             if scene:

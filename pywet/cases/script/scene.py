@@ -17,7 +17,7 @@ from pywet.geometry.faces import FEATURE_ANGLE_DEG, face_of, half_width
 from pywet.geometry.initial import wall_mesh
 from pywet.geometry.surface import Floats, Surface
 from pywet.laws.contact import film_thickness
-from pywet.scene import SCRIPTED, Liquid, Output, Scene, SphereClass
+from pywet.scene import SCRIPTED, EngineScene, Liquid, Output, SphereClass
 
 KINDS = 32
 """Kinds of spheres: each pair of them has a table."""
@@ -104,7 +104,7 @@ def dry_walls(state: dict[str, Any], wet: Wet) -> list[str]:
 
 def scene_of(
     wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface], gravity: Sequence[float] = (0.0, 0.0, 0.0)
-) -> Scene:
+) -> EngineScene:
     """Scene as the plugin wants it; dry contacts and motion stay the script's own: it has none of them.
 
     It is not checked as a whole.
@@ -114,7 +114,7 @@ def scene_of(
     feature = {"feature_angle_deg": FEATURE_ANGLE_DEG}
     walls = tuple(wall_mesh(s, angle[s.name]).model_copy(update=feature) for s in surfaces)
     far = max([1.0, *(float(np.abs(s.vertices).max()) for s in surfaces)])
-    return Scene.model_construct(
+    return EngineScene.model_construct(
         name=SCRIPTED, seed=0, classes=tuple(spheres.classes), pairs=(), hertz=None, walls=walls, vibration=None, slide=None,
         rotation=None, effects=wet.effects,
         liquid=Liquid(

@@ -22,7 +22,7 @@ from pywet.errors import PywetError, one_line
 from pywet.geometry.surface import Surface
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice
-from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
+from pywet.scene import ContactPair, EngineScene, Liquid, Output, Rotation, SphereClass
 from pywet.util.files import read_table, write_json
 from pywet.util.ranges import SCENE
 
@@ -182,7 +182,7 @@ def in_a_drum(choice: Choice) -> tuple[list[small.Sphere], dict[str, Any]]:
 def bed_angles(run_dir: Path) -> bodies.Floats:
     """Angle [deg] by which a turning wall has carried the bed: of the line from its axis to the spheres' centre against gravity,
     which is the slope of a flat surface, at the outputs of the second half of the run."""
-    scene = Scene.read(Path(run_dir) / "scene.json")
+    scene = EngineScene.read(Path(run_dir) / "scene.json")
     turning = (scene.motion_of(wall) for wall in scene.walls)
     motion = next((m for m in turning if isinstance(m, Rotation)), None)
     if motion is None:

@@ -1,4 +1,4 @@
-"""Small scenes next to screening: a few spheres, a plane wall, driven or free. Same `Scene`, same engine, same logs.
+"""Small scenes next to screening: a few spheres, a plane wall, driven or free. Same `EngineScene`, same engine, same logs.
 
 Used by the checks inside the engine (two bodies at constant speed, dry collisions) and open to a user's own experiments.
 """
@@ -21,7 +21,7 @@ from pywet.geometry.solids import plate, square
 from pywet.geometry.surface import Surface, make_surface
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
-from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass
+from pywet.scene import ContactPair, Effects, EngineScene, Liquid, Output, SphereClass
 
 PAPER, EXACT = (Effects.model_validate({"bridges": True, **laws}) for laws in PRESETS.values())
 DRY = Effects(bridges=False)
@@ -68,8 +68,8 @@ def prepare(
     checkpoints: int = 0,
     window_trajectories: bool = False,
     **more: Any,
-) -> Scene:
-    """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`.
+) -> EngineScene:
+    """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `EngineScene`.
 
     `prisms` names the walls whose parts are prisms to the dry contact. Laws of `effects` in files,
     `path/to/file.py:function`, may run from now on: the caller names them.
@@ -101,7 +101,7 @@ def prepare(
         ),
         "bin_z_m": -box,
     }
-    scene = Scene(**{**fields, **more})
+    scene = EngineScene(**{**fields, **more})
     table = pd.DataFrame({"id": np.arange(1, len(spheres) + 1), "type": [s.kind for s in spheres]})
     for letter, field in (("", "position"), ("v", "velocity"), ("w", "spin")):
         for k, axis in enumerate("xyz"):

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from pywet.geometry.initial import sphere_table
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_json, write_json, write_table
 
 
-def with_spheres(scene: Scene, run_dir: Path, spheres: pd.DataFrame, **changed: Any) -> Scene:
+def with_spheres(scene: EngineScene, run_dir: Path, spheres: pd.DataFrame, **changed: Any) -> EngineScene:
     """Rewrite a run directory with these of its spheres, numbered again, and other fields of the scene `changed`.
 
     A configuration in it says from then on which fields are no longer its own.

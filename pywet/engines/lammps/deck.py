@@ -17,7 +17,7 @@ from pywet.engines.liggghts import deck
 from pywet.errors import PywetError
 from pywet.geometry.stl import read_stl
 from pywet.laws import contact
-from pywet.scene import ContactPair, Rotation, Scene, WallMesh
+from pywet.scene import ContactPair, EngineScene, Rotation, WallMesh
 from pywet.util.files import atomic_write, read_table
 
 SCRIPT, DATA = "in.lammps", "particles.data"
@@ -32,7 +32,7 @@ WIDEST = 1.01 * 2.0 * math.pi / 32
 """Angle of a facet up to which a wire counts as round [rad], its faces within 0.5 % of the radius; a hundredth for rounding."""
 
 
-def refuse(scene: Scene, ranks: int = 1) -> None:
+def refuse(scene: EngineScene, ranks: int = 1) -> None:
     """PywetError in one sentence for what LAMMPS cannot do as this scene has it."""
     reasons = ["more than one process"] if ranks > 1 else []
     if any(w.motion not in ("fixed", "turns") for w in scene.walls):
@@ -120,7 +120,7 @@ def _tube(vertices: NDArray[np.float64], k: int, same: float) -> list[str]:
     return faces
 
 
-def law(scene: Scene, pair: ContactPair) -> str:
+def law(scene: EngineScene, pair: ContactPair) -> str:
     """The dry contact: spring and absolute dashpot, tangential spring with a slider and no dashpot."""
     mass = contact.pair_mass(scene.classes, pair)
     damping = contact.leapfrog_damping(pair.restitution, mass, pair.normal_stiffness_N_per_m, scene.time_step_s)
@@ -128,7 +128,7 @@ def law(scene: Scene, pair: ContactPair) -> str:
     return f"hooke {normal!r} {float(damping)!r} tangential linear_history {tangential!r} 0.0 {pair.friction!r} damping velocity"
 
 
-def lines(scene: Scene, run_dir: Path, extra: Sequence[str], integrate: str) -> Iterator[str]:
+def lines(scene: EngineScene, run_dir: Path, extra: Sequence[str], integrate: str) -> Iterator[str]:
     """The whole script; `extra` lines and the group to integrate serve driven small scenes."""
     film = deck.film_factor(scene) - 1.0
     skin, listed = deck.skin(scene), deck.listed(scene)
@@ -159,7 +159,7 @@ def lines(scene: Scene, run_dir: Path, extra: Sequence[str], integrate: str) -> 
     yield 'dump_modify trajectory sort id format line "%d %d' + 9 * " %.17g" + '"'
 
 
-def _wall(scene: Scene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
+def _wall(scene: EngineScene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
     motion, turning = scene.motion_of(wall), ""
     if isinstance(motion, Rotation):
         yield f"variable move_{wall.name} equal 2.0*PI*step*dt/{motion.period_s!r}"
@@ -171,7 +171,7 @@ def _wall(scene: Scene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
             yield f"fix {name} type_{pair.a} wall/gran/region granular {law(scene, pair)} region p_{wall.name}_{k}"
 
 
-def write(scene: Scene, run_dir: Path, folder: Path, extra: Sequence[str], integrate: str) -> None:
+def write(scene: EngineScene, run_dir: Path, folder: Path, extra: Sequence[str], integrate: str) -> None:
     deck.write_data(scene, read_table(run_dir / scene.spheres_file), folder / DATA)
     with atomic_write(folder / SCRIPT) as temporary:
         temporary.write_text("\n".join(lines(scene, run_dir, extra, integrate)) + "\n")

@@ -21,7 +21,7 @@ from pywet.engines.process import OUTPUT, alone, attend, last_words, progress_ba
 from pywet.errors import StoppedRun
 from pywet.planning import time_steps
 from pywet.runs import tables
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 
 def run(
@@ -39,7 +39,7 @@ def run(
     for LIGGGHTS.
     """
     run_dir = Path(run_dir).resolve()
-    scene = Scene.read(run_dir / "scene.json")
+    scene = EngineScene.read(run_dir / "scene.json")
     deck.refuse(scene, ranks)
     version, plugin = build.engine_version(), build.plugin_path()
     if not allow_unstable:
@@ -66,7 +66,7 @@ def run(
         return info
 
 
-def _watch(run_dir: Path, folder: Path, scene: Scene, progress: bool) -> tuple[float, int | None]:
+def _watch(run_dir: Path, folder: Path, scene: EngineScene, progress: bool) -> tuple[float, int | None]:
     """Start the worker and report its progress to its end; processor time [s] and largest memory [B]."""
     command = [sys.executable, "-P", "-m", "pywet.engines.lammps.worker", str(run_dir), str(folder)]
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}

@@ -10,12 +10,14 @@ import pandas as pd
 
 from pywet.errors import FileError
 from pywet.geometry.initial import wall_groups
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.util.files import AGAIN
 
 
-def check_tables(scene: Scene, spheres: pd.DataFrame, transfer: pd.DataFrame, nodes: dict[str, np.ndarray]) -> None:
+def check_tables(
+    scene: EngineScene, spheres: pd.DataFrame, transfer: pd.DataFrame, nodes: dict[str, np.ndarray]
+) -> None:
     """Refuse tables of a run that do not go with its scene; `nodes`: corners of the triangles of each wall."""
     _spheres(scene, spheres)
     missing = [wall.name for wall in scene.walls if wall.name not in nodes]
@@ -47,7 +49,7 @@ def check_start(spheres: pd.DataFrame, start: pd.DataFrame) -> None:
     )
 
 
-def _spheres(scene: Scene, spheres: pd.DataFrame) -> None:
+def _spheres(scene: EngineScene, spheres: pd.DataFrame) -> None:
     ids, types = (spheres[name].to_numpy() for name in ("id", "type"))
     whole = np.array_equal(np.sort(ids), np.arange(1, len(ids) + 1))
     _refuse(not whole, "spheres", "has ids that are repeated, missing or below 1", f"1 to {len(ids)}, each once")
@@ -58,7 +60,7 @@ def _spheres(scene: Scene, spheres: pd.DataFrame) -> None:
         _refuse(not (np.isfinite(film) & (film >= 0.0)).all(), "spheres", "has films that are no volumes", "0 or more")
 
 
-def _transfer(scene: Scene, tables: pd.DataFrame) -> None:
+def _transfer(scene: EngineScene, tables: pd.DataFrame) -> None:
     columns = ["partner_kind", "type_i", "type_j", "part_class"]
     types = [c.type for c in scene.classes]
     groups = wall_groups(scene) if scene.effects.wall_films else {}

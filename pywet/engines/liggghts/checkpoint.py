@@ -24,7 +24,7 @@ from pywet.engines.liggghts import logs, state_file
 from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util import sources
 from pywet.util.files import read_json, write_json
 
@@ -54,7 +54,7 @@ class Checkpoint:
     logs: logs.Sums
 
 
-def fingerprint(run_dir: Path, scene: Scene, *parts: str) -> str:
+def fingerprint(run_dir: Path, scene: EngineScene, *parts: str) -> str:
     """Hash of everything a run follows from: scene, spheres, walls, films, laws, program, and `parts` (plugin, deck lines)."""
     digest = hashlib.sha256()
     files = [run_dir / "scene.json", run_dir / scene.spheres_file]
@@ -215,7 +215,7 @@ def drop(folder: Path, point: Checkpoint) -> None:
 class Recorder:
     """Takes the check sums of a run while it goes on; `watch` is called a few times a second."""
 
-    def __init__(self, folder: Path, scene: Scene, plugin: bool, spheres: int, point: Checkpoint | None) -> None:
+    def __init__(self, folder: Path, scene: EngineScene, plugin: bool, spheres: int, point: Checkpoint | None) -> None:
         self.folder, self.plugin, self.spheres = folder, plugin, spheres
         self.planned, self.end, self.retires = scene.output_steps, scene.steps, scene.removes
         self.step = point.step if point else 0

@@ -22,7 +22,7 @@ from pywet.engines.liggghts import checkpoint, deck, logs, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.geometry.motion import Floats, engine_displacement
 from pywet.runs import retired, tables
-from pywet.scene import Scene, Slide, Vibration, WallMesh
+from pywet.scene import EngineScene, Slide, Vibration, WallMesh
 from pywet.util.files import read_json, read_parts, read_table, write_json, write_parts, write_table
 
 TABLES = "tables"
@@ -30,7 +30,7 @@ INDEX = "tables.json"
 TRAJECTORY = ["id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
 
 
-def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
+def make(scene: EngineScene, folder: Path) -> tuple[int, float | None]:
     """Write all tables into `folder`/tables; returns the number of spheres and (moist) the ledger's error.
 
     Raises `NotWhole` where the raw files do not hold what was planned.
@@ -61,7 +61,7 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     return spheres, tables.ledger_error(read_table(made / "history" / "ledger.parquet"))
 
 
-def _empty(scene: Scene, trajectory: pd.Series, gone: np.ndarray | None) -> np.ndarray:
+def _empty(scene: EngineScene, trajectory: pd.Series, gone: np.ndarray | None) -> np.ndarray:
     """Output steps from that on at which the last sphere left: the engine writes no row of them."""
     outputs = np.array(scene.output_steps, dtype=np.int64)
     if not scene.outlets or gone is None or len(gone) < int((trajectory == 0).sum()):
@@ -69,7 +69,7 @@ def _empty(scene: Scene, trajectory: pd.Series, gone: np.ndarray | None) -> np.n
     return outputs[outputs >= gone["step"].max()]
 
 
-def planned(steps: pd.Series, scene: Scene, what: str) -> None:
+def planned(steps: pd.Series, scene: EngineScene, what: str) -> None:
     """Raise `NotWhole` unless the steps of a table are the planned output steps."""
     wanted, there = scene.output_steps, sorted(int(s) for s in steps.unique())
     if there != wanted:
@@ -126,7 +126,7 @@ def finished_run(run_dir: Path, mark: str) -> dict[str, Any] | None:
     )
 
 
-def mesh_translations(scene: Scene, wall: WallMesh) -> Floats:
+def mesh_translations(scene: EngineScene, wall: WallMesh) -> Floats:
     """Return the displacement of a mesh from its STL file at the output steps [m], shape (outputs, 3)."""
     way, steps = scene.motion_of(wall), np.asarray(scene.output_steps)
     if isinstance(way, Vibration):

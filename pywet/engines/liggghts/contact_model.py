@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet.laws import contact
-from pywet.scene import ContactPair, Scene
+from pywet.scene import ContactPair, EngineScene
 
 
-def words(scene: Scene, cohesion: str = "") -> str:
+def words(scene: EngineScene, cohesion: str = "") -> str:
     """The contact model of pairs and walls; `cohesion`: words of a stock cohesion model."""
     normal = "hooke/stiffness" if scene.hertz is None else "hertz"
     friction = "history" if scene.effects.tangential_history else "no_history"
@@ -17,7 +17,7 @@ def words(scene: Scene, cohesion: str = "") -> str:
     return f"model {normal} tangential {friction}{cohesion}{rolling}"
 
 
-def settings(scene: Scene, cohesive: bool) -> str:
+def settings(scene: EngineScene, cohesive: bool) -> str:
     """Settings of the contact model; the tangential dashpot of a Hertz contact is on, which is the engine's default."""
     if scene.hertz is not None:
         return " tangential_damping on"
@@ -25,7 +25,7 @@ def settings(scene: Scene, cohesive: bool) -> str:
     return " absolute_damping on" + ("" if cohesive else f" tangential_damping {damped}")
 
 
-def of_materials(scene: Scene) -> dict[str, str]:
+def of_materials(scene: EngineScene) -> dict[str, str]:
     """Properties of types, the walls the last one: of Hertz contacts their moduli."""
     if scene.hertz is None:
         return {}
@@ -45,7 +45,7 @@ def sliding_drag(m_eff: float, time_step: float) -> float:
     return m_eff / (28.0 * time_step)
 
 
-def property_matrices(scene: Scene) -> dict[str, str]:
+def property_matrices(scene: EngineScene) -> dict[str, str]:
     """Per-pair engine properties; the walls are the last atom type. Rolling friction [m] is divided by the engine's r_red."""
     n = len(scene.classes) + 1
     values: dict[str, NDArray[np.float64]] = {}
@@ -63,7 +63,7 @@ def property_matrices(scene: Scene) -> dict[str, str]:
     return {name: " ".join(repr(float(x)) for x in matrix.ravel()) for name, matrix in values.items()}
 
 
-def _springs(scene: Scene, pair: ContactPair) -> dict[str, float]:
+def _springs(scene: EngineScene, pair: ContactPair) -> dict[str, float]:
     """Linear springs and dashpots of a pair of types."""
     m_eff, k = contact.pair_mass(scene.classes, pair), pair.normal_stiffness_N_per_m
     return {

@@ -19,7 +19,7 @@ from pywet.errors import PywetError, shown
 from pywet.geometry.motion import viblin_words
 from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
-from pywet.scene import Rotation, Scene, Slide, Vibration, WallMesh
+from pywet.scene import EngineScene, Rotation, Slide, Vibration, WallMesh
 from pywet.shipped import place
 from pywet.util.files import atomic_write, read_table
 
@@ -37,18 +37,18 @@ IDS_A_LINE = 100
 """Numbers of spheres in one line of the engine's script."""
 
 
-def attached(scene: Scene) -> bool:
+def attached(scene: EngineScene) -> bool:
     """Return whether the plugin is in use: for bridges, analytic wires, inserted or retired spheres."""
     return scene.effects.bridges or scene.is_fed or scene.removes or any(w.prisms for w in scene.walls)
 
 
-def touched(scene: Scene) -> list[str]:
+def touched(scene: EngineScene) -> list[str]:
     """Walls whose contacts the engine makes itself; the plugin makes those with prisms and, with `planes`, all others."""
     plugin = attached(scene) and scene.contacts == "planes"
     return [w.name for w in scene.walls if not (plugin or w.prisms)]
 
 
-def film_factor(scene: Scene) -> float:
+def film_factor(scene: EngineScene) -> float:
     """Return the range of the neighbour list beyond touch, in radii, within which films can touch; 1 for a dry scene."""
     if not scene.effects.bridges or scene.liquid is None:
         return 1.0
@@ -56,12 +56,12 @@ def film_factor(scene: Scene) -> float:
     return 1.0 + FILM_GROWTH * scene.liquid.initial_film_thickness_m / smallest
 
 
-def listed(scene: Scene) -> float:
+def listed(scene: EngineScene) -> float:
     """Return the distance beyond touch [m] that the neighbour list covers: the skin and the distance at which films can touch."""
     return skin(scene) + 2.0 * max(c.radius_m for c in scene.classes) * (film_factor(scene) - 1.0)
 
 
-def longest_bridge(scene: Scene) -> float:
+def longest_bridge(scene: EngineScene) -> float:
     """Upper bound of a bridge's length [m] by the scene's rupture laws: V* = 0.5, the two largest spheres, drawn at 5 m/s."""
     if not scene.effects.bridges or scene.liquid is None or scene.effects.rupture is None:
         return 0.0
@@ -75,7 +75,7 @@ def longest_bridge(scene: Scene) -> float:
     return float(length * factor)
 
 
-def skin(scene: Scene) -> float:
+def skin(scene: EngineScene) -> float:
     """Skin [m] of the neighbour list: it is made again when a sphere has moved by half of it.
 
     A thick one is made again seldom, a thin one holds few pairs; of c1 d^3/(s/way) + c2 d^2 s the least is at a multiple of
@@ -85,13 +85,13 @@ def skin(scene: Scene) -> float:
     return min(max(0.4 * smallest, SKIN * (2.0 * largest * FALLING * scene.time_step_s) ** 0.5), 1.2 * smallest)
 
 
-def checkpoints(scene: Scene) -> list[int]:
+def checkpoints(scene: EngineScene) -> list[int]:
     """Steps of the checkpoints. Without the plugin a run takes the forces of such a step again, so that they keep out of windows,
     whose motion is checked against the forces recorded."""
     return schedule.checkpoints(scene, () if attached(scene) else schedule.recorded(scene))
 
 
-def movers(scene: Scene) -> list[dict[str, str]]:
+def movers(scene: EngineScene) -> list[dict[str, str]]:
     """Three viblin movers per vibrating mesh, one rotation per turning mesh."""
     fixes = []
     for wall in scene.walls:
@@ -108,7 +108,7 @@ def movers(scene: Scene) -> list[dict[str, str]]:
     return fixes
 
 
-def mesh_style(scene: Scene, wall: WallMesh) -> str:
+def mesh_style(scene: EngineScene, wall: WallMesh) -> str:
     """A moving wall of a moist scene keeps the sum of the engine's contact forces, from which its work follows."""
     if (
         not (scene.effects.bridges and scene.effects.wall_films)
@@ -133,7 +133,7 @@ class Run(NamedTuple):
         return [*self.before, f"run {self.steps}", *self.after]
 
 
-def runs(scene: Scene, done: int = 0) -> list[Run]:
+def runs(scene: EngineScene, done: int = 0) -> list[Run]:
     """Return the run commands that remain after `done` steps; checkpoints empty the engine."""
     ways = {w.name: scene.motion_of(w) for w in scene.walls}
     speed = {n: " ".join(map(repr, way.velocity_m_per_s)) for n, way in ways.items() if isinstance(way, Slide)}
@@ -157,7 +157,7 @@ def retirement(ids: Iterable[int]) -> list[str]:
     return [*group, "delete_atoms group retired compress no"]
 
 
-def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
+def write_data(scene: EngineScene, spheres: pd.DataFrame, path: Path) -> None:
     """The engine's data file: box and spheres (id, type, diameter, density, position), velocities where given."""
     inside = np.ones(len(spheres), dtype=bool)
     for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
@@ -214,7 +214,7 @@ NO_COHESION = Cohesion()
 
 
 def write_deck(
-    scene: Scene,
+    scene: EngineScene,
     run_dir: Path,
     folder: Path,
     *,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pywet.runs.rundir import RunDir, placed
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_table
 
 KEEP = "expected walls or a tray that keep it, or a smaller time step"
@@ -15,7 +15,7 @@ SAMPLES = 2000
 """Places on the path of a sphere from its last output to the next."""
 
 
-def departure(scene: Scene, folder: Path, sphere: int | None) -> str:
+def departure(scene: EngineScene, folder: Path, sphere: int | None) -> str:
     """A sentence's end: sphere, position and face, of the first to leave where no `sphere` is known; empty without an output."""
     rows = _last_frame(folder / "trajectory.txt")
     if not len(rows):

@@ -25,7 +25,7 @@ from pywet.engines.process import Usage, alone, installed, progress_bar
 from pywet.errors import EngineError, NotWhole, PywetError
 from pywet.planning import time_steps
 from pywet.runs import tables
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_if_there, read_table
 from pywet.util.notices import notice
 
@@ -62,7 +62,7 @@ class RunInfo:
 class Task:
     """One call: what is to be run, where and how."""
 
-    scene: Scene
+    scene: EngineScene
     run_dir: Path
     folder: Path
     mark: str
@@ -94,7 +94,7 @@ def run(
     """
     run_dir = Path(run_dir).resolve()
     with alone(run_dir):
-        scene = Scene.read(run_dir / "scene.json")
+        scene = EngineScene.read(run_dir / "scene.json")
         version = _check_engine(ranks, shlex.split(mpi) or MPIRUN)
         if not allow_unstable:
             time_steps.refuse_unstable(scene)
@@ -167,7 +167,7 @@ def _collect(task: Task, known: dict[str, Any]) -> RunInfo:
     return info
 
 
-def _loop_cpu(folder: Path, scene: Scene, usage: Usage) -> float | None:
+def _loop_cpu(folder: Path, scene: EngineScene, usage: Usage) -> float | None:
     """Processor time of the steps: the worker's own account; the stock program starts within hundredths of a second."""
     if not deck.attached(scene):
         return usage.cpu_s

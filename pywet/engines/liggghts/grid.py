@@ -12,13 +12,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 RESOLVED = 20
 """Grids are equally good where the spheres of their fullest columns differ by less than the mean over this."""
 
 
-def fullest(scene: Scene, xy: ArrayLike, columns: tuple[int, int]) -> float:
+def fullest(scene: EngineScene, xy: ArrayLike, columns: tuple[int, int]) -> float:
     """Spheres in the fullest column over the mean of all."""
     places = np.asarray(xy, dtype=float).reshape(-1, 2)
     low, high = (np.asarray(corner[:2]) for corner in (scene.box_low_m, scene.box_high_m))
@@ -29,7 +29,7 @@ def fullest(scene: Scene, xy: ArrayLike, columns: tuple[int, int]) -> float:
     )
 
 
-def chosen(scene: Scene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
+def chosen(scene: EngineScene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
     """Columns in x and in y: those whose fullest has fewest spheres, of equally good ones those with the shortest cuts."""
     width, depth = (scene.box_high_m[k] - scene.box_low_m[k] for k in (0, 1))
 
@@ -39,7 +39,7 @@ def chosen(scene: Scene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
     return min(_grids(ranks), key=price)
 
 
-def words(scene: Scene, xy: ArrayLike, ranks: int) -> str:
+def words(scene: EngineScene, xy: ArrayLike, ranks: int) -> str:
     """The chosen columns as the engine's script says them."""
     return " ".join(map(str, chosen(scene, xy, ranks)))
 

@@ -15,13 +15,13 @@ from pywet.engines.liggghts.plugin_api import SLOTS, angle_pairs
 from pywet.geometry.initial import wall_groups
 from pywet.laws import registry
 from pywet.laws.transfer import v_star_grid
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.util.files import write_json, write_table
 from pywet.util.notices import bar
 
 
-def write_inputs(scene: Scene, run_dir: Path) -> None:
+def write_inputs(scene: EngineScene, run_dir: Path) -> None:
     """Write the tables that a moist run and its replay read in addition to the scene; remove them from a dry one."""
     history = run_dir / "history"
     if not scene.effects.bridges:
@@ -32,7 +32,7 @@ def write_inputs(scene: Scene, run_dir: Path) -> None:
     write_json(history / "meta.json", meta(scene, scene.output_steps))
 
 
-def meta(scene: Scene, output_steps: list[int]) -> dict[str, Any]:
+def meta(scene: EngineScene, output_steps: list[int]) -> dict[str, Any]:
     """Numbers for the replay in addition to the tables."""
     liquid = scene.liquid
     assert liquid is not None
@@ -51,7 +51,7 @@ def meta(scene: Scene, output_steps: list[int]) -> dict[str, Any]:
     }
 
 
-def prepare_laws(scene: Scene) -> None:
+def prepare_laws(scene: EngineScene) -> None:
     """Tables of all laws of the scene that need one."""
     with bar("exact bridge tables (kept for later runs)") as move:
         for kind in SLOTS:
@@ -59,7 +59,7 @@ def prepare_laws(scene: Scene) -> None:
                 registry.get(kind, scene.effects.laws[kind]).prepare(angle_pairs(scene), move)
 
 
-def transfer_tables(scene: Scene) -> pd.DataFrame:
+def transfer_tables(scene: EngineScene) -> pd.DataFrame:
     """Transfer ratios T_i(V*) of every pair of types, and of every type with every group of wall parts.
 
     Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.

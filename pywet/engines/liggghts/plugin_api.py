@@ -25,7 +25,7 @@ from pywet.geometry.prisms import prism_of
 from pywet.laws import registry
 from pywet.laws.batch import batch
 from pywet.laws.kinds import KINDS
-from pywet.scene import WALL_FILMS, Scene, WallMesh
+from pywet.scene import WALL_FILMS, EngineScene, WallMesh
 from pywet.schema import SPHERE
 
 SLOTS = {
@@ -85,7 +85,7 @@ class Plugin:
             raise PywetError(answer.decode())
 
     def configure(
-        self, scene: Scene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
+        self, scene: EngineScene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
     ) -> None:
         """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene prisms and feed."""
         check_tables(scene, spheres, tables, nodes)
@@ -131,7 +131,7 @@ class Plugin:
             density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(drop_every(scene))
             self._library.pywet_set_liquid_mass(density, scene.effects.liquid_weight, _pointer(masses), every)
 
-    def _set_laws(self, scene: Scene) -> None:
+    def _set_laws(self, scene: EngineScene) -> None:
         for kind, slots in SLOTS.items():
             if kind not in scene.effects.laws:
                 continue
@@ -237,7 +237,7 @@ class Plugin:
         self._library.pywet_script_restored(_pointer(numbers))
         self._check(self._library.pywet_resume_script(_pointer(numbers), count))
 
-    def add_classes(self, scene: Scene, known: int, tables: pd.DataFrame) -> None:
+    def add_classes(self, scene: EngineScene, known: int, tables: pd.DataFrame) -> None:
         """Classes of a scene beyond those known, with the transfer tables of all."""
         for c in scene.classes[known:]:
             self._library.pywet_add_type(C.c_double(c.radius_m), C.c_double(c.contact_angle_rad))
@@ -275,7 +275,7 @@ def in_use(law: registry.Law) -> tuple[Any, ...]:
     return (batch(law.functions),) if KINDS[law.kind].force else law.functions
 
 
-def angle_pairs(scene: Scene) -> set[tuple[float, float]]:
+def angle_pairs(scene: EngineScene) -> set[tuple[float, float]]:
     """Pairs of contact angles (smaller body, larger body) of all possible bridges [rad]."""
     pairs = {(a.contact_angle_rad, wall.contact_angle_rad) for a in scene.classes for wall in scene.walls}
     for a in scene.classes:

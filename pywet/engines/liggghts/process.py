@@ -11,7 +11,7 @@ from pywet.engines.liggghts.checkpoint import LOG, last_step
 from pywet.engines.liggghts.departure import KEEP, departure
 from pywet.engines.process import OUTPUT, Report, Usage, attend, last_words, surroundings
 from pywet.errors import StoppedRun
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 LOOP_TIME = "loop_cpu_s.json"
 """File in which a moist run's first rank leaves the processor time of each piece and of the checkpoint after it [s]."""
@@ -23,7 +23,7 @@ LARGEST_LOG = 50_000_000
 
 
 def execute(
-    command: list[str], folder: Path, scene: Scene, report: Report, watch: Callable[[], None] = lambda: None
+    command: list[str], folder: Path, scene: EngineScene, report: Report, watch: Callable[[], None] = lambda: None
 ) -> Usage:
     """Run the engine in `folder` to its end; `watch` is called a few times a second."""
     environment = surroundings(python=True) | {
@@ -56,7 +56,7 @@ def _too_large(folder: Path) -> list[Path]:
     return [path for path in paths if path.exists() and path.stat().st_size > LARGEST_LOG]
 
 
-def _refuse_flood(folder: Path, scene: Scene) -> None:
+def _refuse_flood(folder: Path, scene: EngineScene) -> None:
     """End a run whose engine writes messages without end."""
     for path in _too_large(folder):
         with open(path, "rb") as log:
@@ -69,7 +69,7 @@ def _refuse_flood(folder: Path, scene: Scene) -> None:
         )
 
 
-def stopped(scene: Scene, folder: Path, returncode: int, more: str = "") -> StoppedRun:
+def stopped(scene: EngineScene, folder: Path, returncode: int, more: str = "") -> StoppedRun:
     """Make the exception of a stopped engine from its output text; numbers are parsed here only."""
     launch = LAUNCH.search((folder / OUTPUT).read_text(errors="replace"))
     if launch:

@@ -20,7 +20,7 @@ from pyarrow import csv
 from pywet.engines import schedule
 from pywet.errors import NotWhole, one_line
 from pywet.runs.tables import read_raw, to_frame
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import write_table
 
 STATES = "states"
@@ -43,7 +43,7 @@ def next_step(windows: list[tuple[int, int]]) -> list[str]:
     return [*terms, f"(step>={before})*{NEVER:.0f}"]
 
 
-def deck_lines(scene: Scene, touched: Sequence[str]) -> dict[str, Any] | None:
+def deck_lines(scene: EngineScene, touched: Sequence[str]) -> dict[str, Any] | None:
     """Return the values for the set-up's template, None without windows; `touched`: walls whose contacts the engine computes."""
     windows = schedule.recorded(scene)
     if not windows:
@@ -102,7 +102,7 @@ def _frames(text: bytearray, steps: list[int], counts: list[int], columns: list[
     return table
 
 
-def wall_springs(scene: Scene, folder: Path, touched: Sequence[str]) -> pd.DataFrame:
+def wall_springs(scene: EngineScene, folder: Path, touched: Sequence[str]) -> pd.DataFrame:
     """Springs of contacts with walls: the engine's with those `touched`, meshes numbered as in the scene, and the plugin's."""
     path, springs = folder / "wall_springs.txt", []
     if path.exists():
@@ -115,7 +115,7 @@ def wall_springs(scene: Scene, folder: Path, touched: Sequence[str]) -> pd.DataF
     return pd.concat(springs, ignore_index=True)
 
 
-def collect(scene: Scene, folder: Path, history: Path, touched: Sequence[str], end: float = math.inf) -> None:
+def collect(scene: EngineScene, folder: Path, history: Path, touched: Sequence[str], end: float = math.inf) -> None:
     """Turn the dumps in `folder` into `history`/window_<name>.parquet; `touched` as in `deck_lines`.
 
     From step `end` on no sphere is left.

@@ -14,13 +14,13 @@ import numpy as np
 from pywet.errors import PywetError
 from pywet.geometry.surface import Floats
 from pywet.laws.contact import leapfrog_damping, pair_mass
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 LARGEST_MISS = 0.02
 """Relative error of a pair's damping up to which a scene is run; it changes a restitution of 0.8 by 0.004."""
 
 
-def contacts(scene: Scene) -> dict[str, Any]:
+def contacts(scene: EngineScene) -> dict[str, Any]:
     """Numbers for YADE; PywetError where no damping shares reproduce the scene's coefficients of restitution.
 
     For each of `pairs` of material numbers (0: the walls) its normal `stiffness` [N/m], the `ratio` of the tangential one to it
@@ -49,7 +49,7 @@ def contacts(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _shares(scene: Scene, wanted: Floats) -> tuple[Floats, float]:
+def _shares(scene: EngineScene, wanted: Floats) -> tuple[Floats, float]:
     """β of walls and classes with (β_a + β_b)/2 = wanted of the pair (a, b), and the largest relative error."""
     matrix = np.zeros((len(scene.pairs), len(scene.classes) + 1))
     for row, pair in enumerate(scene.pairs):

@@ -25,7 +25,7 @@ from pywet.errors import PywetError, StoppedRun
 from pywet.geometry.stl import read_stl
 from pywet.planning import time_steps
 from pywet.runs import tables
-from pywet.scene import Rotation, Scene, Slide, Vibration
+from pywet.scene import EngineScene, Rotation, Slide, Vibration
 from pywet.util.files import read_table, write_json
 
 WORKER = ["-m", worker.__name__]
@@ -40,7 +40,7 @@ def run(run_dir: Path, progress: bool = True, *, driven: tuple[int, ...] = (), a
     their velocity.
     """
     run_dir = Path(run_dir).resolve()
-    scene = Scene.read(run_dir / "scene.json")
+    scene = EngineScene.read(run_dir / "scene.json")
     refuse(scene)
     build.engine_version()
     if not allow_unstable:
@@ -50,7 +50,7 @@ def run(run_dir: Path, progress: bool = True, *, driven: tuple[int, ...] = (), a
     return execute(run_dir, scene, task, progress)
 
 
-def refuse(scene: Scene) -> None:
+def refuse(scene: EngineScene) -> None:
     """PywetError in one sentence for what YADE cannot do as this scene has it."""
     reasons = []
     if scene.removes:
@@ -70,7 +70,7 @@ def refuse(scene: Scene) -> None:
         )
 
 
-def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
+def build_task(scene: EngineScene, run_dir: Path) -> dict[str, Any]:
     """The scene as plain numbers for in_yade.py, walls cut into convex solids; without contacts."""
     spheres = read_table(run_dir / scene.spheres_file)
     names = ["id", "type", *"xyz", "vx", "vy", "vz", "wx", "wy", "wz"]
@@ -109,7 +109,7 @@ def _solid(path: Path, name: str) -> list[list[list[float]]]:
     return [piece.tolist() for piece in convex_pieces(read_stl(path, name=name))]
 
 
-def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -> RunInfo:
+def execute(run_dir: Path, scene: EngineScene, task: dict[str, Any], progress: bool) -> RunInfo:
     """Run a task in engine.partial and make its tables; with bridges of YADE's own (`liquid`) those of a dry scene."""
     version, plugin = build.engine_version(), build.plugin_path()
     scene = worker.as_yade_has_it(scene, task)
@@ -135,7 +135,7 @@ def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -
         return info
 
 
-def _watch(run_dir: Path, folder: Path, scene: Scene, progress: bool) -> Usage:
+def _watch(run_dir: Path, folder: Path, scene: EngineScene, progress: bool) -> Usage:
     """Start the worker and report its progress to its end."""
     command = [sys.executable, "-P", *WORKER, str(run_dir), str(folder)]
     with progress_bar(scene, progress) as report:

@@ -19,7 +19,7 @@ from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import corner_points
 from pywet.engines.yade import build
 from pywet.errors import EngineError, arguments, border
-from pywet.scene import Effects, Scene
+from pywet.scene import Effects, EngineScene
 from pywet.util.files import read_json, read_table, write_json
 
 HOOK = "pywet_step()"
@@ -29,7 +29,9 @@ HOOK = "pywet_step()"
 class Host:
     """The plugin's host, which reads and writes the memory of YADE's objects."""
 
-    def __init__(self, scene: Scene, task: dict[str, Any], spheres: list[int], walls: dict[str, list[int]]) -> None:
+    def __init__(
+        self, scene: EngineScene, task: dict[str, Any], spheres: list[int], walls: dict[str, list[int]]
+    ) -> None:
         from yade import O  # type: ignore[import-not-found]
 
         from pywet.engines.yade import memory
@@ -79,7 +81,7 @@ class Host:
         self._library.pywet_yade_close(self.handle)
 
 
-def rolling(scene: Scene) -> np.ndarray:
+def rolling(scene: EngineScene) -> np.ndarray:
     """Torque of rolling resistance over the overlap [N], of each type and each partner's; 0: a wall."""
     table = np.zeros((len(scene.classes) + 1,) * 2)
     for p in scene.pairs:
@@ -87,7 +89,7 @@ def rolling(scene: Scene) -> np.ndarray:
     return table
 
 
-def as_yade_has_it(scene: Scene, task: dict[str, Any]) -> Scene:
+def as_yade_has_it(scene: EngineScene, task: dict[str, Any]) -> EngineScene:
     """The scene with all contacts by YADE; without liquid where YADE's own bridges are tried."""
     walls = tuple(wall.model_copy(update=dict(prisms=False)) for wall in scene.walls)
     changed: dict[str, Any] = {"walls": walls, "contacts": "stock"}
@@ -112,7 +114,7 @@ def reach_yade() -> None:
 
 def run(run_dir: Path, folder: Path) -> None:
     """Read the scene, set YADE up, attach the plugin, run."""
-    scene, task = Scene.read(run_dir / "scene.json"), read_json(folder / "task.json")
+    scene, task = EngineScene.read(run_dir / "scene.json"), read_json(folder / "task.json")
     plain = as_yade_has_it(scene, task)
     unbroken = plain.model_copy(update={"output": scene.output.model_copy(update={"checkpoints": 0})})
     reach_yade()

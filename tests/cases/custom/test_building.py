@@ -11,7 +11,7 @@ import pytest
 import pywet
 from pywet.cases.custom.building import Building, write
 from pywet.errors import ConfigError, PywetError
-from pywet.scene import Scene as Typed
+from pywet.scene import EngineScene
 from tests.cases.custom.conftest import beads
 
 SPHERE_KG = 2500 * math.pi / 6 * 0.003**3
@@ -40,7 +40,7 @@ def test_the_first_films_are_what_the_engine_starts_from(tmp_path: Path) -> None
     films = pywet.load(tmp_path)._run.spheres
     assert films.loc[films["type"] == 1, "film"].max() == 0.0
     assert 1000 * films["film"].sum() == pytest.approx(0.03 * 20 * SPHERE_KG)
-    assert Typed.read(tmp_path / "scene.json").effects.bridges
+    assert EngineScene.read(tmp_path / "scene.json").effects.bridges
 
 
 def test_spheres_lie_in_their_region_and_do_not_touch() -> None:

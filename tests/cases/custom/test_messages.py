@@ -16,7 +16,7 @@ from pywet.cases.custom.building import write
 from pywet.cases.custom.description import Scene
 from pywet.cases.screening import cases
 from pywet.errors import PywetError
-from pywet.scene import Scene as Typed
+from pywet.scene import EngineScene
 from tests.cases.custom.conftest import beads
 
 ROOT = Path(__file__).parents[3]
@@ -72,7 +72,7 @@ def of_schemas() -> set[str]:
 
 OWN = of_models(Scene)
 SCREENING = of_schemas()
-NO_KEY = (of_models(Typed) | SCREENING) - OWN
+NO_KEY = (of_models(EngineScene) | SCREENING) - OWN
 """Keys of the screening cases and of what the engine is given, which a scene does not have."""
 
 

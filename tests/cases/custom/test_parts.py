@@ -232,3 +232,15 @@ def test_a_sphere_that_leaves_at_a_checkpoint_says_so_in_words_that_the_user_has
     ) as reported:
         pywet.run(given, tmp_path)
     assert "disk" not in str(reported.value) and "enlarge the box" not in str(reported.value)
+
+
+@pytest.mark.engine
+def test_a_rim_that_is_nearer_elsewhere_takes_no_bridge(folder: Path, tmp_path: Path) -> None:
+    """Over the corner of a cup's rim a sphere is near two inner edges: a bridge with each, though the rim's own closest point is
+    on the nearer one. One inside the rim's plane, next to one edge, has one."""
+    given = [{"name": "cup", "stl": "cup.stl", "stl_unit": "m"}]
+    run = pywet.run(scene(folder, given, [(3.544, 3.546, 10.4), (-3.544, 0.0, 10.4)], duration_s=0.002), tmp_path)
+    formed = run.events[(run.events["kind"] == 0) & (run.events["partner_kind"] != 0)]
+    count = formed.drop_duplicates(["i", "j"]).groupby("i").size()
+    assert [int(count[i]) for i in (1, 2)] == [2, 1]
+    assert run.replay["ok"] and run.replay["quantities"]["formation_missed"]["count"] > 0

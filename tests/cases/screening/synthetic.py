@@ -15,7 +15,7 @@ import pandas as pd
 from pywet import run_folder
 from pywet.cases.small import bodies
 from pywet.runs.tables import to_frame
-from pywet.scene import Effects, Output, Scene, Slide, WallMesh
+from pywet.scene import Effects, EngineScene, Output, Slide, WallMesh
 from pywet.schema import RAW, SMALL_WALL, TABLES
 from pywet.util.files import write_json, write_table
 
@@ -28,7 +28,7 @@ MESHES = (("wires", 0.0), ("side_wall", 0.0), ("collecting_bin", -0.06))
 """Mesh (also its reservoir) and height of its two triangles."""
 
 
-def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Scene:
+def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> EngineScene:
     """The scene of the synthetic run."""
     coarse, fine = bodies.sphere_classes(
         *RADII.values(), counts=(1, 2), density=1400, angle_rad=1.2, name="POM {mm} mm"
@@ -49,7 +49,7 @@ def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Sce
     effects = Effects(
         bridges=True, capillary="rabinovich", rupture="willett_unequal", formation="shi_mccarthy", transfer="parabola"
     )
-    return Scene(
+    return EngineScene(
         name=name,
         seed=10007,
         classes=(coarse.model_copy(update={"passes_aperture": False}), fine),

@@ -15,7 +15,7 @@ from pywet.cases.small import bodies
 from pywet.config import load
 from pywet.errors import PywetError
 from pywet.planning import step_choice
-from pywet.scene import Scene, SphereClass
+from pywet.scene import EngineScene, SphereClass
 
 CONFIG = load(Path(__file__).parents[3] / "config")
 MOIST = [n for n, c in CONFIG.cases.items() if c.liquid_percent > 0]
@@ -140,14 +140,14 @@ def test_time_step_resolves_every_collision(number: int, scale: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Scene]:
+def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, EngineScene]:
     folder = tmp_path_factory.mktemp("smoke") / "case02"
     return folder, cases.build(CONFIG, 2, "smoke", folder)
 
 
-def test_run_directory_is_complete(built: tuple[Path, Scene]) -> None:
+def test_run_directory_is_complete(built: tuple[Path, EngineScene]) -> None:
     folder, scene = built
-    assert Scene.read(folder / "scene.json") == scene
+    assert EngineScene.read(folder / "scene.json") == scene
     found = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
     stl = {f"stl/{wall.name}.stl" for wall in scene.walls}
     history = {f"history/{name}.parquet" for name in ("spheres", "triangles", "parts")}
@@ -159,7 +159,7 @@ def test_run_directory_is_complete(built: tuple[Path, Scene]) -> None:
     )
 
 
-def test_spheres_of_the_run(built: tuple[Path, Scene]) -> None:
+def test_spheres_of_the_run(built: tuple[Path, EngineScene]) -> None:
     folder, scene = built
     spheres = pd.read_parquet(folder / "history" / "spheres.parquet")
     start = pd.read_parquet(folder / "spheres.parquet")
@@ -170,7 +170,7 @@ def test_spheres_of_the_run(built: tuple[Path, Scene]) -> None:
     assert water == pytest.approx(0.05 * mass(scene.classes), rel=1e-12)
 
 
-def test_walls_of_the_run(built: tuple[Path, Scene]) -> None:
+def test_walls_of_the_run(built: tuple[Path, EngineScene]) -> None:
     folder, scene = built
     triangles = pd.read_parquet(folder / "history" / "triangles.parquet")
     parts = pd.read_parquet(folder / "history" / "parts.parquet")
@@ -186,7 +186,7 @@ def test_walls_of_the_run(built: tuple[Path, Scene]) -> None:
     assert all(a == pytest.approx(45) for h, a in angles.items() if h not in ("feed_bin", "slide"))
 
 
-def test_slide_opens_on_a_steadily_moving_screen(built: tuple[Path, Scene]) -> None:
+def test_slide_opens_on_a_steadily_moving_screen(built: tuple[Path, EngineScene]) -> None:
     _, scene = built
     assert scene.slide is not None and scene.vibration is not None
     assert scene.slide.opens_at_s * scene.vibration.frequency_Hz >= 10
@@ -195,7 +195,7 @@ def test_slide_opens_on_a_steadily_moving_screen(built: tuple[Path, Scene]) -> N
     assert scene.slide.opens_at_s + scene.slide.travel_s < scene.duration_s
 
 
-def test_the_same_configuration_gives_the_same_files(built: tuple[Path, Scene], tmp_path: Path) -> None:
+def test_the_same_configuration_gives_the_same_files(built: tuple[Path, EngineScene], tmp_path: Path) -> None:
     folder, _ = built
     cases.build(CONFIG, 2, "smoke", tmp_path)
     for name in ("scene.json", "plan.json", "config.json", "stl/wires.stl", "spheres.parquet"):

@@ -11,7 +11,7 @@ import pytest
 from pywet.cases.small import small
 from pywet.cases.small.bodies import contacts, sphere_classes, water
 from pywet.engines.liggghts import deck
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from tests.cases.script.scripts import run
 
 pytestmark = [pytest.mark.engine, pytest.mark.slow]
@@ -27,7 +27,7 @@ THROWN = [
 """Spheres of two sizes in a loose block that falls on a plate."""
 
 
-def script(scene: Scene, folder: Path) -> None:
+def script(scene: EngineScene, folder: Path) -> None:
     """The scene's own deck without the plugin's lines, and one line in their place."""
     text = (folder.parent / "scene" / "engine" / "setup.liggghts").read_text()
     plugin = (
@@ -73,7 +73,7 @@ def test_the_same_scene_as_a_script(tmp_path: Path) -> None:
         time_step_s=STEP, steps=STEPS, output_interval_s=EVERY * STEP, contacts="stock",
     )  # fmt: skip
     small.run(folder, THROWN)
-    scene = Scene.read(folder / "scene.json")
+    scene = EngineScene.read(folder / "scene.json")
     script(scene, tmp_path / "script")
     done = run(tmp_path / "script")
     assert done.returncode == 0, done.stderr

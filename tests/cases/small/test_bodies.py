@@ -16,7 +16,7 @@ from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness, film_volume
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 
 R = 1e-3
 PULLS = Path(__file__).parents[3] / "docs" / "second_engine.md"
@@ -93,7 +93,7 @@ def test_a_scene_with_films_of_their_own_and_with_fewer_spheres(tmp_path: Path) 
     assert film.tolist() == [3e-11, pytest.approx(film_volume(1e-5, 1.5 * R)), 0.0]
     table = pd.read_parquet(tmp_path / scene.spheres_file)
     fewer = with_spheres(scene, tmp_path, table[table["type"] == 2], duration_s=0.5)
-    assert [c.count for c in fewer.classes] == [0, 2] and Scene.read(tmp_path / "scene.json") == fewer
+    assert [c.count for c in fewer.classes] == [0, 2] and EngineScene.read(tmp_path / "scene.json") == fewer
     assert pd.read_parquet(tmp_path / scene.spheres_file)["id"].tolist() == [1, 2]
 
 

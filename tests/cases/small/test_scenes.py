@@ -16,7 +16,7 @@ from pywet.cases.small.bodies import drum_walls
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.laws import registry
-from pywet.scene import Rotation, Scene
+from pywet.scene import EngineScene, Rotation
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
@@ -55,7 +55,7 @@ def test_a_scene_with_hertz_contacts(tmp_path: Path) -> None:
     words = ["scene", "collision", "--moisture", "0.2", "--contact", "hertz", "--youngs-modulus", "2e7"]
     done = CliRunner().invoke(app, [*words, "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output
-    scene = Scene.read(tmp_path / "scene.json")
+    scene = EngineScene.read(tmp_path / "scene.json")
     assert scene.hertz is not None and scene.hertz.spheres[0].youngs_modulus_Pa == 2e7
     found = json.loads((tmp_path / scenes.RESULT).read_text())
     assert 0.5 < found["restitution"] < 0.8 and replay(tmp_path)["ok"]

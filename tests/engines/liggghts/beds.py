@@ -12,7 +12,7 @@ from pywet.cases.small import bodies, small
 from pywet.geometry.solids import plate, square
 from pywet.geometry.surface import Surface, make_surface
 from pywet.laws.hertz import Elastic, Hertz
-from pywet.scene import Effects, Liquid, Output, Scene, Slide, Vibration
+from pywet.scene import Effects, EngineScene, Liquid, Output, Slide, Vibration
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 RADIUS = 2.5e-3
@@ -47,7 +47,7 @@ def bed(side: tuple[int, int, int], seed: int = 1) -> list[small.Sphere]:
 def prepare(
     run_dir: Path, spheres: list[small.Sphere], steps: int, checkpoints: int = 0, outputs: int = 10,
     effects: Effects = small.PAPER, liquid: Liquid = WATER,
-) -> Scene:  # fmt: skip
+) -> EngineScene:  # fmt: skip
     """A moist bed of two sizes on a vibrating floor, with a plate drawn through it."""
     half = 0.03
     return small.prepare(
@@ -75,7 +75,7 @@ def prepare(
     )
 
 
-def hertzian(scene: Scene) -> Scene:
+def hertzian(scene: EngineScene) -> EngineScene:
     """Return the bed with Hertz contacts of soft glass, whose impacts last about as long as those of its linear springs."""
     soft = Elastic(youngs_modulus_Pa=1e6, poissons_ratio=0.25)
     hertz = Hertz(spheres=(soft,) * len(scene.classes), walls=soft, impact_speed_m_per_s=0.2)
@@ -83,7 +83,7 @@ def hertzian(scene: Scene) -> Scene:
     return scene.model_copy(update={"hertz": hertz, "pairs": pairs, "contacts": "stock"})
 
 
-def retiring(run_dir: Path, **more: int) -> Scene:
+def retiring(run_dir: Path, **more: int) -> EngineScene:
     """A bed on a floor that hardly vibrates, which is a bin: spheres of its lowest layer are retired as they come to rest."""
     down = RADIUS - 2.0 * RADIUS
     spheres = [small.Sphere(s.kind, (*s.position[:2], s.position[2] + down), s.velocity) for s in bed((5, 5, 5))]

@@ -20,7 +20,7 @@ from pywet.engines.liggghts import build, driver
 from pywet.engines.process import Usage
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from tests.engines import foundry
 from tests.engines.liggghts import injected_between, injected_in_bin, injected_in_yard
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
@@ -234,7 +234,7 @@ class Foundry(foundry.Foundry):
     def run(self, run_dir: Path, bodies: list[small.Sphere], fault: str) -> None:
         """Run a prepared scene with one fault switched on."""
 
-        def execute(command: list[str], folder: Path, scene: Scene, *_: object) -> Usage:
+        def execute(command: list[str], folder: Path, scene: EngineScene, *_: object) -> Usage:
             return self.launch(fault, run_dir, folder)
 
         extra, free = small.drive(bodies)

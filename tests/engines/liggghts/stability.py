@@ -13,7 +13,7 @@ from pywet.cases.small.bodies import water
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
 from pywet.planning import time_steps
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from tests.engines.liggghts.scenes import contacts, spheres_of
 
 R, STIFFNESS, FILM = 2.5e-3, 1e4, 1e-4
@@ -23,7 +23,7 @@ NORMAL = small.PAPER.model_copy(update={"viscous_tangential": None, "dynamic_rup
 
 def pressed_pair(
     run_dir: Path, viscosity: float, step: float, how: str, bridges_every: int = 1
-) -> tuple[Scene, list[small.Sphere]]:
+) -> tuple[EngineScene, list[small.Sphere]]:
     """Two spheres at the overlap where contact spring and capillary force balance; the bridge acts from the second step on.
 
     STEPS evaluations of the bridge.

@@ -12,7 +12,7 @@ from pywet.engines.liggghts.border import check_start, check_tables
 from pywet.engines.liggghts.inputs import transfer_tables
 from pywet.engines.liggghts.worker import corner_points
 from pywet.errors import FileError
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_table
 from tests.cases.screening import synthetic
 
@@ -20,7 +20,7 @@ from tests.cases.screening import synthetic
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     run = synthetic.make(tmp_path_factory.mktemp("run") / "case02")
-    scene = Scene.read(run / "scene.json")
+    scene = EngineScene.read(run / "scene.json")
     spheres = read_table(run / "history" / "spheres.parquet")
     nodes = corner_points(read_table(run / "history" / "triangles.parquet"))
     return {"scene": scene, "spheres": spheres, "transfer": transfer_tables(scene), "nodes": nodes}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pywet.cases.small import small
-from pywet.scene import Contacts, Scene
+from pywet.scene import Contacts, EngineScene
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import contacts, spheres_of
 from tests.engines.liggghts.test_restart import same_bits
@@ -43,7 +43,7 @@ def random_pairs(count: int) -> list[small.Sphere]:
     return spheres
 
 
-def beside_wire(run_dir: Path, spheres: list[small.Sphere], steps: int, way: Contacts, **more: Any) -> Scene:
+def beside_wire(run_dir: Path, spheres: list[small.Sphere], steps: int, way: Contacts, **more: Any) -> EngineScene:
     """Spheres in a dry scene that loads the plugin for its wire, every step of which is recorded."""
     fields = {"effects": small.DRY, "time_step_s": 1e-5, "window_trajectories": True, **more}
     return small.prepare(

@@ -15,7 +15,7 @@ import pytest
 from pywet.cases.small import bodies, small
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import Surface, make_surface
-from pywet.scene import Contacts, Output, Rotation, Scene, Slide, Vibration
+from pywet.scene import Contacts, EngineScene, Output, Rotation, Slide, Vibration
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
@@ -60,7 +60,7 @@ def same(one: Path, two: Path) -> None:
     same_bits(one, two)
 
 
-def both(folder: Path, spheres: list[small.Sphere], walls: list[Surface], steps: int, **more: Any) -> Scene:
+def both(folder: Path, spheres: list[small.Sphere], walls: list[Surface], steps: int, **more: Any) -> EngineScene:
     """The run with the engine's walls and with the plugin's; the wire far off loads the plugin."""
     fields = {"effects": small.DRY, "window_trajectories": True, "output_interval_s": steps * STEP, **more}
     far = one_wire(8).vertices + np.array([0.0, 0.0, 0.09])

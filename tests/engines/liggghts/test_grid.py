@@ -14,27 +14,27 @@ from pywet.cases.small import small
 from pywet.engines.liggghts import grid
 from pywet.engines.liggghts.deck import checkpoints
 from pywet.geometry import build_apparatus
-from pywet.scene import Output, Scene
+from pywet.scene import EngineScene, Output
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 CONFIG = config.load(Path(__file__).parents[3] / "config")
 
 
 @pytest.fixture(scope="module")
-def sieve() -> Scene:
+def sieve() -> EngineScene:
     """Case 2 at smoke scale: the slide is drawn out along x, so that the box reaches far to one side."""
     case, scale = CONFIG.case(2), CONFIG.scale("smoke")
     spec = cases.apparatus_spec(CONFIG, case, scale)
     return cases.assemble(CONFIG, case, scale, cases.ingredients(CONFIG, 2, "smoke"), build_apparatus(spec))
 
 
-def _on_the_screen(sieve: Scene) -> np.ndarray:
+def _on_the_screen(sieve: EngineScene) -> np.ndarray:
     """Places all over a sieve of 50 mm about the origin."""
     half = 0.024
     return np.stack(np.meshgrid(*[np.linspace(-half, half, 40)] * 2), axis=-1).reshape(-1, 2)
 
 
-def test_two_ranks_share_the_sieve_across_the_slide(sieve: Scene) -> None:
+def test_two_ranks_share_the_sieve_across_the_slide(sieve: EngineScene) -> None:
     """The shortest cut, across the longer side of the box, leaves almost all spheres to one rank; along it both have half."""
     places = _on_the_screen(sieve)
     assert grid.fullest(sieve, places, (2, 1)) > 1.5
@@ -42,7 +42,7 @@ def test_two_ranks_share_the_sieve_across_the_slide(sieve: Scene) -> None:
     assert grid.chosen(sieve, places, 2) == (1, 2)
 
 
-def test_of_equally_good_grids_the_one_with_the_shortest_cuts(sieve: Scene) -> None:
+def test_of_equally_good_grids_the_one_with_the_shortest_cuts(sieve: EngineScene) -> None:
     """A square bed in the middle of its box: two halves, four quarters."""
     box = {"box_low_m": (-0.03, -0.02, 0.0), "box_high_m": (0.03, 0.02, 0.1)}
     scene = sieve.model_copy(update=box)
@@ -50,7 +50,7 @@ def test_of_equally_good_grids_the_one_with_the_shortest_cuts(sieve: Scene) -> N
     assert [grid.chosen(scene, places, ranks) for ranks in (1, 2, 4)] == [(1, 1), (2, 1), (2, 2)]
 
 
-def test_no_spheres_at_the_start_is_no_mistake(sieve: Scene) -> None:
+def test_no_spheres_at_the_start_is_no_mistake(sieve: EngineScene) -> None:
     width, depth = (sieve.box_high_m[k] - sieve.box_low_m[k] for k in (0, 1))
     assert grid.chosen(sieve, np.zeros((0, 2)), 2) == ((2, 1) if width > depth else (1, 2))
 
@@ -69,7 +69,7 @@ def test_chosen_anew_at_a_checkpoint(tmp_path: Path) -> None:
         tmp_path, spheres_of(2.5e-3), spheres, contacts(1), liquid=WATER, effects=small.PAPER, time_step_s=step, steps=steps,
         box=0.1, output=output,
     )  # fmt: skip
-    scene = Scene.read(tmp_path / "scene.json")
+    scene = EngineScene.read(tmp_path / "scene.json")
     small.run(tmp_path, spheres, 2)
     log = (tmp_path / "engine" / "log.liggghts").read_text()
     assert re.findall(r"(\d) by (\d) by 1 MPI processor grid", log) == [("2", "1"), ("1", "2")]

@@ -17,7 +17,7 @@ from pywet.errors import UnstableStep
 from pywet.laws import contact
 from pywet.laws.hertz import HEAD_ON, Elastic, Hertz, effective_shear_modulus
 from pywet.planning import time_steps
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, spheres_of
@@ -174,7 +174,7 @@ def test_a_moist_bed_is_replayed(moist: Path) -> None:
     assert result["ok"], {n: q["largest"] for n, q in result["quantities"].items() if not q["ok"]}
     assert result["quantities"]["newton_force"]["largest"] < 1e-9
     assert result["newton"]["dry_contacts"] > 300
-    assert Scene.read(moist / "scene.json").contacts == "planes"
+    assert EngineScene.read(moist / "scene.json").contacts == "planes"
     assert json.loads((moist / "engine" / "held.json").read_text())["contacts_in_batches"] == 0
 
 

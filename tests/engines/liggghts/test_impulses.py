@@ -21,7 +21,7 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
 from pywet.planning import time_steps
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.schema import WORKS
 from reference_impl.motion import impulses
 from reference_impl.replay import spans
@@ -35,10 +35,10 @@ pytestmark = pytest.mark.engine
 EVERY = 4
 
 
-def bed(run_dir: Path, ranks: int = 1, **changes: object) -> Scene:
+def bed(run_dir: Path, ranks: int = 1, **changes: object) -> EngineScene:
     """Some 170 spheres between moving walls for 24 ms; outputs and checkpoints are asked for at steps that are no multiples."""
     made = beds.prepare(run_dir, beds.bed((6, 6, 6)), 1198, 3, 11)
-    scene = Scene(**{**made.model_dump(), "bridges_every": EVERY, **changes})
+    scene = EngineScene(**{**made.model_dump(), "bridges_every": EVERY, **changes})
     (run_dir / "scene.json").write_text(scene.model_dump_json())
     driver.run(run_dir, ranks, progress=False)
     return scene
@@ -157,7 +157,7 @@ def test_too_many_steps_are_refused(tmp_path: Path) -> None:
                           ({"bridges_every": 8, "output": {"interval_s": 1.0, "contact_window_steps": 6}},
                            "expected windows in which bridges act")):  # fmt: skip
         with pytest.raises(ValidationError, match=words):
-            Scene(**{**thin.model_dump(), **change})
+            EngineScene(**{**thin.model_dump(), **change})
     given = config.load(Path(__file__).parents[3] / "config").settings.model_dump()
     given["time_step"]["bridges_every"], given["output"]["contact_window_steps"] = 8, 6
     with pytest.raises(ValidationError, match="6 is less than 8"):
@@ -169,7 +169,7 @@ def test_bridges_act_in_windows_shorter_than_their_interval(tmp_path: Path, step
     """Windows at random places begin where bridges act, also next to outputs and checkpoints; so they are not refused."""
     pair, _ = stability.pressed_pair(tmp_path, 1.0, 5e-6, "explicit", bridges_every=EVERY)
     output = {"interval_s": 1e-3, "contact_windows": 20, "contact_window_steps": steps, "checkpoints": 7}
-    scene = Scene(**{**pair.model_dump(), "duration_s": 0.02, "output": output})
+    scene = EngineScene(**{**pair.model_dump(), "duration_s": 0.02, "output": output})
     windows = schedule.windows(scene)
     assert len(windows) == 20 and all(any(s % EVERY == 0 for s in range(*window)) for window in windows)
     given = config.load(Path(__file__).parents[3] / "config").settings.model_dump()

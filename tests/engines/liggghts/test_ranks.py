@@ -14,7 +14,7 @@ from pywet.cases.small import small
 from pywet.engines.liggghts import deck
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
-from pywet.scene import Fed, Scene
+from pywet.scene import EngineScene, Fed
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
@@ -68,7 +68,7 @@ def holds_what_is_near(one: Path, other: Path, ranks: int) -> None:
 
     The columns meet at x = 0 (and y = 0); a skin more, since spheres have moved when lists were made.
     """
-    scene = Scene.read(other / "scene.json")
+    scene = EngineScene.read(other / "scene.json")
     skin = deck.skin(scene)
     cutoff = max(2 * beds.RADIUS + deck.longest_bridge(scene), 2 * beds.RADIUS * deck.film_factor(scene) + skin) + skin
     last = [beds.table(other, name)[lambda rows: rows["step"] == STEPS] for name in ("trajectory", "history/bridges")]

@@ -22,7 +22,7 @@ from pywet.cases.small import small
 from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, deck, driver
 from pywet.runs.tables import ledger_error
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_table
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
@@ -80,7 +80,7 @@ def same_bits(unbroken: Path, resumed: Path) -> None:
             assert bits or (a.dtype.kind not in "fiub" and a.equals(b)), f"{name}: {column}"
 
 
-def prepare(run_dir: Path, kind: str, **more: int) -> Scene:
+def prepare(run_dir: Path, kind: str, **more: int) -> EngineScene:
     """A small bed between a vibrating floor and a drawn plate."""
     liquid = SOAPY if kind == "drops" else WATER
     if kind == "retired":
@@ -114,7 +114,9 @@ def kill_and_compare(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, 
         prepare(folder, kind, **more)
         last = killed(folder, ranks, step)
         at = driver.run(folder, ranks, progress=False).resumed_at_step
-        assert at is not None and step - schedule.checkpoint_every(Scene.read(folder / "scene.json")) <= at <= last
+        assert (
+            at is not None and step - schedule.checkpoint_every(EngineScene.read(folder / "scene.json")) <= at <= last
+        )
         same_bits(tmp_path / "whole", folder)
 
 
@@ -201,7 +203,7 @@ def test_killed_where_the_plate_stops(tmp_path: Path) -> None:
     """A checkpoint at the step at which the slide stops, which is then no longer drawn, is one to go on from."""
     for name in ("whole", "killed"):
         prepare(tmp_path / name, "moist", checkpoints=4)
-    pieces = deck.runs(Scene.read(tmp_path / "whole" / "scene.json"))
+    pieces = deck.runs(EngineScene.read(tmp_path / "whole" / "scene.json"))
     (stop,) = (piece.checkpoint for piece in pieces if piece.after)
     assert stop == 960
     driver.run(tmp_path / "whole", progress=False)

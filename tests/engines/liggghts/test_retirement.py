@@ -18,7 +18,7 @@ from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import ledger_error
-from pywet.scene import Scene
+from pywet.scene import EngineScene
 from pywet.util.files import read_table
 from reference_impl.replay.io import ReplayError
 from reference_impl.replay.replay import replay
@@ -29,9 +29,9 @@ LENGTH = {"steps": 1200, "checkpoints": 11, "outputs": 100}
 """24 ms, looked at who has come to rest every 108 steps."""
 
 
-def run(run_dir: Path, scene: Scene, ranks: int = 1) -> Path:
+def run(run_dir: Path, scene: EngineScene, ranks: int = 1) -> Path:
     """Run a scene whose directory is prepared."""
-    (run_dir / "scene.json").write_text(Scene.model_validate(scene.model_dump()).model_dump_json())
+    (run_dir / "scene.json").write_text(EngineScene.model_validate(scene.model_dump()).model_dump_json())
     driver.run(run_dir, ranks, progress=False)
     return run_dir
 
@@ -66,7 +66,7 @@ def test_who_is_retired_and_when(moist: Path) -> None:
 
     By hand: 0.016 m - 2 x 5 mm, and sqrt(2 x 9.81 x 0.01 x 0.01) m/s. The trajectory holds who qualifies at these outputs.
     """
-    scene, gone, left = Scene.read(moist / "scene.json"), beds.table(moist, "history/retired"), set()
+    scene, gone, left = EngineScene.read(moist / "scene.json"), beds.table(moist, "history/retired"), set()
     below, slower = 0.006, 0.0442944691807
     assert (scene.retire_below_m, scene.retire_slower_m_per_s) == pytest.approx((below, slower), rel=1e-9)
     trajectory = beds.table(moist, "trajectory")
@@ -82,7 +82,7 @@ def test_who_is_retired_and_when(moist: Path) -> None:
 
 def test_steps_at_which_spheres_are_retired(moist: Path) -> None:
     """They are outputs, a quarter of a second apart at most; without retirement as few as are asked for."""
-    scene = Scene.read(moist / "scene.json")
+    scene = EngineScene.read(moist / "scene.json")
     assert schedule.checkpoints(scene) == list(range(108, 1200, 108))
     slow = {"duration_s": 1.2, "output": scene.output.model_copy(update={"interval_s": 0.02, "checkpoints": 2})}
     assert schedule.checkpoint_every(scene.model_copy(update=slow)) == 12_000  # 0.24 s, twelve outputs
@@ -205,8 +205,8 @@ def test_a_table_that_cannot_be_is_refused(moist: Path, tmp_path: Path, column: 
     ],
 )
 def test_refused_where_something_is_asked_of_the_bin(moist: Path, change: dict, words: str) -> None:
-    given = Scene.read(moist / "scene.json").model_dump()
+    given = EngineScene.read(moist / "scene.json").model_dump()
     for key, value in change.items():
         given[key] = {**given[key], **value} if isinstance(value, dict) else value
     with pytest.raises((PywetError, ValueError), match=words):
-        Scene.model_validate(given)
+        EngineScene.model_validate(given)

@@ -16,7 +16,7 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.geometry.initial import film_volume
 from pywet.geometry.surface import Surface
-from pywet.scene import Effects, Scene
+from pywet.scene import Effects, EngineScene
 from pywet.schema import LARGE_WALL, NOTHING, SPHERE
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
@@ -92,7 +92,7 @@ def test_a_wall_film_thickened_by_a_drop_is_seen_at_once(tmp_path: Path) -> None
 def test_drops_and_bridges_each_at_their_own_steps(tmp_path: Path) -> None:
     """Drops are looked for every 45 steps, bridges act at even ones: the replay books both as they are logged, to round-off."""
     made = beds.prepare(tmp_path, beds.bed((5, 5, 4)), 900, effects=DRIPPING, liquid=SOAPY)
-    scene = Scene(**{**made.model_dump(), "bridges_every": 2})
+    scene = EngineScene(**{**made.model_dump(), "bridges_every": 2})
     (tmp_path / "scene.json").write_text(scene.model_dump_json())
     driver.run(tmp_path, progress=False)
     drops, events = (beds.table(tmp_path, f"history/{name}") for name in ("drops", "events"))

@@ -16,7 +16,7 @@ from pywet.errors import PywetError
 from pywet.geometry.screen import build_wires
 from pywet.geometry.solids import wire
 from pywet.geometry.surface import Surface, make_surface
-from pywet.scene import Output, Scene, Vibration
+from pywet.scene import EngineScene, Output, Vibration
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
@@ -44,7 +44,9 @@ def on_facet(sides: int, radius: float, along: float, share: float) -> tuple[flo
     return along, float(at[0]), float(at[1])
 
 
-def run(folder: Path, spheres: list[small.Sphere], wires: Surface, prisms: bool, steps: int, **more: Any) -> Scene:
+def run(
+    folder: Path, spheres: list[small.Sphere], wires: Surface, prisms: bool, steps: int, **more: Any
+) -> EngineScene:
     """A run with every step recorded."""
     fields = {"effects": small.DRY, "steps": steps, "time_step_s": STEP, "window_trajectories": True, "vibration": SHAKEN,
               "output_interval_s": steps * STEP}  # fmt: skip
@@ -157,7 +159,7 @@ def on_screen(count: int = 32, seed: int = 3) -> list[small.Sphere]:
     ]
 
 
-def bed(folder: Path, steps: int = 8000, ranks: int = 1, **more: Any) -> Scene:
+def bed(folder: Path, steps: int = 8000, ranks: int = 1, **more: Any) -> EngineScene:
     """A bed on a shaken screen whose wires are prisms, two windows recorded."""
     spheres = on_screen()
     shaken = Vibration(amplitude_m=(1e-4, 0.0, 1e-4), phase_rad=(0.5, 0.0, 0.3), frequency_Hz=50.0)

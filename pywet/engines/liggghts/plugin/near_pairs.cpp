@@ -211,8 +211,9 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
 }
 
 // At a convex edge two faces of a mesh meet in one closest point and give one bridge. Whether another face has that of this one:
-// it is nearer and this one's closest point lies on it, too; or the sphere's bridge with it, of before or of this step, has its
-// foot at a point of both faces.
+// this one's closest point lies on it, too, and from there it goes on nearer to the sphere; or the sphere's bridge with it, of
+// before or of this step, has its foot in that point, or in one of this face from which this one goes on nearer. A rim, which is
+// nearer at another place, takes no bridge away.
 bool NearPairs::given_to_neighbour(size_t c, const Closest &own) {
   const WallPair &mine = wall_pairs_[c];
   const Walls &walls = world_.walls;
@@ -224,12 +225,12 @@ bool NearPairs::given_to_neighbour(size_t c, const Closest &own) {
     WallPair &other = wall_pairs_[k];
     if (k == c || other.site.mesh != mine.site.mesh) continue;
     const bool bridged = wall_rest_[k] == INF || proposed_.count(key_of(LARGE_WALL, mine.i, other.j));  // either kind of wall
-    const bool shared = walls.on_border(other.j, own.point, near);
-    if (bridged && shared) return true;
-    if (!bridged && !shared) continue;
-    const Vec foot = walls.closest(Vec(world_.engine.at.x[other.a]), other.site).point;
+    const Vec x(world_.engine.at.x[other.a]);
+    if (walls.on_border(other.j, own.point, near) && walls.goes_on(other.j, own.point, x, near)) return true;
+    if (!bridged) continue;
+    const Vec foot = walls.closest(x, other.site).point;
     const bool same = norm(foot - own.point) <= near;  // also of faces that lie on one another, as where wires cross
-    if (bridged ? same || walls.on_border(mine.j, foot, near) : !same) return true;
+    if (same || (walls.on_border(mine.j, foot, near) && walls.goes_on(mine.j, foot, x, near))) return true;
   }
   return false;
 }

@@ -171,6 +171,14 @@ class Walls {
     return any;
   }
 
+  // Whether a part goes on from its point x nearer to c: one of its triangles within `near` of x has its closest point to c farther
+  // than that from x.
+  bool goes_on(int part, const Vec &x, const Vec &c, double near) const {
+    bool any = goes_on_of_one(part, x, c, near);
+    if (images.any) each_copy([&](int, const Vec &back) { any = any || goes_on_of_one(part, x + back, c + back, near); });
+    return any;
+  }
+
   // Distance of a point from the bounds of a part or mesh, of the nearest copy.
   double outside(const Mesh &mesh, const Bounds &b, const Vec &x) const {
     double least = outside(b, mesh.to_rest(x));
@@ -211,6 +219,14 @@ class Walls {
     if (outside(parts[part].bounds, y) > near) return false;
     for (int k : parts[part].border)
       if (norm(y - closest_point(y, triangles[k])) <= near) return true;
+    return false;
+  }
+
+  bool goes_on_of_one(int part, const Vec &x, const Vec &c, double near) const {
+    const Vec y = mesh_of(part).to_rest(x), centre = mesh_of(part).to_rest(c);
+    if (outside(parts[part].bounds, y) > near) return false;
+    for (int k : parts[part].border)
+      if (norm(y - closest_point(y, triangles[k])) <= near && norm(y - closest_point(centre, triangles[k])) > near) return true;
     return false;
   }
 
