@@ -146,7 +146,8 @@ def _by_hand(folder: Path, failed: str | None = None) -> Path:
     os.utime(root / "case01" / identity.FILE, (9e8, 9e8))
     made = [root / "case01" / "status" / f"{stage}.json" for stage in stages.NEEDS]
     run_folder.record(root / "case01", [f"status/{path.name}" for path in made])
-    for k, path in enumerate([*made, root / "picture_cases1.png", root / "report_cases1.html"]):
+    together = [root / name for name in ("picture_cases1.png", "report_cases1.html", "report_cases1.json")]
+    for k, path in enumerate([*made, *together]):
         path.parent.mkdir(parents=True, exist_ok=True)
         ok = path.stem != failed
         status = stages.Status(path.stem, ok, 1.0, None if ok else failed, None if ok else "no table")
@@ -205,7 +206,8 @@ def test_failed_cases_stop_nothing_are_reported_and_tried_again(folder: Path) ->
     assert "case01: stage scene failed: feed bin:" in done.stderr
     assert "case02: stage scene failed: feed bin:" in done.stderr
     report = (folder / "results" / "smoke" / "report_cases1-2.html").read_text()
-    assert "0 of 2" in report
+    numbers = json.loads((folder / "results" / "smoke" / "report_cases1-2.json").read_text())
+    assert (numbers["cases.done"]["value"], numbers["cases.count"]["value"]) == (0, 2)
     assert "stage scene failed: feed bin:" in report
     again = _snakemake(folder, "-n", "--config", "cases=[1,2]")
     assert _jobs(again.stdout + again.stderr)["scene"] == 3  # the twin of case 2 as well

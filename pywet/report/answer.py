@@ -3,68 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from operator import attrgetter
 
 from pywet.report.bridge import short
 from pywet.report.collect import CaseResult, grouped, named
-from pywet.report.plots import configuration_value, title
 
 
-@dataclass(frozen=True)
-class Passed:
-    """Result of one screening case at its end."""
-
-    case: int
-    liquid_percent: float
-    coarse: float
-    """Mass share of the classes that cannot pass."""
-    ends: tuple[float, ...]
-    """Fraction retained at the end of every seed."""
-
-    @property
-    def passed(self) -> list[float]:
-        """Per cent of the mass of the classes that can pass, liquid included, which has passed, of every seed."""
-        return [100.0 * (1.0 - end) / (1.0 - self.coarse) for end in self.ends]
-
-    @property
-    def folder(self) -> str:
-        """Name of the run directory."""
-        return f"case{self.case:02d}"
-
-    @property
-    def name(self) -> str:
-        """Name of the case by its liquid, such as "5 % liquid" or "dry"."""
-        return f"{self.liquid_percent:g} % liquid" if self.liquid_percent else "dry"
-
-
-@dataclass(frozen=True)
-class Row:
-    """Cases that differ only in moisture, the driest first."""
-
-    title: str
-    configuration: str
-    seconds: float
-    coarse: float
-    cases: tuple[Passed, ...]
-
-
-def rows(results: Sequence[CaseResult]) -> list[Row]:
-    """One row per configuration of which a case has results."""
+def rows(results: Sequence[CaseResult]) -> list[list[CaseResult]]:
+    """Cases with results that differ only in moisture, the driest first."""
     there = (r for r in results if r.summary is not None and r.retained is not None)
     groups = grouped(there, attrgetter("configuration")).values()
-    return [_row(sorted(group, key=lambda r: r.case.liquid_percent)) for group in groups]
+    return [sorted(group, key=lambda r: r.case.liquid_percent) for group in groups]
 
 
-def _row(group: Sequence[CaseResult]) -> Row:
-    found = []
-    for r in group:
-        assert r.summary is not None
-        found.append(Passed(r.case.case, r.case.liquid_percent, r.summary["coarse_share"], tuple(r.ends)))
-    first = group[0]
-    assert first.summary is not None and first.retained is not None
-    seconds = float(first.retained["time_since_opening_s"].iloc[-1])
-    return Row(title(first), configuration_value(first), seconds, first.summary["coarse_share"], tuple(found))
+def passed(ends: Sequence[float], coarse: float) -> list[float]:
+    """Per cent of the mass of the classes that can pass, liquid included, which has passed, of every seed.
+
+    >>> passed([0.6], 0.2)
+    [50.0]
+    """
+    return [100.0 * (1.0 - end) / (1.0 - coarse) for end in ends]
 
 
 def not_agreeing(results: Sequence[CaseResult]) -> dict[str, list[CaseResult]]:

@@ -17,7 +17,7 @@ from pywet.cases.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 from pywet.config import Config
 from pywet.report import answer, contributed
 from pywet.report.collect import CaseResult
-from pywet.report.plots import PLACES, WORDS
+from pywet.report.plots import PLACES, WORDS, configuration_value, title
 from pywet.runs.spread import difference, half_width, with_interval
 
 LEDGER = {
@@ -63,16 +63,17 @@ class Numbers(dict[str, dict[str, Any]]):
         """Store the words for a part `name` of keys, which is `key` itself if not given."""
         self.put(f"label.{key}", name or key, words)
 
-    def spread(self, key: str, values: Sequence[float], digits: int = 3, form: str = "") -> None:
+    def spread(self, key: str, values: Sequence[float], digits: int = 3, form: str = "") -> str:
         """Store a number of several seeds as mean and half width of its interval; of one seed in the format `form`."""
         if not values:
             self.put(key, None)
-            return
+            return "–"
         one = f"{values[0]:{form}}" if form and len(values) == 1 else with_interval(values, digits)
         shown, _, half = one.partition(" ± ")
         self.put(key, float(np.mean(values)) if len(values) > 1 else values[0], shown)
         if half:
             self.put(f"{key}.half_width", half_width(values), half)
+        return one
 
     def html(self, key: str) -> Markup:
         """Render a number, with its half width where it has one."""
@@ -152,36 +153,35 @@ def _rounded(value: float | None, digits: int = 3) -> tuple[float | None, str]:
 def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
     """The share of what can pass that has passed, of each case and of all dry and all moist ones."""
     rows = answer.rows(results)
-    shares: dict[str, list[answer.Passed]] = {"dry": [], "moist": []}
+    shares: dict[str, list[list[float]]] = {"dry": [], "moist": []}
     for row in rows:
-        first = row.cases[0].folder
-        numbers.put(f"{first}.configuration", row.configuration, row.title)
-        numbers.put(f"{first}.coarse_percent", *_rounded(100.0 * row.coarse))
-        for case in row.cases:
-            name = case.folder
-            shares["moist" if case.liquid_percent else "dry"].append(case)
-            numbers.put(f"{name}.moisture", case.liquid_percent, case.name)
-            numbers.spread(f"{name}.passed_percent", case.passed, form=".0f")
-            if len(case.ends) > 1:
-                numbers.put(f"{name}.seeds", len(case.ends))
-        if len(row.cases) > 1:
-            significance(numbers, f"{row.cases[-1].folder}.difference", row.cases[0].ends, row.cases[-1].ends, 2)
-    if rows:
-        numbers.put("time_since_opening_s", *_rounded(rows[0].seconds, 2))
-    for kind, cases in shares.items() if len(rows) > 1 else ():
-        ordered = sorted(cases, key=lambda c: float(np.mean(c.passed)))
-        ends = dict(zip(("least", "most"), (ordered[0], ordered[-1]) if ordered else (), strict=False))
-        for end, case in ends.items():
-            numbers.spread(f"passed.{kind}.{end}_percent", case.passed, form=".0f")
-        if ends and str(numbers.html(f"passed.{kind}.least_percent").striptags()) == str(
-            numbers.html(f"passed.{kind}.most_percent").striptags()
-        ):
-            for key in [key for key in numbers if key.startswith(f"passed.{kind}.most_percent")]:
-                del numbers[key]
+        first, last = row[0].case.name, row[-1].case.name
+        numbers.put(f"{first}.configuration", configuration_value(row[0]), title(row[0]))
+        numbers.put(f"{first}.coarse_percent", *_rounded(100.0 * _coarse(row[0])))
+        for r in row:
+            name, liquid, passed = r.case.name, r.case.liquid_percent, answer.passed(r.ends, _coarse(r))
+            shares["moist" if liquid else "dry"].append(passed)
+            numbers.put(f"{name}.moisture", liquid, f"{liquid:g} % liquid" if liquid else "dry")
+            numbers.spread(f"{name}.passed_percent", passed, form=".0f")
+            if len(passed) > 1:
+                numbers.put(f"{name}.seeds", len(passed))
+        if len(row) > 1:
+            significance(numbers, f"{last}.difference", row[0].ends, row[-1].ends, 2)
+    for table in [row[0].retained for row in rows[:1]]:
+        assert table is not None
+        numbers.put("time_since_opening_s", *_rounded(float(table["time_since_opening_s"].iloc[-1]), 2))
+    for kind, of in shares.items() if len(rows) > 1 else ():
+        key, least, most = f"passed.{kind}", min(of, key=np.mean, default=[]), max(of, key=np.mean, default=[])
+        if of and numbers.spread(f"{key}.least_percent", least, form=".0f") != Numbers().spread(key, most, form=".0f"):
+            numbers.spread(f"{key}.most_percent", most, form=".0f")
     words = [numbers[key]["value"] for key in list(numbers) if key.endswith(".difference")]
     if words and len(rows) > 1:
         numbers.put("comparisons.count", len(words))
         numbers.put("comparisons.significant", words.count("significant"))
+
+
+def _coarse(result: CaseResult) -> float:
+    return float(result.summary["coarse_share"]) if result.summary else float("nan")
 
 
 def significance(numbers: Numbers, key: str, one: Sequence[float], two: Sequence[float], enough: int) -> None:

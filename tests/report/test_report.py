@@ -191,7 +191,7 @@ def test_several_seeds_have_an_interval_and_say_what_is_significant() -> None:
     dry, moist, far = (0.70, 0.72, 0.74, 0.66), (0.71, 0.75, 0.69, 0.72), (0.90, 0.91, 0.89, 0.90)
     numbers = report_numbers.Numbers()
     numbers.spread("retained", dry)
-    numbers.spread("passed", answer.Passed(1, 5.0, 0.2, dry).passed)
+    numbers.spread("passed", answer.passed(dry, 0.2))
     found = [re.sub(r"<.*?>", "", numbers.html(key)) for key in ("retained", "passed")]
     assert found == ["0.705 ± 0.054", "36.9 ± 6.8"]  # 0.054/(1 − 0.2) in per cent
     for key, one, two in (("near", dry, moist), ("far", dry, far), ("one", dry, far[:1])):
