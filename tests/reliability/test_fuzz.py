@@ -34,7 +34,7 @@ from pywet.collisions.wall import sweep
 from pywet.compare import digest, quantities
 from pywet.errors import PywetError
 from pywet.planning import audit, time_steps
-from pywet.report import collect, report, vtk
+from pywet.report import collect, report, report_numbers, vtk
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
 from pywet.util.files import parse_json, write_json
@@ -245,6 +245,12 @@ def read_all(run_dir: Path) -> None:
             kind(run, int(step))
 
 
+def read_report(bench: Bench, run: Path) -> None:
+    """The numbers of the report on a run and what its page shows."""
+    found = [collect.collect_run(run, bench.config.case(2))]
+    report.context("smoke", found, report_numbers.collected(found, bench.config, "smoke"), None)
+
+
 def readers(bench: Bench, run: Path) -> list[Callable[[], Any]]:
     """Everything that reads a run directory, but the replay, which has its own tests."""
     return [
@@ -252,7 +258,7 @@ def readers(bench: Bench, run: Path) -> list[Callable[[], Any]]:
         lambda: stages.judge([run]),
         lambda: list(ending.lines([run], None)),
         lambda: ending.details(run, showing.out),
-        lambda: report.context(bench.config, "smoke", [collect.collect_run(run, bench.config.case(2))], None),
+        lambda: read_report(bench, run),
         lambda: quantities.read_run(run),
         lambda: digest.check(digest.load(bench.folder / "digest.json"), run),
     ]
