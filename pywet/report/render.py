@@ -167,16 +167,16 @@ def camera(run: RunDir, centre: Floats, width: float) -> tuple[Floats, Floats, F
 
 
 def view(run: RunDir, step: int) -> tuple[Floats, float]:
-    """Middle and size [m] of what is worth seeing: the screen, the bed on it and the impact plate below; a drum, whole."""
+    """Middle and size [m] of what is worth seeing: the screen, the bed on it, the impact plate and the fines; a drum, whole."""
     turning = [wall.name for wall in run.scene.walls if wall.motion == "turns"]
     here = run.trajectory[run.trajectory["step"] == step]
     shown = (run.triangles["holder"].isin(SOLID) | run.triangles["mesh"].isin(turning)).to_numpy()
     corners = wall_corners(run, step)[shown]
-    above = here.loc[here["z"] > run.scene.screen_z_m, "z"]
     points = corners.reshape(-1, 3) if len(corners) else here[["x", "y", "z"]].to_numpy(dtype=float)
     low, high = points.min(axis=0), points.max(axis=0)
-    if len(above):
-        high[2] = max(high[2], float(above.quantile(0.95)))
+    if len(here):
+        few, most = here["z"].quantile([0.02, 0.98])
+        low[2], high[2] = min(low[2], few), max(high[2], most)
     return np.asarray((low + high) / 2.0), float((high - low).max())
 
 
