@@ -110,11 +110,11 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
 
 
 def telling_step(run: RunDir) -> int:
-    """The output step at which about a third of what passes in the whole run has passed; without passage, the last."""
+    """The output step at which a third of what passes in the whole run has passed; without passage, the last with spheres."""
     line = run.timeline
     passed = line.passed.sum(axis=1)
     if not passed[-1]:
-        return int(line.steps[-1])
+        return int(line.steps[max(np.flatnonzero(line.present.any(axis=1)), default=-1)])
     return int(line.steps[int(np.argmax(passed >= passed[-1] / 3.0))])
 
 
@@ -184,6 +184,8 @@ def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float, facets: int
     import pyvista as pv
 
     mesh = vtk.particles(run, step)
+    if not mesh.n_points:
+        return
     cloud = pv.PolyData(mesh.points)
     cloud["diameter"] = 2.0 * mesh.point_data["radius"]
     cloud["film thickness in µm"] = 1e6 * mesh.point_data["film_thickness"]

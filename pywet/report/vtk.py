@@ -30,7 +30,11 @@ def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells
     cells = {pv.CellType[shape]: np.arange(len(points)).reshape(-1, corners)}
     made = pv.UnstructuredGrid(cells, points) if len(points) else pv.UnstructuredGrid()
     made.points = points  # ParaView warns of files without points
-    made.point_data.update(dict(of_points))
+    for name, values in dict(of_points).items():
+        if len(values):
+            made.point_data[name] = values
+        else:  # pyvista refuses vectors of no point
+            made.GetPointData().AddArray(pv.convert_array(values, name=name))
     made.cell_data.update(dict(of_cells))
     return made
 

@@ -140,10 +140,11 @@ def own_values(logs: Logs, step: int, kind: str) -> dict[str, Floats]:
 def _particles(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iterator[Field]:
     here = logs.at(step)
     rows = pd.DataFrame({"step": step, "i": here.ids})
-    order = _order(shown.of_points.get("id"), here.ids)
+    seen = shown.of_points.get("id") if len(shown.points) else np.zeros(0, int)
+    order = _order(seen, here.ids)
     if not blind:
-        yield _whole("vtk_spheres", "spheres that are shown", step, order, shown.of_points.get("id"))
-    if order is None and not blind:
+        yield _whole("vtk_spheres", "spheres that are shown", step, order, seen)
+    if (order is None or not len(order)) and not blind:
         return
     fields: list[tuple[str, str, Floats]] = [
         ("position", "place of a sphere", here.place + logs.origin), ("velocity", "velocity of a sphere", here.speed),
