@@ -175,7 +175,11 @@ MOTION: dict[str, tuple[str, str]] = {
 }
 """Faults that only the recorded motion shows (`output.window_trajectories`), and how they are named."""
 UNSEEN: dict[str, tuple[str, bool, str]] = {
-    "forces that act": ("half of it acts", True, "half of each force acts, the whole force is logged, no motion is recorded"),
+    "forces that act": (
+        "half of it acts",
+        True,
+        "half of each force acts, the whole force is logged, no motion is recorded",
+    ),
     "forces outside the contact log": (
         "viscous sign",
         False,
