@@ -96,7 +96,7 @@ def test_a_round_sieve_without_a_width_is_that_of_the_feed(folder: Path) -> None
     assert 356 / (0.25 * math.pi * 185**2 / 10**2) == pytest.approx(1.32, abs=0.01)
     scales = folder / "scales.yaml"
     scales.write_text(scales.read_text().replace("    shape: cylinder", "    shape: square"))
-    with pytest.raises(PywetError, match=r"scales.full.*expected width_mm beside shape: square"):
+    with pytest.raises(PywetError, match=r"scales.full.*expected width_mm together with shape: square"):
         load(folder)
 
 
@@ -149,7 +149,7 @@ def test_readings_of_equations_that_are_not_used_are_refused(folder: Path) -> No
     assert load(folder).settings.laws_as_read.capillary == "rabinovich_spheres_as_printed"
     path = folder / "config.yaml"
     path.write_text(path.read_text().replace("preset: paper", "preset: exact"))
-    with pytest.raises(PywetError, match="readings are of rabinovich, the law is young_laplace"):
+    with pytest.raises(PywetError, match="these readings apply to rabinovich, but the law is young_laplace"):
         load(folder)
 
 

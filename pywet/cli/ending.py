@@ -1,4 +1,4 @@
-"""What a finished run prints: at most ten lines, the answer first; all numbers are in details.txt, and printed with --verbose."""
+"""Summary at the end of a run: at most ten lines, the answer first; details.txt, or stdout with --verbose, has all."""
 
 from __future__ import annotations
 

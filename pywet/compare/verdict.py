@@ -1,4 +1,4 @@
-"""Comparison of two runs or two groups: are they comparable, what differs, and is a difference beyond the spread."""
+"""Comparison of two runs or groups: whether they are comparable, what differs, and whether it is significant."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAIN = "fraction retained"
 
 
 class NotComparable(PywetError):
-    """The two do not simulate the same thing."""
+    """Raised if two runs or groups do not simulate the same case."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All of a comparison; `verdict` is its one sentence."""
+    """Result of a comparison; `verdict` is its one-sentence summary."""
 
     a: list[str]
     b: list[str]

@@ -1,4 +1,4 @@
-"""What `snakemake --config KEY=VALUE` may replace of config.yaml, and a sentence for everything else."""
+"""Keys of config.yaml that `snakemake --config KEY=VALUE` may override; all others are refused in one sentence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REPLACED = ("scale", "cases", "ranks", "both_presets", "seed", "seeds")
 
 
 def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
-    """The settings with what the command line replaced; `given` is all of config.yaml with it. A single case is a list of one.
+    """Settings with the overrides of the command line; `given` is all of config.yaml with them. A single case is a list of one.
 
     Numbers in a list arrive as text. Raises `PywetError` for a wrong value and for a key that is not replaced.
     """

@@ -1,4 +1,4 @@
-"""The whole batch screening apparatus from a dozen dimensions, with everything checked that depends on two of them."""
+"""The batch screening apparatus from a dozen dimensions, with a check of every relation between them."""
 
 from __future__ import annotations
 
@@ -118,9 +118,9 @@ def _check_numbers(spec: ApparatusSpec) -> None:
     for f in fields(spec):
         value = getattr(spec, f.name)
         if isinstance(value, (int, float)) and not (math.isfinite(value) and value > 0):
-            raise PywetError(f"apparatus: {_said(spec, f.name)}, expected a positive number; mend scales.yaml")
+            raise PywetError(f"apparatus: {_said(spec, f.name)}, expected a positive number; fix scales.yaml")
     if spec.shape not in ("square", "cylinder"):
-        raise PywetError(f"apparatus: shape is {spec.shape!r}, expected 'square' or 'cylinder'; mend scales.yaml")
+        raise PywetError(f"apparatus: shape is {spec.shape!r}, expected 'square' or 'cylinder'; fix scales.yaml")
     if spec.wire_sides % 2 or not 4 <= spec.wire_sides <= 32:
         raise PywetError(f"apparatus: wire_sides is {spec.wire_sides}, expected an even number from 4 to 32")
     if not 8 <= spec.cylinder_sides <= 96:
@@ -128,12 +128,12 @@ def _check_numbers(spec: ApparatusSpec) -> None:
     if spec.aperture_m < spec.wire_diameter_m:
         raise PywetError(
             f"apparatus: {_said(spec, 'aperture_m')}, smaller than {_said(spec, 'wire_diameter_m', '')}, "
-            "expected an aperture at least as wide as the wire; mend the case's screen"
+            "expected an aperture at least as wide as the wire; fix the case's screen"
         )
     if spec.wall_thickness_m < spec.wire_diameter_m:
         raise PywetError(
             f"apparatus: {_said(spec, 'wall_thickness_m')}, less than {_said(spec, 'wire_diameter_m', '')}, "
-            "expected at least as much so that wires end inside the wall; mend scales.yaml"
+            "expected at least that, so that wires end inside the wall; fix scales.yaml"
         )
 
 
@@ -145,11 +145,11 @@ def _check_heights(spec: ApparatusSpec) -> None:
     if not lowest_slide - 1e-9 <= spec.slide_height_m < highest:
         raise PywetError(
             f"apparatus: {_said(spec, 'slide_height_m')}, not within the feed bin, expected {1e3 * lowest_slide:g} "
-            f"to {1e3 * highest:g}; mend scales.yaml"
+            f"to {1e3 * highest:g}; fix scales.yaml"
         )
     if not spec.impact_plate_angle_rad < math.radians(70.0):
         raise PywetError(
-            f"apparatus: {_said(spec, 'impact_plate_angle_rad')}, expected an angle below 70; mend scales.yaml"
+            f"apparatus: {_said(spec, 'impact_plate_angle_rad')}, expected an angle below 70; fix scales.yaml"
         )
     run = spec.width_m - spec.outlet_opening_m + spec.wall_thickness_m
     margin = 2.0 * spec.aperture_m + run * math.tan(spec.impact_plate_angle_rad) + spec.wall_thickness_m
@@ -162,7 +162,7 @@ def _check_heights(spec: ApparatusSpec) -> None:
 def _at_least(spec: ApparatusSpec, name: str, least: float, why: str) -> None:
     if getattr(spec, name) < least:
         raise PywetError(
-            f"apparatus: {_said(spec, name)}, too small {why}, expected at least {1e3 * least:.4g}; mend scales.yaml"
+            f"apparatus: {_said(spec, name)}, too small {why}, expected at least {1e3 * least:.4g}; fix scales.yaml"
         )
 
 

@@ -1,4 +1,4 @@
-"""The page of one run: what was run, what came out, and whether it was checked.
+"""The page of one run: what was run, its results, and whether they were checked.
 
 A case with its configuration gets the screening report; a custom scene, and a case without, the page that is made here.
 """

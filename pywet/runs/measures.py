@@ -1,4 +1,4 @@
-"""Numbers that are measured of positions: slope of a heap, angle of the bed in a drum, rate of discharge through a plane."""
+"""Quantities measured from positions: slope of a heap, angle of the bed in a drum, rate of discharge through a plane."""
 
 from __future__ import annotations
 

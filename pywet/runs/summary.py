@@ -1,4 +1,4 @@
-"""What summary.json of any run says: what was run, with which versions, how fast, its liquid, events, energy."""
+"""Write summary.json of any run: what was run, versions, speed, liquid, events, energy."""
 
 from __future__ import annotations
 

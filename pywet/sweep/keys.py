@@ -1,4 +1,4 @@
-"""Keys of an axis: where a dotted path leads in the content of a file."""
+"""Resolve the dotted key of an axis in the content of a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole of a sweep before anything runs: every point checked and named, mistakes, number of runs, core-hours, disk."""
+"""Plan of a sweep before anything runs: points checked and named, mistakes, number of runs, core-hours, disk."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Plan:
         return cost if cost.known else self.store.typical(run.built.name) or cost
 
     def cost(self, report: Report = lambda done, of: None) -> list[tuple[Run, Cost]]:
-        """Predicted cost of every missing run; the scene of each missing point is built once, and refused as by its run."""
+        """Predict the cost of every missing run; the scene of each missing point is built once, and refused if it is invalid."""
         missing, by_point, wrong = self.missing, {}, []
         first = {run.point.number: run for run in reversed(missing)}
         for k, run in enumerate(first.values()):
@@ -181,7 +181,7 @@ def path_of(file: Path, function: Function) -> str:
 
 
 def called(name: str, source: bytes) -> Callable[[Any], Any]:
-    """The function of a trusted file's text."""
+    """Return the function defined in a trusted file."""
     function: Callable[[Any], Any] = user_laws.execute(name, source)
     return function
 
@@ -197,7 +197,7 @@ def _check_function(file: Path, function: Function, trust: bool) -> None:
 
 
 def refuse_untrusted(file: Path, function: Function) -> None:
-    """Refuse a function whose file, as it is now, may not run."""
+    """Refuse a function whose file is not trusted with its present content."""
     if not user_laws.may_run(path_of(file, function)):
         raise ConfigError(
             f"{file}: gather names {function.function}, which was not run: it is not below the folder of the sweep; read it, "

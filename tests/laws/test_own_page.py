@@ -95,7 +95,7 @@ def test_a_second_function_goes_to_the_reference(followed: Path) -> None:
     (followed / "my_reference.py").write_text(text + "\n")
     assert not second.same(followed, loaded.settings.laws.reference) and second.of_run(followed) == {}
     file.write_text(file.read_text().replace("capillary: my_law.py:constant_neck", "capillary: willett"))
-    with pytest.raises(PywetError, match=r"reference\.capillary beside a law of your own only"):
+    with pytest.raises(PywetError, match=r"reference\.capillary only together with a custom law"):
         config.load(followed)
 
 

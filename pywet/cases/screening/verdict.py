@@ -1,4 +1,4 @@
-"""Whether a finished run may be believed: its own checks, its liquid ledger, and the independent replay.
+"""Decide whether a finished run is trusted: its own checks, its liquid ledger, and the independent replay.
 
 The only module that knows the layout of replay.json, which `reference_impl` writes.
 """

@@ -1,4 +1,4 @@
-"""What `wet.yaml` says of the liquid in a script, and what the words of the line `fix ID all pywet …` say."""
+"""Keys of `wet.yaml`, the liquid of a script, and arguments of the line `fix ID all pywet …`."""
 
 from __future__ import annotations
 

@@ -104,7 +104,7 @@ def test_a_scene_does_not_change_but_gives_another() -> None:
     """Setting a key is refused in a sentence that names the way; the other scene is checked as any."""
     scene = pywet.Scene(**beads(liquid={"percent": 5}))
     with pytest.raises(
-        ConfigError, match=r"seed cannot be set, a scene does not change; expected .* scene.with_\(seed=…\)"
+        ConfigError, match=r"seed cannot be set, since a scene is immutable; make a new one: scene.with_\(seed=…\)"
     ):
         scene.seed = 2
     other = scene.with_(liquid=pywet.Liquid(percent=7), seed=2)
