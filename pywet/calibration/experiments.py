@@ -122,7 +122,7 @@ class Experiment:
         try:
             return KINDS[self.kind].build(content, self.file)
         except PywetError as error:
-            cure = f"with {_said(settings)}: fix the bounds of the parameters"
+            cure = f"with {_text(settings)}: fix the bounds of the parameters"
             raise ConfigError(f"{error} ({cure})", file=self.file) from error
 
     def value(self, quantity: str, settings: Mapping[str, float]) -> float:
@@ -167,13 +167,13 @@ def _program() -> bytes:
 def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float:
     if not math.isfinite(value):
         raise PywetError(
-            f"there is no {quantity} with {_said(settings)}; expected a number everywhere between the bounds: narrow "
+            f"there is no {quantity} with {_text(settings)}; expected a number everywhere between the bounds: narrow "
             "them, or, if a heap is too small to have a slope, use more spheres"
         )
     return value
 
 
-def _said(settings: Mapping[str, float]) -> str:
+def _text(settings: Mapping[str, float]) -> str:
     return ", ".join(f"{key} {value:.6g}" for key, value in settings.items())
 
 

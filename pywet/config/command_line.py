@@ -26,7 +26,7 @@ def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
         found = Settings.model_validate({**given, "cases": numbers})
     except ValidationError as error:
         raise mistake(error, Settings, "--config") from error
-    other = [name for name in Settings.model_fields if _said(found, name) != _said(configured, name)]
+    other = [name for name in Settings.model_fields if _text(found, name) != _text(configured, name)]
     for name in other:
         if name not in REPLACED:
             raise ConfigError(
@@ -38,7 +38,7 @@ def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
     return configured.model_copy(update={name: getattr(found, name) for name in REPLACED})
 
 
-def _said(settings: Settings, name: str) -> object:
+def _text(settings: Settings, name: str) -> object:
     """A setting as it is compared: without the folders of laws in own files, which are whole in `configured` only."""
     value = getattr(settings, name)
     if not isinstance(value, LawSettings):

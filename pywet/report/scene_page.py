@@ -67,7 +67,7 @@ def write(folder: Path, picture: Path) -> Path:
     return page.write(folder / "report.html", run.scene.name, found.sentence, sections, _cards(runs, found))
 
 
-def _cards(runs: seeds.Runs, found: verdict.Standing) -> list[page.Card]:
+def _cards(runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
     summary = runs[0].summary
     computing = sum(run.summary["wall_s"] for run in runs)
     cards = [

@@ -159,7 +159,7 @@ class Budget:
         distance = np.append(lives.all.rupture_distance, np.nan)[at]
         stored = depth(part, shots, shots["separation"].to_numpy(float), distance)
         found["capillary_stored"] = np.bincount(np.searchsorted(outputs, shots["step"]), stored, len(outputs))
-        found["steps"] = found["steps"] + summed.standing(part, self.setup, shots, outputs, v)
+        found["steps"] = found["steps"] + summed.active(part, self.setup, shots, outputs, v)
         return found
 
     def both(self) -> tuple[pd.DataFrame, Floats]:

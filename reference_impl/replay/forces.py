@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from reference_impl.replay import capillary, coverage, images, laws, standing
+from reference_impl.replay import active_bridges, capillary, coverage, images, laws
 from reference_impl.replay.arrays import Floats, Table, apart, column, cross, dot, size, vectors
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -144,7 +144,7 @@ def tangential_term(run: Run, c: Contacts) -> Term:
 
 def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
     """Limits of all bridges, and the checks of the contact log against the event log."""
-    volume, static = lives.formed_with(*standing.when(run, c.table))
+    volume, static = lives.formed_with(*active_bridges.when(run, c.table))
     name, logged = coverage.law(run, "rupture"), c.column("rupture_distance")
     if name in laws.RUPTURE:
         static = laws.RUPTURE[name](c.volume, c.ri, c.rj, c.wall, c.ti, c.tj)
@@ -154,7 +154,7 @@ def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
         if coverage.law(run, "dynamic_rupture"):
             limit = static * laws.pitois_factor(c.speed, run.meta["viscosity"], run.meta["surface_tension"])
         found = [compare("rupture_limit", "itself", logged, limit, limit, c.table)]
-    return [*found, *standing.check(c.table, static, limit, c.gap, volume)]
+    return [*found, *active_bridges.check(c.table, static, limit, c.gap, volume)]
 
 
 def check(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:

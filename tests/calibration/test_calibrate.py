@@ -74,7 +74,7 @@ def test_ten_hidden_viscosities(tmp_path: Path) -> None:
     assert sum(held(file, {"viscosity": v}, random)[0] for v in random.uniform(1e-3, 3e-3, 10)) >= 9
 
 
-def test_two_parameters_of_one_target_are_reported_not_to_be_told_apart(tmp_path: Path) -> None:
+def test_two_parameters_of_one_target_are_reported_indistinguishable(tmp_path: Path) -> None:
     """Surface tension and contact angle of one pull-off force; each pair of values that fit alike gives that force."""
     angle = {"keys": ["bodies.0.contact_angle_deg", "bodies.1.contact_angle_deg"], "low": 0.0, "high": 60.0}
     file = ask(tmp_path, {**PULL, "parameters": {**PULL["parameters"], "contact angle": angle}})  # type: ignore[dict-item]

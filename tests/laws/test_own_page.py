@@ -202,7 +202,7 @@ def test_the_drawing_holds_the_law_and_the_exact_force(followed: Path) -> None:
     assert done.exit_code == 0 and picture.read_text().startswith("<?xml")
 
 
-def test_a_law_of_other_arguments_is_told_what_its_kind_expects(followed: Path) -> None:
+def test_a_law_of_other_arguments_is_refused_with_what_its_kind_expects(followed: Path) -> None:
     (followed / "laws.py").write_text(LAWS)
     name = f"{followed / 'laws.py'}:nearly"
     assert own.kind_of(name) == "rupture"

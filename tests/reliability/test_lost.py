@@ -283,7 +283,7 @@ def test_what_a_run_promises(tmp_path: Path) -> None:
     assert status.missing(run) == "history/events.parquet"
 
 
-def test_snakemake_is_told_of_another_configuration(tmp_path: Path) -> None:
+def test_snakemake_is_notified_of_another_configuration(tmp_path: Path) -> None:
     """The fingerprint's file is as old as a run of the same configuration, newer than one of another, whatever the clock says."""
     run, file = tmp_path / "case02", tmp_path / "fingerprints" / "case02"
     identity.leave(run, "five")

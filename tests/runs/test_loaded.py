@@ -30,7 +30,7 @@ def test_a_layer_has_no_slope() -> None:
     assert math.isnan(heap_angle(flat, np.full(25, 1e-3)))
 
 
-def test_units_are_told_by_the_end_of_a_name() -> None:
+def test_units_are_read_from_the_end_of_a_name() -> None:
     assert [unit(c) for c in ("wall_tray_m3", "time_s", "largest_speed_m_per_s", "mean_overlap")] == [
         "m3",
         "s",

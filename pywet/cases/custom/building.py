@@ -207,7 +207,7 @@ class Building:
         low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
         extent.refuse_vast(scene.name, low, high, cell)
         space = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
-        return extent.with_room(low, high, *space, cell)
+        return extent.with_margin(low, high, *space, cell)
 
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:

@@ -77,7 +77,7 @@ def refuse_vast(name: str, low: Floats, high: Floats, diameter: float) -> None:
         )
 
 
-def with_room(low: Floats, high: Floats, below: Floats, above: Floats, cell: float) -> tuple[Floats, Floats]:
+def with_margin(low: Floats, high: Floats, below: Floats, above: Floats, cell: float) -> tuple[Floats, Floats]:
     """Enlarge the box for thrown spheres, as far as `CELLS` cells of this size [m] allow."""
 
     def excess(share: float) -> float:

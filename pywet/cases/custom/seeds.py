@@ -11,7 +11,7 @@ from pywet.runs.spread import with_interval
 from pywet.util.files import AGAIN, read_if_there
 
 ORDER = ("no", "in part", "–", "yes")
-"""Words of a standing, the worst first."""
+"""Words of a check result, the worst first."""
 Runs = Sequence[Run]
 
 
@@ -38,9 +38,9 @@ def over(values: Sequence[float], digits: int = 4) -> str:
     return with_interval(values[:1] if len(set(values)) == 1 else values, digits)
 
 
-def worst(runs: Runs) -> verdict.Standing:
+def worst(runs: Runs) -> verdict.CheckResult:
     """Return the worst status of the runs with the name of its run, and how the numbers of several runs are given."""
-    found = [(verdict.standing(run.path), run.path.name) for run in runs]
+    found = [(verdict.check_result(run.path), run.path.name) for run in runs]
     lowest, name = min(found, key=lambda entry: ORDER.index(entry[0].word))
     if len(runs) == 1:
         return lowest
@@ -49,7 +49,7 @@ def worst(runs: Runs) -> verdict.Standing:
         f"{len(runs)} seeds ({names}): numbers are their mean ± 95 % confidence interval of the mean, curves their mean with "
         f"that interval as a band; the picture is of the first. {name}: {lowest.sentence}"
     )
-    return verdict.Standing(lowest.word, lowest.grade, sentence)
+    return verdict.CheckResult(lowest.word, lowest.grade, sentence)
 
 
 def agreement(runs: Runs) -> list[verdict.Agreement]:

@@ -121,7 +121,7 @@ def test_a_scene_does_not_change_but_gives_another() -> None:
         ({"cylinder": {"diameter_mm": 20, "height_mm": 20}}, "cylinder: .* raise height_mm or diameter_mm"),
     ],
 )
-def test_spheres_that_do_not_fit_are_told_of_keys_that_the_scene_has(region: dict[str, Any], words: str) -> None:
+def test_spheres_that_do_not_fit_are_refused_by_keys_that_the_scene_has(region: dict[str, Any], words: str) -> None:
     entry = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 5000, **region}
     with pytest.raises(PywetError, match=words) as error:
         _ = Building(pywet.Scene(**beads(spheres=[entry]))).spheres
