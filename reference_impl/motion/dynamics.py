@@ -99,9 +99,9 @@ def beyond(shares: dict[str, float]) -> list[str]:
     if "bridges" not in shares or shares["steps"] == 1.0:
         return []
     return [
-        f"forces and motion: seen step by step were {100.0 * shares['steps']:.2g} % of the steps, "
+        f"forces and motion: checked step by step: {100.0 * shares['steps']:.2g} % of the steps, "
         f"{100.0 * shares['bridges']:.3g} % of the bridges and {100.0 * shares['impulse_in_windows']:.2g} % of the capillary "
-        f"impulse; between outputs {100.0 * shares['impulse_by_bounds']:.3g} % of it by bounds"
+        f"impulse; {100.0 * shares['impulse_by_bounds']:.3g} % of the impulse by bounds between outputs"
     ]
 
 

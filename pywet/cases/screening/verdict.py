@@ -99,7 +99,7 @@ def recomputed(run_dir: Path) -> str:
         largest = f", largest deviation {max(exact):.1g}" if exact else ""
         parts.append(f"{len(rows)} quantities in {sum(r.count for r in rows)} values recomputed{largest}")
     if summary and summary["ledger_error"] is not None:
-        parts.append(f"liquid ledger off by {summary['ledger_error']:.1g} of the liquid put in")
+        parts.append(f"liquid ledger closes to {summary['ledger_error']:.1g} of the total liquid")
     return "; ".join(parts) or "nothing of it could be replayed"
 
 
