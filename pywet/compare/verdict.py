@@ -80,7 +80,7 @@ def runs_in(folder: Path) -> list[Path]:
 def read_groups(
     a: Sequence[Path], b: Sequence[Path], force: bool = False, across: Sequence[str] = ()
 ) -> list[list[RunData]]:
-    """Both groups, read; `NotComparable` unless `force` where they differ in more than the settings of `across`."""
+    """Read both groups; raise `NotComparable` unless `force` if they differ in more than the settings of `across`."""
     groups = [[read_run(p) for p in paths] for paths in (a, b)]
     if not force:
         _comparable(groups, across)

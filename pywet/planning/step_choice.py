@@ -73,7 +73,7 @@ def of_packing(
 
 
 def cut(value: float, digits: int) -> float:
-    """A number cut, not rounded, to some digits.
+    """Truncate a number to the given number of digits.
 
     >>> cut(1.279e-5, 2)
     1.2e-05

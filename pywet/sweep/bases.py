@@ -159,7 +159,7 @@ def _code(package: str) -> str:
 
 
 def kind(base: Base, folder: Path, trust: bool = False) -> Kind:
-    """The base of a sweep whose file is in a folder."""
+    """Return the base of a sweep whose file is in a folder."""
     of: Mapping[str, type[Kind]] = {
         "case": OfCase,
         "scene": OfScene,

@@ -79,7 +79,7 @@ class Plan:
 
     @cached_property
     def runs(self) -> list[Run]:
-        """All runs; the mistakes of all points in one error, the first ones with their point, the others counted."""
+        """List all runs; mistakes of all points are one error that names the first ones with their points and counts the others."""
         found, wrong = [], []
         for point in self.points:
             try:
@@ -130,7 +130,7 @@ def _refuse(file: Path, wrong: list[tuple[Numbered, PywetError]]) -> None:
 
 
 def read_file(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
-    """A sweep from its file, with the folder of its table and the store; refused where the file itself is wrong."""
+    """Read a sweep from its file, with the folders of its table and of the store; a file with a mistake is refused."""
     sweep = description.read(file)
     kind = bases.kind(sweep.base, file.parent, trust)
     if sweep.seeds > 1 and not kind.seeded:

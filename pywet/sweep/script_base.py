@@ -153,7 +153,7 @@ class OfScript(Kind):
         return list(RESULTS)
 
     def subject(self, folder: Path) -> Path:
-        """A function of a script's run gets the folder in which it ran."""
+        """Return the argument of a user's function: the folder in which the script ran."""
         return folder / WORK
 
 

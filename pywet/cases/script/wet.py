@@ -78,7 +78,7 @@ class Wet(Strict):
     @model_validator(mode="after")
     def _amount(self) -> Self:
         if self.liquid.percent is None and self.liquid.film_um is None:
-            raise ValueError("liquid.percent or liquid.film_um, how much of it there is (0: none)")
+            raise ValueError("liquid.percent or liquid.film_um, the amount of liquid (0: none)")
         return self
 
     @property
