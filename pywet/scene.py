@@ -329,7 +329,7 @@ class EngineScene(Strict):
             )
         if self.steps / self.output_every > MOST_OUTPUTS:
             raise ValueError(
-                f"scene {self.name}: at most {MOST_OUTPUTS} outputs, not one each {self.output.interval_s:g} s; increase the interval"
+                f"scene {self.name}: at most {MOST_OUTPUTS} outputs, not one each {self.output.interval_s:g} s; raise interval_s"
             )
         types = [c.type for c in self.classes]
         if types != list(range(1, len(types) + 1)):

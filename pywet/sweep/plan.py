@@ -79,7 +79,7 @@ class Plan:
 
     @cached_property
     def runs(self) -> list[Run]:
-        """List all runs; mistakes of all points are one error that names the first ones with their points and counts the others."""
+        """List all runs; mistakes of all points are one error, which names the first ones with their points."""
         found, wrong = [], []
         for point in self.points:
             try:
