@@ -24,7 +24,7 @@ from pywet.util.files import read_model
 def _title(text: str) -> str:
     """A name for people: it also stands in comments of decks and in file names' messages."""
     if not text or len(text) > 80 or not text.isprintable() or text != text.strip():
-        raise ValueError("a name is one line of 1 to 80 printable characters without blanks at its ends")
+        raise ValueError("a name is one line of 1 to 80 printable characters without leading or trailing blanks")
     return text
 
 
@@ -329,7 +329,7 @@ class EngineScene(Strict):
             )
         if self.steps / self.output_every > MOST_OUTPUTS:
             raise ValueError(
-                f"scene {self.name}: at most {MOST_OUTPUTS} outputs, not one each {self.output.interval_s:g} s: less often"
+                f"scene {self.name}: at most {MOST_OUTPUTS} outputs, not one each {self.output.interval_s:g} s; raise interval_s"
             )
         types = [c.type for c in self.classes]
         if types != list(range(1, len(types) + 1)):
@@ -340,7 +340,7 @@ class EngineScene(Strict):
             raise ValueError(f"scene {self.name}: no contact data for the pairs {sorted(want - have)} (0 is a wall)")
         if have - want:
             raise ValueError(
-                f"scene {self.name}: contact data for {sorted(have - want)}, which are no pairs of its types"
+                f"scene {self.name}: contact data for {sorted(have - want)}, which are not pairs of its types"
             )
         if self.hertz and (obstacle := self._not_hertzian(self.hertz)):
             raise ValueError(f"scene {self.name}: {obstacle}")
@@ -429,7 +429,7 @@ class EngineScene(Strict):
         return (min(a for a, _ in times), min(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:
-        """Step from which on each sphere has weight and its liquid counts; `types` in the order of the spheres' numbers."""
+        """Step at which each sphere is released and its liquid is counted; `types` in the order of the spheres' numbers."""
         seen, steps = [0] * len(self.classes), []
         for kind in types:
             c, k = self.classes[kind - 1], seen[kind - 1]

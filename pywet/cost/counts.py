@@ -1,4 +1,4 @@
-"""What a screening run asks of a machine: steps, neighbour lists, spheres that touch or lie near wires, bridges.
+"""Operation counts of a screening run: steps, neighbour lists, spheres in contact or near wires, bridges.
 
 All of it follows from the scene before it is run, none from a fit to a case. In the feed bin and in the collecting bin spheres
 rest on each other; on the screen they fly, and touch only while they collide. How many are still there follows from the chance

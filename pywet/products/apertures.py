@@ -22,7 +22,7 @@ screen: slower against it than this share of the screen's peak speed."""
 
 
 def of_deck(name: str, deck: int) -> str:
-    """Name of something of a deck, counted from above; of the uppermost the name alone.
+    """Name of an item of a deck, numbered from the top; that of the top deck has no number.
 
     >>> of_deck("screen", 1), of_deck("screen", 2)
     ('screen', 'screen_2')

@@ -165,7 +165,7 @@ class Deck(Excusable):
         return [*(deck.below_mm for deck in self.beneath), BELOW * self.levels[-1][0].aperture_mm]
 
     def outlets(self) -> list[dict[str, Any]]:
-        """Overs beyond the end, unders below, by section; what jumps over a side or the back belongs to no product."""
+        """Outlets of a deck: overs beyond the end, unders below by section; spheres that leave over a side are no product."""
         away, (lowest, height) = 2.0 * self.aperture_mm, self.levels[-1]
         side, below = 0.5 * self.width_mm + SIDE_MM + away, height - BELOW * lowest.aperture_mm
         found: list[dict[str, Any]] = [

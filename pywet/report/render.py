@@ -19,7 +19,7 @@ import numpy as np
 
 from pywet.ending import die_with_parent
 from pywet.errors import PywetError, arguments, border
-from pywet.report import caption, sketch, standing, vtk
+from pywet.report import active_bridges, caption, sketch, vtk
 from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import wall_corners
@@ -214,11 +214,11 @@ def places(step: float) -> int:
 def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats, line: float) -> None:
     """Bridges as cuboids whose visible volume is the bridge's, with edges of so many pixels, so that a bridge is visible in a
     large bed too; those to cut-away walls are left out."""
-    here = vtk.standing_at(run, step)
+    here = vtk.active_at(run, step)
     place = here[["xj_x", "xj_y", "xj_z"]].to_numpy(dtype=float) - centre
     here = here[(here["partner_kind"] != LARGE_WALL) | (place @ frame(run)[1] > 0.0)]
     if len(here):
-        boxes = vtk.grid("HEXAHEDRON", 8, standing.corners(run, here).reshape(-1, 3))
+        boxes = vtk.grid("HEXAHEDRON", 8, active_bridges.corners(run, here).reshape(-1, 3))
         plotter.add_mesh(boxes, color=BRIDGE_COLOUR, ambient=0.5)
         plotter.add_mesh(boxes.extract_all_edges(), color=BRIDGE_COLOUR, line_width=line, lighting=False)
 

@@ -155,10 +155,10 @@ class Hangar:
         r = flights.radius[whole]
         speed = np.sqrt((flights.v_end[whole] ** 2).sum(axis=1))
         logged = np.concatenate([flights.v_end, flights.radius[:, None] * flights.w_end], axis=1)[whole]
-        own = np.concatenate([v, flights.radius[:, None] * w], axis=1)[whole]
+        expected = np.concatenate([v, flights.radius[:, None] * w], axis=1)[whole]
         return [
             compare("flight_place", "radius", flights.x_end[whole], x[whole], r, rows, LIMIT),
-            compare("flight_velocity", "itself, or 1 cm/s", logged, own, np.maximum(speed, 1e-2), rows, LIMIT),
+            compare("flight_velocity", "itself, or 1 cm/s", logged, expected, np.maximum(speed, 1e-2), rows, LIMIT),
         ]
 
 

@@ -274,11 +274,11 @@ def limit(setup: Setup) -> float:
 
 
 def _quantity(setup: Setup, name: str, parts: list[tuple[Any, ...]]) -> Quantity:
-    logged, own, scale = (np.concatenate([p[k] for p in parts]) for k in range(3))
+    logged, expected, scale = (np.concatenate([p[k] for p in parts]) for k in range(3))
     rows = pd.concat([p[3] for p in parts], ignore_index=True)
     summed = ("newton_force", "newton_torque", "window_push", "window_spin_push")
     most = limit(setup) if name in summed else SCALES[name][1]
-    return compare(name, SCALES[name][0], logged, own, scale, rows, most)
+    return compare(name, SCALES[name][0], logged, expected, scale, rows, most)
 
 
 def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
@@ -299,7 +299,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     rows = pd.DataFrame({"step": w.steps[at], "i": setup.ids[who]})
     scale = np.maximum(0.5 * (f.sizes[at, who] + f.sizes[at + 1, who]), m * STANDARD_WEIGHT)
     dv, dw = w.v[at + 1, who] - w.v[at, who], w.w[at + 1, who] - w.w[at, who]
-    own, turn = (0.5 * (s[at, who] + part[:, None] * s[at + 1, who]) for s in (f.force, f.torque))
+    expected, turn = (0.5 * (s[at, who] + part[:, None] * s[at + 1, who]) for s in (f.force, f.torque))
     doubt = 0.5 * (f.doubt[at, who] + f.doubt[at + 1, who])
     halves = [0.5 * dt / w.mass[k, who][:, None] * w.force[k, who] for k in (at, at + 1)]
     kick = halves[0] + halves[1]
@@ -316,7 +316,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
         **{
             name: (found[summed], wanted[summed], size[summed], rows[summed])
             for name, found, wanted, size in (
-                ("newton_force", m[:, None] * dv / dt, own, scale),
+                ("newton_force", m[:, None] * dv / dt, expected, scale),
                 ("newton_torque", inertia[:, None] * dw / dt, turn, r * scale + doubt / limit(setup)),
             )
         },

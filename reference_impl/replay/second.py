@@ -59,7 +59,7 @@ def _in_numbers(kind: str, name: str) -> Function:
             return function(*map(float, values))
         except Exception as error:
             raise ReplayError(
-                f"{name} raises {type(error).__name__} ({error}) for {', '.join(f'{v:g}' for v in values)}; mend its file"
+                f"{name} raises {type(error).__name__} ({error}) for {', '.join(f'{v:g}' for v in values)}; fix its file"
             ) from error
 
     return np.vectorize(one, otypes=[float, float] if kind == "viscous_tangential" else [float])

@@ -84,7 +84,7 @@ def _held(of: Bodies, o: Output, booked: Mapping[str, float], gone: Floats) -> d
         **row,
         "left_m3": o.left,
         "total_m3": total,
-        "standing_bridges_m3": o.standing,
+        "standing_bridges_m3": o.in_bridges,
         "initial_m3": of.film[~o.waits].sum(),
     }
 

@@ -55,7 +55,7 @@ class AtWalls:
 
 
 def thickness(corners: Floats) -> float:
-    """Least way [m] inward from the middle of a triangle to one that faces it, for corners (t, 3, 3); inf of an open sheet."""
+    """Smallest distance [m] inwards from the centre of a triangle to an opposite one, for corners (t, 3, 3); inf for a sheet."""
     mesh, middle = _mesh(corners), corners.mean(axis=1)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1)[:, None]

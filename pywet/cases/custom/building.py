@@ -1,4 +1,4 @@
-"""From a description to what an engine runs: classes, contacts, films, surfaces, first places, time step, run directory."""
+"""Build what an engine runs from a description: classes, contacts, films, surfaces, initial positions, time step."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Building:
 
     @cached_property
     def amounts(self) -> tuple[Amount, ...]:
-        """Masses asked for and simulated of entries with `mass_g`; those of one material and region are distributed together."""
+        """Requested and simulated masses of entries with `mass_g`; those of one material and region are distributed together."""
         groups: dict[Any, list[Spheres]] = defaultdict(list)
         for s in self.user_scene.spheres:
             if s.mass_g is not None:
@@ -112,7 +112,7 @@ class Building:
 
     @cached_property
     def hertz(self) -> Hertz | None:
-        """Moduli of the classes and of the walls, and the speed of impact that planning goes by; None: linear springs."""
+        """Moduli of classes and walls, and the impact speed used for planning; None for linear springs."""
         if self.user_scene.contact == "linear":
             return None
         found = []
@@ -177,7 +177,7 @@ class Building:
 
     @cached_property
     def spheres(self) -> pd.DataFrame:
-        """id, type, place, velocity and film of every sphere at the start; overlaps are refused."""
+        """id, type, position, velocity and film of every sphere at the start; overlaps are refused."""
         table = _first_places(self)
         films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
         table["film"] = table["type"].map(dict(enumerate(films, start=1)))
@@ -197,7 +197,7 @@ class Building:
 
     @cached_property
     def wall_speed(self) -> float:
-        """The fastest that a wall moves [m/s]."""
+        """Largest speed of any wall [m/s]."""
         return max([0.0, *(extent.speed(s.vertices, m) for s, m in zip(self.surfaces, self.motions, strict=True))])
 
     @cached_property
@@ -207,7 +207,7 @@ class Building:
         low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
         extent.refuse_vast(scene.name, low, high, cell)
         space = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
-        return extent.with_room(low, high, *space, cell)
+        return extent.with_margin(low, high, *space, cell)
 
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:
@@ -217,7 +217,7 @@ class Building:
 
     @property
     def speed(self) -> float:
-        """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
+        """Speed of approach used by the plan [m/s]: that of the walls, or of a fall through the whole scene."""
         heights = np.concatenate([self._released, *(s.vertices for s in self.surfaces)]) @ np.array(
             self.user_scene.gravity_m_per_s2
         )
@@ -250,7 +250,7 @@ class Building:
 
     @property
     def interval(self) -> float:
-        """Time between outputs where none is given [s]: a fiftieth of the duration, at outlets short enough to see who leaves."""
+        """Default time between outputs [s]: a fiftieth of the duration, or less if the scene has outlets."""
         scene = self.user_scene
         return min(scene.duration_s / 50.0, OUTLET_EVERY_S if scene.outlets else math.inf)
 
@@ -396,7 +396,7 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         a, b = close[int(np.argmin(gap))]
         raise ConfigError(
             f"scene {made.user_scene.name}: {int((gap < 0).sum())} pairs of spheres overlap at the start, such as one of "
-            f"{names[kind[a]]} and one of {names[kind[b]]}; expected room between them: mend their regions or places",
+            f"{names[kind[a]]} and one of {names[kind[b]]}; expected no overlap: fix their regions or positions",
             code="scene.overlap",
             key="spheres",
             given=int((gap < 0).sum()),
@@ -414,7 +414,7 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
             first = placed(at[inside][0], made.origin_mm)
             raise ConfigError(
                 f"scene {made.user_scene.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
-                f"{first} mm; expected all outside: mend the region or the wall",
+                f"{first} mm; expected all outside: fix the region or the wall",
                 code="scene.in_wall",
                 key=f"walls.{wall.name}",
                 expected="all outside",

@@ -1,4 +1,4 @@
-"""What a user says of a scene: materials, spheres, liquid, walls, motions. The YAML of `pywet run-scene` has the same keys.
+"""Description of a user-defined scene: materials, spheres, liquid, walls, motions. `pywet run-scene` reads the same keys.
 
 Lengths in mm, angles in degrees, all else in SI units, as the keys say. What becomes of it is in `building.py`.
 """
@@ -61,7 +61,7 @@ class Dry(Excusable):
 
 
 class Material(Dry):
-    """A material of spheres; its dry contact is that with itself and, where `contacts` says nothing else, with walls."""
+    """A material of spheres, with its dry contact with itself and, unless `contacts` gives another one, with walls."""
 
     density_kg_per_m3: Positive
     """Of a sphere."""
@@ -120,7 +120,7 @@ class Cylinder(Excusable):
 
 
 class Fed(Excusable):
-    """Spheres enter one after the other, at random places of their region, with their `velocity_m_per_s`.
+    """Insertion of spheres one after the other at random positions in their region, with their `velocity_m_per_s`.
 
     Until then they come along on a straight way, without weight, from where that velocity has them wait: keep it free.
     """
@@ -144,7 +144,7 @@ class Fed(Excusable):
 
 
 class Spheres(Excusable):
-    """Spheres of one size and material: so many, or so much, at random in a region or at given places, with their liquid."""
+    """Spheres of one size and material: their number or mass, a region or given positions, and their liquid."""
 
     name: Title
     """Of this size class, in tables and on the page."""
@@ -177,10 +177,12 @@ class Spheres(Excusable):
         if self.at_mm is None:
             chosen(self, "count", "mass_g")
         elif self.count is not None or self.mass_g is not None:
-            raise ValueError(f"spheres {self.name}: no count and no mass_g beside at_mm, which says how many there are")
+            raise ValueError(
+                f"spheres {self.name}: no count and no mass_g together with at_mm, which gives the number of spheres"
+            )
         chosen(self, "percent", "film_um", needed=False)
         if self.fed and (self.at_mm is not None or not any(self.velocity_m_per_s)):
-            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s beside fed")
+            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s together with fed")
         return self
 
     @property
@@ -214,7 +216,7 @@ class Feed(FeedAmount):
         return self
 
     def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:
-        """The entries that it becomes, and its sizes."""
+        """Return the entries of `spheres` that the feed becomes, and its sizes."""
         keys = {k: k for k in ("material", "box", "cylinder", "velocity_m_per_s")} | {"insertion": "fed"}
         common = {to: getattr(self, k) for k, to in keys.items() if getattr(self, k) is not None}
         found, sizes = entries(self.name, self, folder, self.insertion.for_s if self.insertion else None, common)
@@ -246,7 +248,7 @@ class Results(Excusable):
 
 
 class Scene(Excusable):
-    """A scene of one's own: `pywet.run(scene, folder)` simulates it, `pywet.plan(scene)` says which effects it calls for.
+    """User-defined scene: `pywet.run(scene, folder)` simulates it, `pywet.plan(scene)` lists the effects it calls for.
 
     A mistake raises `pywet.errors.ConfigError`, all mistakes in one go, a sentence each.
     """
@@ -311,7 +313,7 @@ class Scene(Excusable):
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise ConfigError(
-            f"scene {self.name}: {name} cannot be set, a scene does not change; expected a new one: "
+            f"scene {self.name}: {name} cannot be set, since a scene is immutable; make a new one: "
             f"scene.with_({name}=…)",
             code="scene.frozen",
             key=name,

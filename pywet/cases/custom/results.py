@@ -117,7 +117,7 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
         at_most("no_particle_lost", missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
         at_most(
             "liquid_accounted_for", error, LIQUID_TOLERANCE,
-            f"spheres and walls together differ from the liquid put in by {error:.3g} of it at most",
+            f"the sum over spheres and walls differs from the total liquid by at most {error:.3g} of it",
         ),
     ]  # fmt: skip
 

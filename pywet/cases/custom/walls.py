@@ -1,4 +1,4 @@
-"""Walls of a scene of one's own: an STL file or one of a few solids, fixed or moving."""
+"""Walls of a user-defined scene: an STL file or one of a few solids, fixed or moving."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ class Vibrates(Excusable):
 
 
 class Turns(Excusable):
-    """Turns from the start, right-handed about an axis through `origin_mm`."""
+    """Rotation from the start of the run, right-handed about an axis through `origin_mm`."""
 
     turns_per_minute: Positive
     """Right-handed about the axis."""
@@ -211,7 +211,7 @@ class Turns(Excusable):
 
 
 class Moves(Excusable):
-    """Moves at constant velocity, from a time on, for a time; then it rests where it is."""
+    """Motion at constant velocity from a given time for a given duration; then the wall is at rest."""
 
     velocity_m_per_s: Vector
     """Constant."""
@@ -226,7 +226,7 @@ class Moves(Excusable):
 
 
 class Removed(Excusable):
-    """Is drawn away at a time, as a gate is: along a direction, twice as far as it is long, and rests there."""
+    """Removal of a wall at a given time, such as a gate: it moves twice its length along a direction and stays there."""
 
     at_s: NonNegative
     """Time at which it starts."""
@@ -332,7 +332,7 @@ class Wall(Excusable):
 
     @property
     def fold_deg(self) -> float:
-        """The feature angle that its parts follow from."""
+        """Feature angle [deg] at which a face of the wall ends."""
         return BODIES_DEG if self.bars or self.half_width_mm is not None else self.feature_angle_deg
 
     def _of_file(self, folder: Path) -> list[Part]:
@@ -350,7 +350,7 @@ class Wall(Excusable):
 
 
 def word_of(name: str) -> str:
-    """The word that stands for a wall's name in tables and decks.
+    """Convert a wall's name to the word used in tables and decks.
 
     >>> word_of("drum"), word_of("Rüttelsieb 2"), word_of("漏斗")
     ('drum', 'Ruttelsieb_2_5de194', 'wall_895948')
@@ -363,7 +363,7 @@ def word_of(name: str) -> str:
 
 
 def chosen(of: BaseModel, *keys: str, needed: bool = True) -> str | None:
-    """The one key that is given; more than one, or none where one is `needed`, is refused."""
+    """Return the only key that is given; several keys, or none if one is `needed`, are refused."""
     given = [key for key in keys if getattr(of, key) is not None]
     if len(given) > 1 or (needed and not given):
         raise ValueError(

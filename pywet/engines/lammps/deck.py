@@ -50,7 +50,7 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
     if reasons:
         raise PywetError(
             f"the engine lammps cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected spheres, "
-            "plates, tubs, wires or tubes, fixed or turning, without rolling resistance: take the engine liggghts"
+            "plates, tubs, wires or tubes, fixed or turning, without rolling resistance: use the engine liggghts"
         )
 
 
@@ -74,8 +74,8 @@ def regions(vertices: NDArray[np.float64], name: str) -> list[str]:
         if faces := _tube(vertices, k, same):
             return faces
     raise PywetError(
-        f"the engine lammps cannot have the wall {name}; expected a plate, a square tub, a round wire or a tube along the axes: "
-        "take the engine liggghts"
+        f"the engine lammps does not support the wall {name}; expected a plate, a square tub, a round wire or "
+        "a tube along the axes: use the engine liggghts"
     )
 
 

@@ -1,4 +1,4 @@
-"""Writes the LIGGGHTS deck of a scene: data file, set-up script, run script, from the templates in liggghts_inputs/."""
+"""Write the LIGGGHTS deck of a scene: data file, set-up script, run script, from the templates in liggghts_inputs/."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def from_folder(path: Path, folder: Path) -> str:
     way = os.path.relpath(path.resolve(), folder.resolve())
     if not re.fullmatch(r"[A-Za-z0-9_./-]+", way):
         raise PywetError(
-            f"the path {shown(Path(way))} cannot stand in the engine's script; expected letters, digits, _, - and . "
+            f"the path {shown(Path(way))} cannot be used in the engine's script; expected letters, digits, _, - and . "
             "between slashes: rename what is below the run directory"
         )
     return way

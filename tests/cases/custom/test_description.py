@@ -104,7 +104,7 @@ def test_a_scene_does_not_change_but_gives_another() -> None:
     """Setting a key is refused in a sentence that names the way; the other scene is checked as any."""
     scene = pywet.Scene(**beads(liquid={"percent": 5}))
     with pytest.raises(
-        ConfigError, match=r"seed cannot be set, a scene does not change; expected .* scene.with_\(seed=…\)"
+        ConfigError, match=r"seed cannot be set, since a scene is immutable; make a new one: scene.with_\(seed=…\)"
     ):
         scene.seed = 2
     other = scene.with_(liquid=pywet.Liquid(percent=7), seed=2)
@@ -121,7 +121,7 @@ def test_a_scene_does_not_change_but_gives_another() -> None:
         ({"cylinder": {"diameter_mm": 20, "height_mm": 20}}, "cylinder: .* raise height_mm or diameter_mm"),
     ],
 )
-def test_spheres_that_do_not_fit_are_told_of_keys_that_the_scene_has(region: dict[str, Any], words: str) -> None:
+def test_spheres_that_do_not_fit_are_refused_by_keys_that_the_scene_has(region: dict[str, Any], words: str) -> None:
     entry = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 5000, **region}
     with pytest.raises(PywetError, match=words) as error:
         _ = Building(pywet.Scene(**beads(spheres=[entry]))).spheres
