@@ -80,7 +80,9 @@ class Deck(Excusable):
     length_mm: Positive
     """Along x, in the direction of transport."""
     width_mm: Positive
-    """Along y, between the side walls."""
+    """Along y, between the side walls, or of the strip that repeats."""
+    periodic: bool = False
+    """A strip of a wide deck: it repeats along y in place of side walls."""
     aperture_mm: Positive
     """Clear opening."""
     wire_mm: Positive
@@ -103,6 +105,13 @@ class Deck(Excusable):
         if min(self.length_mm, self.width_mm) < self.pitch_mm:
             raise ValueError(f"deck: length_mm and width_mm of at least one aperture and wire, {self.pitch_mm:g} mm")
         decks: list[Deck | Beneath] = [self, *self.beneath]
+        for deck in decks if self.periodic else ():
+            apertures = self.width_mm / deck.pitch_mm
+            if abs(apertures - round(apertures)) > 1e-6:
+                raise ValueError(
+                    f"deck: width_mm of whole apertures and wires with periodic, such as {round(apertures) * deck.pitch_mm:g} mm "
+                    f"for a pitch of {deck.pitch_mm:g} mm, not {self.width_mm:g}"
+                )
         for k, (above, under) in enumerate(pairwise(decks), start=1):
             if under.aperture_mm >= above.aperture_mm:
                 raise ValueError(
@@ -127,6 +136,11 @@ class Deck(Excusable):
         return G * math.sin(angle), 0.0, -G * math.cos(angle)
 
     @property
+    def strip(self) -> dict[str, Any]:
+        """Axis and faces of the scene that repeats [mm]."""
+        return {"axis": "y", "low_mm": -0.5 * self.width_mm, "high_mm": 0.5 * self.width_mm}
+
+    @property
     def levels(self) -> list[tuple[Deck | Beneath, float]]:
         """List the deck and those beneath it with the height of their upper faces [mm]."""
         heights = accumulate((-deck.below_mm for deck in self.beneath), initial=0.0)
@@ -136,6 +150,8 @@ class Deck(Excusable):
         """Wires along an axis, so many that no gap at a side is wider than an aperture."""
         along, across = (self.length_mm, self.width_mm) if axis == "x" else (self.width_mm, self.length_mm)
         count = math.ceil((across - deck.aperture_mm) / deck.pitch_mm - 1e-9) + (axis == "y")
+        if self.periodic and axis == "x":  # half an aperture at either face
+            count = round(across / deck.pitch_mm)
         return {
             "diameter_mm": deck.wire_mm, "pitch_mm": deck.pitch_mm, "length_mm": along, "count": max(1, count), "axis": axis,
             "origin_mm": (0.5 * self.length_mm, 0.0, height - 0.5 * deck.wire_mm),
@@ -155,7 +171,10 @@ class Deck(Excusable):
             "right": ((-SIDE_MM, -half - SIDE_MM, low), (end, -half, high)),
             "back": ((-2 * SIDE_MM - 0.1, -half, low), (-SIDE_MM - 0.1, half, high)),
         }
-        found += [{"name": name, "block": {"low_mm": a, "high_mm": b}} for name, (a, b) in blocks.items()]
+        names = ["back"] if self.periodic else [*blocks]
+        found += [
+            {"name": name, "block": dict(zip(("low_mm", "high_mm"), blocks[name], strict=True))} for name in names
+        ]
         moves = self.stroke.vibrates()
         return [{**wall, "vibrates": moves} for wall in found]
 
@@ -168,11 +187,12 @@ class Deck(Excusable):
         """Overs beyond the end, unders below, by section; what jumps over a side or the back belongs to no product."""
         away, (lowest, height) = 2.0 * self.aperture_mm, self.levels[-1]
         side, below = 0.5 * self.width_mm + SIDE_MM + away, height - BELOW * lowest.aperture_mm
-        found: list[dict[str, Any]] = [
+        sides: list[dict[str, Any]] = [
             {"name": "spilled_left", "low_mm": (None, side, None)},
             {"name": "spilled_right", "high_mm": (None, -side, None)},
-            {"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)},
         ]
+        found = [] if self.periodic else sides
+        found.append({"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)})
         if not self.beneath:
             found.append({"name": "overs", "low_mm": (self.length_mm + away, None, None)})
         for name, (deck, z), clearance in zip(DECKS, self.levels, self._clearances, strict=False):
