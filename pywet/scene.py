@@ -391,7 +391,7 @@ class EngineScene(Strict):
             return
         obstacles = {
             "contacts are planes, which are not known there; expected batched or stock": self.contacts == "planes",
-            "a wall has prisms; expected triangles": any(w.prisms for w in self.walls),
+            "a wall has analytic wires; expected triangles": any(w.prisms for w in self.walls),
             "effects.shedding is on; expected it off": self.effects.shedding is not None,
             "output.energy is on; expected it off": self.effects.bridges and self.output.energy,
         }

@@ -181,8 +181,8 @@ class Building:
     @cached_property
     def spheres(self) -> pd.DataFrame:
         """id, type, place, velocity and film of every sphere at the start; overlaps are refused."""
-        repeating.refuse_beyond(self.user_scene)
         table = _first_places(self)
+        repeating.refuse_beyond(self.user_scene, table)
         films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
         table["film"] = table["type"].map(dict(enumerate(films, start=1)))
         refuse_far(self.user_scene, [table[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])

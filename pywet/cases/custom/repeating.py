@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from pywet.cases.custom.description import Periodic, Scene
@@ -25,27 +27,20 @@ def axis_of(periodic: Periodic) -> int:
     return "xy".index(periodic.axis)
 
 
-def refuse_beyond(scene: Scene) -> None:
-    """Refuse spheres that start or wait outside the faces of a scene that repeats."""
+def refuse_beyond(scene: Scene, table: pd.DataFrame) -> None:
+    """Refuse spheres that start outside the faces of a scene that repeats, or come in through them."""
     if (periodic := scene.periodic) is None:
         return
-    k = axis_of(periodic)
-    for s in scene.spheres:
-        shape, at = s.box or s.cylinder, np.array([MM * place[k] for place in s.at_mm or ()])
-        if shape is not None:
-            region = shape.region()
-            at = region.centre_m[k] + 0.5 * region.sides_m[k] * np.array([-1.0, 1.0])
-        low, high = faces_m(periodic)
-        if (at < low - SAME_POINT_M).any() or (at > high + SAME_POINT_M).any():
-            raise _refused(
-                scene, f"spheres {s.name} reach from {1e3 * at.min():g} to {1e3 * at.max():g} mm along {periodic.axis}",
-                f"positions within the periodic faces, {periodic.low_mm:g} to {periodic.high_mm:g} mm", f"spheres.{s.name}",
-            )  # fmt: skip
-        if s.fed and s.velocity_m_per_s[k]:
-            raise _refused(
-                scene, f"spheres {s.name} enter with a velocity along {periodic.axis}, along which the scene repeats",
-                f"a velocity_m_per_s without a part along {periodic.axis}", f"spheres.{s.name}.velocity_m_per_s",
-            )  # fmt: skip
+    low, high = faces_m(periodic)
+    at = table[periodic.axis].to_numpy(dtype=float)
+    out = np.flatnonzero((at < low) | (at >= high))
+    if len(out):
+        entry = scene.spheres[int(table["type"].iloc[out[0]]) - 1]
+        raise _refused(
+            scene, f"{len(out)} spheres, such as one of {entry.name} at {1e3 * at[out[0]]:g} mm along {periodic.axis}, start or "
+            "wait outside the periodic faces", f"all from {periodic.low_mm:g} to {periodic.high_mm:g} mm, with no velocity along "
+            f"{periodic.axis} before they enter", f"spheres.{entry.name}",
+        )  # fmt: skip
 
 
 def refuse_short(scene: Scene, reach: float) -> None:
@@ -76,19 +71,19 @@ def continued(scene: Scene, name: str, surface: Surface, motion: OwnMotion | Non
     outlines = [np.delete(surface.vertices[end], k, axis=1) for end in ends]
     if not len(ends[0]) or len(ends[0]) != len(ends[1]):
         return surface
-    away, other = cKDTree(outlines[1]).query(outlines[0])
+    away, other = (np.asarray(found) for found in cKDTree(outlines[1]).query(outlines[0]))
     if away.max() > SAME_POINT_M or len(np.unique(other)) < len(other):
         return surface
-    on_face = np.array([np.isin(surface.triangles, end).all(axis=1) for end in ends]).any(axis=0)
-    return _without(surface, on_face)
+    on_face = np.stack([np.isin(surface.triangles, end).all(axis=1) for end in ends])
+    return _of(surface, np.asarray(~on_face.any(axis=0)))
 
 
-def _without(surface: Surface, cut: Ints) -> Surface:
-    """Return a surface without some triangles, and without parts of which none is left."""
-    part = surface.part[~cut]
+def _of(surface: Surface, rows: NDArray[np.bool_]) -> Surface:
+    """Return a surface of some of its triangles, without parts of which none is left."""
+    part = surface.part[rows]
     left = np.unique(part)
     widths = tuple(surface.part_half_width[int(p)] for p in left)
-    return replace(surface, triangles=surface.triangles[~cut], part=np.searchsorted(left, part), part_half_width=widths)
+    return replace(surface, triangles=surface.triangles[rows], part=np.searchsorted(left, part), part_half_width=widths)
 
 
 def _refuse_moving(scene: Scene, name: str, motion: OwnMotion | None, k: int) -> None:
