@@ -77,10 +77,17 @@ def _walls(deck: Description) -> Iterator[dict[str, Any]]:
     names = []
     for k, level in enumerate(_levels(deck)):
         number = f"_{k + 1}" if k else ""
-        names += [f"screen{number}", f"cross_wires{number}"][: 1 + (level["mesh"] == "square")]
+        names += [f"screen{number}", f"cross_wires{number}"][: 1 + (level["mesh"] in ("square", "woven"))]
     names += ["back"] if deck.get("periodic") else ["left", "right", "back"]
     for name in names:
         yield {"name": name, "contact_angle_deg": ANGLE_DEG, **NO_MOTION, "vibrates": _stroke(deck["stroke"])}
+
+
+def _thick(level: Description) -> float:
+    """Height of a deck: of its wires, two of them where these are woven, or of its plate."""
+    if level["mesh"].startswith("punched"):
+        return float(level.get("plate_mm") or level["wire_mm"])
+    return float(level["wire_mm"]) * (2.0 if level["mesh"] == "woven" else 1.0)
 
 
 def _stroke(stroke: Description) -> dict[str, Any]:
@@ -113,7 +120,7 @@ def _outlets(deck: Description) -> Iterator[dict[str, Any]]:
     for k, level in enumerate(levels if len(levels) > 1 else ()):
         top -= level["below_mm"] if k else 0.0
         under = levels[k + 1]["below_mm"] if k + 1 < len(levels) else clearance
-        least = top - level["wire_mm"] - under / 4.0
+        least = top - _thick(level) - under / 4.0
         yield {**OPEN, "name": ("overs", "middlings", "lower_middlings")[k], "low_mm": [deck["length_mm"], None, least]}
     ends = [deck["length_mm"] * k / sections for k in range(1, sections)]
     for k, end in enumerate([*ends, None], start=1):
