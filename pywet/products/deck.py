@@ -27,6 +27,9 @@ LEAST_LAND = 0.18
 SIDE_MM = 5.0
 """Thickness of the side walls and of the back wall."""
 
+SLIT_MM = 0.1
+"""Between the back wall and the deck, and the back wall and the side walls."""
+
 
 class Stroke(Excusable):
     """Motion of a deck: a line, a circle or an ellipse in the vertical plane along it."""
@@ -176,24 +179,35 @@ class Deck(Mesh):
         heights = accumulate((-deck.below_mm for deck in self.beneath), initial=0.0)
         return list(zip((self, *self.beneath), heights, strict=True))
 
-    def _wires(self, deck: Mesh, axis: str) -> int:
-        """Number of wires along an axis, so many that no gap at a side is wider than an aperture."""
-        across = self.width_mm if axis == "x" else self.length_mm
-        if self.periodic and axis == "x":  # half an aperture at either face
-            return round(across / deck.pitch_mm)
-        return max(1, math.ceil((across - deck.aperture_mm) / deck.pitch_mm - 1e-9) + (axis == "y"))
+    def _wires(self, deck: Mesh, axis: str) -> tuple[int, float]:
+        """Number of wires along an axis and position of the first, such that no gap at a border is wider than an aperture.
+
+        Those along the deck are about its middle, those across begin at its back.
+        """
+        if axis == "y":
+            return math.ceil(self.length_mm / deck.pitch_mm - 1e-9), 0.5 * deck.wire_mm
+        count = max(1, math.ceil((self.width_mm - deck.aperture_mm) / deck.pitch_mm - 1e-9))
+        if self.periodic:  # half an aperture at either face
+            count = round(self.width_mm / deck.pitch_mm)
+        return count, -0.5 * (count - 1) * deck.pitch_mm
 
     def _bars(self, deck: Mesh, height: float, axis: str) -> dict[str, Any]:
         """Wires along an axis."""
+        (count, first), (_, across) = self._wires(deck, axis), self._wires(deck, "y" if axis == "x" else "x")
+        middle = first + 0.5 * (count - 1) * deck.pitch_mm if axis == "y" else 0.5 * self.length_mm
         found = {
-            "diameter_mm": deck.wire_mm, "pitch_mm": deck.pitch_mm, "count": self._wires(deck, axis), "axis": axis,
+            "diameter_mm": deck.wire_mm, "pitch_mm": deck.pitch_mm, "count": count, "axis": axis,
             "length_mm": self.length_mm if axis == "x" else self.width_mm,
-            "origin_mm": (0.5 * self.length_mm, 0.0, height - 0.5 * deck.thick_mm),
+            "origin_mm": (middle, 0.0, height - 0.5 * deck.thick_mm),
         }  # fmt: skip
         if deck.mesh != "woven":
             return found
         crimp = 0.5 * deck.wire_mm * (1.0 if axis == "x" else -1.0)
-        return {**found, "crimp_mm": crimp, "crossings": self._wires(deck, "y" if axis == "x" else "x")}
+        return {
+            **found,
+            "crimp_mm": crimp,
+            "first_crossing_mm": across if axis == "x" else across + 0.5 * self.width_mm,
+        }
 
     def _plate(self, deck: Mesh, height: float) -> dict[str, Any]:
         """A plate with as many columns of holes as fit; in a strip an even number of staggered ones."""
@@ -238,10 +252,11 @@ class Deck(Mesh):
             found.append({"name": of_deck("screen", k), "bars": self._bars(deck, height, "x")})
             if deck.mesh != "slotted":
                 found.append({"name": of_deck(CROSS, k), "bars": self._bars(deck, height, "y")})
+        slit = 0.0 if self.periodic else SLIT_MM
         blocks = {
             "left": ((-SIDE_MM, half, low), (end, half + SIDE_MM, high)),
             "right": ((-SIDE_MM, -half - SIDE_MM, low), (end, -half, high)),
-            "back": ((-2 * SIDE_MM - 0.1, -half, low), (-SIDE_MM - 0.1, half, high)),
+            "back": ((-SIDE_MM - SLIT_MM, slit - half, low), (-SLIT_MM, half - slit, high)),
         }
         names = ["back"] if self.periodic else [*blocks]
         found += [

@@ -62,7 +62,10 @@ def test_no_gap_is_wider_than_an_aperture(mesh: str, width: float) -> None:
     assert bars["pitch_mm"] - bars["diameter_mm"] == 4.0 and -0.51 <= 0.5 * width - outer <= 4.0
     if mesh == "square":
         across = deck.walls()[1]["bars"]
-        assert across["axis"] == "y" and 0.5 * (across["count"] - 1) * 5.0 + 0.5 >= 0.5 * 60 - 4.0
+        ends = [across["origin_mm"][0] + side * (0.5 * (across["count"] - 1) * 5.0 + 0.5) for side in (-1, 1)]
+        assert across["axis"] == "y" and ends[0] == pytest.approx(0.0) and 60.0 - 4.0 <= ends[1] <= 61.0
+    back = next(w["block"] for w in deck.walls() if w["name"] == "back")
+    assert -0.2 <= back["high_mm"][0] < 0.0 and back["high_mm"][1] >= 0.5 * width - 0.2
 
 
 def test_the_example_is_short_and_whole() -> None:

@@ -156,8 +156,8 @@ class Bars(Excusable):
     """Faces around a bar."""
     crimp_mm: float = 0.0
     """Amplitude of a woven wire, whose period is two pitches: up at its first crossing, neighbours down, or the reverse."""
-    crossings: Annotated[int, Field(ge=1, le=1000)] = 1
-    """Number of wires that cross a woven one, a pitch apart about its middle."""
+    first_crossing_mm: NonNegative = 0.0
+    """Of a woven wire: from its lower end to the middle of the first wire that it crosses; the others follow a pitch apart."""
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
@@ -181,9 +181,8 @@ class Bars(Excusable):
                 point[1 - along] += (k - 0.5 * (self.count - 1)) * MM * self.pitch_mm
             radius = 0.5 * MM * self.diameter_mm
             if self.crimp_mm:
-                first = 0.5 * MM * (self.length_mm - (self.crossings - 1) * self.pitch_mm)
                 rise = MM * self.crimp_mm * (-1) ** k
-                solid = woven(start, end, radius, self.sides, MM * self.pitch_mm, rise, first)
+                solid = woven(start, end, radius, self.sides, MM * self.pitch_mm, rise, MM * self.first_crossing_mm)
             else:
                 solid = wire(start, end, radius, self.sides, BAR_DEG)
             found.append((solid, radius))
