@@ -74,19 +74,19 @@ def load_of(config: Config, case: int, scale: str) -> Load:
     on_screen = staying(scene, spec, time)
     spheres = sum(c.count for c in scene.classes)
     bridges = FILM_BRIDGES * spheres if scene.effects.bridges else 0.0
-    prisms = any(w.prisms for w in scene.walls)
+    analytic_wires = any(w.prisms for w in scene.walls)
     wires = next(w for w in scene.walls if w.holder == "wires")
     return Load(
         steps=steps,
         lists=float(scene.duration_s * np.mean(list_rate(scene, apparatus, time, on_screen.sum(axis=1)))),
         spheres=spheres,
-        triangles=0.0 if prisms else len(wires.triangle_part),
+        triangles=0.0 if analytic_wires else len(wires.triangle_part),
         near=float(np.mean(on_screen, axis=0) @ near_wires(scene, spec)),
         touches=float(np.mean(touching(scene, time, on_screen.sum(axis=1)))),
         bridges=bridges,
         evaluations=steps / scene.bridges_every * bridges,
         events=EVENTS * scene.duration_s * float(np.mean(on_screen.sum(axis=1))) if bridges else 0.0,
-        prisms=prisms,
+        prisms=analytic_wires,
     )
 
 

@@ -8,7 +8,8 @@ are inactive. So next to a convex edge the face of one and the edge of the other
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +77,14 @@ def topology(corners: Floats, apart: bool = False) -> Topology:
         corners, edge, length, normal, active, corner, obtuse, bound,
         _planes({} if apart else at_node, normal, len(corners)),
     )  # fmt: skip
+
+
+def repeated(corners: Floats, ways: Sequence[Floats], apart: bool = False) -> Topology:
+    """Work out one mesh in a box that repeats: its triangles, then those of its copies in the same order."""
+    whole = topology(np.concatenate([corners, *(corners + way for way in ways)]), apart)
+    n = len(corners)
+    plane = {t: frozenset(other % n for other in whole.plane[t]) - {t} for t in range(n)}
+    return replace(whole, plane=plane)
 
 
 def _nodes(corners: Floats) -> list[list[int]]:

@@ -121,15 +121,13 @@ def throughput(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str,
             if so_far >= (MOST_PASSED - 1e-9) * total:
                 return 3.6 * so_far / (out - given["from_s"]) if out > given["from_s"] else None
         return 0.0
-    times = np.arange(1, int(given["to_s"] / every + 1e-9) + 1) * every
-    times = times[times > given["from_s"] + 0.5 * every]
-    whole = len(times) // BLOCKS * BLOCKS
-    times = times[len(times) - whole :]
-    inside = (
-        (rows["out"] > times[0] - 0.5 * every) & (rows["out"] < times[-1] + 0.5 * every) if whole else rows["out"] > 0
-    )
-    span = whole * every if whole else given["to_s"] - given["from_s"]
-    return 3.6 * float(rows["kg"][inside].sum()) / span
+    ends = np.arange(1, int(given["to_s"] / every + 1e-9) + 1) * every
+    ends = ends[ends - every > given["from_s"] - 1e-9]  # of the intervals that lie in it as a whole
+    ends = ends[len(ends) % BLOCKS if len(ends) >= BLOCKS else 0 :]
+    if not len(ends):
+        return None
+    inside = (rows["out"] > ends[0] - 0.5 * every) & (rows["out"] < ends[-1] + 0.5 * every)
+    return 3.6 * float(rows["kg"][inside].sum()) / (len(ends) * every)
 
 
 def held(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> Iterator[Held]:

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from pydantic import ValidationError
-from scipy.spatial import cKDTree
 
 from pywet import run_folder
 from pywet import scene as typed
-from pywet.cases.custom import extent
+from pywet.cases.custom import extent, repeating
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
 from pywet.cases.custom.description import WALLS, Scene, Spheres
 from pywet.cases.custom.feeding import times, waiting, ways
@@ -34,6 +33,7 @@ from pywet.cases.screening.amounts import common_film_thickness, liquid_volume, 
 from pywet.cases.small import bodies
 from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
+from pywet.engines.liggghts.deck import listed, skin
 from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
 from pywet.geometry import Surface, fill
@@ -168,7 +168,10 @@ class Building:
             ask_unit(wall, surface, [2.0 * s.radius_m for s in self.user_scene.spheres])
             mention_bars(wall, surface)
             mention_crossing(wall, surface)
-        return found
+        return tuple(
+            repeating.continued(self.user_scene, wall.name, surface, wall.own_motion(surface.vertices))
+            for wall, surface in zip(self.user_scene.walls, found, strict=True)
+        )
 
     @cached_property
     def motions(self) -> tuple[OwnMotion | None, ...]:
@@ -179,6 +182,7 @@ class Building:
     def spheres(self) -> pd.DataFrame:
         """id, type, position, velocity and film of every sphere at the start; overlaps are refused."""
         table = _first_places(self)
+        repeating.refuse_beyond(self.user_scene, table)
         films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
         table["film"] = table["type"].map(dict(enumerate(films, start=1)))
         refuse_far(self.user_scene, [table[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])
@@ -206,8 +210,12 @@ class Building:
         scene, cell = self.user_scene, 2.0 * max(c.radius_m for c in self.classes)
         low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
         extent.refuse_vast(scene.name, low, high, cell)
-        space = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
-        return extent.with_margin(low, high, *space, cell)
+        below, above = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
+        if scene.periodic is not None:
+            k = repeating.axis_of(scene.periodic)
+            low[k], high[k] = repeating.faces_m(scene.periodic)
+            below[k] = above[k] = 0.0
+        return extent.with_margin(low, high, below, above, cell)
 
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:
@@ -303,6 +311,7 @@ class Building:
             "gravity_m_per_s2": user_scene.gravity_m_per_s2 if effects.gravity else (0.0, 0.0, 0.0),
             "box_low_m": tuple(low.tolist()),
             "box_high_m": tuple(high.tolist()),
+            **({"periodic": user_scene.periodic.axis, "contacts": "batched"} if user_scene.periodic else {}),
             "spheres_file": Path("spheres.parquet"),
             "time_step_s": self.time_step,
             "duration_s": user_scene.duration_s,
@@ -312,15 +321,17 @@ class Building:
                 contact_window_steps=user_scene.results.window_steps,
                 checkpoints=user_scene.results.checkpoints,
                 window_trajectories=user_scene.results.windows > 0,
-                energy=not user_scene.outlets,
+                energy=not user_scene.outlets and user_scene.periodic is None,
             ),
             "outlets": self.outlets,
             "bin_z_m": float(low[2]),
         }
         try:
-            return typed.EngineScene(**given)
+            scene = typed.EngineScene(**given)
         except ValidationError as error:
             raise mistake(error, typed.EngineScene, f"scene {self.user_scene.name}") from error
+        repeating.refuse_short(user_scene, 2.0 * max(c.radius_m for c in self.classes) + listed(scene) + skin(scene))
+        return scene
 
 
 def write(user_scene: Scene, run_dir: Path) -> typed.EngineScene:
@@ -390,8 +401,9 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
     at, kind = table[[*"xyz"]].to_numpy(), table["type"].to_numpy() - 1
     radius = np.array([c.radius_m for c in made.classes])[kind]
     names = [c.name for c in made.classes]
-    close = cKDTree(at).query_pairs(2.0 * radius.max(), output_type="ndarray")
-    gap = np.linalg.norm(at[close[:, 0]] - at[close[:, 1]], axis=1) - TOUCHING * radius[close].sum(axis=1)
+    close = repeating.near_pairs(made.user_scene, at, 2.0 * radius.max())
+    away = repeating.apart(made.user_scene, at[close[:, 0]] - at[close[:, 1]])
+    gap = np.linalg.norm(away, axis=1) - TOUCHING * radius[close].sum(axis=1)
     if (gap < 0.0).any():
         a, b = close[int(np.argmin(gap))]
         raise ConfigError(

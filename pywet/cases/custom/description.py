@@ -22,7 +22,7 @@ from pywet.products.deck import Deck
 from pywet.products.feed import FeedAmount, entries
 from pywet.products.outlets import Outlet
 from pywet.products.size_classes import Sizes
-from pywet.scene import NonNegative, Positive, Profile, Title, Vector
+from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
 
 WALLS = "walls"
 """Of a contact: with every wall, which are one material in the engine."""
@@ -223,6 +223,23 @@ class Feed(FeedAmount):
         return tuple(_made(Spheres, entry, f"feed {self.name}") for entry in found), sizes
 
 
+class Periodic(Excusable):
+    """A scene that repeats along an axis: what leaves at one face comes in at the other; contacts and bridges reach across."""
+
+    axis: Across
+    """Along which it repeats."""
+    low_mm: float
+    """Position of its lower face."""
+    high_mm: float
+    """Position of its upper face."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low_mm < self.high_mm:
+            raise ValueError(f"periodic: low_mm below high_mm ({self.low_mm:g} is not below {self.high_mm:g})")
+        return self
+
+
 class TimeStep(Excusable):
     """`time_step_s`, or a share of the largest stable step of a dense packing."""
 
@@ -277,6 +294,8 @@ class Scene(Excusable):
     """A vibrating deck: its walls, outlets and the direction of gravity follow from a few numbers."""
     outlets: tuple[Outlet, ...] = ()
     """Regions in which spheres leave the run, with their films; none: a sphere that leaves the box stops the run."""
+    periodic: Periodic | None = None
+    """The scene repeats along an axis; a deck with `periodic: true` does so across its width."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     """Acceleration; 0, 0, 0: none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
@@ -325,6 +344,8 @@ class Scene(Excusable):
             raise ValueError("spheres, or a feed")
         wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
         wrong += _doubled("outlets", [o.name for o in self.outlets])
+        if self.periodic and self.deck and self.deck.periodic:
+            wrong.append("no periodic beside a deck with periodic: true")
         if (self.outlets or self.deck) and self.results.checkpoints == 0:
             wrong.append("results.checkpoints of at least 1 beside outlets: spheres leave at checkpoints")
         known = ", ".join(self.materials) or "none"
@@ -392,6 +413,8 @@ class Scene(Excusable):
         if deck := self.deck:
             changes["walls"] = (*(_made(Wall, wall, "deck") for wall in deck.walls()), *self.walls)
             changes["outlets"] = (*(_made(Outlet, one, "deck") for one in deck.outlets()), *self.outlets)
+            if deck.periodic:
+                changes["periodic"] = _made(Periodic, deck.strip, "deck")
             if "gravity_m_per_s2" not in self.model_fields_set:
                 changes["gravity_m_per_s2"] = deck.gravity
         return self.with_(**changes)

@@ -38,7 +38,12 @@ def from_origin(scene: Scene) -> Scene:
     spheres = tuple(_moved(s, origin) for s in scene.spheres)
     walls = tuple(_moved(w, origin) for w in scene.walls)
     outlets = tuple(outlet.moved(origin) for outlet in scene.outlets)
-    changes = {"spheres": spheres, "walls": walls, "outlets": outlets, "origin_mm": (0.0, 0.0, 0.0)}
+    changes: dict[str, Any] = {"spheres": spheres, "walls": walls, "outlets": outlets, "origin_mm": (0.0, 0.0, 0.0)}
+    if periodic := scene.periodic:
+        off = origin["xy".index(periodic.axis)]
+        changes["periodic"] = periodic.model_copy(
+            update={"low_mm": periodic.low_mm - off, "high_mm": periodic.high_mm - off}
+        )
     return scene.model_copy(update=changes)
 
 

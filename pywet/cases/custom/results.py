@@ -17,6 +17,7 @@ from pywet.products.streams import PRODUCTS, decks
 from pywet.runs.retired import taken_out
 from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.runs.summary import general
+from pywet.scene import EngineScene
 from pywet.util.files import write_json, write_table
 from pywet.util.notices import notice
 
@@ -78,7 +79,7 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
             continue
         at, kind = here[[*"xyz"]].to_numpy(), here["type"].to_numpy() - 1
         speed = np.linalg.norm(here[["vx", "vy", "vz"]].to_numpy(), axis=1)
-        overlap = _overlaps(at, radius_of[kind])
+        overlap = _overlaps(at, radius_of[kind], run.scene)
         at_walls, pressed = walls.overlaps(step, at, radius_of[kind])
         rows.append(
             {
@@ -100,11 +101,16 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _overlaps(at: Floats, radius: Floats) -> Floats:
+def _overlaps(at: Floats, radius: Floats, scene: EngineScene) -> Floats:
     """Overlap over the smaller radius of every pair of spheres that touches."""
-    pairs = cKDTree(at).query_pairs(2.0 * radius.max(), output_type="ndarray")
+    period, low = np.array(scene.periods_m), np.array(scene.box_low_m)
+    places = np.where(period > 0.0, (at - low) % np.where(period > 0.0, period, 1.0), at)
+    way = 2.0 * radius.max()
+    pairs = cKDTree(places, boxsize=period if period.any() else None).query_pairs(way, output_type="ndarray")
     i, j = pairs.T
-    depth = (radius[i] + radius[j] - np.linalg.norm(at[i] - at[j], axis=1)) / np.minimum(radius[i], radius[j])
+    apart = at[i] - at[j]
+    apart -= period * np.rint(apart / np.where(period > 0.0, period, np.inf))
+    depth = (radius[i] + radius[j] - np.linalg.norm(apart, axis=1)) / np.minimum(radius[i], radius[j])
     return np.asarray(depth[depth > 0.0])
 
 

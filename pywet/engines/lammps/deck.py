@@ -41,6 +41,8 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
         reasons.append("the power of walls that turn (of output, energy is true)")
     if any(w.prisms for w in scene.walls):
         reasons.append("wires as prisms")
+    if scene.periodic is not None:
+        reasons.append("walls in a box that is periodic")
     if scene.effects.rolling and any(p.rolling_friction_m for p in scene.pairs):
         reasons.append("rolling resistance with a constant torque (its own is a spring with a slider)")
     if not scene.effects.tangential_history:

@@ -55,6 +55,8 @@ def refuse(scene: EngineScene) -> None:
     reasons = []
     if scene.removes:
         reasons.append("taking spheres out of a run (`retire`, outlets)")
+    if scene.periodic is not None:
+        reasons.append("walls in a box that is periodic")
     if scene.effects.liquid_weight:
         reasons.append("spheres whose mass changes (`liquid_weight`)")
     if scene.hertz is not None:
