@@ -73,14 +73,17 @@ def amplitude(share: float) -> dict[str, Any]:
     return {f"{strokes} {k} z_amplitude_mm value": round(share * z, 4) for k, z in enumerate((0.9, 0.72))}
 
 
+PRINTED = {"config.yaml: readings capillary_spheres": "as_printed"}
+"""Equation (14) with the misprint that its validation, at 0 and 10 degrees, would not show."""
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
     **{f"amplitude{a:g}": amplitude(0.01 * a) for a in (50, 60, 70, 80, 90)},
     **{f"sieve{d:g}_amplitude{a}": sieve(d) | amplitude(0.01 * a) for d in (185.0, 190.0) for a in (80, 90)},
     **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0)},
+    **{f"sieve{d:g}_printed": sieve(d) | PRINTED for d in (185.0, 190.0, 200.0)},
 }
-"""Name -> entries of the configuration; `stiff`: with the stiffness of the paper's table 1."""
+"""Name -> entries of the configuration; `stiff`: stiffness of the paper's table 1; `printed`: equation (14) as printed."""
 
 app = typer.Typer(add_completion=False)
 
