@@ -1,4 +1,4 @@
-"""A second function of the user's, beside a law of the user's own: with it the replay recomputes what it else takes as logged.
+"""A second function of the user's, alongside a law of the user's own: with it the replay recomputes what it else takes as logged.
 
 `path/to/file.py:function` with the arguments of the law, in numbers; at a wall radius_j is infinite. The file must not import
 pywet: two functions that share a helper are one. A law of two parts (viscous_tangential) has one function that gives both.
