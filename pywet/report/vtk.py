@@ -32,7 +32,7 @@ def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells
     made.points = points  # ParaView warns of files without points
     for name, values in dict(of_points).items():
         if len(values):
-            made.point_data[name] = values
+            made.point_data[name] = np.array(values)
         else:  # pyvista refuses vectors of no point
             made.GetPointData().AddArray(pv.convert_array(values, name=name))
     made.cell_data.update(dict(of_cells))

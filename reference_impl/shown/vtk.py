@@ -221,14 +221,19 @@ def _each(
     kind: str, fields: list[Any], shown: dict[str, Floats], order: Floats | None, rows: pd.DataFrame
 ) -> Iterator[Field]:
     """Every field in the order of the logs; one that the file lacks is shown as nothing."""
-    for name, what, own in fields:
-        as_shown = shown[name][order] if name in shown and order is not None else np.full(own.shape, np.nan)
-        if own.dtype.kind in "iu" and np.isfinite(as_shown).all():
+    for name, what, expected in fields:
+        as_shown = shown[name][order] if name in shown and order is not None else np.full(expected.shape, np.nan)
+        if expected.dtype.kind in "iu" and np.isfinite(as_shown).all():
             as_shown = np.rint(as_shown).astype(int)
-        length = diagnosis.length(own.astype(float))
+        length = diagnosis.length(expected.astype(float))
         size = np.maximum(length, length.max(initial=0.0) * 1e-3) + 1e-300
         yield Field(
-            f"vtk_{kind}_{name}", what, rows, as_shown, own, np.ones(len(own)) if own.dtype.kind in "iu" else size
+            f"vtk_{kind}_{name}",
+            what,
+            rows,
+            as_shown,
+            expected,
+            np.ones(len(expected)) if expected.dtype.kind in "iu" else size,
         )
 
 

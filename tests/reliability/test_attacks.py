@@ -359,8 +359,8 @@ def link_of_another(path: Path) -> None:
     [
         (lambda path: path.chmod(0o777), "can be written by others"),
         (lambda path: path.chmod(0o770), "can be written by others"),
-        (other_owner, "belongs to somebody else"),
-        (link_of_another, "belongs to somebody else"),
+        (other_owner, "belongs to another user"),
+        (link_of_another, "belongs to another user"),
     ],
 )
 def test_a_folder_that_others_could_fill_is_refused(

@@ -295,7 +295,7 @@ class Scene(Excusable):
     outlets: tuple[Outlet, ...] = ()
     """Regions in which spheres leave the run, with their films; none: a sphere that leaves the box stops the run."""
     periodic: Periodic | None = None
-    """The scene repeats along an axis; a deck with `periodic: true` does so across its width."""
+    """The scene repeats along an axis; a deck that is periodic repeats across its width."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     """Acceleration; 0, 0, 0: none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)

@@ -44,7 +44,7 @@ def test_all_mistakes_of_a_file_are_reported_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"walls": [{"name": "floor"}]}, "one of stl, block, tube, disc, vessel, bars, not none"),
+        ({"walls": [{"name": "floor"}]}, "one of stl, block, tube, disc, vessel, bars, punched, not none"),
         ({"walls": [{"name": "w", "block": {"low_mm": (0, 0, 0), "high_mm": (1, 1, 0)}}]}, "low_mm to be less"),
         (
             {"materials": {"glass": {"density_kg_per_m3": 2500, "rolling_friction": 0.1, "rolling_friction_m": 1e-5}}},
