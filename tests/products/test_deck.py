@@ -187,6 +187,24 @@ def test_two_decks_part_three_sizes(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.engine
+def test_the_double_deck_of_the_examples(tmp_path: Path) -> None:
+    """At most 26 lines; three products, the mean size of which falls from deck to deck; spheres leave in the last step too; the
+    replay, which `run_scene` asks, agrees."""
+    file = EXAMPLES.parent / "decks" / "double_deck.yaml"
+    assert sum(bool(line.strip()) and not line.startswith("#") for line in file.read_text().splitlines()) <= 26
+    run = pywet.run(pywet.read_scene(file), tmp_path)
+    gone = run._run.table("history/retired")
+    names = np.array(["", *(o.product or "spilled" for o in run.scene.outlets)])[gone["outlet"]]
+    radius = np.array([c.radius_m for c in run.scene.classes])[gone["type"] - 1]
+    mean = pd.Series(radius).groupby(names).mean()
+    assert mean["overs"] > mean["middlings"] > mean["unders"] and "spilled" not in mean
+    assert gone["step"].max() == run.scene.steps
+    for k, page in ((1, "screen.html"), (2, "screen_2.html")):
+        assert 0.0 < pywet.screen(tmp_path, deck=k)["efficiency"] < 1.0 and (tmp_path / page).exists()
+
+
+@pytest.mark.slow
+@pytest.mark.engine
 def test_a_feed_that_cannot_peg(tmp_path: Path) -> None:
     """Spheres of half an aperture pass, those of two apertures do not: a step, without misplaced material, to the sphere."""
     box = {"low_mm": (2, -12, 6), "high_mm": (25, 12, 30)}
