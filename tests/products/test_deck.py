@@ -18,6 +18,8 @@ from pywet.errors import ConfigError
 from pywet.geometry.motion import velocity
 from pywet.products.deck import Deck, Stroke
 from pywet.scene import Vibration
+from reference_impl.replay import io
+from reference_impl.tables import plant
 from tests.cases.custom.conftest import EXAMPLES, beads
 
 STROKE = {"amplitude_mm": 2, "frequency_Hz": 20}
@@ -200,7 +202,17 @@ def test_the_double_deck_of_the_examples(tmp_path: Path) -> None:
     assert mean["overs"] > mean["middlings"] > mean["unders"] and "spilled" not in mean
     assert gone["step"].max() == run.scene.steps
     for k, page in ((1, "screen.html"), (2, "screen_2.html")):
-        assert 0.0 < pywet.screen(tmp_path, deck=k)["efficiency"] < 1.0 and (tmp_path / page).exists()
+        found = pywet.screen(tmp_path, deck=k)
+        assert 0.0 < found["efficiency"] < 1.0 and (tmp_path / page).exists()
+        assert found["apertures"] == (4 * 7 if k == 1 else 6 * 11)  # across as many as wires: the strip repeats
+        for key in (
+            "pegged",
+            "pegged_half_width",
+            "pegged_share",
+        ):  # recomputed by the reference, which names one that is off
+            changed = {**found, key: found[key] * 1.01 + 1e-3}
+            named = [h.name for h in plant.held(tmp_path, io.scene(tmp_path), changed) if h.wrong]
+            assert named == [f"{plant.RESULTS[k]}: {key}"]
 
 
 @pytest.mark.slow
