@@ -65,6 +65,7 @@ THIN_PLATE: dict[str, Any] = {
 ONE_OF_EACH = {
     0: "a case whose bridges act every other step with semi-implicit drag, and form in a window",
     128: "a case whose films shed drops while its walls hold no films",
+    31: "a sphere that rolls over the rim of a vessel, from the inner side to the outer one",
     10: "a case with two touching spheres of which one's spin is lost in the rounding of the other's kick",
 }
 
