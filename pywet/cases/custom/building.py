@@ -36,7 +36,7 @@ from pywet.config.messages import mistake
 from pywet.engines.liggghts.deck import listed, skin
 from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
-from pywet.geometry import Surface, fill
+from pywet.geometry import Surface, fill, periodic
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.surface import Floats
 from pywet.laws.contact import film_volume, reduced_radius
@@ -401,8 +401,9 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
     at, kind = table[[*"xyz"]].to_numpy(), table["type"].to_numpy() - 1
     radius = np.array([c.radius_m for c in made.classes])[kind]
     names = [c.name for c in made.classes]
-    close = repeating.near_pairs(made.user_scene, at, 2.0 * radius.max())
-    away = repeating.apart(made.user_scene, at[close[:, 0]] - at[close[:, 1]])
+    low, period = repeating.period_m(made.user_scene)
+    close = periodic.near_pairs(at, 2.0 * radius.max(), low, period)
+    away = periodic.nearest(at[close[:, 0]] - at[close[:, 1]], period)
     gap = np.linalg.norm(away, axis=1) - TOUCHING * radius[close].sum(axis=1)
     if (gap < 0.0).any():
         a, b = close[int(np.argmin(gap))]

@@ -345,7 +345,7 @@ class Scene(Excusable):
         wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
         wrong += _doubled("outlets", [o.name for o in self.outlets])
         if self.periodic and self.deck and self.deck.periodic:
-            wrong.append("no periodic beside a deck with periodic: true")
+            wrong.append("no periodic together with a deck with periodic: true")
         if (self.outlets or self.deck) and self.results.checkpoints == 0:
             wrong.append("results.checkpoints of at least 1 beside outlets: spheres leave at checkpoints")
         known = ", ".join(self.materials) or "none"

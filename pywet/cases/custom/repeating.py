@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from pywet.cases.custom.description import Periodic, Scene
 from pywet.cases.custom.walls import MM, OwnMotion
 from pywet.errors import ConfigError
-from pywet.geometry.surface import SAME_POINT_M, Floats, Ints, Surface
+from pywet.geometry.surface import SAME_POINT_M, Floats, Surface
 from pywet.scene import Rotation, Slide
 
 
@@ -91,15 +91,10 @@ def _refuse_moving(scene: Scene, name: str, motion: OwnMotion | None, k: int) ->
     axis = "xyz"[k]
     if isinstance(motion, Rotation):
         through = any(a for j, a in enumerate(motion.axis) if j != k)
+    elif isinstance(motion, Slide):
+        through = bool(motion.velocity_m_per_s[k])
     else:
-        way = (
-            (0.0, 0.0, 0.0)
-            if motion is None
-            else motion.velocity_m_per_s
-            if isinstance(motion, Slide)
-            else motion.amplitude_m
-        )
-        through = bool(way[k])
+        through = motion is not None and bool(motion.amplitude_m[k])
     if through:
         raise _refused(
             scene, f"wall {name} moves along {axis}, along which the scene repeats",
@@ -107,26 +102,13 @@ def _refuse_moving(scene: Scene, name: str, motion: OwnMotion | None, k: int) ->
         )  # fmt: skip
 
 
-def apart(scene: Scene, ways: Floats) -> Floats:
-    """Return the shortest of all copies of ways (n, 3) [m]."""
-    if (periodic := scene.periodic) is None:
-        return ways
-    k, (low, high) = axis_of(periodic), faces_m(periodic)
-    found = ways.copy()
-    found[:, k] -= (high - low) * np.rint(ways[:, k] / (high - low))
-    return found
-
-
-def near_pairs(scene: Scene, at: Floats, reach: float) -> Ints:
-    """Return pairs (n, 2) of positions (m, 3) [m] that are nearer than `reach`, of the nearest copies."""
-    if (periodic := scene.periodic) is None:
-        return np.asarray(cKDTree(at).query_pairs(reach, output_type="ndarray"))
-    k, (low, high) = axis_of(periodic), faces_m(periodic)
-    size = np.zeros(3)
-    size[k] = high - low
-    places = at - np.array([low if j == k else 0.0 for j in range(3)])
-    places[:, k] %= high - low
-    return np.asarray(cKDTree(places, boxsize=size).query_pairs(reach, output_type="ndarray"))
+def period_m(scene: Scene) -> tuple[Floats, Floats]:
+    """Least corner of the box along the axis that repeats and its length there [m]; 0 along the others."""
+    low, length = np.zeros(3), np.zeros(3)
+    if scene.periodic is not None:
+        k, (first, last) = axis_of(scene.periodic), faces_m(scene.periodic)
+        low[k], length[k] = first, last - first
+    return low, length
 
 
 def _refused(scene: Scene, given: str, expected: str, key: str) -> ConfigError:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from pywet.cases.custom.at_walls import PRESSED, AtWalls
 from pywet.cases.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most, column
+from pywet.geometry import periodic
 from pywet.products import screening_report
 from pywet.products.streams import PRODUCTS, decks
 from pywet.runs.retired import taken_out
@@ -103,14 +103,9 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
 
 def _overlaps(at: Floats, radius: Floats, scene: EngineScene) -> Floats:
     """Overlap over the smaller radius of every pair of spheres that touches."""
-    period, low = np.array(scene.periods_m), np.array(scene.box_low_m)
-    places = np.where(period > 0.0, (at - low) % np.where(period > 0.0, period, 1.0), at)
-    way = 2.0 * radius.max()
-    pairs = cKDTree(places, boxsize=period if period.any() else None).query_pairs(way, output_type="ndarray")
-    i, j = pairs.T
-    apart = at[i] - at[j]
-    apart -= period * np.rint(apart / np.where(period > 0.0, period, np.inf))
-    depth = (radius[i] + radius[j] - np.linalg.norm(apart, axis=1)) / np.minimum(radius[i], radius[j])
+    i, j = periodic.near_pairs(at, 2.0 * radius.max(), scene.box_low_m, scene.periods_m).T
+    apart = np.linalg.norm(periodic.nearest(at[i] - at[j], scene.periods_m), axis=1)
+    depth = (radius[i] + radius[j] - apart) / np.minimum(radius[i], radius[j])
     return np.asarray(depth[depth > 0.0])
 
 

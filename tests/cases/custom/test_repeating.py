@@ -59,7 +59,7 @@ def test_a_strip_has_no_sides_and_repeats_where_its_apertures_do() -> None:
     ("change", "message"),
     [
         ({"deck": {**DECK, "width_mm": 36}}, "width_mm of whole apertures and wires with periodic, such as 35 mm"),
-        ({"periodic": FACES}, "no periodic beside a deck with periodic: true"),
+        ({"periodic": FACES}, "no periodic together with a deck with periodic: true"),
         ({"deck": None, "periodic": {**FACES, "low_mm": 20}}, "low_mm below high_mm"),
         (
             {"spheres": [{**ONE, "at_mm": [(30.0, 18.0, 10.0)]}]},

@@ -95,14 +95,14 @@ def test_what_185_mm_gains_and_loses_against_200_mm() -> None:
 def test_what_equation_14_as_printed_gains_and_loses() -> None:
     """The third paragraph of the page: verdicts on 185 mm with both readings, and the end of passage in case 2."""
     both = rigs.with_dry({rig: FOUND[rig] for rig in ("sieve185", "sieve185_printed")})
-    mended, printed = (
+    corrected, printed = (
         {s.number: judge(s, both[rig]).verdict for s in STATEMENTS if s.cases}
         for rig in ("sieve185", "sieve185_printed")
     )
     changed = {
         n: verdict
         for n, verdict in printed.items()
-        if verdict in ("confirmed", "not confirmed") and verdict != mended[n]
+        if verdict in ("confirmed", "not confirmed") and verdict != corrected[n]
     }
     assert changed == {30: "confirmed", 11: "not confirmed", 34: "not confirmed"}
     assert {printed[n] for n in (7, 12, 17, 21, 26)} == {"not confirmed"}
