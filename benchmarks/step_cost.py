@@ -1,13 +1,14 @@
 """Cost of a step on a settled bed, side by side: milliseconds of processor time, and ratios to the stock program's dry step.
 
 `python benchmarks/step_cost.py [--side N] [--only VARIANT ...] [--against CHECKOUT]`: a bed of N x N x 6 spheres (13) settles
-dry; each variant resumes from there, in turn, ROUNDS times, and the least of each counts. `--against` also runs another checkout.
+dry; each variant resumes from there, in turn, ROUNDS times, short and long; the least of each length counts. `--against` also
+runs another checkout.
 
 Variants: the stock program, dry; the same through this package; the plugin attached without liquid; moist with preset `paper`
 and every capillary law there is, preset `exact`, semi-implicit drag, `output.energy`, and the equation of `rabinovich` as a law
 in a user's file; the stock program with its own cohesion models `washino` and `easo` (other physics, the same bed); YADE and
 LAMMPS (it has no such rolling resistance), where they are installed, dry and moist with preset `paper`. A step's cost is the
-difference of two runs of different length, so that start-up does not count.
+difference of both lengths, so that start-up does not count.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from pywet.engines.liggghts import deck
 from pywet.laws import capillary, registry
 from pywet.scene import EngineScene, Output
 
-SETTLE, SHORT, STEPS, ROUNDS, LAYERS = 6000, 200, 1000, 3, 6
+SETTLE, SHORT, STEPS, ROUNDS, LAYERS = 6000, 200, 10_000, 3, 6
 MOTION = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
 STOCK, NOTHING, OWN = "stock dry", "no liquid", "own law"
 COHESIONS = {"stock washino": "washino", "stock easo": "easo"}
@@ -123,16 +124,18 @@ def main() -> None:
         run(folder, "dry", pd.DataFrame(np.hstack([places, np.zeros((len(places), 6))]), columns=MOTION), SETTLE)
         last(folder).to_parquet(start)
         programs = {"": Path(__file__).parents[1]} | ({" (other)": asked.against.resolve()} if asked.against else {})
-        times: dict[str, list[float]] = {}
+        times: dict[str, list[tuple[float, float]]] = {}
         for _ in range(ROUNDS):
             for variant in asked.only:
                 for label, checkout in programs.items():
                     short, long = (seconds(checkout, variant, start, n) for n in (SHORT, SHORT + STEPS))
-                    times.setdefault(variant + label, []).append(1e3 * (long - short) / STEPS)
+                    times.setdefault(variant + label, []).append((short, long))
     print(f"{len(places)} spheres, {STEPS} steps, least of {ROUNDS} rounds; ratios to {asked.only[0]}")
-    for label, values in times.items():
-        ratio = min(values) / min(times[asked.only[0]])
-        print(f"{label:24s}{min(values):8.3f} ms a step{ratio:7.2f}   of {np.round(values, 3)}")
+    costs = {label: 1e3 * float(np.diff(np.min(pairs, axis=0))[0]) / STEPS for label, pairs in times.items()}
+    for label, cost in costs.items():
+        print(
+            f"{label:24s}{cost:8.3f} ms a step{cost / costs[asked.only[0]]:7.2f}   s: {np.round(times[label], 2).tolist()}"
+        )
 
 
 if __name__ == "__main__":
