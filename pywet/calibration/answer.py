@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+import json
+import os
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,7 +18,8 @@ from pywet.calibration.experiments import Experiment
 from pywet.calibration.question import Question
 from pywet.calibration.search import Found, Runs, find
 from pywet.compare.statistics import half_width
-from pywet.util.files import make_folder, write_json
+from pywet.errors import PywetError
+from pywet.util.files import make_folder, read_if_there, write_json
 
 MISFIT = 0.01
 """Probability below which the runs are said not to follow the polynomial."""
@@ -33,14 +37,38 @@ def calibrate(
     make_folder(folder)
     with run_lock.hold_part(folder, "calibrate"):
         found = find(question, experiments, folder, ranks, say)
-        answer = described(question, found)
+        answer = {"question": fingerprint(question, experiments), **described(question, found)}
         if found.runs is not None:
             answer["runs"] = _runs(question, found)
             answer["check"] = _check(question, experiments, found, found.runs)
         answer["sentences"] = sentences(question, answer)
+        _keep_another(folder, answer["question"], say)
         write_json(folder / "calibration.json", answer)
         figure.draw(question, found, folder / "calibration.svg")
     return answer
+
+
+def fingerprint(question: Question, experiments: Sequence[Experiment]) -> str:
+    """Hash of a calibration: its file and the contents of the files of its targets."""
+    content = [question.model_dump_json(), *(json.dumps(e.content, sort_keys=True, default=str) for e in experiments)]
+    return hashlib.sha256("\n".join(content).encode()).hexdigest()[:16]
+
+
+def _keep_another(folder: Path, question: str, say: Callable[[str], None]) -> None:
+    """Rename the answer to another question, or one that cannot be read, before this one takes its place."""
+    path = folder / "calibration.json"
+    try:
+        stored = read_if_there(path, shape=dict[str, Any])
+    except PywetError:
+        stored = {}
+    if stored is None or stored.get("question") == question:
+        return
+    free = next(k for k in range(1, 10**6) if not os.path.lexists(folder / f"calibration.{k}.json"))
+    for kind in ("json", "svg"):
+        old = folder / f"calibration.{kind}"
+        if os.path.lexists(old):
+            old.rename(folder / f"calibration.{free}.{kind}")
+    say(f"{path} answered another question, and is calibration.{free}.json from now on")
 
 
 def described(question: Question, found: Found) -> dict[str, Any]:
