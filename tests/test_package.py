@@ -6,9 +6,12 @@ import ast
 import re
 import sys
 import tomllib
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
 
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 from packaging.version import Version
 
 from tests.import_graph import ROOT
@@ -63,6 +66,20 @@ def test_lower_bounds_are_met_by_the_pinned_versions() -> None:
         if name != "pywet":
             version = Version(pinned[re.sub(r"[-_.]+", "-", name).lower()])
             assert [s.operator for s in requirement.specifier] == [">="] and version in requirement.specifier, name
+
+
+def test_every_pinned_version_runs_on_the_python_of_debian_12() -> None:
+    """3.11.2, which set-up uses on a fresh machine, even where a later 3.11 is installed here."""
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    wrong, seen = [], 0
+    for name, _, version in (line.partition("==") for line in lines):
+        with suppress(PackageNotFoundError):
+            about = metadata(name)
+            if about["Version"] == version:
+                seen += 1
+                if "3.11.2" not in SpecifierSet(about["Requires-Python"] or ""):
+                    wrong.append(f"{name}=={version}: {about['Requires-Python']}")
+    assert wrong == [] and seen > 0.9 * len(lines)
 
 
 def test_the_version_is_the_same_everywhere() -> None:
