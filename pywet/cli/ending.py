@@ -132,7 +132,7 @@ def _reservoir(name: str) -> bool:
 
 
 def _report(folder: Path) -> Path | None:
-    """The run's page, made again; where it cannot be made, a sentence on standard error and no page."""
+    """Write the run's page again; if that fails, print a message to standard error and return None."""
     from pywet.report import scene_page as page
 
     try:

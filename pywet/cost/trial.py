@@ -194,7 +194,7 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
 
 
 def _lattice(scene: EngineScene, width: float, low: float, gap: float) -> pd.DataFrame:
-    """The scene's number of spheres, all of its smallest class, a `gap` of radii apart, in no order.
+    """Place the scene's number of spheres, all of its smallest class, a `gap` of radii apart in random order.
 
     They have speeds and spins, without which the engine's laws of friction and rolling have nothing to do. One at the top flies
     so fast that it is nearly out of its skin at the end: as far as that, the plugin looks for spheres that may have met.

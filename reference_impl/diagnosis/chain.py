@@ -90,7 +90,9 @@ def of_lives(run: Run, holder: pd.Series, logged: Floats) -> Iterator[Suspect]:
 
 
 def life(run: Run) -> Iterator[Link]:
-    """Formation and rupture take turns; and the volume at rupture is that at formation."""
+    """Check that formations and ruptures of each pair alternate, and that a bridge ruptures with the volume with which it
+    formed.
+    """
     rows, faults = histories(run), broken_lives(run)
     wrong = np.zeros(len(rows))
     for found in faults.values():
@@ -128,7 +130,7 @@ def kept(run: Run, expected: Pair) -> Link:
 
 
 def carried(run: Run, both: pd.DataFrame) -> Link:
-    """The film at the start of a step is what the last event of this reservoir has left."""
+    """Check that the film at the start of a step equals the film after the last event of the same reservoir."""
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
     ends = both.drop_duplicates(["holder", "phase"], keep="last").sort_values("phase", kind="stable")
     before = ends.groupby("holder")["after"].shift(1)
@@ -223,7 +225,7 @@ def _retired(run: Run) -> pd.DataFrame:
 
 
 def by_events(run: Run, steps: Floats) -> Floats:
-    """Liquid that the events alone have brought up to some steps: changes of the films, and of the bridges' volumes."""
+    """Return the liquid that events have added up to given steps: changes of the films and of the bridges' volumes."""
     events = run.table("events")
     events = events[events["step"] > run.since]
     both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))

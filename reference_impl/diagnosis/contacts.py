@@ -136,7 +136,8 @@ def pull(run: Run, sets: list[Contacts]) -> Link | None:
 
 
 def total(c: Contacts, recomputed_terms: list[Floats]) -> Link:
-    """Force on i from the logged terms; a term that is wrong in the log alone is a fault of its own link."""
+    """Compare the force on i with the sum of the logged terms; a term that is wrong only in the log is reported by its own link.
+    """
     names, logged = ("capillary", "normal viscous", "tangential viscous"), vectors(c.table, "force_i")
     terms = [-c.column("capillary")[:, None] * c.n, c.column("viscous_normal")[:, None] * c.n]
     terms.append(vectors(c.table, "viscous_tangential"))

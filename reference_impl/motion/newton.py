@@ -223,7 +223,7 @@ def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
 
 
 def compared(setup: Setup, f: Forces) -> Compared:
-    """What is compared of one window: logged and own values, what deviations are relative to, records."""
+    """Return what is compared in one window: logged and recomputed values, the scale of the deviations, and the records."""
     parts = {**law(setup, f), **f.checks}
     return parts if f.bridges is None else parts | against_log(setup, f)
 
@@ -332,7 +332,7 @@ def _lost_digits(x: Floats) -> Floats:
 
 
 def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
-    """The contact log against the trajectory and the walls."""
+    """Compare the contact log with the trajectory and the walls."""
     b, w = f.bridges, f.window
     assert b is not None
     x, v = vectors(b.table, "xi"), vectors(b.table, "vi")

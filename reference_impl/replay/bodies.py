@@ -152,7 +152,7 @@ def film_areas(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> Floats:
 
 
 def within(path: Path, numbers: Floats, there: Floats, what: str, rows: Floats | bool = True) -> None:
-    """Refuse numbers in some rows at which an array of `Bodies` has nothing, as at its last place."""
+    """Refuse identifiers that an array of `Bodies` has no value for; only the selected rows are checked."""
     refuse(path, numbers[(np.isnan(there.take(numbers, mode="clip")) | (numbers < 0)) & rows], what)
 
 

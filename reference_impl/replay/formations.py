@@ -113,7 +113,9 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
 
 
 def _born(run: Run) -> Floats:
-    """First step at which the spheres of each event are there: 0, of a script's run when the last of them came."""
+    """Return for each event the first step at which both spheres exist: 0, or in a script's run the step at which the later one
+    was inserted.
+    """
     events, spheres = run.table("events"), run.table("spheres")
     if "enters" not in spheres:
         return np.zeros(len(events), int)
@@ -200,7 +202,9 @@ def _turned(run: Run, ri: Floats) -> Floats:
 
 
 def _anew(run: Run) -> Floats:
-    """Steps at which the engine is set up again, with speeds of the step in place of those half a step back."""
+    """Return the steps at which the engine is set up again; the velocities there are those of the step, not of half a step
+    earlier.
+    """
     windows = slide_steps(io.scene(run.folder)).values()
     return np.array([step for window in windows for step in window], int)
 

@@ -38,7 +38,7 @@ class Images:
         return np.asarray(way - self.length * np.rint(way / period))
 
     def others(self) -> list[Floats]:
-        """The way to each copy of the box that has a face, edge or corner in common with it."""
+        """Return the displacement to each copy of the box that shares a face, an edge or a corner with it."""
         steps = [(-1, 0, 1) if length > 0.0 else (0,) for length in self.length]
         return [np.array(n) * self.length for n in product(*steps) if any(n)]
 

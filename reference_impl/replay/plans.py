@@ -127,7 +127,9 @@ def outputs_every(scene: dict[str, Any]) -> int:
 
 
 def impulse(scene: dict[str, Any]) -> int:
-    """Steps from one evaluation of the bridges to the next, for all of which their forces act at once (`bridges_every`)."""
+    """Return the number of steps between evaluations of the bridges (`bridges_every`), whose forces act for all these steps at
+    once.
+    """
     return int(scene.get("bridges_every", 1))
 
 

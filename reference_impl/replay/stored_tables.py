@@ -75,7 +75,7 @@ def all_times(setup: window.Setup, moist: bool) -> pd.DataFrame:
 
 
 class Count:
-    """What the events and the snapshots say of every column of the ledger, part by part."""
+    """Accumulate, chunk by chunk, the value that events and snapshots give for every column of the ledger."""
 
     def __init__(self, run: Run) -> None:
         self.formed = self.ruptured = 0

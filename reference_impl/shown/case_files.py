@@ -88,7 +88,7 @@ class Cases:
         return (self.folder / name_of(number) / RETAINED).exists()
 
     def bridged(self, number: int) -> bool:
-        """Whether a case has bridges; of one that was not run, whether it has liquid."""
+        """Return whether a case has bridges; for a case that was not run, whether it has liquid."""
         data = self.summary(number)
         return bool(data["effects"]["bridges"] if data else self.liquid(number))
 

@@ -129,7 +129,7 @@ def _every(cases: Cases, numbers: Numbers) -> Iterator[Value]:
 
 
 def _there(cases: Cases, number: int, numbers: Numbers) -> bool:
-    """Whether the report must have the numbers of a case: it is done, or the report has some."""
+    """Return whether the report must list the numbers of a case: it is finished, or the report contains some of them."""
     return bool(cases.summary(number)) and (cases.done(number) or f"{name_of(number)}.steps" in numbers)
 
 

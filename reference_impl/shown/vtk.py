@@ -220,7 +220,7 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
 def _each(
     kind: str, fields: list[Any], shown: dict[str, Floats], order: Floats | None, rows: pd.DataFrame
 ) -> Iterator[Field]:
-    """Every field in the order of the logs; one that the file lacks is shown as nothing."""
+    """Yield every field in the order of the logs; a field that the file lacks is empty."""
     for name, what, expected in fields:
         as_shown = shown[name][order] if name in shown and order is not None else np.full(expected.shape, np.nan)
         if expected.dtype.kind in "iu" and np.isfinite(as_shown).all():

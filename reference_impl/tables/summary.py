@@ -102,7 +102,7 @@ def _group(
 
 
 def _of_ledger(given: Mapping[str, Any], scene: Mapping[str, Any], folder: Path) -> Iterator[Held]:
-    """Events up to the last output by the event log, and how far the ledger is from the liquid put in; none of a dry run."""
+    """Yield the number of events up to the last output and the error of the ledger; a dry run has neither."""
     if not scene["effects"]["bridges"]:
         yield Held("summary.json: events", given.get("events", MISSING), None, "a run without bridges")
         yield Held("summary.json: ledger_error", given.get("ledger_error", MISSING), None, "a run without bridges")

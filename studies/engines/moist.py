@@ -113,12 +113,12 @@ def run(cases: Sequence[int], seeds: int, minutes: float) -> None:
 
 
 def stored() -> pd.DataFrame:
-    """The rows of all runs so far."""
+    """Read the rows of all stored runs."""
     return pd.read_csv(TABLE) if TABLE.exists() else pd.DataFrame(columns=["case", "engine", "seed"])
 
 
 def store(found: pd.DataFrame) -> pd.DataFrame:
-    """Add rows to those of the file; all of them."""
+    """Add rows to the stored table and return all rows."""
     table = merged(stored(), found)
     with atomic_write(TABLE) as temporary:
         table.to_csv(temporary, index=False, float_format="%.9g")

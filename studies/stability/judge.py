@@ -91,7 +91,7 @@ def pull(run: Run, table: pd.DataFrame) -> Floats:
 
 
 def springs(run: Run) -> Floats:
-    """Energy of the springs between touching spheres, shape (steps, cells) [J]."""
+    """Return the energy stored in the contact stiffness between touching spheres, shape (steps, cells) [J]."""
     stiffness = {(p.a, p.b): p.normal_stiffness_N_per_m for p in run.batch.pairs}
     out = np.zeros((len(run.steps), len(run.batch.cells)))
     where = run.trajectory.pivot_table(index="step", columns="id", values=["x", "y", "z"])
@@ -219,7 +219,9 @@ def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
 
 
 def budget(run_dir: Path) -> dict[str, float]:
-    """The run's own books: what the integrator's identity leaves over, and the normal drag's work (never above zero)."""
+    """Return the residual of the run's energy budget, which the integrator's identity leaves, and the work of the normal drag
+    (never above zero).
+    """
     energy = read_table(run_dir / "history" / "energy.parquet")
     moved = energy["kinetic"] + energy["spin"]
     left = moved - moved.iloc[0] - energy[WORKS].sum(axis=1) - energy["half_kick"]

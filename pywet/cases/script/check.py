@@ -121,7 +121,9 @@ def _skin(spheres: Spheres, f: Facts) -> tuple[list[str], list[PywetError]]:
 
 
 def _speed(f: Facts) -> float:
-    """Of an impact: the script's characteristic velocity, or (Hertz, which has none) the end of a fall through the box."""
+    """Estimate the impact velocity: the script's characteristic velocity, or for Hertz contacts the speed of a fall through the
+    box.
+    """
     if f.normal_model == "hooke":
         return max(f.materials.get("characteristicVelocity", (LEAST_SPEED,)))
     fall = math.sqrt(2.0 * float(np.linalg.norm(f.gravity or (0.0,))) * height_m(f))

@@ -98,7 +98,7 @@ def of_names(fixes: Iterable[tuple[str, str, Sequence[str]]], walls: Walls) -> I
 
 
 def of_box(lengths: Iterable[float], reach: float, skin: float) -> Iterator[PywetError]:
-    """A box that is too short along an axis where it is periodic, by how far neighbour lists reach between centres.
+    """Refuse a periodic box that is shorter than twice the distance over which neighbour lists search.
 
     Two spheres of a list come at most one skin further apart before the next one. Up to half of the box only one copy of either
     is that near.

@@ -46,7 +46,7 @@ WRITTEN_S = 10.0
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Whole files of one step; `state` is None without the plugin. `logs`: what the logs held up to that step."""
+    """Complete files of one step; `state` is None without the plugin, `logs` are the digests of the logs up to that step."""
 
     step: int
     engine: Path
@@ -227,7 +227,7 @@ class Recorder:
         return int(np.searchsorted(self.planned, step, "right" if self.retires else "left"))
 
     def watch(self) -> None:
-        """Write the sums of each checkpoint that has become whole since, and remove older ones than the last two."""
+        """Write the digests of each checkpoint that has been completed since the last call, and remove all but the last two."""
         if not self.plugin:
             self._name_stock()
         there = {(name, step) for name, step, _ in _files(self.folder)}

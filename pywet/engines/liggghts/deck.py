@@ -86,8 +86,11 @@ def skin(scene: EngineScene) -> float:
 
 
 def checkpoints(scene: EngineScene) -> list[int]:
-    """Steps of the checkpoints. Without the plugin a run takes the forces of such a step again, so that they keep out of windows,
-    whose motion is checked against the forces recorded."""
+    """List the steps of the checkpoints.
+
+    Without the plugin they avoid the sampling windows, because the engine computes the forces of a checkpoint step twice and
+    the motion of a window is checked against the recorded forces.
+    """
     return schedule.checkpoints(scene, () if attached(scene) else schedule.recorded(scene))
 
 

@@ -170,7 +170,7 @@ class Plugin:
         self._check(self._library.pywet_add_mesh(*mesh, 1 if wall.prisms else len(part)))
 
     def _add_prisms(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
-        """The parts of the mesh added last as prisms; `number` of the wall in the scene."""
+        """Register the parts of the mesh that was added last as analytic wires; `number` is that of the wall in the scene."""
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
             of_part = np.flatnonzero(part == p)
