@@ -167,7 +167,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
 
 
 def _run(folder: Path, scene: EngineScene, steps: Sequence[int], which: Lattice) -> dict[str, Any]:
-    """Run so many steps in each stage: before the slide is drawn, while it is, and after."""
+    """Run a number of steps in each stage: before, during and after the opening of the slide."""
     output = Output(interval_s=sum(steps) * FROZEN, contact_windows=0, checkpoints=0)
     opens, travel = (FROZEN * n for n in (*steps, 1)[:2])
     slide = scene.slide.model_copy(update={"opens_at_s": opens, "travel_s": travel}) if scene.slide else None

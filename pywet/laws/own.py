@@ -144,7 +144,7 @@ def _path(name: str) -> Path:
 
 
 def _mark(path: Path, source: bytes) -> Path:
-    """The empty file that says that this file may run."""
+    """Return the path of the empty file that records that this file may run."""
     return caches.folder("trusted") / hashlib.sha256(os.fsencode(path) + b"\0" + source).hexdigest()
 
 

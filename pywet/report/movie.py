@@ -39,7 +39,7 @@ def write(run_dir: Path, frames: int = 48, progress: Callable[[float], None] = l
 
 
 def spread(count: int, most: int) -> list[int]:
-    """At most so many of `count` places, evenly spread, the first and the last included."""
+    """Choose at most a given number of `count` indices, evenly spaced, with the first and the last."""
     return [int(k) for k in np.unique(np.linspace(0, count - 1, min(most, count)).round())]
 
 

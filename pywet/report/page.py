@@ -51,7 +51,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Cell:
-    """A table's cell: text, colour, what is said when pointing at it, and where it leads."""
+    """A table's cell: text, colour, tooltip and link."""
 
     text: str
     grade: Grade = ""

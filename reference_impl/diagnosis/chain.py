@@ -239,7 +239,9 @@ def by_events(run: Run, steps: Floats) -> Floats:
 
 
 def ledger(run: Run) -> Link:
-    """Films, bridges, walls and what left are what was put in; what events create or destroy is their fault."""
+    """Check that films, bridges, walls and removed liquid add up to the initial liquid; events that create or destroy liquid are
+    reported by their own link.
+    """
     table, total = run.table("ledger"), float(run.table("spheres")["film"].sum())
     parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left", "retired")}
     held, expected = sum(parts.values(), np.zeros(len(table))), np.full(len(table), total)

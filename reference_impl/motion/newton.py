@@ -254,7 +254,7 @@ SCALES = {
 
 
 def rounding(setup: Setup) -> float:
-    """How far a wall's place may be off [m]: the engine adds up a moving wall's steps.
+    """Return the largest rounding error of a wall's position [m]: the engine adds up the steps of a moving wall.
 
     That is about sqrt(steps) roundings of its largest coordinate, but for one that turns: it is turned in every step
     by the same numbers: the rounding, half of the last digit, adds up (a drum: 7e-12 of its radius after 74,000 steps).

@@ -101,7 +101,7 @@ def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, F
 
 
 def travel(x: Floats, box: Images) -> float:
-    """How far anything gets from where it was at the window's start [m], at most."""
+    """Return the largest displacement of any body since the start of the window [m]."""
     return float(np.sqrt((box.nearest(x - x[0]) ** 2).sum(axis=2)).max()) if len(x) else 0.0
 
 

@@ -69,7 +69,7 @@ class Ratios(NamedTuple):
 
 
 def of_spheres(holder: Floats, p: Pairs, given: Floats, this: Floats, other: Floats) -> Asks:
-    """From a sphere of radius `this` to a bridge with one of radius `other` or a wall (E 8, 9, 12)."""
+    """Return the liquid that a sphere of radius `this` gives to a bridge with one of radius `other` or a wall (E 8, 9, 12)."""
     sine, small = np.where(p.kind == laws.LARGE_WALL, 0.5, other / (this + other)), p.kind == laws.SMALL_WALL
     factor = np.where(small, p.width, 1.0 - np.sqrt(1.0 - sine**2))
     return Asks(holder, np.zeros(len(small), dtype=bool), factor, np.where(small, 6.0 * this, 2.0), given)
@@ -133,7 +133,7 @@ def book(
 
 @compiled
 def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
-    """What a formation asks of one side; drawn dry, a film may be below zero by its last digit."""
+    """Return the volume that a formation draws from one side; a film that was emptied may be negative in its last digit."""
     film, holder = max(held[side.holder[n]], 0.0), side.holder[n]
     if side.given[n] == side.given[n]:
         share[n] = side.given[n]
@@ -146,7 +146,7 @@ def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
 
 @compiled
 def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
-    """Each its part where more is asked of a film in a step than it holds."""
+    """Reduce the requested volumes in proportion where a step draws more from a film than it contains."""
     there, want = max(held[side.holder[n]], 0.0), asked[side.holder[n]]
     if want > there:
         share[n] *= there / want

@@ -45,7 +45,7 @@ OWN = ("volume", "film_i_before", "film_j_before", "same", "fallen", "seen")
 
 
 class Places:
-    """Where spheres and walls are at the output steps, and what is below a point."""
+    """Positions of spheres and walls at the output steps, and the search for what is below a point."""
 
     def __init__(self, run: Run) -> None:
         self._setup = window.read(run.folder)

@@ -42,7 +42,7 @@ class Held:
         self.changed = np.full(len(self.film), -1, np.int64)
 
     def keep(self, run: Run) -> None:
-        """A part of the log has been gone through."""
+        """Store the films and the last changes of all reservoirs after a chunk of the log."""
         events = run.table("events")
         keep_films(self.film, events, run)
         for side in sides_of(events, run):
@@ -87,7 +87,8 @@ def due(run: Run) -> Quantity:
 
 
 def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
-    """By how much the films of each formation overlapped one look before at least [m], and the way since then.
+    """Return the overlap of the films of each formation at the previous neighbour check at least [m], and the displacement
+    since.
 
     Zero where a film changed since, where all is new (step 0) and where the engine was set up again.
     """
@@ -154,8 +155,9 @@ def _meeting(parts: nearest.Parts, of: Floats, triangle: int | None = None) -> F
 
 
 def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float:
-    """Least thickness [m] at a look of the films on an event's triangle and on those of its part that share a corner with it
-    and can have been as near."""
+    """Least thickness [m] at a neighbour check of the films on an event's triangle and on triangles of its part that share a
+    corner with it and can have been as near.
+    """
     parts, fixed, events, triangle = nearest.parts(run), bodies(run), run.table("events"), int(event["triangle"])
     corners, part = parts.setup.corners, parts.setup.part
     apart = np.abs(images.of(run.folder).nearest(corners[:, :, None] - corners[triangle][None, None])).max(axis=3)
@@ -192,7 +194,7 @@ def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
 
 
 def _turned(run: Run, ri: Floats) -> Floats:
-    """How far a turning wall's points around a closest point part from it in a look [m]."""
+    """Return how far points of a turning wall move away from a closest point between two neighbour checks [m]."""
     scene = io.scene(run.folder)
     periods = [abs(way_of(scene, w)["period_s"]) for w in scene["walls"] if w["motion"] == "turns"]
     rate = 2.0 * np.pi / min(periods) if periods else 0.0
@@ -234,7 +236,7 @@ def _changed(run: Run, held: Held, step: Floats) -> Floats:
 
 
 def late(run: Run, held: Held, lives: Lives) -> Quantity:
-    """A bridge forms at the first look at which the films touch."""
+    """Check that a bridge forms at the first neighbour check at which the films touch."""
     excess, _ = lateness(run, held, lives)
     events = run.table("events")
     return compare("formation_late", "radius", excess, np.zeros(len(excess)), bodies(run).radius[events["i"]], events)

@@ -31,7 +31,7 @@ class Images:
         return bool((self.length > 0.0).any())
 
     def nearest(self, way: Floats) -> Floats:
-        """The shortest of all ways between copies of two places; vectors along the last axis."""
+        """The shortest of all displacements between copies of two positions; vectors along the last axis."""
         if not self.any:
             return way
         period = np.where(self.length > 0.0, self.length, np.inf)

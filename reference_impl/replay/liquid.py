@@ -22,7 +22,7 @@ FASTER = 1.1, 0.2
 
 
 def total(run: Run) -> float:
-    """Liquid put in at the start [m3]."""
+    """Initial liquid [m3]."""
     return float(run.table("spheres")["film"].sum())
 
 
@@ -66,7 +66,7 @@ def check_rupture(run: Run, lives: Lives) -> list[Quantity]:
 
 
 def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
-    """Ruptures whose gap was beyond the limit one look before already, as far as the logged speed tells.
+    """Ruptures whose gap exceeded the limit at the previous neighbour check already, as far as the logged speed shows.
 
     Between two neighbour checks the speed may change: by a third body, and by an impact that takes what was left of the speed at
     the formation. The limit is taken at a speed that is higher by `FASTER` than the greater of both.
@@ -116,7 +116,7 @@ def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
 
 
 def ledger(run: Run) -> Quantity:
-    """Σ films + Σ bridges + Σ walls + left + retired against what was put in, at every output."""
+    """Compare Σ films + Σ bridges + Σ walls + left + retired with the inserted liquid, at every output."""
     table = run.table("ledger")
     held = (table["films"] + table["bridges"] + table["walls"] + table["left"] + table["retired"]).to_numpy()
     put_in = total(run) - to_come(run, table["step"].to_numpy())

@@ -24,7 +24,7 @@ def keys(table: Table) -> Floats:
 
 @dataclass(frozen=True)
 class ActiveBridges:
-    """Bridges that stand: what the log says of their formation, and the volume that they should have."""
+    """Active bridges: what the log records of their formation, and the volume that they should have."""
 
     key: Floats
     step: Floats

@@ -37,7 +37,7 @@ def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
 
 
 def missed(run: Run, lives: Lives, held: Held) -> Quantity:
-    """Where films touch, at an output step or where bridges act in a window, there is a bridge."""
+    """Check that there is a bridge wherever films touch, at an output step or where bridges act in a window."""
     table = touching(run, lives, held)
     lacking, zero = table["missed"].to_numpy(float), np.zeros(len(table))
     return compare("formation_missed", "films that touch without a bridge", lacking, zero, zero + 1.0, table, 0.0)

@@ -22,7 +22,7 @@ AGAIN = "run the case again"
 
 @dataclass(frozen=True)
 class Plan:
-    """What the scene plans: number of walls, last step, steps of the outputs, half-open windows of steps and their tables."""
+    """Planned numbers of a scene: walls, last step, steps of the outputs, half-open windows of steps and their tables."""
 
     moist: bool
     walls: int
@@ -147,7 +147,7 @@ def engine(folder: Path) -> str:
 
 
 def entered(scene: dict[str, Any], spheres: pd.DataFrame) -> Floats:
-    """Step at which each sphere enters: as its table says of a script's run, else by its class."""
+    """Step at which each sphere enters: from its table for a script's run, else from its class."""
     return np.asarray(spheres["enters"] if "enters" in spheres else enters(scene, spheres["type"].to_numpy()))
 
 

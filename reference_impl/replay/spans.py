@@ -48,8 +48,9 @@ OF_PLACES = ("bridges", "films", "wall_films", "impulses", "trajectory", "window
 
 @dataclass(frozen=True)
 class Before:
-    """The log before a part: its last step, and the rows that tell who holds what: last events of all reservoirs, formations of
-    the bridges that stand, and which of them are these."""
+    """State of the log before a chunk: its last step, the last events of all reservoirs, the formations of active bridges, and
+    which events these are.
+    """
 
     step: int
     rows: Floats

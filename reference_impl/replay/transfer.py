@@ -49,7 +49,7 @@ class Tables:
             self._rows[name] = (rows["v_star"].to_numpy(float), rows["transfer_i"].to_numpy(float))
 
     def ratios(self, kind: Floats, type_i: Floats, other: Floats, v_star: Floats) -> Floats:
-        """By linear interpolation; NaN where there is no row."""
+        """Interpolate transfer ratios linearly; NaN where the table has no row."""
         result = np.full(len(v_star), np.nan)
         for (k, a, b), (nodes, values) in self._rows.items():
             rows = (kind == k) & (type_i == a) & (other == b)

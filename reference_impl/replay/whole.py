@@ -132,7 +132,9 @@ def _known(path: Path, found: pd.Series, known: Any, what: str) -> None:
 
 
 def _liquid(history: Path, planned: Plan) -> dict[str, int]:
-    """Ledger, films, energy at every output; bridges and wall films as many as the ledger says; events; contacts."""
+    """Check completeness: ledger, films and energy at every output; as many bridges and wall films as the ledger counts; events;
+    contacts.
+    """
     ids = io.columns(history / "spheres.parquet", ["id"])["id"]
     single = ("ledger", "energy") if planned.energy else ("ledger",)
     rows = {name: _each(history / f"{name}.parquet", planned, 1) for name in single}

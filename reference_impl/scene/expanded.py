@@ -62,7 +62,7 @@ def _given_gravity(written: Description, scene: Description) -> bool:
 
 
 def _gravity(deck: Description) -> list[float]:
-    """Turned about y by the inclination: along +x goes what is downhill."""
+    """Return gravity rotated about y by the inclination, so that downhill is along +x."""
     turn = cmath.rect(G, math.radians(deck["inclination_deg"]))
     return [turn.imag, 0.0, -turn.real]
 

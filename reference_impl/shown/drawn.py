@@ -38,7 +38,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel; `beside` is the data that stand next to it."""
+    """One panel; `beside` is the data next to it."""
 
     titles: list[str]
     """Texts above the axes and in them."""

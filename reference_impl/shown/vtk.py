@@ -94,7 +94,7 @@ def compared(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[str, 
 def with_findings(
     findings: list[dict[str, Any]], failed: list[str], others: Callable[[list[str]], dict[str, Any] | None]
 ) -> dict[str, Any] | None:
-    """The diagnosis of a run: what is shown wrong, and what `others` say of the other quantities that fail."""
+    """Diagnose a run: what is wrongly shown, and what `others` report on the other quantities that fail."""
     rest = [name for name in failed if not name.startswith("vtk_")]
     found = others(rest) if rest else None
     if not findings or not failed:
@@ -131,7 +131,7 @@ def _fields(logs: Logs, outputs: Outputs, single: float) -> Iterator[Field]:
 
 
 def own_values(logs: Logs, step: int, kind: str) -> dict[str, Floats]:
-    """What should be shown at an output step, by field: for what shows another time, or another field."""
+    """Return the expected values of an output step by field, to recognise files that show another time or another field."""
     nothing = vtu.Shown(np.zeros((0, 3)), np.zeros((0, 0), int), {}, {}, {})
     makers = {"sphere": _particles, "bridge": _bridges, "wall": _walls}
     return {f.name: f.own for f in makers[kind](logs, step, nothing, blind=True)} if kind in makers else {}

@@ -148,7 +148,7 @@ def energies(folder: Path, scene: Mapping[str, Any]) -> dict[str, float | None]:
 
 
 def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats) -> float:
-    """Work [J] that gravity did not do on the straight ways of spheres that had not entered."""
+    """Work [J] that gravity did not do on spheres that moved in straight lines before they were released."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", int(outputs[0]))]).sort_values("id")
     kind = t["type"].to_numpy()
     mass = io.masses(scene)

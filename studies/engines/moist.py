@@ -214,7 +214,7 @@ def write(table: pd.DataFrame, page: Path) -> None:
 
 
 def main(given: Sequence[str]) -> None:
-    """Make runs where asked for, then the table of all."""
+    """Make runs on request, then the table of all."""
     parser = argparse.ArgumentParser(prog="python -m studies.engines.moist")
     parser.add_argument("what", nargs="?", choices=("run",))
     parser.add_argument("--cases", type=int, nargs="+", default=MOIST)

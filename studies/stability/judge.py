@@ -136,7 +136,7 @@ def ledgers(run: Run) -> Floats:
 
 
 def _at_output(run: Run, events: pd.DataFrame) -> pd.DataFrame:
-    """Events with the step of the first output that knows of them."""
+    """Events with the step of the first output that includes them."""
     at = np.searchsorted(run.steps, events["step"].to_numpy())
     known = np.append(run.steps, run.steps[-1] + 1)[at]
     return events.assign(step=known)
@@ -169,7 +169,7 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
 
 
 def rounding(run: Run, kinetic: Floats) -> Floats:
-    """Last digit of a place over the way of one step, shape (cells,): springs and bridges are stretched that much too far."""
+    """Last digit of a position over the displacement of one step, shape (cells,): contacts and bridges are that much too long."""
     coordinate = float(np.abs(run.trajectory[["x", "y", "z"]].to_numpy(float)).max())
     way = np.sqrt(2.0 * kinetic.max(axis=0) / run.mass.min()) * run.batch.time_step
     return np.asarray(np.minimum(1.0, np.spacing(coordinate) / np.maximum(way, 1e-300)), dtype=np.float64)

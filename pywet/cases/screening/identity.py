@@ -81,7 +81,7 @@ def of(*parts: object) -> str:
 
 @contextmanager
 def held(run_dir: Path, word: str) -> Iterator[None]:
-    """Hold a run directory for a run with this fingerprint; a run with another one there is moved aside, and a notice says so."""
+    """Lock a run directory for a run with this fingerprint; one with another fingerprint is moved aside with a notice."""
     with run_lock.hold(run_dir):
         there = any((Path(run_dir) / name).exists() for name in ("engine", "engine.partial", "trajectory.parquet"))
         if not there or left(Path(run_dir)) == word:

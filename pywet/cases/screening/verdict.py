@@ -47,7 +47,7 @@ def agreement(replay: dict[str, Any]) -> list[Agreement]:
 
 
 def unchecked_laws(replay: dict[str, Any]) -> list[str]:
-    """The laws that the reference does not know, so that their terms were taken as logged: `capillary (own law)`."""
+    """List the laws that are unknown to the reference, whose terms were taken as logged: `capillary (own law)`."""
     return [
         f"{row['effect']} ({'own law' if own.is_own(row['law']) else row['law']})"
         for row in replay.get("unchecked", ())

@@ -26,7 +26,7 @@ DEEPEST = 16
 
 @dataclass(frozen=True)
 class Found:
-    """A script read: its line of fix pywet and its liquid, fix styles by number, what is in the way, all commands."""
+    """A script as read: its line of fix pywet and its liquid, fix styles by number, faults, all commands."""
 
     line: Line
     wet: Wet
@@ -139,7 +139,7 @@ def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
 
 
 def _of_lammps(rows: list[list[str]]) -> Iterator[PywetError]:
-    """What LAMMPS has beyond LIGGGHTS: contact models that stick, which are words of pair_coeff and of walls."""
+    """List the commands that only LAMMPS has: cohesive contact models, which are words of pair_coeff and of walls."""
     for words in rows:
         if words[0] == "read_restart":
             yield refusal("wet.no_restart", " ".join(words))
@@ -179,5 +179,5 @@ def _excluded(more: list[str]) -> Iterator[PywetError]:
 
 
 def _cohesive(models: list[str]) -> str:
-    """The cohesion model that is named; empty: none, or a variable's, which the engine is asked for at the line."""
+    """Name the cohesion model; empty: none, or that of a variable, which is read from the engine at the line."""
     return next((v for key, v in pairwise(models) if key == "cohesion" and v != "off" and "$" not in v), "")

@@ -94,7 +94,7 @@ class Query(Excusable):
         return i.radius, j.radius, i.angle, j.angle
 
     def named(self, kind: str) -> list[str]:
-        """Laws of a kind that are asked for."""
+        """Return the requested laws of a kind."""
         wanted = [n for n in self.laws if (own.kind_of(n) == kind if own.is_own(n) else n in registry.names(kind))]
         if wanted or kind not in DEFAULT:
             return wanted
@@ -216,7 +216,7 @@ def rupture_distance(query: Query) -> float:
 
 
 def film(query: Query, name: str) -> float:
-    """Thickness [m] of the film on the spheres from which a law of formation draws the asked volume."""
+    """Thickness [m] of the film on the spheres from which a law of formation draws the requested volume."""
     ri, rj, *_ = query.pair
     draw = registry.get("formation", name).functions[0]
 

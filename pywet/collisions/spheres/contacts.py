@@ -173,7 +173,7 @@ def release(w: Any, p: int) -> None:
 
 @compiled
 def drop_pulled(s: Any, w: Any) -> None:
-    """Release resting contacts that would have to pull, the worst first."""
+    """Release resting contacts with a tensile force, the largest first."""
     for _ in range(w.count.pairs):
         worst, least = -1, 0.0
         for k in range(w.count.pairs):

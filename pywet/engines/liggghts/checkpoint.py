@@ -213,7 +213,7 @@ def drop(folder: Path, point: Checkpoint) -> None:
 
 
 class Recorder:
-    """Takes the check sums of a run while it goes on; `watch` is called a few times a second."""
+    """Computes the digests of a run in progress; `watch` is called a few times a second."""
 
     def __init__(self, folder: Path, scene: EngineScene, plugin: bool, spheres: int, point: Checkpoint | None) -> None:
         self.folder, self.plugin, self.spheres = folder, plugin, spheres
@@ -270,7 +270,9 @@ class Recorder:
         )
 
     def _name_stock(self) -> None:
-        """The stock program's restart file is whole when the engine has gone on since; it reads one that was cut off for ever."""
+        """Rename the stock program's restart file once the engine has continued: only then is it complete, and the engine hangs
+        on an incomplete one.
+        """
         reached = last_step(self.folder)
         for name, step, path in _files(self.folder, PARTIAL):
             if name != "engine":

@@ -123,7 +123,7 @@ def mesh_style(scene: EngineScene, wall: WallMesh) -> str:
 
 
 class Run(NamedTuple):
-    """One `run` of the engine with the lines around it, and the step whose state is saved after it (None: it goes on)."""
+    """One `run` of the engine with the lines around it, and the step whose state is saved after it (None: not saved)."""
 
     before: list[str]
     steps: int
@@ -195,7 +195,7 @@ def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> str:
 
 
 def from_folder(path: Path, folder: Path) -> str:
-    """The way to a file from the engine's folder, in which it runs: whatever stands above both never meets its script."""
+    """Return the path of a file relative to the engine's working directory, so that no absolute path enters the deck."""
     way = os.path.relpath(path.resolve(), folder.resolve())
     if not re.fullmatch(r"[A-Za-z0-9_./-]+", way):
         raise PywetError(
