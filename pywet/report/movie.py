@@ -54,7 +54,9 @@ def draw(run: RunDir, frames: int, folder: Path) -> None:
         step = int(line.steps[row])
         image, mm = render.scene(run, step, seen, limit, SIZE, fine=False)
         whole = np.concatenate([np.asarray(image)[..., :3], chart(line.times, retained, row)], axis=1)
-        caption.save(caption.below(whole, caption.entries(run), caption.said(run, step), mm), folder / f"{k:05d}.png")
+        caption.save(
+            caption.below(whole, caption.entries(run), caption.sentence(run, step), mm), folder / f"{k:05d}.png"
+        )
         print((k + 1) / len(rows), flush=True)
 
 

@@ -121,7 +121,7 @@ def telling_step(run: RunDir) -> int:
 def draw(run: RunDir, step: int, picture: Path) -> None:
     """Draw with VTK in this process: the scene, and below it what one is looking at."""
     image, mm = scene(run, step, view(run, step), colour_limit(run, step), SIZE)
-    caption.save(caption.below(image, caption.entries(run), caption.said(run, step), mm), picture)
+    caption.save(caption.below(image, caption.entries(run), caption.sentence(run, step), mm), picture)
 
 
 def scene(

@@ -115,7 +115,7 @@ def at_formation(run: Run) -> Floats:
     return groups["row"].shift(1).where(paired).fillna(-1).to_numpy(int)
 
 
-def kept(run: Run, expected: Pair) -> Link:
+def stored(run: Run, expected: Pair) -> Link:
     """A bridge's volume at rupture against that at its formation; `expected` are the shares as they should be."""
     events, at = run.table("events"), at_formation(run)
     logged = events["volume"].to_numpy(float)
@@ -270,7 +270,7 @@ def links(run: Run, expected: Pair) -> Iterator[Link]:
     events = run.table("events")
     if len(events):
         both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
-        yield kept(run, expected)
+        yield stored(run, expected)
         if "drops" not in run.tables:  # these change films between the events
             yield carried(run, both)
             yield from snapshots(run, both)

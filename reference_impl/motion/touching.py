@@ -163,8 +163,8 @@ def _prism_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Fl
     first[1:] = (np.diff(a[order]) != 0) | (np.diff(part[order]) != 0)
     at = order[first]
     at = at[apart[at] <= setup.radius[a[at]]]
-    own = setup.part[wall.first : wall.last]
-    b = wall.first + np.searchsorted(own, part[at])  # parts are numbered in the order of the triangles
+    parts = setup.part[wall.first : wall.last]
+    b = wall.first + np.searchsorted(parts, part[at])  # parts are numbered in the order of the triangles
     return a[at], b, apart[at], point[at], np.zeros(len(at), dtype=bool)
 
 

@@ -111,10 +111,10 @@ def book(
 
     Returns the columns next to the events, and `held` after each of the output steps.
     """
-    n, own = len(events), lives.all.own
+    n, recomputed = len(events), lives.all.recomputed
     out, shots = Columns(*np.full((len(Columns._fields), n), np.nan)), np.empty((len(outputs), len(held)))
     entries = Entries(
-        np.array(events["step"], dtype=np.int64), lives.formation[len(own) - n :],
+        np.array(events["step"], dtype=np.int64), lives.formation[len(recomputed) - n :],
         events["kind"].to_numpy() == RETIREMENT, *asks(events, p, fixed, not draws),
         lives.previous, row_of(tables, p, fixed), laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3,
     )  # fmt: skip
@@ -122,12 +122,12 @@ def book(
     falls = drops.steps if drops else outputs[:0]
     for step in np.union1d(outputs, falls):
         until = int(np.searchsorted(entries.step, step, "right"))
-        _book(entries, ratios, held, asked, own, out, done, until)
+        _book(entries, ratios, held, asked, recomputed, out, done, until)
         done = until
         if drops and step in falls:
             drops.book(int(step), held)
         shots[outputs == step] = held
-    _book(entries, ratios, held, asked, own, out, done, n)
+    _book(entries, ratios, held, asked, recomputed, out, done, n)
     return out, shots
 
 
@@ -173,9 +173,11 @@ def _ratio(table: Ratios, row: int, v_star: float) -> float:
 
 
 @compiled
-def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Columns, start: int, last: int) -> None:
+def _book(
+    e: Entries, table: Ratios, held: Any, asked: Any, recomputed: Any, out: Columns, start: int, last: int
+) -> None:
     """Some events step by step; the last places of `own` become the volumes of the events."""
-    before = len(own) - len(e.step)
+    before = len(recomputed) - len(e.step)
     while start < last:
         end = start + 1
         while end < last and e.step[end] == e.step[start] and e.retires[end] == e.retires[start]:
@@ -193,10 +195,10 @@ def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Colum
                 _grant(e.j, n, held, asked, out.share_j)
                 out.volume[n] = out.share_i[n] + out.share_j[n]
             elif e.previous[n] >= 0:
-                out.volume[n] = own[e.previous[n]]
+                out.volume[n] = recomputed[e.previous[n]]
                 out.share_i[n] = out.volume[n] * _ratio(table, e.row[n], out.volume[n] / e.cube[n])
                 out.share_j[n] = out.volume[n] - out.share_i[n]
-            own[before + n] = out.volume[n]
+            recomputed[before + n] = out.volume[n]
         for n in range(start, end):
             sign = -1.0 if e.formation[n] else 1.0
             held[e.i.holder[n]] += sign * out.share_i[n]

@@ -28,7 +28,7 @@ def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] 
         io.refuse_special(folder)
         forget(folder, out)
         if nothing_to_replay(folder):
-            reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"
+            reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.sentence(whole.check(folder))}"
             return {**where, "status": "dry", "reason": reason}
         result = replay(folder, out, functions)
     except Refused as error:

@@ -73,9 +73,9 @@ def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
 
 def early(run: Run) -> tuple[Floats, Floats, Floats]:
     """Formations where the films did not touch, not S < h_i + h_j, as 1; films of both sides and gap of every event."""
-    own, other, gap, ri = films_at_events(run)
+    film, other, gap, ri = films_at_events(run)
     formed = (run.table("events")["kind"] == FORMATION).to_numpy()
-    return (formed & (gap > own + other + ROOM * ri)).astype(float), own + other, gap
+    return (formed & (gap > film + other + ROOM * ri)).astype(float), film + other, gap
 
 
 def due(run: Run) -> Quantity:
@@ -93,7 +93,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     Zero where a film changed since, where all is new (step 0) and where the engine was set up again.
     """
     events, every = run.table("events"), impulses.every(run)
-    own, other, gap, ri = films_at_events(run)
+    film, other, gap, ri = films_at_events(run)
     step = events["step"].to_numpy(np.int64)
     way = every * float(run.meta["time_step"]) * events["speed"].to_numpy(float) * ROOM_OF_WAY[0]
     # speeds are known at one of several steps
@@ -101,7 +101,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     since = _changed(run, held, step)
     judged = (events["kind"] == FORMATION).to_numpy() & (step > _born(run)) & (since < step - every)
     judged &= ~np.isin(step, _anew(run))
-    excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
+    excess = np.where(judged, np.maximum(film + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
     for row in late_at_walls:
         if _over_an_edge(run, lives, events.iloc[row], int(step[row]) - every):
@@ -109,7 +109,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
             continue
         # the closest point may have come over an edge, from a triangle with less
         beside = _thinnest_beside(run, held, events.iloc[row], int(step[row]) - every)
-        excess[row] = max(own[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
+        excess[row] = max(film[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
     return excess, way
 
 
@@ -129,9 +129,9 @@ def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
     """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that meets the event's, or that
     meets one which does: where parts meet in one closest point a sphere has one bridge, and a part whose place is taken so, as
     the rim between two sides, takes the place of the part beyond it."""
-    parts, fixed, own = nearest.parts(run), bodies(run), int(event["j"])
-    next_to = _meeting(parts, np.array([own]), int(event["triangle"]))
-    reached = np.setdiff1d(np.union1d(next_to, _meeting(parts, next_to)), own)
+    parts, fixed, number = nearest.parts(run), bodies(run), int(event["j"])
+    next_to = _meeting(parts, np.array([number]), int(event["triangle"]))
+    reached = np.setdiff1d(np.union1d(next_to, _meeting(parts, next_to)), number)
     kind = np.where(fixed.half_width[reached] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
     rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": reached})
     return bool((lives.at(keys(rows), np.full(len(reached), max(look, lives.start)), strictly=False) >= 0).any())
@@ -189,8 +189,8 @@ def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
     way = fastest * float(run.meta["time_step"]) * since_look
     parts, step = nearest.parts(run), np.full(len(triangles), int(event["step"]))
     x_of_all = np.repeat(x[None], len(triangles), axis=0)
-    own = parts.closest(step, x_of_all, parts.setup.part[triangles]).distance
-    return np.asarray(parts.to(step, x_of_all, triangles)[0] - own <= 2.0 * way)
+    distance = parts.closest(step, x_of_all, parts.setup.part[triangles]).distance
+    return np.asarray(parts.to(step, x_of_all, triangles)[0] - distance <= 2.0 * way)
 
 
 def _turned(run: Run, ri: Floats) -> Floats:

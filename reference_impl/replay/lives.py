@@ -34,7 +34,7 @@ class ActiveBridges:
     rupture_distance: Floats
     speed: Floats
     """Relative speed of the two ends at the formation [m/s]."""
-    own: Floats
+    recomputed: Floats
 
     def __len__(self) -> int:
         return len(self.key)

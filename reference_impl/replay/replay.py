@@ -177,5 +177,5 @@ def table(result: dict[str, Any]) -> str:
     )
     missing = [f"nothing compared: {sentence}" for sentence in result["nothing_compared"]]
     missing += [f"not checked: {sentence}" for sentence in result["not_checked"]]
-    held = whole.said(result["compared"])
+    held = whole.sentence(result["compared"])
     return "\n".join([*lines, held, *missing, speed, *result["notes"], *diagnosis.text(result["diagnosis"])])

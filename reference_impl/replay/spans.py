@@ -124,9 +124,9 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         p = pairs(events, fixed)
         falling.start(part, step)
         draws = coverage.known(run, "formation")
-        own, shots = book(events, p, fixed, tables, lives, held, draws, inside, falling)
+        columns, shots = book(events, p, fixed, tables, lives, held, draws, inside, falling)
         carried.add(part, step)
-        found.add("liquid", liquid.check(part, own, lives))
+        found.add("liquid", liquid.check(part, columns, lives))
         found.add("drops", falling.check(liquid.mean_film(run)))
         if start < last <= step:
             found.add("end", liquid.end(part, shots[np.searchsorted(inside, last)], lives))

@@ -48,7 +48,7 @@ def check(folder: Path) -> dict[str, Any]:
     return {"steps": planned.steps, "outputs": len(planned.outputs), "windows": windows, "rows": rows}
 
 
-def said(held: dict[str, Any]) -> str:
+def sentence(held: dict[str, Any]) -> str:
     """State in one sentence how many rows each table of a run has."""
     rows = ", ".join(f"{name} {count}" for name, count in held["rows"].items())
     return (

@@ -79,10 +79,10 @@ class Scene:
 
     def wrong(self) -> Iterator[str]:
         """Describe the errors of the 3-D scenes in sentences, the first of each kind."""
-        told: set[str] = set()
+        reported: set[str] = set()
         for what, where in self._all():
-            if what not in told:
-                told.add(what)
+            if what not in reported:
+                reported.add(what)
                 yield f"{what}{where}"
 
     def _all(self) -> Iterator[tuple[str, str]]:

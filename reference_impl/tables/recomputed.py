@@ -107,7 +107,7 @@ class Recomputed:
     checks: dict[str, float]
     """Name of a check -> its value."""
     limits: dict[str, float]
-    said: list[int]
+    printed: list[int]
     """Numbers in the sentence on lost spheres."""
     more: dict[str, tuple[Any, str]]
     """Further entries of the summary, and what gives them."""

@@ -46,7 +46,7 @@ def checks(file: str, given: Any, expected: Recomputed) -> Iterator[Held]:
     for other in [name for name in listed if name not in expected.checks]:
         yield Held(f"{file}: {other}", "there", NONE, "docs/results.md")
     message = re.findall(r"\d+", str(listed.get("no_particle_lost", {}).get("text", "")))
-    want = ", ".join(map(str, expected.said))
+    want = ", ".join(map(str, expected.printed))
     yield Held(f"{file}: numbers in the sentence of no_particle_lost", ", ".join(message), want, LOGS)
 
 
