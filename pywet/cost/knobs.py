@@ -11,7 +11,7 @@ Level = float | int | str
 
 @dataclass(frozen=True)
 class Setting:
-    """All settings of a run. The defaults are those of `config/` at smoke scale (a test says so)."""
+    """All settings of a run. The defaults are those of `config/` at smoke scale (tested)."""
 
     fraction: float = 0.05
     """Time step over the duration of the shortest collision."""

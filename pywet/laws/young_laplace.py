@@ -172,7 +172,7 @@ def _hold_at(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, addre
 
 @inline
 def _held_force(separation, volume, radius_i, radius_j, surface_tension, held, spline):  # type: ignore[no-untyped-def]
-    """The force from a bridge's prepared numbers; no branch is left in it."""
+    """Return the capillary force from the numbers prepared for a bridge, without branches in the compiled code."""
     r = 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
     ring = 2.0 * min(volume / (r * r * r), 0.5) * r * r / math.pi
     s = max(separation, 0.0)

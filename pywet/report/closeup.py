@@ -110,8 +110,8 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
         plotter.add_mesh(
             ball, color=colour, opacity=1.0 if number == sphere else 0.45, smooth_shading=True, specular=0.3
         )
-    centre, own = mesh.points[rows[sphere]], mesh.point_data["radius"][rows[sphere]]
-    width = 2.4 * (own + max((mesh.point_data["radius"][rows[n]] for n in partners), default=own))
+    centre, radius = mesh.points[rows[sphere]], mesh.point_data["radius"][rows[sphere]]
+    width = 2.4 * (radius + max((mesh.point_data["radius"][rows[n]] for n in partners), default=radius))
     corners = wall_corners(run, step)
     near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & run.triangles["holder"].isin(render.SOLID)
     if near.any():

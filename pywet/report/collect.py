@@ -84,7 +84,7 @@ class CaseResult:
 
     @property
     def configuration(self) -> tuple[str, float, float, tuple[float, ...]]:
-        """What cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
+        """Name what cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
         return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
 
 

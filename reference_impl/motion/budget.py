@@ -163,7 +163,7 @@ class Budget:
         return found
 
     def both(self) -> tuple[pd.DataFrame, Floats]:
-        """history/energy with the own values next to it (`_own`), and all that was turned over up to each output [J]."""
+        """history/energy with the recomputed values next to it (`_own`), and the energy converted up to each output [J]."""
         expected = pd.concat(self.rows, ignore_index=True)
         log = io.columns(where(self.run.folder, "energy"), ["step", "half_kick", *OF_STATE, *WORKS]).sort_values("step")
         both = log.merge(expected, on="step", suffixes=("", "_own"))

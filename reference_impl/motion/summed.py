@@ -43,7 +43,7 @@ def drag_at_touch(run: Run, table: pd.DataFrame, p: Pairs) -> Floats:
 
 
 def active(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Floats) -> Floats:
-    """At each output the sum of every dt^2/4 F a over the bridges [J], `v` being the speeds of all spheres.
+    """Return at each output the sum of dt^2/4 F a over the bridges [J]; `v` are the speeds of all spheres.
 
     The acceleration of a sphere is at most the sum of all forces on it over its mass: of its bridges, with normal drag twice for
     the tangential one, and of the dry contacts of bodies that a bridge joins.

@@ -65,7 +65,7 @@ class Dry:
 
 @dataclass(frozen=True)
 class Wall:
-    """How one mesh moves; its triangles are [first, last) of all."""
+    """Motion of one mesh; its triangles are [first, last) of all."""
 
     name: str
     first: int
@@ -273,7 +273,7 @@ def _broken(scene: dict[str, Any]) -> frozenset[int]:
 
 
 def way_of(scene: dict[str, Any], wall: dict[str, Any]) -> dict[str, Any]:
-    """How a wall moves: its own motion, or the scene's of its kind; empty for one that is fixed."""
+    """Return the motion of a wall: its own, or the scene's for its kind; empty for a fixed wall."""
     shared = {"vibrates": "vibration", "slides": "slide", "turns": "rotation"}.get(wall["motion"])
     return dict(wall.get("own_motion") or (shared and scene.get(shared)) or {})
 

@@ -24,7 +24,7 @@ def keys(table: Table) -> Floats:
 
 @dataclass(frozen=True)
 class ActiveBridges:
-    """Bridges that stand: what the log says of their formation, and the volume that they should have."""
+    """Active bridges: what the log records of their formation, and the volume that they should have."""
 
     key: Floats
     step: Floats
@@ -34,7 +34,7 @@ class ActiveBridges:
     rupture_distance: Floats
     speed: Floats
     """Relative speed of the two ends at the formation [m/s]."""
-    own: Floats
+    recomputed: Floats
 
     def __len__(self) -> int:
         return len(self.key)

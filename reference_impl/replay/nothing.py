@@ -10,7 +10,7 @@ from reference_impl.replay.compare import Quantity
 
 
 class Kind(NamedTuple):
-    """What a scene may have: whether it does, the quantity that needs a record of it, and the sentence where there is none."""
+    """A feature that a scene may have: whether it has it, the quantity that records it, and the sentence if there is none."""
 
     there: Callable[[Mapping[str, Any]], Any]
     quantity: str

@@ -22,7 +22,7 @@ AGAIN = "run the case again"
 
 @dataclass(frozen=True)
 class Plan:
-    """What the scene plans: number of walls, last step, steps of the outputs, half-open windows of steps and their tables."""
+    """Planned numbers of a scene: walls, last step, steps of the outputs, half-open windows of steps and their tables."""
 
     moist: bool
     walls: int
@@ -127,7 +127,9 @@ def outputs_every(scene: dict[str, Any]) -> int:
 
 
 def impulse(scene: dict[str, Any]) -> int:
-    """Steps from one evaluation of the bridges to the next, for all of which their forces act at once (`bridges_every`)."""
+    """Return the number of steps between evaluations of the bridges (`bridges_every`), whose forces act for all these steps at
+    once.
+    """
     return int(scene.get("bridges_every", 1))
 
 
@@ -145,7 +147,7 @@ def engine(folder: Path) -> str:
 
 
 def entered(scene: dict[str, Any], spheres: pd.DataFrame) -> Floats:
-    """Step at which each sphere enters: as its table says of a script's run, else by its class."""
+    """Step at which each sphere enters: from its table for a script's run, else from its class."""
     return np.asarray(spheres["enters"] if "enters" in spheres else enters(scene, spheres["type"].to_numpy()))
 
 

@@ -63,7 +63,7 @@ class Rows:
         return True
 
     def ahead(self, count: int) -> int:
-        """The step of the `count`-th of the rows to come, `END` where there are no more than that; nothing is taken."""
+        """Return the step of the `count`-th of the next rows, `END` if there are fewer; no row is consumed."""
         while sum(map(len, self._ready)) <= count and self._more():
             pass
         for rows in self._ready:

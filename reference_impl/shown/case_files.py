@@ -88,7 +88,7 @@ class Cases:
         return (self.folder / name_of(number) / RETAINED).exists()
 
     def bridged(self, number: int) -> bool:
-        """Whether a case has bridges; of one that was not run, whether it has liquid."""
+        """Return whether a case has bridges; for a case that was not run, whether it has liquid."""
         data = self.summary(number)
         return bool(data["effects"]["bridges"] if data else self.liquid(number))
 
@@ -115,7 +115,7 @@ class Cases:
         return whole and replayed and all(c["ok"] for c in data["checks"])
 
     def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
-        """Times and values of a column of a case; of liquid in per cent of what was put in."""
+        """Times and values of a column of a case; liquid in per cent of the initial liquid."""
         of_liquid = column.endswith("_m3")
         path = self.folder / name_of(number) / ("results/liquid_by_holder.parquet" if of_liquid else RETAINED)
         if not path.exists() or column not in (table := parquet_table(path)):

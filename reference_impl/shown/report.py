@@ -149,7 +149,7 @@ def _points(data: dict[str, list[float]]) -> tuple[Floats, Floats]:
 
 
 def _words(runs: Runs, key: str, value: str, words: list[str], what: str) -> Iterator[str]:
-    """What is wrong with words in a picture: they are those of report.json, which mean `value` and state its parts."""
+    """List errors in the words of a picture, which must be those of report.json, mean `value` and state its parts."""
     stored = runs.numbers.get(key)
     if stored is None:
         yield f"{what}: report.json has no {key}"
@@ -162,7 +162,7 @@ def _words(runs: Runs, key: str, value: str, words: list[str], what: str) -> Ite
 
 
 def _band(runs: Runs, panel: Panel, curve: Curve, run: str, column: str) -> Iterator[str]:
-    """What is wrong with the band behind a curve, which goes from the least to the most of all seeds of its case."""
+    """List errors in the band behind a curve, which spans the smallest to the largest value of all seeds of its case."""
     curves, seeds = runs.column(run, column), runs.seeds(run)
     others = [of for seed in seeds if (of := runs.column(seed, column)) is not None]
     bands = [b for b in panel.bands if b.claim == f"{curve.claim}{drawn.BAND}"]
@@ -301,7 +301,7 @@ def main(arguments: list[str]) -> int:
 
 
 def summary(read: Read) -> str:
-    """What was read, how much of it is wrong, and what was not checked, in one line."""
+    """State in one line what was read, how much of it is wrong, and what was not checked."""
     found = f"{read.curves} curves, {read.numbers} numbers and {read.scenes} numbers of 3-D scenes read; {len(read.faults)} wrong"
     return found + (f"; not checked: {', '.join(read.unknown)}" if read.unknown else "")
 

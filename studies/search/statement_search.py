@@ -40,7 +40,9 @@ class Stage(NamedTuple):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Combinations that survived, what each statement came to at every combination, runs that were done, why no more were."""
+    """The remaining combinations, the verdict on each statement for every combination, finished runs, and the reason for the
+    end.
+    """
 
     survivors: list[Place]
     verdicts: list[dict[int, str]]

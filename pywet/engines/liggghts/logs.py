@@ -54,7 +54,7 @@ def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:
 
 
 def extended(folder: Path, sums: Sums, last: int, frames: list[int], last_frame: int) -> Sums | str:
-    """Sums of all logs up to step `last`, of the trajectory up to `last_frame`, going on from earlier ones.
+    """Extend earlier digests to all logs up to step `last`, of the trajectory up to `last_frame`.
 
     `frames` are the steps that the trajectory must have gained. Where it has not, or a log became shorter, a phrase says so.
     """
