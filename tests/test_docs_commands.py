@@ -1,6 +1,6 @@
 """The commands of the pages that need runs: each is executed, in the pages' order, on runs as small as the machine can make them.
 
-`test_docs.py` executes those that need no run, and `make` and `snakemake` dry. The tables here name every other command: GROUPS are
+`test_docs.py` executes those that need no run, and `make` and `snakemake` dry. The tables here name all others: GROUPS are
 executed, with further options (SMALLER) where they would take long, ELSEWHERE and IN_PARTS name tests, PARSED are not executed.
 """
 
