@@ -42,7 +42,7 @@ class StudySetting:
     reduced: tuple[Level, ...] = ()
     """As `quick` where there are none."""
     exact_pair: bool = False
-    """Whether all levels ought to give the same result, so that it is their cost alone that matters."""
+    """Return whether all levels ought to give the same result, so that it is their cost alone that matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
         """Levels of a study of this size; `whole` has those of `standard`, `reduced_whole` those of `reduced`."""

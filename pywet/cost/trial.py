@@ -139,7 +139,7 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
 
 
 def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[], None]) -> Timed:
-    """The least of two stretches of a run, or of its repeats, since whatever else the machine does only adds."""
+    """Return the smaller time of two stretches of a run, or of its repeats, because other load on the machine only adds to it."""
     with tempfile.TemporaryDirectory(prefix="pywet-trial-") as name:
         folder = Path(name)
         scene, spheres, near = _prepare(folder, config, width_mm, which)

@@ -16,11 +16,11 @@ class Engine:
 
     name: str
     rolling: bool = True
-    """Whether it has rolling resistance as the scene means it."""
+    """Return whether it has rolling resistance as the scene means it."""
     retires: bool = False
-    """Whether it can take spheres out of a run."""
+    """Return whether it can take spheres out of a run."""
     parallel: bool = True
-    """Whether it runs in more than one process."""
+    """Return whether it runs in more than one process."""
 
     def start(self, run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
         """Run the scene there; `mpi` are the words that start the ranks (empty: mpirun)."""

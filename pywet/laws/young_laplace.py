@@ -189,7 +189,7 @@ def _evaluate(separation, volume, radius_i, radius_j, ti, tj, surface_tension, a
 
 @inline
 def _volume(volume, r):  # type: ignore[no-untyped-def]
-    """V* within the table, its cell and weights on the axis x, and r √V* (carried on by its known limit below the table)."""
+    """V* limited to the table, its cell and weights on the axis x, and r √V* (below the table by its known limit)."""
     v = min(volume / (r * r * r), 0.5)
     x = (math.log(v) - X_FIRST) / _X_STEP
     scale = r * math.sqrt(v)

@@ -56,7 +56,7 @@ def _bridges(run: RunDir, sphere: int, step: int) -> pd.DataFrame:
 
 
 def exact(run: RunDir, bridges: pd.DataFrame) -> list[Bridge | None]:
-    """The exact bridge of each row; None where there is none."""
+    """The exact bridge of each row; None if there is none."""
     b = active_bridges.bodies(run, bridges)
     rows = zip(bridges["separation"], bridges["volume"], b.radius_i, b.radius_j, b.angle_i, b.angle_j, strict=True)
     return [_solved(*map(float, row)) for row in rows]

@@ -50,7 +50,7 @@ class CaseResult:
 
     @property
     def moist(self) -> bool:
-        """Whether the case has liquid."""
+        """Return whether the case has liquid."""
         return self.case.liquid_percent > 0
 
     @property
@@ -60,7 +60,7 @@ class CaseResult:
 
     @property
     def cross_checked(self) -> bool:
-        """The replay reproduces every quantity."""
+        """Return whether the replay reproduces every quantity."""
         return bool(self.agreement) and all(row.ok for row in self.agreement)
 
     @property

@@ -46,7 +46,7 @@ def write(run_dir: Path) -> Path:
 
 
 def shown(run: RunDir) -> dict[str, Any]:
-    """Return what the script needs to know of a run: colours, walls, camera, initial time, curves."""
+    """Return the data of a run that the script needs: colours, walls, camera, initial time, curves."""
     step = render.telling_step(run)
     centre, away, aim, up = (v.tolist() for v in render.camera(run, *render.view(run, step)))
     reservoirs = vtk.words(run)["walls"]["holder_from_0"] if run.scene.walls else []

@@ -33,7 +33,7 @@ LIMITS = {"kinetic": 1e-9, "spin": 1e-9, "formed": 1e-6, "ruptured": 1e-6, "capi
 
 
 def judged(run: Run) -> bool:
-    """Whether the run logged works, and its spheres have a mass that does not change."""
+    """Return whether the run logged works, and its spheres have a mass that does not change."""
     logged = where(run.folder, "energy").exists() and io.scene(run.folder)["output"].get("energy", True)
     return bool(logged and not run.meta["effects"].get("liquid_weight"))
 
@@ -132,7 +132,7 @@ class Budget:
 
     @property
     def known(self) -> bool:
-        """Whether the capillary force is a closed form (or off)."""
+        """Return whether the capillary force is a closed form (or off)."""
         name = coverage.law(self.run, "capillary")
         return name is None or name in capillary.LAWS
 

@@ -100,7 +100,7 @@ def _nodes(corners: Floats) -> list[list[int]]:
 
 
 def _overlap(corners: Floats, edge: Floats, normal: Floats, one: tuple[int, int], two: tuple[int, int]) -> bool:
-    """Whether two triangles in one plane lie on the same side of their edge."""
+    """Return whether two triangles in one plane lie on the same side of their edge."""
     (i, e), (j, f) = one, two
     out = np.cross(edge[i, e], normal[i])
     base = corners[i, e]

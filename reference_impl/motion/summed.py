@@ -91,7 +91,8 @@ def pull_of(run: Run, table: pd.DataFrame) -> Callable[[Floats], Floats]:
 
 
 def of_events(run: Run, setup: Setup, events: pd.DataFrame) -> Floats:
-    """Work [J] by which a sum of powers over steps may be off for every bridge from touch to its gap at an event.
+    """Return the largest error of the work [J] when a sum of powers over steps is used for every bridge from touch to its gap at
+    an event.
 
     At the event half the step is left out: F(gap) way/2; after a formation the step's way is the event's and what the pull and
     gravity add in it. The rest is the trapezoidal rule for a force that falls with the gap, convex: in every interval at most

@@ -47,7 +47,7 @@ def check(run: Run) -> list[Quantity]:
 
 
 def judged(run: Run) -> bool:
-    """Whether the stated bound is one for this run's table."""
+    """Return whether the stated bound is one for this run's table."""
     return coverage.law(run, "transfer") in WALL_STRETCH
 
 

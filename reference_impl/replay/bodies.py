@@ -157,7 +157,7 @@ def within(path: Path, numbers: Floats, there: Floats, what: str, rows: Floats |
 
 
 def refuse(path: Path, strange: Floats, what: str) -> None:
-    """Refuse numbers that the start does not have."""
+    """Refuse identifiers that do not exist at the start."""
     if len(strange):
         raise ReplayError(f"{path} names the {what} {strange[0]}, which the start of the run does not have; "
                           f"expected the numbers of history/: run the case again")  # fmt: skip

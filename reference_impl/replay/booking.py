@@ -49,7 +49,7 @@ class Entries(NamedTuple):
     step: Floats
     formation: Floats
     retires: Floats
-    """Whether a sphere of it is retired: these are booked after all others of their step."""
+    """Return whether a sphere of it is retired: these are booked after all others of their step."""
     i: Asks
     j: Asks
     previous: Floats

@@ -27,7 +27,7 @@ class Images:
 
     @property
     def any(self) -> bool:
-        """Whether it repeats at all."""
+        """Return whether it repeats at all."""
         return bool((self.length > 0.0).any())
 
     def nearest(self, way: Floats) -> Floats:

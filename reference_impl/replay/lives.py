@@ -106,7 +106,7 @@ class Lives:
         return np.where(there, self._order[place], -1)
 
     def _places(self, key: Floats, step: Floats, strictly: bool) -> tuple[Floats, Floats]:
-        """The last of each bridge's records up to a step, in the order of the keys, and whether it is a formation."""
+        """Return the last record of each bridge up to a step, in the order of the keys, and whether it is a formation."""
         rank = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
         first = rank * self._span
         until = first + np.minimum(step - self.start, self._span - 1) + (0 if strictly else 1)

@@ -32,7 +32,7 @@ NONE = pd.DataFrame({name: np.zeros(0, kind) for name, kind in COLUMNS.items()})
 
 
 def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
-    """All of these, of a part of the log before which the reservoirs were as in `held`."""
+    """Check a chunk of the log for missing bridges; `held` is the state of the reservoirs before it."""
     return [due(run), late(run, held, lives), missed(run, lives, held), one_place.check(run, lives)]
 
 
@@ -161,7 +161,7 @@ def _one_place(
 def _at_neighbour(
     run: Run, parts: nearest.Parts, row: tuple[int, int, int], x: Floats, stands: Callable[[pd.DataFrame], Floats]
 ) -> bool:
-    """Whether the bridge of a step's sphere at x with a part is left to another part by the rule of `_one_place`."""
+    """Return whether the bridge of a step's sphere at x with a part is left to another part by the rule of `_one_place`."""
     step, i, part = row
     others = np.flatnonzero((parts.wall == parts.wall[part]) & (np.arange(len(parts)) != part))
     closest, radius = parts.closest(np.array([step]), x[None], np.array([part])), float(bodies(run).radius[i])
@@ -175,7 +175,7 @@ def _at_neighbour(
     near = ONE_PLACE * radius
 
     def onward(of: Floats, points: Floats) -> Floats:
-        """Whether parts continue at points of them towards the sphere."""
+        """Return whether parts continue at points of them towards the sphere."""
         x_of_all, limits = np.repeat(x[None], len(of), axis=0), np.full((2, len(of)), near)
         return parts.goes_on(np.full(len(of), step), x_of_all, of, points, limits[0], 0.25 * limits[1])
 

@@ -16,7 +16,7 @@ class Kind(NamedTuple):
     quantity: str
     sentence: str
     recorded: bool = False
-    """Whether it is looked for only where motion was recorded."""
+    """Return whether it is looked for only where motion was recorded."""
 
 
 IN_WINDOWS = "there is none in the sampling windows"

@@ -31,7 +31,7 @@ class Plan:
     windows: tuple[tuple[int, int], ...]
     recorded: tuple[str, ...]
     energy: bool
-    """Whether works are logged."""
+    """Return whether works are logged."""
     every: int = 1
     """Steps from one evaluation of the bridges to the next."""
 
@@ -77,7 +77,7 @@ SHORT = 4
 
 
 def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
-    """Step with which the k-th of the short windows begins, of which each lies in an equal part of the run."""
+    """Return the first step of the k-th short window; each window is in one of equal parts of the run."""
     out, slow = scene["output"], impulse(scene)
     count, length = int(out["contact_windows"]), int(out["contact_window_steps"])
     begin, end = steps * k // count, steps * (k + 1) // count
@@ -116,7 +116,7 @@ OUTLETS_WITHIN_S = 0.02
 
 
 def taken_out(scene: dict[str, Any]) -> bool:
-    """Whether spheres are taken out of a run, from the bin or at outlets."""
+    """Return whether spheres are taken out of a run, from the bin or at outlets."""
     return bool(scene.get("retire", False) or scene.get("outlets"))
 
 

@@ -91,7 +91,7 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
 
 
 def _dry(folder: Path) -> bool:
-    """Whether a run is without bridges; refuses one of which nothing can be checked."""
+    """Return whether a run is without bridges; refuses one of which nothing can be checked."""
     dry = not io.scene(folder)["effects"]["bridges"]
     if dry and not window.recorded(folder) and not sections.any_there(folder):
         raise io.ReplayError(

@@ -96,7 +96,7 @@ def whole(folder: Path) -> int:
 
 
 def table(folder: Path) -> pd.DataFrame:
-    """history/retired.parquet in order of steps; without rows where nobody is retired."""
+    """Read history/retired.parquet in order of steps; without rows if no sphere is retired."""
     if not plans.taken_out(io.scene(folder)) and script.of(folder) is None:
         return pd.DataFrame({name: np.zeros(0) for name in NAMES}).astype({n: np.int64 for n in NAMES[:4]})
     return io.columns(folder / "history" / "retired.parquet", NAMES).sort_values(["step", "id"], ignore_index=True)

@@ -12,7 +12,7 @@ from reference_impl.tables import check as results
 
 
 def any_there(folder: Path) -> bool:
-    """Whether a run has a configuration or results that can be looked at."""
+    """Return whether a run has a configuration or results that can be looked at."""
     return (folder / configuration.FILE).exists() or results.there(folder)
 
 

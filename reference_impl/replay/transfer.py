@@ -119,7 +119,7 @@ def equations(u: Any, shape: Any, gap: float, volume: float) -> Any:
 
 
 def first_guess(shape: Shape, gap: float, volume: float, widen: float) -> Floats:
-    """A nearly cylindrical bridge of about that volume."""
+    """Return a nearly cylindrical bridge of about that volume, as the initial guess."""
     y = min(widen * np.sqrt(volume / (np.pi * gap)), 0.8, 0.8 * shape.rj)
     di, dj = 1.0 - np.sqrt(1.0 - y**2), shape.rj - np.sqrt(shape.rj**2 - y**2)
     length = di + dj + gap

@@ -102,7 +102,7 @@ def _there(run: Path, planned: Plan, scene: int | Floats) -> int | Floats:
 
 
 def _start_off(run: Path, table: pd.DataFrame) -> bool:
-    """Whether the first frame is not where the scene starts from."""
+    """Return whether the first frame differs from the start of the scene."""
     path = run / io.scene(run)["spheres_file"]
     if not path.exists():
         return False

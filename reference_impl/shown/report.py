@@ -183,7 +183,7 @@ def _band(runs: Runs, panel: Panel, curve: Curve, run: str, column: str) -> Iter
 
 
 def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -> bool:
-    """Whether a curve shows these values, where its axes reach."""
+    """Return whether a curve shows these values, where its axes reach."""
     if of is None or (points := _shown(curve, of[0])) is None:
         return False
     inside = of[0] >= 0.0
@@ -232,7 +232,7 @@ def _is(runs: Runs, curve: Curve) -> str:
 
 
 def _coarse(runs: Runs, run: str, curve: Curve) -> Iterator[str]:
-    """The line at the share that cannot pass."""
+    """Check the line at the share that cannot pass."""
     share = (runs.summary(run) or {COARSE: np.nan})[COARSE]
     if not np.allclose(curve.y, share, atol=MARGIN, rtol=0.0):
         yield f"the line at the share that cannot pass is at {curve.y[0]:.4g}; expected {share:.4g}"

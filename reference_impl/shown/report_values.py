@@ -62,7 +62,7 @@ def _equal(stored: Any, value: Any, digits: str) -> bool:
 
 
 def shows(text: str, value: float | str | None, digits: str, numbers: Numbers) -> bool:
-    """Whether a text shows a value to its precision."""
+    """Return whether a text shows a value to its precision."""
     if digits == "word" or digits == "states":
         return digits == "word" or states(text, value if isinstance(value, str) else f"{value:g}", numbers)
     if isinstance(value, str):
@@ -248,7 +248,7 @@ def _text(numbers: Numbers, key: str) -> str:
 
 
 def _difference(key: str, one: Sequence[float], two: Sequence[float], enough: int) -> Iterator[Value]:
-    """Whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
+    """Return whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
     if min(len(one), len(two)) < enough:
         yield key, "inconclusive", "same"
         return

@@ -49,7 +49,7 @@ class Field:
 
 
 def there(folder: Path) -> bool:
-    """Whether the run has VTK files."""
+    """Return whether the run has VTK files."""
     return (Path(folder) / "vtk").is_dir()
 
 
@@ -253,7 +253,7 @@ def _order(shown: Floats | None, expected: Floats) -> Floats | None:
 
 
 def _whole(name: str, what: str, step: int, order: Floats | None, shown: Floats | None) -> Field:
-    """Whether exactly those of the logs are shown."""
+    """Return whether exactly those of the logs are shown."""
     rows = pd.DataFrame({"step": [step], "i": [0 if shown is None else len(shown)]})
     return Field(name, what, rows, np.array([int(order is not None)]), np.ones(1, int), np.ones(1))
 
@@ -268,7 +268,7 @@ def _link(logs: Logs, fields: list[Field]) -> Link:
     kind = name.split("_")[1] if not name.endswith("_time") else ""
 
     def elsewhere(field: str, output: Callable[[int], int]) -> Floats:
-        """The values of a field at other outputs; NaN where there is none."""
+        """Return the values of a field at other outputs; NaN where it has none."""
         places = [output(steps.index(int(f.rows["step"].iloc[0]))) for f in fields]
         values = [expected_values(logs, steps[k], kind).get(field) if 0 <= k < len(steps) else None for k in places]
         same = [

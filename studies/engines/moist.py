@@ -72,7 +72,7 @@ def row(run: RunData, engine: str) -> dict[str, float | int | str]:
 
 
 def simulate(case: int, engine: str, seed: int) -> Path:
-    """Run a case with a seed where its folder does not hold that very run; the folder, as the workflow names it."""
+    """Run a case with a seed unless its folder contains that run already; return the folder, named as in the workflow."""
     name = engine.lower()
     loaded = stages.resolved(CONFIG, engine=name, seed=seed)
     first = stages.resolved(CONFIG, engine=name).settings.seed

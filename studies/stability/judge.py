@@ -143,7 +143,8 @@ def _at_output(run: Run, events: pd.DataFrame) -> pd.DataFrame:
 
 
 def energies(run: Run) -> tuple[Floats, Floats, Floats]:
-    """Energy made over the energy in play, what the order of the method allows, and all that was made, shape (cells,) each.
+    """Return the spurious energy over the energy in play, the bound of the method's order, and all spurious energy, shape
+    (cells,) each.
 
     Allowed is the force at each event times the way of one step (a bridge acts from the step after its formation on), a third of
     k dt²/m of the energy in play (the leapfrog's own swing), and round-off of the places.

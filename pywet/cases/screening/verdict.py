@@ -78,7 +78,7 @@ def check_result(run_dir: Path) -> CheckResult:
 
 
 def nothing_compared(replay: dict[str, Any]) -> list[str]:
-    """A sentence for each kind that the scene has and of which the replay compared nothing."""
+    """Write a sentence for each feature of the scene that the replay could not compare."""
     return [str(sentence) for sentence in replay.get("nothing_compared", ())]
 
 

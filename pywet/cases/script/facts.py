@@ -134,7 +134,7 @@ def number(word: str) -> float | None:
 
 
 def triangles_of(path: Path) -> int | None:
-    """Triangles of an STL file, text or binary; None where there is none."""
+    """Triangles of an STL file, text or binary; None if there is none."""
     if not path.is_file() or path.suffix.lower() != ".stl":
         return None
     data = read_bytes(path, "a mesh in STL")

@@ -86,7 +86,7 @@ def of_wall(name: str, style: str, meshes: Sequence[str], walls: Walls) -> Itera
 
 
 def holds_still(style: str) -> bool:
-    """Whether a fix style takes the forces on spheres away."""
+    """Return whether a fix style takes the forces on spheres away."""
     return style in ("freeze", "setforce")
 
 

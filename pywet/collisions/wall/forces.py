@@ -37,7 +37,7 @@ READINGS: dict[str, tuple[str, str]] = {
 }
 """Doubtful place of the paper (docs/wall_collision.md) -> the reading that is the default, the other one."""
 Other: Any = namedtuple("Other", READINGS)  # type: ignore[misc]
-"""Whether the other reading of each place is taken."""
+"""Return whether the other reading of each place is taken."""
 
 
 class Parameters(NamedTuple):

@@ -39,7 +39,7 @@ def checked(path: Path, start: int = 0, end: int | None = None, before: int = 0)
 
 
 def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:
-    """The first file that is not what it was when the sums were taken, as a phrase; logs may have been `appended` to since."""
+    """Name the first file whose content has changed since its digest was computed; logs may have been `appended` to since."""
     for name, (size, sum_then) in sums.items():
         path = folder / name
         if appended and size == 0:

@@ -238,7 +238,7 @@ class Plugin:
         self._check(self._library.pywet_resume_script(_pointer(numbers), count))
 
     def add_classes(self, scene: EngineScene, known: int, tables: pd.DataFrame) -> None:
-        """Classes of a scene beyond those known, with the transfer tables of all."""
+        """Register the classes of a scene that are not known yet, with the transfer tables of all."""
         for c in scene.classes[known:]:
             self._library.pywet_add_type(C.c_double(c.radius_m), C.c_double(c.contact_angle_rad))
         self._set_transfer(tables)
