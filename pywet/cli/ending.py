@@ -91,7 +91,7 @@ def _retained(folders: Sequence[Path]) -> Iterator[str]:
     spread = f" (95 % interval of the mean over {len(ends)} seeds)" if len(ends) > 1 else ""
     yield (
         f"fraction retained at the end {with_interval(ends)}{spread}; share that cannot pass {coarse:.3f}, "
-        f"so {100 * passed:.0f} % of what can pass has passed"
+        f"so {round(100 * passed)} % of what can pass has passed"
     )
 
 
