@@ -28,7 +28,7 @@ from pywet.engines.liggghts import driver
 from pywet.geometry import build_apparatus
 from pywet.geometry.initial import write_initial
 from pywet.geometry.motion import engine_displacement
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.laws.kinds import PRESETS
 from pywet.scene import Contacts, Effects, EngineScene, Output
 
@@ -142,7 +142,7 @@ def main() -> None:
         "--only", nargs="+", choices=VARIANTS, default=list(VARIANTS), help="these variants, the first as the base"
     )
     asked = words.parse_args()
-    own.trust([OWN])
+    custom_laws.trust([OWN])
     for case in asked.cases:
         for at in asked.at:
             measure(case, at, asked.steps, asked.rounds, asked.only)

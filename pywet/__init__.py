@@ -49,7 +49,7 @@ __all__ = sorted(_PLACES)
 
 
 def __getattr__(name: str) -> Any:
-    """The public names, and `__version__`; brought when they are asked for, so that importing costs nothing."""
+    """Return a public name or `__version__`; it is imported at its first use, so that importing pywet is fast."""
     if name == "__version__":
         return _version()
     if name == "laws":

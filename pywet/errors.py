@@ -48,7 +48,7 @@ class PywetError(Exception):
 
     @property
     def data(self) -> dict[str, Any]:
-        """Code, key, given, expected and where, as another error of this kind takes them."""
+        """Return code, key, given, expected and where, as the constructor of another error of this kind takes them."""
         return {name: getattr(self, name) for name in ("code", "key", "given", "expected", "where")}
 
 
@@ -126,7 +126,7 @@ def one_line(error: object, most: int = 300) -> str:
 
 
 def _printable(text: str) -> str:
-    """Control characters and lone surrogates as their escapes, so that a terminal shows and does not obey them."""
+    """Replace control characters and lone surrogates by their escapes, so that a terminal does not execute them."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 

@@ -238,9 +238,9 @@ class Output(Strict):
     checkpoints: int = Field(default=0, ge=0)
     """How many times during the run the state is saved for a resumption, evenly spread."""
     window_trajectories: bool = False
-    """Whether motion, forces and contact springs of all spheres are recorded in every step of the windows."""
+    """Return whether motion, forces and contact springs of all spheres are recorded in every step of the windows."""
     energy: bool = True
-    """Whether a moist run adds up the work of every effect in every step, for `history/energy`."""
+    """Return whether a moist run adds up the work of every effect in every step, for `history/energy`."""
 
 
 WallFilm = Literal["triangle", "part", "wall"]
@@ -315,7 +315,7 @@ class EngineScene(Strict):
     bin_z_m: float
     """A sphere whose centre is below this height has left through the outlet into the collecting bin."""
     retire: bool = False
-    """Whether spheres that lie in the collecting bin are taken out of the run at checkpoints (`retire_below_m`)."""
+    """Return whether spheres that lie in the collecting bin are taken out of the run at checkpoints (`retire_below_m`)."""
     outlets: tuple[Outlet, ...] = ()
     """Where spheres are taken out of the run at checkpoints, booked to the first outlet that holds their centre."""
 

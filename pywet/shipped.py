@@ -122,9 +122,9 @@ def _contents(example: str) -> dict[str, bytes]:
 
 
 def begin(folder: Path, example: str = "case") -> list[Path]:
-    """Write an example into a folder, ready to run; refused where one of its files is there already.
+    """Write an example into a folder, ready to run; a folder that contains one of its files is refused.
 
-    What a call that was cut off has left of them is gone on with: a part of the files, each as it is written here.
+    A folder that an interrupted call has left incomplete is completed, if each of its files is as it is written here.
     """
     folder = Path(folder)
     run_folder.refuse_within(folder)

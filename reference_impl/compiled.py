@@ -27,7 +27,7 @@ def _private(folder: str) -> bool:
 
 _folder = getattr(numba.config, "CACHE_DIR", "")
 KEPT = not _folder or _private(_folder)
-"""Whether machine code is stored: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
+"""Return whether machine code is stored: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
 
 
 def compiled(function: Callable[..., Any]) -> Any:

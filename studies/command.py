@@ -137,11 +137,11 @@ def laws(
     ] = None,
 ) -> None:
     """Compare every law with the exact bridge; one page."""
-    from pywet.laws import own
+    from pywet.laws import custom_laws
     from studies.law_comparison import page
 
-    mine = [own.placed(name) for name in law or []]
-    own.trust(mine)
+    mine = [custom_laws.placed(name) for name in law or []]
+    custom_laws.trust(mine)
     make_folder(folder)
     with bar("laws") as move:
         written = page.write_page(folder, lambda what, share: move(share, title=what), with_stock=stock, custom=mine)

@@ -119,7 +119,7 @@ class Study(ABC):
 
 
 def plain(row: Row) -> Row:
-    """A row as JSON can hold it: a number that is not finite is missing."""
+    """A row as JSON can store it: a number that is not finite is missing."""
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
 
 

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tests.engines.liggghts import injected, injected_between, injected_in_bin, injected_in_yard
+from tests.engines.liggghts import injected, injected_between, injected_in_bin, injected_in_fixture
 from tests.reference_impl import (
     injected_files,
+    injected_fixture,
     injected_log,
-    injected_yard,
     test_configuration_files,
     test_described,
     test_newton,
@@ -72,7 +72,7 @@ ENGINE = (
           "engines/liggghts/test_injected_faults.py", injected.NAMED | injected.MOTION),
     Place("plugin, screen", "a modified build; a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_injected_in_yard.py",
-          {**injected_in_yard.IN_YARD, **{k: v for faults in injected_in_yard.SCENES.values() for k, v in faults.items()}}),
+          {**injected_in_fixture.IN_YARD, **{k: v for faults in injected_in_fixture.SCENES.values() for k, v in faults.items()}}),
     Place("plugin, between", "a modified build; the same screen with the default windows: forces between sampled steps, work",
           "engines/liggghts/test_injected_between.py",
           {name: (quantity, words) for name, (_, quantity, words) in injected_between.FAULTS.items()}
@@ -84,7 +84,7 @@ ENGINE = (
     Place("log", "event and contact logs of twelve spheres, laws and constants included",
           "reference_impl/test_diagnosis.py", shown(injected_log.FAULTS)),
     Place("tables", "other tables of the same run", "reference_impl/test_injected_yard.py",
-          shown(injected_yard.FAULTS)),
+          shown(injected_fixture.FAULTS)),
     Place("motion", "masses, contacts and walls as the reference reads them", "reference_impl/test_newton.py",
           motion()),
 )  # fmt: skip

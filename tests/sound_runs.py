@@ -35,7 +35,7 @@ DONE = "sound.json"
 def describe(number: int) -> tuple[str, dict[str, Any]]:
     """Kind of a run and what it is made of, as plain data."""
     draw, kind = random.Random(number), KINDS[number % len(KINDS)]
-    return kind, {"case": _case, "own": _own, "small": _small}[kind](draw)
+    return kind, {"case": _case, "own": _custom, "small": _small}[kind](draw)
 
 
 def simulate(number: int, folder: Path) -> None:
@@ -140,7 +140,7 @@ def _small(draw: random.Random) -> dict[str, Any]:
     return {"scene": name, "choice": choice}
 
 
-def _own(draw: random.Random) -> dict[str, Any]:
+def _custom(draw: random.Random) -> dict[str, Any]:
     """Spheres of one to three classes, of which some are inserted, above a body of any shape and motion and a floor."""
     materials = {
         "glass": {"density_kg_per_m3": 2500, "contact_angle_deg": draw.choice([0, 15, 50])},

@@ -419,9 +419,9 @@ def custom_material(folder: Path) -> None:
         for d in (4, 6, 9)
     ]
     data["spheres"]["ore"] = {**data["spheres"]["POM"], "sizes": sizes}
-    own = [{**c, "sphere": "ore", "partner": "ore" if c["partner"] == "POM" else c["partner"]}
+    contacts = [{**c, "sphere": "ore", "partner": "ore" if c["partner"] == "POM" else c["partner"]}
            for c in data["contacts"] if c["sphere"] == "POM"]  # fmt: skip
-    data["contacts"] += own
+    data["contacts"] += contacts
     oil = {"surface_tension_N_per_m": 0.03, "viscosity_Pa_s": 0.1, "density_kg_per_m3": 900}
     data["liquids"] = {"oil": {key: {"value": value, **output_text} for key, value in oil.items()}}
     (folder / "materials.yaml").write_text(yaml.safe_dump(data))

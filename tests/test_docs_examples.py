@@ -152,7 +152,7 @@ def test_the_calibration_of_the_page_gives_its_answer(tmp_path: Path) -> None:
     page = (ROOT / "docs" / "calibrate.md").read_text()
     for (name, reported), made_with in zip(answer["parameters"].items(), (0.002, 0.05), strict=True):
         (found,) = reported["intervals"]
-        printed = re.search(rf"`{name}: (\S+) \(95 %: (\S+) to (\S+)\)`", page)
+        printed = re.search(rf"^{name}: (\S+) \(95 %: (\S+) to (\S+)\)$", page, re.MULTILINE)
         assert printed is not None
         values = [reported["best"], found["low"], found["high"]]
         assert [float(x) for x in printed.groups()] == pytest.approx(values, rel=2e-3)

@@ -117,13 +117,13 @@ def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
     }  # fmt: skip
     assert (tmp_path / "new" / "config" / "cases.csv").read_bytes() == (ROOT / "config" / "cases.csv").read_bytes()
     assert len((tmp_path / "new" / "README.md").read_text().splitlines()) <= 12
-    for kept in ("config", "Snakefile", "README.md"):
-        folder = tmp_path / f"has {kept}"
+    for name in ("config", "Snakefile", "README.md"):
+        folder = tmp_path / f"has {name}"
         folder.mkdir()
-        (folder / kept).touch()
-        with pytest.raises(PywetError, match=f"{kept} exists already"):
+        (folder / name).touch()
+        with pytest.raises(PywetError, match=f"{name} exists already"):
             shipped.begin(folder)
-        assert [path.name for path in folder.iterdir()] == [kept]
+        assert [path.name for path in folder.iterdir()] == [name]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pywet.cases.small import bridge_engine, bridge_query
-from pywet.laws import own, registry
+from pywet.laws import custom_laws, registry
 
 HERE = Path(__file__).parent
 LAW = f"{HERE / 'my_capillary.py'}:my_capillary"
@@ -13,7 +13,7 @@ LAW = f"{HERE / 'my_capillary.py'}:my_capillary"
 
 def main() -> None:
     """Measure at a few separations and compare."""
-    own.trust([LAW])
+    custom_laws.trust([LAW])
     given = bridge_query.read(HERE / "two_spheres.json").model_copy(update={"laws": (LAW, "pitois")})
     in_engine = bridge_engine.measured(given)["force_N"][LAW]
     law = registry.get("capillary", LAW).functions[0]

@@ -8,7 +8,7 @@ import my_capillary as module
 import pytest
 from my_capillary import my_capillary
 
-from pywet.laws import own, registry
+from pywet.laws import custom_laws, registry
 
 SIGMA = 0.07
 
@@ -41,6 +41,6 @@ def test_docstring_and_probe() -> None:
     test = doctest.DocTestParser().get_doctest(my_capillary.__doc__ or "", vars(module), "my_capillary", None, None)
     assert doctest.DocTestRunner().run(test).failed == 0
     name = f"{Path(__file__).with_name('my_capillary.py')}:my_capillary"
-    own.trust([name])
+    custom_laws.trust([name])
     law = registry.get("capillary", name)  # tried on the probe grid
     assert law.functions[0](0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, SIGMA) > 0

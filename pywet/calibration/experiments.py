@@ -26,7 +26,7 @@ from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import begun, parse, read_yaml
 from pywet.engines.process import package_version
 from pywet.errors import ConfigError, PywetError
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.runs.loaded import Run
 from pywet.util import sources
 from pywet.util.files import parse_json, read_bytes, read_if_there, write_json
@@ -150,9 +150,9 @@ def _name(scene: Scene) -> str:
     message = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
     word = hashlib.sha256(message.encode() + _program())
     chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
-    laws = [law for law in [*chosen.values(), *scene.laws.reference.values()] if own.is_own(law)]
+    laws = [law for law in [*chosen.values(), *scene.laws.reference.values()] if custom_laws.is_custom(law)]
     files = [(scene.folder / wall.stl, CURE) for wall in scene.walls if wall.stl]
-    files += [(Path(own.placed(law, scene.folder).rpartition(":")[0]), own.CURE) for law in laws]
+    files += [(Path(custom_laws.placed(law, scene.folder).rpartition(":")[0]), custom_laws.CURE) for law in laws]
     for file, cure in files:
         word.update(hashlib.sha256(read_bytes(file, cure)).digest())
     return word.hexdigest()[:16]

@@ -62,7 +62,7 @@ class Runs:
 
 @dataclass(frozen=True)
 class Found:
-    """The problem as it was solved, why no more was done, and, where an engine was run, its runs and their surface."""
+    """The solved problem, the reason why the search ended, and, if an engine was run, its runs and their surface."""
 
     problem: Problem
     stopped: str

@@ -118,11 +118,11 @@ def bridge(
 ) -> None:
     """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
     from pywet.cases.small import bridge_query
-    from pywet.laws import own
+    from pywet.laws import custom_laws
     from pywet.util import machine_code
 
     query = bridge_query.read(file)
-    own.trust(query.laws, None if trust else file.parent)
+    custom_laws.trust(query.laws, None if trust else file.parent)
     if engine is None:
         with machine_code.compiling("bridge"):
             answer = bridge_query.answer(query)

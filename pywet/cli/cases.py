@@ -301,12 +301,12 @@ def plot(
 @app.command()
 def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     """Print the largest time steps that contact, capillary and viscous forces allow in a prepared run, and which governs."""
-    from pywet.laws import own
+    from pywet.laws import custom_laws
     from pywet.planning import time_steps
     from pywet.scene import EngineScene
 
     showing.need_run(run_dir)
     prepared = EngineScene.read(run_dir / "scene.json")
-    own.trust(prepared.effects.laws.values() if trust else ())
+    custom_laws.trust(prepared.effects.laws.values() if trust else ())
     for line in time_steps.advise(prepared).lines:
         tell(line)

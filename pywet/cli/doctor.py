@@ -69,7 +69,7 @@ def pinned() -> dict[str, str]:
 
 
 def banner_version(program: str) -> str | None:
-    """Version in the first line that the engine prints; None when it says something else."""
+    """Version in the first line that the engine prints; None if there is none."""
     with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
         message = process.output_of([program, "-log", "none"], "\n", Path(folder))
     named = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", message)

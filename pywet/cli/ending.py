@@ -91,7 +91,7 @@ def _retained(folders: Sequence[Path]) -> Iterator[str]:
     spread = f" (95 % interval of the mean over {len(ends)} seeds)" if len(ends) > 1 else ""
     yield (
         f"fraction retained at the end {with_interval(ends)}{spread}; share that cannot pass {coarse:.3f}, "
-        f"so {100 * passed:.0f} % of what can pass has passed"
+        f"so {round(100 * passed)} % of what can pass has passed"
     )
 
 
@@ -132,7 +132,7 @@ def _reservoir(name: str) -> bool:
 
 
 def _report(folder: Path) -> Path | None:
-    """The run's page, made again; where it cannot be made, a sentence on standard error and no page."""
+    """Write the run's page again; if that fails, print a message to standard error and return None."""
     from pywet.report import scene_page as page
 
     try:
@@ -176,7 +176,7 @@ def _agreement(replay: dict[str, Any], to: Console) -> None:
         numbers = (f"{row.largest:.1e}", f"{row.median:.1e}", f"{row.limit:.0e}")
         table.add_row(escape(row.quantity), str(row.count), *numbers, message)
     to.print(table)
-    sentences = [whole.said(replay["compared"])] if "compared" in replay else []
+    sentences = [whole.sentence(replay["compared"])] if "compared" in replay else []
     sentences += [s if s.startswith("nothing") else f"not checked: {s}" for s in verdict.not_checked(replay)]
     for kind, function in (replay.get("second") or {}).items():
         sentences.append(f"{kind}: compared with {Path(function).name}, a reference implementation of the user")

@@ -7,15 +7,15 @@ from dataclasses import asdict
 from rich.table import Table
 
 from pywet.cli.showing import out, tell
-from pywet.laws import checks, own
+from pywet.laws import checks, custom_laws
 
 GOOD, WRONG = 0, 1
 
 
 def run(name: str, as_json: bool) -> int:
     """Check a law and print what was found; 1 where it is not as a law must be."""
-    name = own.placed(name)
-    own.trust([name])
+    name = custom_laws.placed(name)
+    custom_laws.trust([name])
     kind = checks.kind_of(name)
     found = checks.findings(kind, name)
     wrong = any(finding.ok is False for finding in found)

@@ -61,7 +61,7 @@ QUESTIONS: dict[str, Callable[[], None]] = {
 
 
 def main() -> None:
-    """Ask what has not been asked with these sources on this processor."""
+    """Compile what is not compiled yet for these sources and this processor."""
     for name, ask in () if machine_code.ready() else QUESTIONS.items():
         print(f"machine code, once for this processor: {name}", flush=True)
         ask()

@@ -33,7 +33,7 @@ def at_work(folder: Path) -> tuple[list[int], list[int]]:
 
 
 def release(folder: Path) -> str | None:
-    """Remove the lock of a folder where none of its processes is left; what is in the way, in one sentence, or None."""
+    """Remove the lock of a folder if none of its processes runs; return the obstacle in one sentence, or None."""
     locks = list((folder / LOCKS).glob("*.lock"))
     if not locks:
         return None

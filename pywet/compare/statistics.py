@@ -44,7 +44,7 @@ class Finding:
 
 
 def half_width(deviation: float, count: float, freedom: int, confidence: float) -> float:
-    """Half width of the confidence interval (Student) of a mean of so many values with that standard deviation.
+    """Half width of the confidence interval (Student) of a mean of n values with that standard deviation.
 
     >>> round(half_width(1.0, 2, 1, 0.95), 3)
     8.985

@@ -105,7 +105,7 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: S
     if broken:
         verdict += f"; {broken}"
     different = any(r.different for r in rows) or bool(broken)
-    compared = {label: [whole.said(r.held) for r in group] for label, group in zip("ab", groups, strict=True)}
+    compared = {label: [whole.sentence(r.held) for r in group] for label, group in zip("ab", groups, strict=True)}
     left_out = [n for n in every if n not in names]
     end = _at_end(groups, MAIN if MAIN in names else names[0])
     return Comparison(

@@ -116,7 +116,7 @@ class FrictionEntry(Entry):
 
 
 class PoissonEntry(Entry):
-    """Above -1, up to 0.5 (incompressible)."""
+    """A configured Poisson's ratio, above -1 and at most 0.5 (incompressible), with its source."""
 
     value: Annotated[float, Field(gt=-1, le=0.5)]
 

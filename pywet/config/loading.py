@@ -24,7 +24,7 @@ from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
 from pywet.errors import ConfigError, PywetError, one_line
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.laws.kinds import PRESETS
 from pywet.util.files import AGAIN, read_bytes, read_json
 
@@ -405,11 +405,11 @@ def placed_laws(laws: LawSettings, folder: Path, trust: bool = False) -> LawSett
     Those in or below it may run from now on; with `trust` the others too.
     """
     given = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
-    named = {kind: own.placed(law, folder) for kind, law in given.items()}
-    seconds = {kind: own.placed(function, folder) for kind, function in laws.reference.items()}
-    own.trust([*named.values(), *seconds.values()], None if trust else folder)
+    named = {kind: custom_laws.placed(law, folder) for kind, law in given.items()}
+    seconds = {kind: custom_laws.placed(function, folder) for kind, function in laws.reference.items()}
+    custom_laws.trust([*named.values(), *seconds.values()], None if trust else folder)
     for kind, function in seconds.items():
-        own.check_second(kind, function)
+        custom_laws.check_second(kind, function)
     return laws.model_copy(update={**named, "reference": seconds})
 
 

@@ -273,7 +273,7 @@ Row = TypeVar("Row", bound=Limited)
 
 
 def _of_length(rows: Sequence[Row], key: str, length_mm: float, lacks: str) -> Row:
-    """The row whose `key` is a length [mm]."""
+    """Return the row whose `key` equals a length [mm]."""
     lengths = [getattr(row, key).value for row in rows]
     for row, length in zip(rows, lengths, strict=True):
         if math.isclose(length, length_mm, rel_tol=1e-9):

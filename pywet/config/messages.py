@@ -119,7 +119,7 @@ def _kind(model: type[BaseModel], loc: Loc) -> str:
 
 
 def _model_at(model: type[BaseModel], loc: Loc) -> type[BaseModel] | None:
-    """The model that describes the place `loc` within `model`; None where there is none."""
+    """The model that describes the place `loc` within `model`; None if there is none."""
     here: Any = model
     for step in loc:
         if isinstance(here, type) and issubclass(here, BaseModel):

@@ -65,7 +65,7 @@ class Readings(Strict):
         return 0.5 if self.amplitude == "peak_to_peak" else 1.0
 
     def small_half_width(self, radius_m: float, sides: int) -> float:
-        """Half width [m] of a wire of this radius and so many facets."""
+        """Half width [m] of a wire of this radius and number of facets."""
         return radius_m * math.sin(math.pi / sides) if self.small_wall == "half_facet" else radius_m
 
     @property

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from pywet.config.entries import Limited, RatioEntry
 from pywet.config.readings import Readings
 from pywet.law_names import LawName, Laws
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.laws.kinds import PRESETS, Preset
 from pywet.scene import SHORT_WINDOW, Contacts, Word
 from pywet.strict import Strict
@@ -33,9 +33,9 @@ class LawSettings(Laws):
     def _beside_own_laws(self) -> LawSettings:
         for kind, function in self.reference.items():
             law = getattr(self, kind)
-            if law is None or not own.is_own(law):
+            if law is None or not custom_laws.is_custom(law):
                 raise ValueError(f"reference.{kind} only together with a custom law ({kind} is {law or 'the preset'})")
-            if not own.is_own(function):
+            if not custom_laws.is_custom(function):
                 raise ValueError(f"reference.{kind} as path/to/file.py:function ({function} is none)")
         return self
 

@@ -84,7 +84,7 @@ def with_entries(config: Config, values: Mapping[str, Any]) -> Config:
 
 
 def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Config:
-    """The configuration with another setting and seed, and a scale named SCALE of the study's size."""
+    """Return the configuration with another setting, another seed and the scale SCALE, which has the size of the study."""
     windows, steps = log_windows(setting.contact_log)
     log = {"contact_windows": windows, "contact_window_steps": steps, "checkpoints": 0}
     given = {"width_mm": size.width_mm, "duration_s": size.duration_s, "slide_opens_at_s": size.opens_s}

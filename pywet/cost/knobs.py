@@ -11,7 +11,7 @@ Level = float | int | str
 
 @dataclass(frozen=True)
 class Setting:
-    """All settings of a run. The defaults are those of `config/` at smoke scale (a test says so)."""
+    """All settings of a run. The defaults are those of `config/` at smoke scale (tested)."""
 
     fraction: float = 0.05
     """Time step over the duration of the shortest collision."""
@@ -42,7 +42,7 @@ class StudySetting:
     reduced: tuple[Level, ...] = ()
     """As `quick` where there are none."""
     exact_pair: bool = False
-    """Whether all levels ought to give the same result, so that it is their cost alone that matters."""
+    """Return whether all levels ought to give the same result, so that it is their cost alone that matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
         """Levels of a study of this size; `whole` has those of `standard`, `reduced_whole` those of `reduced`."""

@@ -139,7 +139,7 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
 
 
 def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[], None]) -> Timed:
-    """The least of two stretches of a run, or of its repeats, since whatever else the machine does only adds."""
+    """Return the smaller time of two stretches of a run, or of its repeats, because other load on the machine only adds to it."""
     with tempfile.TemporaryDirectory(prefix="pywet-trial-") as name:
         folder = Path(name)
         scene, spheres, near = _prepare(folder, config, width_mm, which)
@@ -167,7 +167,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
 
 
 def _run(folder: Path, scene: EngineScene, steps: Sequence[int], which: Lattice) -> dict[str, Any]:
-    """Run so many steps in each stage: before the slide is drawn, while it is, and after."""
+    """Run a number of steps in each stage: before, during and after the opening of the slide."""
     output = Output(interval_s=sum(steps) * FROZEN, contact_windows=0, checkpoints=0)
     opens, travel = (FROZEN * n for n in (*steps, 1)[:2])
     slide = scene.slide.model_copy(update={"opens_at_s": opens, "travel_s": travel}) if scene.slide else None
@@ -194,7 +194,7 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
 
 
 def _lattice(scene: EngineScene, width: float, low: float, gap: float) -> pd.DataFrame:
-    """The scene's number of spheres, all of its smallest class, a `gap` of radii apart, in no order.
+    """Place the scene's number of spheres, all of its smallest class, a `gap` of radii apart in random order.
 
     They have speeds and spins, without which the engine's laws of friction and rolling have nothing to do. One at the top flies
     so fast that it is nearly out of its skin at the end: as far as that, the plugin looks for spheres that may have met.

@@ -16,11 +16,11 @@ class Engine:
 
     name: str
     rolling: bool = True
-    """Whether it has rolling resistance as the scene means it."""
+    """Return whether it has rolling resistance as the scene means it."""
     retires: bool = False
-    """Whether it can take spheres out of a run."""
+    """Return whether it can take spheres out of a run."""
     parallel: bool = True
-    """Whether it runs in more than one process."""
+    """Return whether it runs in more than one process."""
 
     def start(self, run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
         """Run the scene there; `mpi` are the words that start the ranks (empty: mpirun)."""
@@ -48,8 +48,10 @@ def chosen(name: str, ranks: int = 1) -> Engine:
 
 
 def refuse_fewer_cores(ranks: int, threads: int) -> None:
-    """Refuse a job that was given fewer cores than ranks are configured: Snakemake caps `threads` at the cores it has, and
-    says nothing. What SLURM gave counts as well: Snakemake's own count is of the machine it looks at."""
+    """Refuse a job with fewer cores than configured ranks, because Snakemake caps `threads` without a message.
+
+    The cores that SLURM allocated count as well, because Snakemake counts those of its own machine.
+    """
     cores = max(threads, int(os.environ.get("SLURM_CPUS_PER_TASK", "1")))
     if cores < ranks:
         raise PywetError(

@@ -105,7 +105,7 @@ def surroundings(python: bool = False) -> dict[str, str]:
 
 @contextmanager
 def alone(run_dir: Path) -> Iterator[None]:
-    """Hold the run directory, and say in one sentence what the operating system refused in it."""
+    """Lock the run directory, and report in one sentence what the operating system refused in it."""
     try:
         with run_lock.hold(run_dir):
             yield
@@ -123,7 +123,7 @@ def start_again(folder: Path, name: str) -> None:
 
 
 def _peak_memory(pid: int) -> int | None:
-    """Largest resident memory of a living process so far [B]; None where it is gone or the system does not say."""
+    """Largest resident memory of a living process so far [B]; None if it has ended or the system does not report it."""
     try:
         lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     except OSError:
@@ -192,7 +192,7 @@ def last_words(lines: Iterable[str], returncode: int) -> str:
 def attend(
     command: list[str], folder: Path, environment: Mapping[str, str], look: Callable[[], None]
 ) -> tuple[int, Usage]:
-    """Exit status and use of a program run in `folder`; `look` is called a few times a second, and ends it by raising."""
+    """Exit status and resource use of a program run in `folder`; `look` is called a few times a second and ends it by raising."""
     before, peak = _children_cpu(), None
     with open(folder / OUTPUT, "w") as output:
         child = subprocess.Popen(

@@ -25,7 +25,7 @@ Window = tuple[int, int]
 
 @dataclass(frozen=True)
 class Piece:
-    """So many steps in one go."""
+    """A number of steps that the engine runs without interruption."""
 
     steps: int
     drawn: tuple[str, ...]
@@ -110,7 +110,7 @@ def checkpoint_every(scene: EngineScene) -> int:
 
 
 def drop_every(scene: EngineScene) -> int:
-    """Steps between looks at what drips: about `DROP_INTERVAL`, and a whole number of them between outputs."""
+    """Steps between checks for drops: about `DROP_INTERVAL`, and a whole number of them between outputs."""
     looks = max(1, round(scene.output_every * scene.time_step_s / DROP_INTERVAL))
     return next(
         scene.output_every // n for n in range(min(looks, scene.output_every), 0, -1) if scene.output_every % n == 0
@@ -118,8 +118,9 @@ def drop_every(scene: EngineScene) -> int:
 
 
 def checkpoints(scene: EngineScene, avoided: Sequence[Window] = ()) -> list[int]:
-    """Steps at which the state is saved, and from which the run goes on as one that was killed does; none in a window that is
-    `avoided`: those wait until its last step."""
+    """Steps at which the state is saved, and from which a killed run resumes; a step in a window that is `avoided` is moved to
+    the window's last step.
+    """
     every = checkpoint_every(scene)
     steps = set(range(every, scene.steps, every) if every else ())
     for first, last in avoided:

@@ -58,7 +58,7 @@ def corners_in(path: Path) -> Floats:
 
 
 def _parsed(path: Path) -> tuple[Floats, list[str]]:
-    """Corners as they are in the file, and what had to be passed over to read them."""
+    """Return the corners as they are in the file, and sentences on what was skipped or read differently."""
     if not path.is_file():
         raise PywetError(f"no STL file at {path}; expected the path of a surface mesh, a regular file")
     data, changes = path.read_bytes(), []

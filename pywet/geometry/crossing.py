@@ -15,7 +15,7 @@ ROOM = 1e-6
 
 
 def crossing(points: Floats, triangles: Ints) -> Floats | None:
-    """A point (3,) at which an edge passes through a facet; None where there is none, or more than `MOST` triangles."""
+    """A point (3,) at which an edge passes through a facet; None if there is none, or more than `MOST` triangles."""
     if len(triangles) > MOST:
         return None
     corners = points[triangles]

@@ -56,7 +56,7 @@ class FeedRegion:
 
 
 def refuse_beyond_memory(count: int, where: str, cure: str) -> None:
-    """Refuse more spheres than this machine's memory can hold, before it is asked for."""
+    """Refuse more spheres than fit into this machine's memory, before it is allocated."""
     there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if count * SPHERE_B > there:
         raise PywetError(

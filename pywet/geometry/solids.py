@@ -20,7 +20,7 @@ Part = tuple[Floats, float | None]
 
 
 def polygon(apothem: float, sides: int) -> Floats:
-    """Corners (sides, 2) [m], counter-clockwise, of a regular polygon whose first face looks towards +x."""
+    """Corners (sides, 2) [m], counter-clockwise, of a regular polygon whose first face has its normal along +x."""
     angle = 2.0 * math.pi * (np.arange(sides) - 0.5) / sides
     return apothem / math.cos(math.pi / sides) * np.column_stack([np.cos(angle), np.sin(angle)])
 

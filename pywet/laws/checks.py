@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pywet.errors import LawError
-from pywet.laws import exact_bridge, own, registry
+from pywet.laws import custom_laws, exact_bridge, registry
 from pywet.laws.force_law import ForceLaw
 from pywet.laws.kinds import KINDS
 
@@ -78,8 +78,8 @@ class Compared:
 
 def kind_of(name: str) -> str:
     """Return the kind of a law: of a custom law from its arguments, of a built-in one from the registry."""
-    if own.is_own(name):
-        return own.kind_of(name)
+    if custom_laws.is_custom(name):
+        return custom_laws.kind_of(name)
     for kind in KINDS:
         if name in registry.names(kind) and KINDS[kind].parts:
             return kind

@@ -46,7 +46,7 @@ class ForceLaw:
     prepared: Prepared | None = None
     """The law in two parts, where that is cheaper."""
     cached = True
-    """Whether the compiled code may be kept between processes."""
+    """Return whether the compiled code may be kept between processes."""
     fastmath: Any = False
     """Liberties the compiler may take (numba's `fastmath`)."""
 

@@ -33,7 +33,7 @@ floats_at, singles_at, ints_at = (
 
 
 def stack(count: int) -> Any:
-    """An intrinsic that gives a pointer to so many numbers on the stack of the function that calls it."""
+    """Return an intrinsic that allocates `count` numbers on the stack of the calling function and gives their address."""
 
     @intrinsic
     def numbers(typing: Any) -> Any:

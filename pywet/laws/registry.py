@@ -13,9 +13,9 @@ from pywet.laws import (
     buck,
     capillary,
     capillary_fits,
+    custom_laws,
     davis,
     formation,
-    own,
     rupture,
     shedding,
     transfer,
@@ -96,8 +96,8 @@ def get(kind: str, name: str) -> Law:
         functions: Any = REGISTERED[kind][name]
     elif name in offered:
         functions = _load(offered[name])
-    elif own.is_own(name):
-        functions = own.functions(kind, name)
+    elif custom_laws.is_custom(name):
+        functions = custom_laws.functions(kind, name)
     else:
         raise LawError(
             f"there is no {kind} law named {name}; expected one of {', '.join(names(kind))}, or path/to/file.py:function",

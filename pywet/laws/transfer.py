@@ -93,7 +93,7 @@ def residual(pair: Pair, bridge: Bridge, volume: float) -> tuple[float, float]:
 
 
 def solve(pair: Pair, volume: float, separation: float, guess: tuple[float, float]) -> Bridge | None:
-    """The meridian for that volume and separation near a guess of the angles; None where there is none."""
+    """The meridian for that volume and separation near a guess of the angles; None if there is none."""
 
     def equations(angles: Floats) -> tuple[float, float]:
         return residual(pair, shape(pair, float(angles[0]), float(angles[1]), separation), volume)

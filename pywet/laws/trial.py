@@ -1,4 +1,4 @@
-"""Test a custom law in a child process, started by `own.py`, since a law may loop for ever or end the program."""
+"""Test a custom law in a child process, started by `custom_laws.py`, since a law may loop for ever or end the program."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from pywet.errors import PywetError
-from pywet.laws import own, registry
+from pywet.laws import custom_laws, registry
 from pywet.util.files import write_json
 
 
@@ -17,7 +17,7 @@ def main() -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     refused = ""
     try:
-        registry.checked(kind, name, own.execute(name, sys.stdin.buffer.read()))
+        registry.checked(kind, name, custom_laws.execute(name, sys.stdin.buffer.read()))
     except PywetError as error:
         refused = str(error)
     write_json(Path(answer), refused)

@@ -172,7 +172,7 @@ def _hold_at(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, addre
 
 @inline
 def _held_force(separation, volume, radius_i, radius_j, surface_tension, held, spline):  # type: ignore[no-untyped-def]
-    """The force from a bridge's prepared numbers; no branch is left in it."""
+    """Return the capillary force from the numbers prepared for a bridge, without branches in the compiled code."""
     r = 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
     ring = 2.0 * min(volume / (r * r * r), 0.5) * r * r / math.pi
     s = max(separation, 0.0)
@@ -189,7 +189,7 @@ def _evaluate(separation, volume, radius_i, radius_j, ti, tj, surface_tension, a
 
 @inline
 def _volume(volume, r):  # type: ignore[no-untyped-def]
-    """V* within the table, its cell and weights on the axis x, and r √V* (carried on by its known limit below the table)."""
+    """V* limited to the table, its cell and weights on the axis x, and r √V* (below the table by its known limit)."""
     v = min(volume / (r * r * r), 0.5)
     x = (math.log(v) - X_FIRST) / _X_STEP
     scale = r * math.sqrt(v)

@@ -138,7 +138,7 @@ def write(run_dir: Path) -> list[AuditRow] | None:
 
 
 def read(run_dir: Path) -> list[AuditRow] | None:
-    """The rows of audit.json, None where there is none."""
+    """The rows of audit.json, None if there is none."""
     path = Path(run_dir) / FILE
     return read_model(path, _Audit, f"run `pywet replay {run_dir}` again").rows if path.exists() else None
 

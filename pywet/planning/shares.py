@@ -24,7 +24,7 @@ WITHIN = {"gravity": 3.0, "capillary": 3.0, "viscous_normal": 15.0, "viscous_tan
 
 
 def predicted_shares(of: Sequence[Groups], counts: Sequence[int], s: Surroundings) -> dict[str, float]:
-    """Effect -> share over classes of so many spheres; empty where there is neither weight nor liquid."""
+    """Effect -> share over classes with these numbers of spheres; empty without weight or liquid."""
     total = dict.fromkeys(WITHIN, 0.0)
     for g, count in zip(of, counts, strict=True):
         for effect, impulse in _impulses(g, s).items():

@@ -92,7 +92,7 @@ def _nearest(number: float) -> int:
 
 
 def _off(asked_kg: Sequence[float], sphere_kg: Sequence[float], counts: Sequence[int]) -> float:
-    """Excess of the total mass over what was asked for, as a share of it."""
+    """Excess of the total mass over the requested one, relative to it."""
     return sum(n * one for n, one in zip(counts, sphere_kg, strict=True)) / sum(asked_kg) - 1.0
 
 
@@ -102,7 +102,7 @@ def _good(asked_kg: Sequence[float], sphere_kg: Sequence[float]) -> bool:
 
 
 def _least(asked_kg: Sequence[float], sphere_kg: Sequence[float]) -> float:
-    """Least total mass [kg], not below what was asked for, that can be made of this distribution, to three digits upwards."""
+    """Least total mass [kg], at least the requested one, that this distribution can have, rounded up to three digits."""
     total = sum(asked_kg)
     least = total * max(1.0, *(0.5 * one / m for m, one in zip(asked_kg, sphere_kg, strict=True)))
     digit = 10.0 ** (math.floor(math.log10(least)) - 2)

@@ -32,7 +32,7 @@ class Surroundings:
     wall_share: float = 1.0
     """Contacts with walls over all contacts; 0: there are no walls."""
     liquid_wanted: bool = True
-    """Whether it is asked where the liquid is; if not, a liquid whose forces are negligible need not be simulated."""
+    """Return whether it is asked where the liquid is; if not, a liquid whose forces are negligible need not be simulated."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.wall_share <= 1.0 or not 0.0 <= self.solid_fraction < 0.75 or self.duration_s <= 0:

@@ -108,7 +108,7 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
 
 
 def wedged(run: RunDir, wall: WallMesh) -> Bools:
-    """Spheres that sit in an aperture and move with the screen, shape (outputs, spheres); see `WEDGED_SPEED`."""
+    """Spheres in an aperture that move with the screen, shape (outputs, spheres); see `WEDGED_SPEED`."""
     scene, line, table = run.scene, run.timeline, run.trajectory
     place = np.searchsorted(line.steps, table["step"]), np.searchsorted(line.ids, table["id"])
     z, speed = np.full(line.present.shape, np.nan), np.full((*line.present.shape, 3), np.nan)

@@ -42,7 +42,7 @@ def _by_outlet(run: RunDir) -> pd.DataFrame:
 
 
 def _by_tray(run: RunDir) -> pd.DataFrame:
-    """Spheres at the end: mass, size and the smallest tray around their centre, nothing where there is none."""
+    """Spheres at the end: mass, size and the smallest tray around their centre, nothing if there is none."""
     last = run.at_step("trajectory", int(run.scene.output_steps[-1]))
     at, found = last[["x", "y", "z"]].to_numpy(dtype=float), np.full(len(last), "", dtype=object)
     boxes = []

@@ -25,11 +25,11 @@ class FeedAmount(Excusable):
     rate_t_per_h: Positive | None = None
     """Mass that enters per hour while it is inserted, in place of a mass."""
     rate_of: Literal["dry", "moist"] = "dry"
-    """Whether the rate is of the dry or of the moist material."""
+    """Return whether the rate is of the dry or of the moist material."""
     moisture_percent: Annotated[float, Field(ge=0, lt=100)] | None = None
     """Liquid over the mass of `moisture_of`."""
     moisture_of: Literal["dry", "moist"] = "dry"
-    """Whether moisture is % of the dry or of the moist mass."""
+    """Return whether moisture is % of the dry or of the moist mass."""
 
     @model_validator(mode="after")
     def _one_amount(self) -> Self:

@@ -46,7 +46,7 @@ def _doubled(curve: pd.DataFrame) -> bool:
 
 
 def _joined(rows: pd.DataFrame) -> pd.Series:
-    """Classes of one size as one: their masses added."""
+    """Combine classes of the same size into one by adding their masses."""
     sums = rows[["feed_kg", "overs_kg", "unders_kg"]].sum()
     t = sums["overs_kg"] / sums["feed_kg"]
     return pd.Series({**sums, "T": t, "T_low": rows["T_low"].min(), "T_high": rows["T_high"].max()})

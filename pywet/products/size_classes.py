@@ -218,7 +218,7 @@ def _rows(path: Path, text: str, separator: str) -> Iterator[list[str]]:
 
 
 def _numbers(path: Path) -> list[tuple[float, ...]]:
-    """Rows of two or three numbers; a head line is passed over."""
+    """Read rows of two or three numbers; a header line is skipped."""
     raw = read_bytes(path, "name a sieve analysis in psd.file")
     try:
         text = raw.decode("utf-8-sig")

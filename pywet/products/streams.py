@@ -32,7 +32,7 @@ class Streams:
     start_s: float
     end_s: float
     steady: bool
-    """Whether a steady state was found; else the second half of the feed counts."""
+    """Return whether a steady state was found; else the second half of the feed counts."""
     deck: int = 1
     """Deck whose overs and unders they are, counted from above; what left over a deck above is no product of it."""
 

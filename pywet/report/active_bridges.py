@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pywet.laws import own, registry
+from pywet.laws import custom_laws, registry
 from pywet.report import cuboids
 from pywet.runs.rundir import Bools, Floats, RunDir, bridge_ends
 from pywet.schema import SPHERE
@@ -53,7 +53,7 @@ def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:
     name, liquid = run.scene.effects.capillary, run.scene.liquid
     if name is None or liquid is None:
         return np.zeros(len(bridges))
-    if own.is_own(name):
+    if custom_laws.is_custom(name):
         return np.full(len(bridges), np.nan)
     b = bodies(run, bridges)
     law = registry.get("capillary", name).functions[0]

@@ -44,7 +44,7 @@ def outcome(results: Sequence[CaseResult]) -> str:
 
 
 def agrees(results: Sequence[CaseResult]) -> bool:
-    """Whether every moist case was recomputed and no case disagrees."""
+    """Return whether every moist case was recomputed and no case disagrees."""
     return not not_agreeing(results) and all(row.ok for r in results for row in r.agreement)
 
 

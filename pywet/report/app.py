@@ -42,7 +42,7 @@ class Page(BaseHTTPRequestHandler):
             self.wfile.write(self.server.body)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing of what was asked."""
+        """Do not log requests."""
 
 
 class Server(ThreadingHTTPServer):

@@ -182,7 +182,7 @@ def _labels(groups: Mapping[str, Sequence[Path]]) -> dict[str, str]:
 
 
 def _percent(run: RunDir) -> str:
-    """Liquid put in over the dry mass, in per cent."""
+    """Initial liquid over the dry mass, in per cent."""
     scene, mass = run.scene, sum(c.count * c.mass_kg for c in run.scene.classes)
     initial = float(run.ledger["initial"].iloc[-1]) if run.moist else 0.0
     return f"{100.0 * initial * (scene.liquid.density_kg_per_m3 if scene.liquid else 0.0) / mass:.3g} %"

@@ -74,7 +74,7 @@ def figure(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values, meas
 
 
 def draw(path: Path, drawn: Figure) -> None:
-    """The figure as SVG, or as PNG where the file is named so; it is closed."""
+    """Draw the figure as SVG, or as PNG for a file with that suffix, and close it."""
     how: Any = {"format": "png", "dpi": DPI} if path.suffix == ".png" else {"format": "svg", "metadata": {"Date": None}}
     with atomic_write(path) as temporary:
         drawn.savefig(temporary, **how)

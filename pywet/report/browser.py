@@ -35,7 +35,7 @@ STEPS = 65534
 
 
 def element(runs: Sequence[tuple[str, RunDir]], panels: int = 1, most: int = MOST) -> str:
-    """HTML in which named runs are looked at, so many of them side by side."""
+    """HTML that shows the named runs, with a given number of them side by side."""
     here = Path(__file__).parent
     style, three, viewer = ((here / name).read_text() for name in ("viewer.css", "three.min.js", "viewer.js"))
     data = "".join(

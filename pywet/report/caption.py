@@ -26,7 +26,7 @@ def entries(run: RunDir) -> list[tuple[str, str]]:
     return [*(moist if run.moist else [(DRY, "spheres")]), *([(METAL, metal)] if metal else []), *cut]
 
 
-def said(run: RunDir, step: int) -> str:
+def sentence(run: RunDir, step: int) -> str:
     """Name, time, and, in screening, the part of the spheres' mass that is not in the bin."""
     line = run.timeline
     row = int(np.searchsorted(line.steps, step))

@@ -56,7 +56,7 @@ def _bridges(run: RunDir, sphere: int, step: int) -> pd.DataFrame:
 
 
 def exact(run: RunDir, bridges: pd.DataFrame) -> list[Bridge | None]:
-    """The exact bridge of each row; None where there is none."""
+    """The exact bridge of each row; None if there is none."""
     b = active_bridges.bodies(run, bridges)
     rows = zip(bridges["separation"], bridges["volume"], b.radius_i, b.radius_j, b.angle_i, b.angle_j, strict=True)
     return [_solved(*map(float, row)) for row in rows]
@@ -110,8 +110,8 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
         plotter.add_mesh(
             ball, color=colour, opacity=1.0 if number == sphere else 0.45, smooth_shading=True, specular=0.3
         )
-    centre, own = mesh.points[rows[sphere]], mesh.point_data["radius"][rows[sphere]]
-    width = 2.4 * (own + max((mesh.point_data["radius"][rows[n]] for n in partners), default=own))
+    centre, radius = mesh.points[rows[sphere]], mesh.point_data["radius"][rows[sphere]]
+    width = 2.4 * (radius + max((mesh.point_data["radius"][rows[n]] for n in partners), default=radius))
     corners = wall_corners(run, step)
     near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & run.triangles["holder"].isin(render.SOLID)
     if near.any():

@@ -50,7 +50,7 @@ class CaseResult:
 
     @property
     def moist(self) -> bool:
-        """Whether the case has liquid."""
+        """Return whether the case has liquid."""
         return self.case.liquid_percent > 0
 
     @property
@@ -60,7 +60,7 @@ class CaseResult:
 
     @property
     def cross_checked(self) -> bool:
-        """The replay reproduces every quantity."""
+        """Return whether the replay reproduces every quantity."""
         return bool(self.agreement) and all(row.ok for row in self.agreement)
 
     @property
@@ -84,7 +84,7 @@ class CaseResult:
 
     @property
     def configuration(self) -> tuple[str, float, float, tuple[float, ...]]:
-        """What cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
+        """Name what cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
         return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
 
 

@@ -24,7 +24,7 @@ def visible(side: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
 
 
 def depth(square: Floats, radius: Floats) -> Floats:
-    """By how much a sphere recedes at a distance from the axis, given squared; 0 for an infinite radius."""
+    """Return the depth of a sphere's surface at a distance from the axis, given squared; 0 for an infinite radius."""
     r = radius.reshape(-1, *(1,) * (square.ndim - 1))
     inside = np.minimum(square, r**2)
     with np.errstate(invalid="ignore"):

@@ -39,7 +39,7 @@ def write(run_dir: Path, frames: int = 48, progress: Callable[[float], None] = l
 
 
 def spread(count: int, most: int) -> list[int]:
-    """At most so many of `count` places, evenly spread, the first and the last included."""
+    """Choose at most a given number of `count` indices, evenly spaced, with the first and the last."""
     return [int(k) for k in np.unique(np.linspace(0, count - 1, min(most, count)).round())]
 
 
@@ -54,7 +54,9 @@ def draw(run: RunDir, frames: int, folder: Path) -> None:
         step = int(line.steps[row])
         image, mm = render.scene(run, step, seen, limit, SIZE, fine=False)
         whole = np.concatenate([np.asarray(image)[..., :3], chart(line.times, retained, row)], axis=1)
-        caption.save(caption.below(whole, caption.entries(run), caption.said(run, step), mm), folder / f"{k:05d}.png")
+        caption.save(
+            caption.below(whole, caption.entries(run), caption.sentence(run, step), mm), folder / f"{k:05d}.png"
+        )
         print((k + 1) / len(rows), flush=True)
 
 

@@ -51,7 +51,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Cell:
-    """A table's cell: text, colour, what is said when pointing at it, and where it leads."""
+    """A table's cell: text, colour, tooltip and link."""
 
     text: str
     grade: Grade = ""
@@ -148,7 +148,7 @@ def uri(data: bytes, kind: str) -> str:
 
 
 def templates(*folders: Path) -> jinja2.Environment:
-    """Templates of these folders, and the frame of all pages, `page.html.j2`."""
+    """Load the templates of these folders and the frame of all pages, `page.html.j2`."""
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, TEMPLATE.parent]), autoescape=True, undefined=jinja2.StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,

@@ -46,7 +46,7 @@ def write(run_dir: Path) -> Path:
 
 
 def shown(run: RunDir) -> dict[str, Any]:
-    """What the script is told of a run: colours, walls, camera, time to begin with, curves."""
+    """Return the data of a run that the script needs: colours, walls, camera, initial time, curves."""
     step = render.telling_step(run)
     centre, away, aim, up = (v.tolist() for v in render.camera(run, *render.view(run, step)))
     reservoirs = vtk.words(run)["walls"]["holder_from_0"] if run.scene.walls else []
@@ -63,7 +63,7 @@ def shown(run: RunDir) -> dict[str, Any]:
 
 
 def opacity(holder: str) -> float:
-    """How solid a wall is at first; 0 of what would hide the scene."""
+    """Return the initial opacity of a wall; 0 for a wall that would hide the scene."""
     if holder in render.SOLID:
         return 1.0
     return 0.0 if holder in render.HIDDEN else 0.15

@@ -49,7 +49,7 @@ STYLE: Any = {
 
 
 def panels(count: int, columns: int, size: tuple[float, float], **how: Any) -> tuple[Figure, list[Axes]]:
-    """A figure of so many panels of a size [inch] in rows of `columns`; `how` as `plt.subplots` takes it."""
+    """A figure of several panels of a size [inch] in rows of `columns`; `how` are options of `plt.subplots`."""
     rows = -(-count // columns)
     figure, axes = plt.subplots(
         rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False, layout="constrained", **how

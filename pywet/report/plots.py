@@ -100,7 +100,7 @@ def classes(results: Sequence[CaseResult]) -> Sheet:
 
 
 def liquid(results: Sequence[CaseResult]) -> Sheet:
-    """Where the liquid is over time, lowest liquid amount, larger amplitude (Fig. 15)."""
+    """Draw the distribution of the liquid over time, lowest liquid amount, larger amplitude (Fig. 15)."""
     moist = [r for r in _strong(results) if r.moist]
     least = {
         r.configuration: min(q.case.liquid_percent for q in moist if q.configuration == r.configuration) for r in moist
@@ -156,7 +156,7 @@ def apart(sheet: Sheet, name: str) -> list[dict[str, Any]]:
 def _meanings(
     sheet: Sheet, key: str, heading: str, group: Sequence[CaseResult], artists: Sequence[Any]
 ) -> Iterator[Meaning]:
-    """What heading, axes and legend of a panel mean."""
+    """Return the meanings of heading, axes and legend of a panel."""
     yield Meaning(f"{key}.title", sheet.title(group[0]), heading)
     for axis, quantity in (("x", "time_since_opening_s"), ("y", sheet.quantity)):
         yield Meaning(f"{key}.{axis}", quantity, QUANTITIES[quantity])
@@ -238,7 +238,7 @@ def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> 
 
 
 def grid(sheet: Sheet, width: float = 12.0) -> str:
-    """All panels on a shared scale, so many inches wide. Empty text without panels."""
+    """Draw all panels on a shared scale with a width in inches. Empty text without panels."""
     if not sheet.panels:
         return ""
     columns = min(sheet.columns, len(sheet.panels))
@@ -325,7 +325,7 @@ def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 
 def _end(axes: Axes, group: Sequence[CaseResult]) -> None:
-    """Where the dry fraction retained must end: the share of the class that cannot pass."""
+    """Return the value at which the dry fraction retained must end: the share of the class that cannot pass."""
     for r in [r for r in group if r.summary][:1]:
         look: Any = {"color": "#aab3bb", "linewidth": 1.0, "linestyle": ":", "label": WORDS[COARSE]}
         axes.axhline(r.summary["coarse_share"] if r.summary else 0.0, gid=f"{_run(r)}:{COARSE}", **look)

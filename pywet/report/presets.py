@@ -10,7 +10,7 @@ from pywet.report.report_numbers import PRESETS, Numbers, significance
 
 
 def shown(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Numbers) -> dict[str, Any]:
-    """Return the template's data for a case as configured and for its run with another preset; their numbers are put in."""
+    """Return the template's data for a case as configured and for its run with another preset."""
     message = "; ".join(comparison.problems)
     both = usual.summary is not None and comparison.summary is not None
     return {
@@ -27,7 +27,7 @@ ENOUGH = 4
 
 
 def _numbers(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Numbers) -> list[str]:
-    """Put in fraction retained, bridges and liquid at the end, and what the run took; returns the rows that both runs have."""
+    """Store fraction retained, bridges and liquid at the end, and the cost of the run; return the rows that both runs have."""
     key = f"presets.{usual.case.name}"
     numbers.put(f"{key}.case", usual.case.case)
     found = {"paper": _values(usual), preset: _values(comparison)}
@@ -45,7 +45,7 @@ def _numbers(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Nu
 
 
 def _values(result: CaseResult) -> dict[str, list[float]]:
-    """The rows of one run, of every seed; liquid in per cent of what was put in."""
+    """The rows of one run, of every seed; liquid in per cent of the initial liquid."""
     rows = {name: result.over_seeds("events", name) for name in ("formations", "ruptures")}
     put_in = result.over_seeds("initial_liquid_m3")
     held = {name: result.over_seeds("liquid_end_m3", name, factor=100.0) for name in plots.PLACES}

@@ -65,7 +65,7 @@ def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
 
 
 def output_step(run: RunDir, step: int | None) -> int:
-    """The output step that is asked for; None: the telling one."""
+    """The requested output step; None: the one with the most to show."""
     chosen = telling_step(run) if step is None else step
     if chosen not in run.timeline.steps:
         raise PywetError(
@@ -121,7 +121,7 @@ def telling_step(run: RunDir) -> int:
 def draw(run: RunDir, step: int, picture: Path) -> None:
     """Draw with VTK in this process: the scene, and below it what one is looking at."""
     image, mm = scene(run, step, view(run, step), colour_limit(run, step), SIZE)
-    caption.save(caption.below(image, caption.entries(run), caption.said(run, step), mm), picture)
+    caption.save(caption.below(image, caption.entries(run), caption.sentence(run, step), mm), picture)
 
 
 def scene(
@@ -150,7 +150,7 @@ def plotter(size: tuple[int, int]) -> Any:
 
 
 def pixels(plotter: Any, run: RunDir, centre: Floats, width: float, size: tuple[int, int]) -> tuple[Any, float]:
-    """What is in the plotter, looked at from the usual side: pixels, and how many of these are a millimetre at the middle."""
+    """Return the plotter's picture from the usual direction, and the number of pixels per millimetre in the middle."""
     _, place, aim, up = camera(run, centre, width)
     plotter.camera_position = [tuple(place), tuple(aim), tuple(up)]
     plotter.camera.view_angle = ANGLE
@@ -161,7 +161,7 @@ def pixels(plotter: Any, run: RunDir, centre: Floats, width: float, size: tuple[
 
 
 def camera(run: RunDir, centre: Floats, width: float) -> tuple[Floats, Floats, Floats, Floats]:
-    """Middle of the scene, the camera's place, what it looks at, and up [m]."""
+    """Middle of the scene, the camera's position, its focal point, and the upward direction [m]."""
     turned = frame(run).T
     return centre, centre + width * turned @ VIEWED_FROM, centre + width * turned @ AIM, turned @ [0.0, 0.0, 1.0]
 
@@ -212,8 +212,9 @@ def places(step: float) -> int:
 
 
 def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats, line: float) -> None:
-    """Bridges as cuboids whose visible volume is the bridge's, with edges of so many pixels, so that a bridge is visible in a
-    large bed too; those to cut-away walls are left out."""
+    """Draw bridges as cuboids whose visible volume is the bridge's; their edges have a fixed width in pixels, so that a bridge
+    is visible in a large bed too. Bridges to cut-away walls are left out.
+    """
     here = vtk.active_at(run, step)
     place = here[["xj_x", "xj_y", "xj_z"]].to_numpy(dtype=float) - centre
     here = here[(here["partner_kind"] != LARGE_WALL) | (place @ frame(run)[1] > 0.0)]

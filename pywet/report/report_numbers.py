@@ -279,7 +279,7 @@ def _ledger(numbers: Numbers, results: Sequence[CaseResult]) -> None:
 
 
 def _scale(numbers: Numbers, config: Config, name: str) -> None:
-    """How the scale departs from the experiment, and every assumed number of the configuration."""
+    """List how the scale differs from the experiment, and every assumed number of the configuration."""
     scale = config.scale(name)
     factor = scale.stiffness_factor.value
     numbers.put("scale.width_mm", scale.asked_width_mm)
@@ -300,7 +300,7 @@ def _scale(numbers: Numbers, config: Config, name: str) -> None:
 
 
 def assumptions(config: Config, scale: str) -> list[tuple[tuple[str, ...], Any, str]]:
-    """Path, value and reason of every number of the configuration that is not from the paper; a measured one says so."""
+    """Path, value and reason of every number of the configuration that is not from the paper; measured ones are marked."""
     parts = {"apparatus": config.apparatus, "materials": config.materials, "settings": config.settings}
     data: dict[str, Any] = {name: part.model_dump(exclude_none=True) for name, part in parts.items()}
     return _assumed((), {**data, "scale": {scale: config.scale(scale).model_dump(exclude_none=True)}})

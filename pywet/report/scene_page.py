@@ -141,7 +141,7 @@ def _liquid(runs: seeds.Runs) -> str:
 
 
 def _holder(column: str, names: dict[str, str]) -> str:
-    """What a column's liquid is on; `names`: of walls and classes, by their columns without unit."""
+    """Name the liquid reservoir of a column; `names`: of walls and classes, by their columns without unit."""
     kind = column.removesuffix("_m3")
     return names.get(kind, "left with drops" if kind == "left" else kind.replace("_", " ", 1))
 

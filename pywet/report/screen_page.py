@@ -111,7 +111,7 @@ def _moisture(run: RunDir, series: pd.DataFrame) -> str:
 
 
 def crossings(run: RunDir, deck: int = 1) -> pd.DataFrame:
-    """Where along x each sphere was at the first output below the screen's plane: id, type, x [m]."""
+    """Return the position along x of each sphere at the first output below the screen's plane: id, type, x [m]."""
     table, screen = run.trajectory, apertures.screen_of(run, deck)
     plane = run.scene.screen_z_m
     if screen and screen.name != "wires":

@@ -75,7 +75,9 @@ def taken_out(run: RunDir) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _later(steps: np.ndarray, retired: np.ndarray, with_its_step: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return step and record of every retired sphere at each later output; `with_its_step`: at the output of that step too."""
+    """Return step and record of every retired sphere at each later output; with `with_its_step` also at the output of its own
+    step.
+    """
     count = np.searchsorted(retired["step"], steps, "right" if with_its_step else "left")
     which = np.concatenate([np.arange(n) for n in count]) if len(count) else np.zeros(0, int)
     return np.repeat(steps, count), retired[which]

@@ -127,7 +127,7 @@ class RunDir:
         return self.table("history/poses")
 
     def parts(self, name: str, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
-        """Some columns of a table that is too long to be held in memory, part by part."""
+        """Read some columns of a table that exceeds the memory, chunk by chunk."""
         return read_parts(self._there(name), columns)
 
     def at_step(self, name: str, step: int) -> pd.DataFrame:

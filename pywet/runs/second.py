@@ -13,7 +13,7 @@ from typing import Any
 from typing_extensions import TypedDict
 
 from pywet import run_folder
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.util.files import AGAIN, read_bytes, read_if_there, write_json
 from pywet.util.notices import notice
 
@@ -43,22 +43,22 @@ def same(run_dir: Path, functions: Mapping[Any, str]) -> bool:
 def of_run(run_dir: Path) -> dict[str, str]:
     """The functions of a run that may run: one that nobody of the user's named is left out, with a notice."""
     named = _left(run_dir)["functions"]
-    for name in (name for name in named.values() if not own.may_run(name)):
+    for name in (name for name in named.values() if not custom_laws.may_run(name)):
         notice.warning(
             f"the second function {name} was not run: read its file, then name it in config.yaml or give --trust"
         )
-    return {kind: name for kind, name in named.items() if own.may_run(name)}
+    return {kind: name for kind, name in named.items() if custom_laws.may_run(name)}
 
 
 def trust(run_dir: Path) -> None:
     """Allow the functions that a run names to be executed with their present content."""
-    own.trust(_left(run_dir)["functions"].values())
+    custom_laws.trust(_left(run_dir)["functions"].values())
 
 
 def word(functions: Mapping[Any, str]) -> str:
     """Return a digest of the names and files of these functions; empty without any."""
     parts = [
-        f"{kind} {name}".encode() + read_bytes(Path(name.rpartition(":")[0]), own.CURE)
+        f"{kind} {name}".encode() + read_bytes(Path(name.rpartition(":")[0]), custom_laws.CURE)
         for kind, name in sorted(functions.items())
     ]
     return hashlib.sha256(b"\0".join(parts)).hexdigest()[:16] if parts else ""

@@ -18,7 +18,7 @@ from pywet.collisions.wall import sweep as collisions
 from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import begun, parse, placed_laws, read_yaml
 from pywet.errors import ConfigError
-from pywet.laws import own as user_laws
+from pywet.laws import custom_laws as user_laws
 from pywet.sweep import costs, run_numbers
 from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.case_base import OfCase
@@ -84,7 +84,7 @@ class Bridge(Kind):
         user_laws.trust(query.laws, None if self.trust else self.file.parent)
         if len(query.named("capillary")) != 1:
             raise ConfigError(f"{self.file} names {len(query.named('capillary'))} capillary laws; expected one in laws")
-        files = [_text(law) for law in query.laws if user_laws.is_own(law)]
+        files = [_text(law) for law in query.laws if user_laws.is_custom(law)]
         given = query.model_dump(mode="json", exclude={"laws"})
         laws = [law.rpartition(":")[2] for law in query.laws]
         return Built(f"bridge-{_digest('bridge', given, laws, files, _code('bench'))}", query)

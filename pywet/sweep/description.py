@@ -246,7 +246,7 @@ class Sweep(Strict):
 
     @property
     def count(self) -> int:
-        """Runs that are asked for before constraints."""
+        """Number of requested runs, before constraints."""
         grid = math.prod(len(self.axes[group[0]].listed) for group in self.groups)
         drawn = (self.design.latin_hypercube or self.design.sobol or 1) if self.design else 1
         return grid * drawn * self.seeds

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from pywet.cost.command import duration
 from pywet.errors import ConfigError, PywetError
-from pywet.laws import own as user_laws
+from pywet.laws import custom_laws as user_laws
 from pywet.sweep import bases, description, points, sweep_folder
 from pywet.sweep.base_kind import Built, Kind
 from pywet.sweep.costs import Cost

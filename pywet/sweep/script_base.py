@@ -188,7 +188,7 @@ def _number(value: float) -> float | None:
 
 
 def _seed(name: str, written: str, count: int) -> int:
-    """The prime number so many after the seed that is written in the script, as LIGGGHTS wants seeds to be primes."""
+    """The n-th prime number after the seed in the script, because LIGGGHTS requires prime seeds."""
     first = written.split("#")[0].strip()
     if not first.isdecimal():
         raise ConfigError(

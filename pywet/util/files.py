@@ -111,7 +111,7 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
-    """Write a table as Parquet, and next to it as CSV where asked for."""
+    """Write a table as Parquet and, on request, next to it as CSV."""
     with atomic_write(path) as temporary:
         table.to_parquet(temporary, index=False, write_page_checksum=True)
     if csv:

@@ -28,7 +28,7 @@ _SUM = hashlib.sha256().digest_size
 
 
 def key() -> str:
-    """Hash over the processor and all sources that are compiled, with their place."""
+    """Return a hash of the processor and of all sources that are compiled, with their paths."""
     processor = f"{binding.get_host_cpu_name()} {binding.get_host_cpu_features().flatten()}"
     return sources.digest(sources.of(sources.COMPILED), f"{sources.PACKAGE} {processor}")[:16]
 

@@ -20,7 +20,7 @@ MOST_RANKS = RANKS_PER_CORE * (os.cpu_count() or 1)
 
 @dataclass(frozen=True)
 class Range:
-    """From `low` to `high`, both included unless `above` (then more than `low`); `whole`: integers only."""
+    """A range from `low` to `high`, both included unless `above` (then more than `low`); `whole`: integers only."""
 
     low: float
     high: float

@@ -101,7 +101,7 @@ def toroid(problem: Problem) -> State:
 
 
 def touching(problem: Problem) -> State:
-    """The bridge at S = 0: from a small volume and moderate angles, these are brought to those asked for."""
+    """Return the bridge at S = 0, by continuation from a small volume and moderate angles to the requested ones."""
     cube = (2.0 / (problem.kappa_i + problem.kappa_j)) ** 3
     angles = np.array([problem.theta_i, problem.theta_j])
     easy_angles = np.minimum(angles, EASY_ANGLE)
@@ -159,7 +159,7 @@ def norm_weight(state: State) -> Floats:
 
 
 def apart(a: State, b: State, weight: Floats) -> float:
-    """Length of the way between two bridges."""
+    """Length of the path between two bridges."""
     return math.sqrt(float(weight @ np.append(a.x - b.x, a.separation - b.separation) ** 2))
 
 

@@ -201,7 +201,7 @@ def scales(state: State) -> Floats:
 
 
 def _solve_scaled(matrix: Floats, right: Floats, column_scale: Floats) -> Floats:
-    """Linear solution with rows and columns brought to one size first."""
+    """Solve a linear system whose rows and columns are scaled to one size first."""
     scaled = matrix * column_scale
     rows = np.max(np.abs(scaled), axis=1)
     return np.asarray(np.linalg.solve(scaled / rows[:, None], right / rows) * column_scale, dtype=float)

@@ -90,7 +90,9 @@ def of_lives(run: Run, holder: pd.Series, logged: Floats) -> Iterator[Suspect]:
 
 
 def life(run: Run) -> Iterator[Link]:
-    """Formation and rupture take turns; and the volume at rupture is that at formation."""
+    """Check that formations and ruptures of each pair alternate, and that a bridge ruptures with the volume with which it
+    formed.
+    """
     rows, faults = histories(run), broken_lives(run)
     wrong = np.zeros(len(rows))
     for found in faults.values():
@@ -113,7 +115,7 @@ def at_formation(run: Run) -> Floats:
     return groups["row"].shift(1).where(paired).fillna(-1).to_numpy(int)
 
 
-def kept(run: Run, expected: Pair) -> Link:
+def stored(run: Run, expected: Pair) -> Link:
     """A bridge's volume at rupture against that at its formation; `expected` are the shares as they should be."""
     events, at = run.table("events"), at_formation(run)
     logged = events["volume"].to_numpy(float)
@@ -128,7 +130,7 @@ def kept(run: Run, expected: Pair) -> Link:
 
 
 def carried(run: Run, both: pd.DataFrame) -> Link:
-    """The film at the start of a step is what the last event of this reservoir has left."""
+    """Check that the film at the start of a step equals the film after the last event of the same reservoir."""
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
     ends = both.drop_duplicates(["holder", "phase"], keep="last").sort_values("phase", kind="stable")
     before = ends.groupby("holder")["after"].shift(1)
@@ -223,7 +225,7 @@ def _retired(run: Run) -> pd.DataFrame:
 
 
 def by_events(run: Run, steps: Floats) -> Floats:
-    """Liquid that the events alone have brought up to some steps: changes of the films, and of the bridges' volumes."""
+    """Return the liquid that events have added up to given steps: changes of the films and of the bridges' volumes."""
     events = run.table("events")
     events = events[events["step"] > run.since]
     both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
@@ -237,7 +239,9 @@ def by_events(run: Run, steps: Floats) -> Floats:
 
 
 def ledger(run: Run) -> Link:
-    """Films, bridges, walls and what left are what was put in; what events create or destroy is their fault."""
+    """Check that films, bridges, walls and removed liquid add up to the initial liquid; events that create or destroy liquid are
+    reported by their own link.
+    """
     table, total = run.table("ledger"), float(run.table("spheres")["film"].sum())
     parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left", "retired")}
     held, expected = sum(parts.values(), np.zeros(len(table))), np.full(len(table), total)
@@ -266,7 +270,7 @@ def links(run: Run, expected: Pair) -> Iterator[Link]:
     events = run.table("events")
     if len(events):
         both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
-        yield kept(run, expected)
+        yield stored(run, expected)
         if "drops" not in run.tables:  # these change films between the events
             yield carried(run, both)
             yield from snapshots(run, both)

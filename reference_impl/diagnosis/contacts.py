@@ -101,7 +101,7 @@ def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
 
 
 def inputs(c: Contacts, formed: pd.DataFrame) -> list[Contacts]:
-    """The contacts with the logged gap first, then with what the log's other columns say of gap and volume."""
+    """Yield the contacts with the logged gap first, then with gap and volume from the log's other columns."""
     same = replace(c, gap=c.column("separation"))
     expected = formed["volume"].to_numpy(float)
     return [same, c, replace(same, volume=expected), replace(c, volume=expected)]
@@ -136,7 +136,7 @@ def pull(run: Run, sets: list[Contacts]) -> Link | None:
 
 
 def total(c: Contacts, recomputed_terms: list[Floats]) -> Link:
-    """Force on i from the logged terms; a term that is wrong in the log alone is a fault of its own link."""
+    """Compare the force on i with the sum of the logged terms; a term that is wrong only in the log has its own link."""
     names, logged = ("capillary", "normal viscous", "tangential viscous"), vectors(c.table, "force_i")
     terms = [-c.column("capillary")[:, None] * c.n, c.column("viscous_normal")[:, None] * c.n]
     terms.append(vectors(c.table, "viscous_tangential"))

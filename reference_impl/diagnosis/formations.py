@@ -33,7 +33,7 @@ def early(run: Run, marks: dict[str, Floats]) -> Link:
 
 
 def late(run: Run, marks: dict[str, Floats]) -> Link:
-    """A bridge forms at the first look at which the films touch."""
+    """Check that a bridge forms at the first neighbour check at which the films touch."""
     held, table = formations.Held(run), run.table("events")
     excess, way = formations.lateness(run, held, Lives(none(), table, 0, -1))
     expected, other, gap, ri = formations.films_at_events(run)
@@ -106,7 +106,7 @@ def _of_walls(
 
 
 def shared(run: Run) -> Link | None:
-    """At a convex edge a sphere has one bridge: a bridge forms with none of the parts that meet there but one."""
+    """Check that a sphere at a convex edge has one bridge: it forms with only one of the parts that meet there."""
     lives = Lives(none(), run.table("events"), 0, -1)
     table = one_place.judged(run, lives)
     if not len(table):

@@ -105,7 +105,7 @@ class Section:
         return any(q.count for q in self.quantities)
 
     @property
-    def said(self) -> str:
+    def sentence(self) -> str:
         """Summarise the section in one line: never `agrees` if nothing was compared."""
         if not self.any:
             return f"{self.name}: not checked"

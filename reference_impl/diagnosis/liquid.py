@@ -132,7 +132,7 @@ def due(run: Run, e: Events) -> Link | None:
 
 
 def overdue(run: Run, e: Events) -> Link | None:
-    """No bridge stands when it was due one look before."""
+    """Check that no bridge is active that was due to rupture at the previous neighbour check."""
     limit = _limit(run, e)
     if limit is None:
         return None
@@ -236,7 +236,7 @@ def volumes(e: Events, expected: Pair) -> Link:
 
 
 def ratios(run: Run, e: Events, tables: Tables, star: Floats, turned: bool = False) -> Floats:
-    """T_i of each event by the logged table, at V* = `star`; `turned`: of j against i."""
+    """T_i of each event by the logged table, at V* = `star`; `turned`: of j relative to i."""
     kind, type_i, other, _ = of_bridges(e.table, e.pair.volume, run)
     if turned:
         type_i, other = np.where(e.pair.wall, type_i, other), np.where(e.pair.wall, other, type_i)

@@ -26,7 +26,7 @@ WHAT = {"retired_events": "event of a bridge", "retired_bridges": "bridge in a s
 
 
 def links(run: Run) -> Iterator[Link]:
-    """Diagnose each deviation of retired spheres by itself."""
+    """Diagnose each deviation of retired spheres separately."""
     for q, rows, deviation, limit in retired.Count(run).deviations(run):
 
         def suspects(broken: np.ndarray, name: str = q, logged: np.ndarray = deviation) -> Iterator[Suspect]:

@@ -159,7 +159,7 @@ def middle(values: Floats) -> float:
 
 
 def fitted(value: Callable[[float], Floats], logged: Floats, rows: Floats, begin: float = 1.0) -> float:
-    """The factor that brings a value closest to what was logged: some steps of Newton's method."""
+    """Return the factor that brings a value closest to the logged one, by some steps of Newton's method."""
     by, use = begin, rows
     for n in range(8):
         now = value(by)

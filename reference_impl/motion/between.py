@@ -45,7 +45,7 @@ NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_
 
 @dataclass
 class Between:
-    """What the parts of a run said of it."""
+    """Accumulated results of the chunks of a run."""
 
     run: Run
     setup: Setup

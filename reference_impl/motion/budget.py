@@ -33,7 +33,7 @@ LIMITS = {"kinetic": 1e-9, "spin": 1e-9, "formed": 1e-6, "ruptured": 1e-6, "capi
 
 
 def judged(run: Run) -> bool:
-    """Whether the run logged works, and its spheres have a mass that does not change."""
+    """Return whether the run logged works, and its spheres have a mass that does not change."""
     logged = where(run.folder, "energy").exists() and io.scene(run.folder)["output"].get("energy", True)
     return bool(logged and not run.meta["effects"].get("liquid_weight"))
 
@@ -132,7 +132,7 @@ class Budget:
 
     @property
     def known(self) -> bool:
-        """Whether the capillary force is a closed form (or off)."""
+        """Return whether the capillary force is a closed form (or off)."""
         name = coverage.law(self.run, "capillary")
         return name is None or name in capillary.LAWS
 
@@ -163,7 +163,7 @@ class Budget:
         return found
 
     def both(self) -> tuple[pd.DataFrame, Floats]:
-        """history/energy with the own values next to it (`_own`), and all that was turned over up to each output [J]."""
+        """history/energy with the recomputed values next to it (`_own`), and the energy converted up to each output [J]."""
         expected = pd.concat(self.rows, ignore_index=True)
         log = io.columns(where(self.run.folder, "energy"), ["step", "half_kick", *OF_STATE, *WORKS]).sort_values("step")
         both = log.merge(expected, on="step", suffixes=("", "_own"))

@@ -89,7 +89,7 @@ def _share(part: float, whole: float) -> float | None:
 def _totals(
     setup: Setup, f: Forces, impulse: dict[str, float], energy: dict[str, float], dissipated: dict[str, float]
 ) -> None:
-    """Add a window's impulses, energies turned over, energies that dry contacts dissipated."""
+    """Add a window's impulses, converted energies, and energies that dry contacts dissipated."""
     dt = setup.step
     _weight(setup, f, impulse, energy)
     t, c = f.touches, f.contacts
@@ -198,7 +198,7 @@ def _liquid(run: Run, moved: Moved, long: float, push: float) -> dict[str, dict[
 
 
 def _shed(run: Run) -> float:
-    """Liquid that let go as drops, over all liquid; what falls twice counts twice."""
+    """Liquid shed as drops, over all liquid; a volume that falls twice counts twice."""
     return float(run.shed["volume"].sum() / run.table("spheres")["film"].sum())
 
 

@@ -79,7 +79,7 @@ def check(
 
 
 def named(run_dir: Path, run: io.Run | None, failed: list[str]) -> dict[str, Any] | None:
-    """What of the motion is wrong, named, where nothing else is; None where the motion is right."""
+    """Name the fault of the motion if nothing else is wrong; None if the motion is right."""
     if not set(failed) & MOTION or not window.recorded(Path(run_dir)):
         return None
     setup = window.read(Path(run_dir))

@@ -98,7 +98,7 @@ class Hangar:
         self.starts = set(self.outputs[np.array(keep, int)].tolist())
 
     def add(self, part: Run) -> None:
-        """A part of the logs, which ends with a step; the last output of the part before goes on into it."""
+        """Add a chunk of the logs, which ends with a step; the last output of the previous chunk is its start."""
         now = {n: part.table(n) for n in ("trajectory", "bridges", "films", "events")}
         both = {n: pd.concat([self.last[n], now[n]]) if n in self.last else now[n] for n in now}
         steps = np.unique(both["trajectory"]["step"].to_numpy())

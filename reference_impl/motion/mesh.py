@@ -80,7 +80,7 @@ def topology(corners: Floats, apart: bool = False) -> Topology:
 
 
 def repeated(corners: Floats, ways: Sequence[Floats], apart: bool = False) -> Topology:
-    """Work out one mesh in a box that repeats: its triangles, then those of its copies in the same order.
+    """Compute the topology of a mesh in a periodic box: its own triangles, then those of its copies in the same order.
 
     The engine joins no triangle to one of a copy: the border where a wall continues at a face has active edges.
     """
@@ -100,7 +100,7 @@ def _nodes(corners: Floats) -> list[list[int]]:
 
 
 def _overlap(corners: Floats, edge: Floats, normal: Floats, one: tuple[int, int], two: tuple[int, int]) -> bool:
-    """Whether two triangles in one plane lie on the same side of their edge."""
+    """Return whether two triangles in one plane lie on the same side of their edge."""
     (i, e), (j, f) = one, two
     out = np.cross(edge[i, e], normal[i])
     base = corners[i, e]

@@ -139,8 +139,9 @@ def _beside(run: Run, setup: Setup, tables: dict[str, pd.DataFrame], outputs: Ou
 
 
 def judged(run: Run) -> bool:
-    """Whether the momentum of a sphere that touches nothing is that of weight and bridges: its mass stays, and walls are met
-    with a bridge; of a script's run its gravity is all else that acts."""
+    """Return whether the momentum of a sphere without contacts must be that of weight and bridges: its mass is constant, and it
+    reaches walls through a bridge only; in a script's run gravity must be the only other force.
+    """
     effects = run.meta["effects"]
     return bool(
         io.scene(run.folder)["effects"].get("wall_films", True)

@@ -60,7 +60,7 @@ class Parts:
         return len(self.wall)
 
     def rest(self, step: Floats, x: Floats, part: Floats, back: bool = False) -> Floats:
-        """Points in the world as the mesh of a part sees them at rest; `back`: the way back."""
+        """Transform points from the world to the rest frame of a part's mesh; `back`: the inverse."""
         y = x.copy()
         move = self.motion.to_world if back else self.motion.to_rest
         for wall, now, rows in self._moving(step, part):

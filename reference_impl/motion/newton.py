@@ -223,7 +223,7 @@ def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
 
 
 def compared(setup: Setup, f: Forces) -> Compared:
-    """What is compared of one window: logged and own values, what deviations are relative to, records."""
+    """Return what is compared in one window: logged and recomputed values, the scale of the deviations, and the records."""
     parts = {**law(setup, f), **f.checks}
     return parts if f.bridges is None else parts | against_log(setup, f)
 
@@ -254,7 +254,7 @@ SCALES = {
 
 
 def rounding(setup: Setup) -> float:
-    """How far a wall's place may be off [m]: the engine adds up a moving wall's steps.
+    """Return the largest rounding error of a wall's position [m]: the engine adds up the steps of a moving wall.
 
     That is about sqrt(steps) roundings of its largest coordinate, but for one that turns: it is turned in every step
     by the same numbers: the rounding, half of the last digit, adds up (a drum: 7e-12 of its radius after 74,000 steps).
@@ -332,7 +332,7 @@ def _lost_digits(x: Floats) -> Floats:
 
 
 def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
-    """The contact log against the trajectory and the walls."""
+    """Compare the contact log with the trajectory and the walls."""
     b, w = f.bridges, f.window
     assert b is not None
     x, v = vectors(b.table, "xi"), vectors(b.table, "vi")

@@ -74,7 +74,9 @@ def against_log(
 
 
 def _ruptured(run: Run, setup: Setup, steps: Floats) -> Floats:
-    """Bridges of each sphere that rupture in a step: they act no more, but their spheres are still shared by them."""
+    """Count the bridges of each sphere that rupture in a step: they exert no force in it, but the sphere's liquid is still
+    shared among them.
+    """
     events, count = run.rows("events", int(steps[0]), int(steps[-1])), np.zeros((len(steps), len(setup.ids)))
     for end, broke in (
         ("i", events["kind"] == RUPTURE),

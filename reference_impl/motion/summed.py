@@ -43,7 +43,7 @@ def drag_at_touch(run: Run, table: pd.DataFrame, p: Pairs) -> Floats:
 
 
 def active(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Floats) -> Floats:
-    """At each output the sum of every dt^2/4 F a over the bridges [J], `v` being the speeds of all spheres.
+    """Return at each output the sum of dt^2/4 F a over the bridges [J]; `v` are the speeds of all spheres.
 
     The acceleration of a sphere is at most the sum of all forces on it over its mass: of its bridges, with normal drag twice for
     the tangential one, and of the dry contacts of bodies that a bridge joins.
@@ -91,7 +91,8 @@ def pull_of(run: Run, table: pd.DataFrame) -> Callable[[Floats], Floats]:
 
 
 def of_events(run: Run, setup: Setup, events: pd.DataFrame) -> Floats:
-    """Work [J] by which a sum of powers over steps may be off for every bridge from touch to its gap at an event.
+    """Return the largest error of the work [J] when a sum of powers over steps is used for every bridge from touch to its gap at
+    an event.
 
     At the event half the step is left out: F(gap) way/2; after a formation the step's way is the event's and what the pull and
     gravity add in it. The rest is the trapezoidal rule for a force that falls with the gap, convex: in every interval at most

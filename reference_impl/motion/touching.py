@@ -101,7 +101,7 @@ def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, F
 
 
 def travel(x: Floats, box: Images) -> float:
-    """How far anything gets from where it was at the window's start [m], at most."""
+    """Return the largest displacement of any body since the start of the window [m]."""
     return float(np.sqrt((box.nearest(x - x[0]) ** 2).sum(axis=2)).max()) if len(x) else 0.0
 
 
@@ -163,8 +163,8 @@ def _prism_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Fl
     first[1:] = (np.diff(a[order]) != 0) | (np.diff(part[order]) != 0)
     at = order[first]
     at = at[apart[at] <= setup.radius[a[at]]]
-    own = setup.part[wall.first : wall.last]
-    b = wall.first + np.searchsorted(own, part[at])  # parts are numbered in the order of the triangles
+    parts = setup.part[wall.first : wall.last]
+    b = wall.first + np.searchsorted(parts, part[at])  # parts are numbered in the order of the triangles
     return a[at], b, apart[at], point[at], np.zeros(len(at), dtype=bool)
 
 

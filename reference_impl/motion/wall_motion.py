@@ -10,7 +10,7 @@ from reference_impl.replay.script import Poses
 
 
 class Motion:
-    """Where walls are, step by step as the engine moves them: time is a sum of steps, a place a sum of velocity times step.
+    """Positions of the walls, computed step by step as the engine moves them: sums of time steps and of velocity times step.
 
     A closed form differs by the rounding of these sums, 1e-12 of the time after 50,000 steps, which shows in fast dashpots.
     """
@@ -56,7 +56,7 @@ class Motion:
         return found
 
     def to_rest(self, wall: Wall, step: int, points: Floats) -> Floats:
-        """Points (n, 3) as the mesh at rest would see them."""
+        """Transform points (n, 3) to the rest frame of the mesh."""
         if self._poses:
             pose = self._pose(wall, step)
             return np.asarray((points - pose["shift"]) @ pose["turn"])
@@ -65,7 +65,7 @@ class Motion:
         return points - self.shift(wall, step)
 
     def to_world(self, wall: Wall, step: int, points: Floats) -> Floats:
-        """The way back."""
+        """Transform points from the rest frame of the mesh to the world."""
         if self._poses:
             pose = self._pose(wall, step)
             return np.asarray(points @ pose["turn"].T + pose["shift"])
@@ -74,7 +74,7 @@ class Motion:
         return points + self.shift(wall, step)
 
     def _pose(self, wall: Wall, step: int) -> dict[str, Floats]:
-        """As logged, with the rotation as a matrix."""
+        """Return the logged pose with the rotation as a matrix."""
         assert self._poses
         row = {name: values[0] for name, values in self._poses.at(self._number[wall.name], step).items()}
         return {**row, "turn": np.stack([row[f"turn_{k}"] for k in range(3)])}

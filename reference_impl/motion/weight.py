@@ -21,7 +21,7 @@ from reference_impl.replay.transfer import Tables
 
 
 def of_events(events: pd.DataFrame, run: Run, tables: Tables) -> pd.DataFrame:
-    """What some events add to what spheres carry: `step`, `id`, `more` [m3]."""
+    """Return the liquid that events add to spheres: `step`, `id`, `more` [m3]."""
     rows = events[events["kind"] == FORMATION]
     volume = rows["volume"].to_numpy(float)
     kind, type_i, other, star = of_bridges(rows, volume, run)
@@ -62,7 +62,7 @@ class Carried:
         self._tables, self._done, self._last = Tables(run.table("transfer")), 0, -1
 
     def add(self, part: Run, last: int) -> None:
-        """A part of the logs, up to a step; what a step books counts from the next one on."""
+        """Add a chunk of the logs up to a step; what a step changes counts from the next step on."""
         if self._done == len(self._steps):
             return
         events, drops = part.table("events"), part.shed
@@ -89,7 +89,7 @@ class Carried:
 
 
 def carried(run: Run) -> Carried:
-    """What was gathered while the logs were gone through (spans.py), or is now of all events."""
+    """Return what was gathered while the logs were read in chunks (spans.py), or compute it now from all events."""
     if "carried" not in run.known:
         run.known["carried"] = Carried(run)
         run.known["carried"].add(run, END)

@@ -89,7 +89,7 @@ def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
 def _terms(
     run: Run, table: pd.DataFrame, gap: Floats, n: Floats, relative: Floats, spin: Floats
 ) -> tuple[Floats, Floats, Floats, dict[str, bool]]:
-    """Capillary pull, normal drag along n, tangential drag; of an effect that is off, what its usual law would give."""
+    """Capillary force, normal and tangential drag along n; for an effect that is off, the value of its usual law."""
     p = pairs(table, bodies(run))
     volume, eta, sigma = table["volume"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"]
     name = {effect: coverage.law(run, effect) for effect in DEFAULT}

@@ -65,7 +65,7 @@ class Dry:
 
 @dataclass(frozen=True)
 class Wall:
-    """How one mesh moves; its triangles are [first, last) of all."""
+    """Motion of one mesh; its triangles are [first, last) of all."""
 
     name: str
     first: int
@@ -99,7 +99,7 @@ class Setup:
     broken: frozenset[int]
     """Steps after which the engine set itself up again: the forces that follow are not those that were recorded."""
     foreign: bool = False
-    """Whether dry contacts follow a law of the engine's own, which is not recomputed."""
+    """Return whether dry contacts follow a law of the engine's own, which is not recomputed."""
 
     @property
     def step(self) -> float:
@@ -118,12 +118,12 @@ class Setup:
 
     @property
     def memory(self) -> bool:
-        """Whether friction is a spring that remembers the slip and is recorded, or a drag."""
+        """Return whether friction is a spring that remembers the slip and is recorded, or a drag."""
         return not self.foreign and bool(self.scene["effects"].get("tangential_history", True))
 
     @property
     def moist(self) -> bool:
-        """Whether bridges are simulated."""
+        """Return whether bridges are simulated."""
         return bool(self.scene["effects"]["bridges"])
 
 
@@ -149,7 +149,7 @@ class Window:
 
 
 def recorded(run_dir: Path) -> bool:
-    """Whether the run recorded its motion in windows."""
+    """Return whether the run recorded its motion in windows."""
     return (Path(run_dir) / "history" / "window_states.parquet").exists()
 
 
@@ -273,7 +273,7 @@ def _broken(scene: dict[str, Any]) -> frozenset[int]:
 
 
 def way_of(scene: dict[str, Any], wall: dict[str, Any]) -> dict[str, Any]:
-    """How a wall moves: its own motion, or the scene's of its kind; empty for one that is fixed."""
+    """Return the motion of a wall: its own, or the scene's for its kind; empty for a fixed wall."""
     shared = {"vibrates": "vibration", "slides": "slide", "turns": "rotation"}.get(wall["motion"])
     return dict(wall.get("own_motion") or (shared and scene.get(shared)) or {})
 

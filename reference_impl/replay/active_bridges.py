@@ -13,7 +13,7 @@ from reference_impl.replay.lives import Lives, keys, none
 
 
 def when(run: Run, table: Table) -> tuple[Floats, Floats, bool]:
-    """Which bridge each row of the contact log is of, as `Lives` is asked for it.
+    """Return the bridge of each row of the contact log, in the form in which `Lives` looks it up.
 
     A bridge acts from the step after its formation to the step before its rupture; where bridges act every few steps, from its
     formation on.

@@ -14,7 +14,7 @@ from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs, shapes
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
-from reference_impl.replay.transfer import WALL_STRETCH, exact_ratios, own_ratio
+from reference_impl.replay.transfer import WALL_STRETCH, exact_ratios, recomputed_ratio
 
 LARGEST = 0.5
 PER_ROW = {"young_laplace": 3, **dict.fromkeys(WALL_STRETCH, 12)}
@@ -31,7 +31,7 @@ def check(run: Run) -> list[Quantity]:
     for _, table in _shapes(run, run.table("events")).groupby(["partner_kind", "ri", "rj", "ti", "tj"]):
         picked = table.sort_values("v_star")
         kind, *shape_of = (float(table[c].iloc[0]) for c in ("partner_kind", "ri", "rj", "ti", "tj"))
-        found = _own(name, int(kind), shape_of, picked["v_star"].to_numpy(float))
+        found = _recomputed(name, int(kind), shape_of, picked["v_star"].to_numpy(float))
         keep = np.isfinite(found)
         logged.append(picked["ratio"].to_numpy(float)[keep])
         expected.append(found[keep])
@@ -47,7 +47,7 @@ def check(run: Run) -> list[Quantity]:
 
 
 def judged(run: Run) -> bool:
-    """Whether the stated bound is one for this run's table."""
+    """Return whether the stated bound is one for this run's table."""
     return coverage.law(run, "transfer") in WALL_STRETCH
 
 
@@ -60,11 +60,11 @@ def note(found: Quantity) -> str:
     )
 
 
-def _own(name: str, kind: int, bodies_of: list[float], v_star: Floats) -> Floats:
+def _recomputed(name: str, kind: int, bodies_of: list[float], v_star: Floats) -> Floats:
     ri, rj, ti, tj = bodies_of
     if name == "young_laplace":
         return exact_ratios(kind, ri, rj, ti, tj, v_star, np.arange(len(v_star)))
-    return own_ratio(kind, ri, rj, ti, tj, v_star, name)
+    return recomputed_ratio(kind, ri, rj, ti, tj, v_star, name)
 
 
 def _shapes(run: Run, broke: pd.DataFrame) -> pd.DataFrame:

@@ -104,7 +104,7 @@ FILMS = {"triangle": "triangle", "part": "part", "wall": "mesh"}
 
 
 def films(triangles: pd.DataFrame, of: str) -> tuple[Floats, Floats]:
-    """By triangle: the first one of those that have a film together, and their area."""
+    """Return for each triangle the first triangle that shares its film, and the area of the film."""
     groups = triangles.groupby(triangles[FILMS[of]].to_numpy())
     first = _by_number(triangles["triangle"], groups["triangle"].transform("min"), -1)
     return first, _by_number(triangles["triangle"], groups["area"].transform("sum").astype(float))
@@ -137,7 +137,7 @@ def of_bridges(rows: pd.DataFrame, volume: Floats, run: Run) -> tuple[Floats, Fl
 
 
 def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
-    """Whose films an event draws on or gives to: numbers of reservoirs of i's and of j's side."""
+    """Return the numbers of the reservoirs, on i's and on j's side, that an event draws from or returns to."""
     return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + fixed.film_of[_triangles(table, p)], p.sphere_j)
 
 
@@ -147,17 +147,17 @@ def _triangles(table: pd.DataFrame, p: Pairs) -> Floats:
 
 
 def film_areas(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> Floats:
-    """Area of the wall's film that a bridge draws on; NaN between spheres."""
+    """Area of the wall's film from which a bridge draws; NaN between spheres."""
     return np.asarray(fixed.film_area[_triangles(table, p)])
 
 
 def within(path: Path, numbers: Floats, there: Floats, what: str, rows: Floats | bool = True) -> None:
-    """Refuse numbers in some rows at which an array of `Bodies` has nothing, as at its last place."""
+    """Refuse identifiers that an array of `Bodies` has no value for; only the selected rows are checked."""
     refuse(path, numbers[(np.isnan(there.take(numbers, mode="clip")) | (numbers < 0)) & rows], what)
 
 
 def refuse(path: Path, strange: Floats, what: str) -> None:
-    """Refuse numbers that the start does not have."""
+    """Refuse identifiers that do not exist at the start."""
     if len(strange):
         raise ReplayError(f"{path} names the {what} {strange[0]}, which the start of the run does not have; "
                           f"expected the numbers of history/: run the case again")  # fmt: skip

@@ -49,7 +49,7 @@ class Entries(NamedTuple):
     step: Floats
     formation: Floats
     retires: Floats
-    """Whether a sphere of it is retired: these are booked after all others of their step."""
+    """Return whether a sphere of it is retired: these are booked after all others of their step."""
     i: Asks
     j: Asks
     previous: Floats
@@ -69,7 +69,7 @@ class Ratios(NamedTuple):
 
 
 def of_spheres(holder: Floats, p: Pairs, given: Floats, this: Floats, other: Floats) -> Asks:
-    """From a sphere of radius `this` to a bridge with one of radius `other` or a wall (E 8, 9, 12)."""
+    """Return the liquid that a sphere of radius `this` gives to a bridge with one of radius `other` or a wall (E 8, 9, 12)."""
     sine, small = np.where(p.kind == laws.LARGE_WALL, 0.5, other / (this + other)), p.kind == laws.SMALL_WALL
     factor = np.where(small, p.width, 1.0 - np.sqrt(1.0 - sine**2))
     return Asks(holder, np.zeros(len(small), dtype=bool), factor, np.where(small, 6.0 * this, 2.0), given)
@@ -111,10 +111,10 @@ def book(
 
     Returns the columns next to the events, and `held` after each of the output steps.
     """
-    n, own = len(events), lives.all.own
+    n, recomputed = len(events), lives.all.recomputed
     out, shots = Columns(*np.full((len(Columns._fields), n), np.nan)), np.empty((len(outputs), len(held)))
     entries = Entries(
-        np.array(events["step"], dtype=np.int64), lives.formation[len(own) - n :],
+        np.array(events["step"], dtype=np.int64), lives.formation[len(recomputed) - n :],
         events["kind"].to_numpy() == RETIREMENT, *asks(events, p, fixed, not draws),
         lives.previous, row_of(tables, p, fixed), laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3,
     )  # fmt: skip
@@ -122,18 +122,18 @@ def book(
     falls = drops.steps if drops else outputs[:0]
     for step in np.union1d(outputs, falls):
         until = int(np.searchsorted(entries.step, step, "right"))
-        _book(entries, ratios, held, asked, own, out, done, until)
+        _book(entries, ratios, held, asked, recomputed, out, done, until)
         done = until
         if drops and step in falls:
             drops.book(int(step), held)
         shots[outputs == step] = held
-    _book(entries, ratios, held, asked, own, out, done, n)
+    _book(entries, ratios, held, asked, recomputed, out, done, n)
     return out, shots
 
 
 @compiled
 def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
-    """What a formation asks of one side; drawn dry, a film may be below zero by its last digit."""
+    """Return the volume that a formation draws from one side; a film that was emptied may be negative in its last digit."""
     film, holder = max(held[side.holder[n]], 0.0), side.holder[n]
     if side.given[n] == side.given[n]:
         share[n] = side.given[n]
@@ -146,7 +146,7 @@ def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
 
 @compiled
 def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
-    """Each its part where more is asked of a film in a step than it holds."""
+    """Reduce the requested volumes in proportion where a step draws more from a film than it contains."""
     there, want = max(held[side.holder[n]], 0.0), asked[side.holder[n]]
     if want > there:
         share[n] *= there / want
@@ -173,9 +173,11 @@ def _ratio(table: Ratios, row: int, v_star: float) -> float:
 
 
 @compiled
-def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Columns, start: int, last: int) -> None:
+def _book(
+    e: Entries, table: Ratios, held: Any, asked: Any, recomputed: Any, out: Columns, start: int, last: int
+) -> None:
     """Some events step by step; the last places of `own` become the volumes of the events."""
-    before = len(own) - len(e.step)
+    before = len(recomputed) - len(e.step)
     while start < last:
         end = start + 1
         while end < last and e.step[end] == e.step[start] and e.retires[end] == e.retires[start]:
@@ -193,10 +195,10 @@ def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Colum
                 _grant(e.j, n, held, asked, out.share_j)
                 out.volume[n] = out.share_i[n] + out.share_j[n]
             elif e.previous[n] >= 0:
-                out.volume[n] = own[e.previous[n]]
+                out.volume[n] = recomputed[e.previous[n]]
                 out.share_i[n] = out.volume[n] * _ratio(table, e.row[n], out.volume[n] / e.cube[n])
                 out.share_j[n] = out.volume[n] - out.share_i[n]
-            own[before + n] = out.volume[n]
+            recomputed[before + n] = out.volume[n]
         for n in range(start, end):
             sign = -1.0 if e.formation[n] else 1.0
             held[e.i.holder[n]] += sign * out.share_i[n]

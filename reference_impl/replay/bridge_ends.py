@@ -111,7 +111,7 @@ def _parts(run: Run) -> Quantity:
     """Check that the triangle of every event at a wall belongs to its wall part."""
     events = run.table("events")
     rows = events[events["partner_kind"] != laws.SPHERE].reset_index(drop=True)
-    own = rows["j"].to_numpy(np.int64)
-    part = nearest.parts(run).setup.part[rows["triangle"].to_numpy(np.int64)] if len(rows) else own
-    wrong, one = (part != own).astype(float), np.ones(len(rows))
+    logged = rows["j"].to_numpy(np.int64)
+    part = nearest.parts(run).setup.part[rows["triangle"].to_numpy(np.int64)] if len(rows) else logged
+    wrong, one = (part != logged).astype(float), np.ones(len(rows))
     return compare("event_part", "triangles of another part", wrong, 0.0 * one, one, rows, 0.0)

@@ -20,7 +20,7 @@ STATUS = {"agrees": 0, "in part": 0, "dry": 0, "disagrees": 1, "unreadable": 2}
 
 
 def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """What replay.json holds, with run_dir, status, and for an unreadable history the reason in one sentence."""
+    """Return the content of replay.json with run_dir, status, and for an unreadable history the reason in one sentence."""
     where = {"run_dir": str(folder)}
     try:
         if not folder.is_dir():
@@ -28,7 +28,7 @@ def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] 
         io.refuse_special(folder)
         forget(folder, out)
         if nothing_to_replay(folder):
-            reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"
+            reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.sentence(whole.check(folder))}"
             return {**where, "status": "dry", "reason": reason}
         result = replay(folder, out, functions)
     except Refused as error:
@@ -43,7 +43,7 @@ def _shown(error: Refused) -> str:
 
 
 def forget(folder: Path, out: Path | None = None) -> None:
-    """Remove what an earlier replay said, so that it is not taken for what this one says."""
+    """Remove the result of an earlier replay, so that it is not mistaken for that of this one."""
     if not ((folder / "scene.json").exists() or (folder / "history").exists()):
         return  # no run: what has these names is somebody's own
     for path in (out or folder / "replay.json", folder / "contributions.json"):
@@ -51,7 +51,7 @@ def forget(folder: Path, out: Path | None = None) -> None:
 
 
 def nothing_to_replay(folder: Path) -> bool:
-    """Whether there is nothing to recompute: no bridges, no motion that was to be recorded, no configuration, no results."""
+    """Return whether there is nothing to recompute: no bridges, no recorded motion, no configuration, no results."""
     planned = plans.plan(folder)
     return not planned.moist and not planned.recorded and not sections.any_there(folder)
 

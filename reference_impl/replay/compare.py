@@ -118,7 +118,7 @@ def plain(row: Mapping[Any, Any] | pd.Series) -> dict[str, Any]:
 
 
 def number(value: Any) -> Any:
-    """None for NaN and inf, which JSON does not have; lists element by element."""
+    """Replace NaN and inf, which JSON does not have, by None; in lists element by element."""
     if isinstance(value, list):
         return [number(v) for v in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value

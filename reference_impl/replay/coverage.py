@@ -52,17 +52,17 @@ def law(run: Run, effect: str) -> str | None:
 
 
 def semi_implicit(run: Run) -> bool:
-    """Whether drag is taken at the speed after the step (`viscous_integration`)."""
+    """Return whether drag is taken at the speed after the step (`viscous_integration`)."""
     return bool(run.meta.get("viscous_integration", "explicit") != "explicit")
 
 
 def solved(run: Run, effect: str) -> bool:
-    """Whether the effect's law is the exact bridge."""
+    """Return whether the effect's law is the exact bridge."""
     return effect in SOLVED and law(run, effect) == EXACT
 
 
 def known(run: Run, effect: str) -> bool:
-    """Whether the effect is off or its law is one that this reference recomputes."""
+    """Return whether the effect is off or its law is one that this reference recomputes."""
     name = law(run, effect)
     return name is None or name in CLOSED[effect] or solved(run, effect)
 

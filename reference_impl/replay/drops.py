@@ -45,7 +45,7 @@ OWN = ("volume", "film_i_before", "film_j_before", "same", "fallen", "seen")
 
 
 class Places:
-    """Where spheres and walls are at the output steps, and what is below a point."""
+    """Positions of spheres and walls at the output steps, and the search for what is below a point."""
 
     def __init__(self, run: Run) -> None:
         self._setup = window.read(run.folder)
@@ -107,7 +107,7 @@ class Falling:
         self._table, self._fixed, self._known = run.shed, bodies(run), coverage.known(run, "shedding")
         self._rows: Iterator[Any] = self._table.itertuples(index=False)
         self._all, self._next, self._checked, self.left = self._table["step"].to_numpy(), 0, 0, 0.0
-        self._own: dict[str, list[float]] = defaultdict(list)
+        self._recomputed: dict[str, list[float]] = defaultdict(list)
         self.steps: Floats = np.zeros(0, np.int64)
         """With drops to be booked in this part."""
         if len(self._table):
@@ -151,7 +151,7 @@ class Falling:
                 ("seen", float(at is not None)),
                 ("film_j_before", self._move(d, volume, held)),
             ):
-                self._own[name].append(value)
+                self._recomputed[name].append(value)
 
     def _volume(self, d: Any, film: float) -> float:
         if not self._known:
@@ -175,7 +175,7 @@ class Falling:
         if not len(self._table):
             return []
         table = self._table.iloc[self._checked : self._next].reset_index(drop=True)
-        mine = {name: np.array(self._own.pop(name, [])) for name in OWN}
+        mine = {name: np.array(self._recomputed.pop(name, [])) for name in OWN}
         self._checked = self._next
         typical = np.full(len(table), mean)
         found = [

@@ -44,7 +44,7 @@ def check(run: Run) -> list[Quantity]:
 
 
 def _refuse(run: Run, table: pd.DataFrame) -> None:
-    """Every sampled sphere at every look."""
+    """Refuse a table that lacks a sampled sphere at a check."""
     ids = run.table("spheres")["id"].to_numpy(np.int64)
     most = (SAMPLES << 32) // max(len(ids), SAMPLES)
     wanted = ids[(ids * 2654435761) % (1 << 32) < most]
@@ -76,7 +76,7 @@ def recomputed(run: Run, table: pd.DataFrame) -> Floats:
 
 
 def drops(run: Run, table: pd.DataFrame, expected: Floats) -> tuple[Floats, Floats]:
-    """Volume that let go at each look by the log of drops, and that which must, none included."""
+    """Volume shed at each check according to the log of drops, and the volume that must be shed."""
     liquid, radius = io.scene(run.folder)["liquid"], bodies(run).radius
     density, tension = liquid["density_kg_per_m3"], liquid["surface_tension_N_per_m"]
     due = np.array([

@@ -41,7 +41,9 @@ class Contacts:
 
     @cached_property
     def push(self) -> tuple[Floats, Floats, Floats]:
-        """What all other forces change in the step, as logged: v_i - v_j, that along n, and how much."""
+        """Return the velocity change by all other forces in the step, as logged: of v_i - v_j, of its part along n, and its
+        size.
+        """
         push = vectors(self.table, "push")
         return push, dot(push, self.n), size(push)
 

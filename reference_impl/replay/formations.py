@@ -42,7 +42,7 @@ class Held:
         self.changed = np.full(len(self.film), -1, np.int64)
 
     def keep(self, run: Run) -> None:
-        """A part of the log has been gone through."""
+        """Store the films and the last changes of all reservoirs after a chunk of the log."""
         events = run.table("events")
         keep_films(self.film, events, run)
         for side in sides_of(events, run):
@@ -73,9 +73,9 @@ def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
 
 def early(run: Run) -> tuple[Floats, Floats, Floats]:
     """Formations where the films did not touch, not S < h_i + h_j, as 1; films of both sides and gap of every event."""
-    own, other, gap, ri = films_at_events(run)
+    film, other, gap, ri = films_at_events(run)
     formed = (run.table("events")["kind"] == FORMATION).to_numpy()
-    return (formed & (gap > own + other + ROOM * ri)).astype(float), own + other, gap
+    return (formed & (gap > film + other + ROOM * ri)).astype(float), film + other, gap
 
 
 def due(run: Run) -> Quantity:
@@ -87,12 +87,13 @@ def due(run: Run) -> Quantity:
 
 
 def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
-    """By how much the films of each formation overlapped one look before at least [m], and the way since then.
+    """Return the overlap of the films of each formation at the previous neighbour check at least [m], and the displacement
+    since.
 
     Zero where a film changed since, where all is new (step 0) and where the engine was set up again.
     """
     events, every = run.table("events"), impulses.every(run)
-    own, other, gap, ri = films_at_events(run)
+    film, other, gap, ri = films_at_events(run)
     step = events["step"].to_numpy(np.int64)
     way = every * float(run.meta["time_step"]) * events["speed"].to_numpy(float) * ROOM_OF_WAY[0]
     # speeds are known at one of several steps
@@ -100,7 +101,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     since = _changed(run, held, step)
     judged = (events["kind"] == FORMATION).to_numpy() & (step > _born(run)) & (since < step - every)
     judged &= ~np.isin(step, _anew(run))
-    excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
+    excess = np.where(judged, np.maximum(film + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
     for row in late_at_walls:
         if _over_an_edge(run, lives, events.iloc[row], int(step[row]) - every):
@@ -108,12 +109,14 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
             continue
         # the closest point may have come over an edge, from a triangle with less
         beside = _thinnest_beside(run, held, events.iloc[row], int(step[row]) - every)
-        excess[row] = max(own[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
+        excess[row] = max(film[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
     return excess, way
 
 
 def _born(run: Run) -> Floats:
-    """First step at which the spheres of each event are there: 0, of a script's run when the last of them came."""
+    """Return for each event the first step at which both spheres exist: 0, or in a script's run the step at which the later one
+    was inserted.
+    """
     events, spheres = run.table("events"), run.table("spheres")
     if "enters" not in spheres:
         return np.zeros(len(events), int)
@@ -126,9 +129,9 @@ def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
     """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that meets the event's, or that
     meets one which does: where parts meet in one closest point a sphere has one bridge, and a part whose place is taken so, as
     the rim between two sides, takes the place of the part beyond it."""
-    parts, fixed, own = nearest.parts(run), bodies(run), int(event["j"])
-    next_to = _meeting(parts, np.array([own]), int(event["triangle"]))
-    reached = np.setdiff1d(np.union1d(next_to, _meeting(parts, next_to)), own)
+    parts, fixed, number = nearest.parts(run), bodies(run), int(event["j"])
+    next_to = _meeting(parts, np.array([number]), int(event["triangle"]))
+    reached = np.setdiff1d(np.union1d(next_to, _meeting(parts, next_to)), number)
     kind = np.where(fixed.half_width[reached] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
     rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": reached})
     return bool((lives.at(keys(rows), np.full(len(reached), max(look, lives.start)), strictly=False) >= 0).any())
@@ -152,8 +155,9 @@ def _meeting(parts: nearest.Parts, of: Floats, triangle: int | None = None) -> F
 
 
 def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float:
-    """Least thickness [m] at a look of the films on an event's triangle and on those of its part that share a corner with it
-    and can have been as near."""
+    """Least thickness [m] at a neighbour check of the films on an event's triangle and on triangles of its part that share a
+    corner with it and can have been as near.
+    """
     parts, fixed, events, triangle = nearest.parts(run), bodies(run), run.table("events"), int(event["triangle"])
     corners, part = parts.setup.corners, parts.setup.part
     apart = np.abs(images.of(run.folder).nearest(corners[:, :, None] - corners[triangle][None, None])).max(axis=3)
@@ -185,12 +189,12 @@ def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
     way = fastest * float(run.meta["time_step"]) * since_look
     parts, step = nearest.parts(run), np.full(len(triangles), int(event["step"]))
     x_of_all = np.repeat(x[None], len(triangles), axis=0)
-    own = parts.closest(step, x_of_all, parts.setup.part[triangles]).distance
-    return np.asarray(parts.to(step, x_of_all, triangles)[0] - own <= 2.0 * way)
+    distance = parts.closest(step, x_of_all, parts.setup.part[triangles]).distance
+    return np.asarray(parts.to(step, x_of_all, triangles)[0] - distance <= 2.0 * way)
 
 
 def _turned(run: Run, ri: Floats) -> Floats:
-    """How far a turning wall's points around a closest point part from it in a look [m]."""
+    """Return how far points of a turning wall move away from a closest point between two neighbour checks [m]."""
     scene = io.scene(run.folder)
     periods = [abs(way_of(scene, w)["period_s"]) for w in scene["walls"] if w["motion"] == "turns"]
     rate = 2.0 * np.pi / min(periods) if periods else 0.0
@@ -200,7 +204,9 @@ def _turned(run: Run, ri: Floats) -> Floats:
 
 
 def _anew(run: Run) -> Floats:
-    """Steps at which the engine is set up again, with speeds of the step in place of those half a step back."""
+    """Return the steps at which the engine is set up again; the velocities there are those of the step, not of half a step
+    earlier.
+    """
     windows = slide_steps(io.scene(run.folder)).values()
     return np.array([step for window in windows for step in window], int)
 
@@ -230,7 +236,7 @@ def _changed(run: Run, held: Held, step: Floats) -> Floats:
 
 
 def late(run: Run, held: Held, lives: Lives) -> Quantity:
-    """A bridge forms at the first look at which the films touch."""
+    """Check that a bridge forms at the first neighbour check at which the films touch."""
     excess, _ = lateness(run, held, lives)
     events = run.table("events")
     return compare("formation_late", "radius", excess, np.zeros(len(excess)), bodies(run).radius[events["i"]], events)

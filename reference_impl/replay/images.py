@@ -27,18 +27,18 @@ class Images:
 
     @property
     def any(self) -> bool:
-        """Whether it repeats at all."""
+        """Return whether it repeats at all."""
         return bool((self.length > 0.0).any())
 
     def nearest(self, way: Floats) -> Floats:
-        """The shortest of all ways between copies of two places; vectors along the last axis."""
+        """The shortest of all displacements between copies of two positions; vectors along the last axis."""
         if not self.any:
             return way
         period = np.where(self.length > 0.0, self.length, np.inf)
         return np.asarray(way - self.length * np.rint(way / period))
 
     def others(self) -> list[Floats]:
-        """The way to each copy of the box that has a face, edge or corner in common with it."""
+        """Return the displacement to each copy of the box that shares a face, an edge or a corner with it."""
         steps = [(-1, 0, 1) if length > 0.0 else (0,) for length in self.length]
         return [np.array(n) * self.length for n in product(*steps) if any(n)]
 

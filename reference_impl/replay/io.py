@@ -264,7 +264,7 @@ def scene(folder: Path) -> dict[str, Any]:
 
 
 def origin(folder: Path) -> np.ndarray:
-    """Where a custom scene's coordinates have the origin of the logs [m]: zero, but for a description with `origin_mm`."""
+    """Return the origin of a custom scene's coordinates in those of the logs [m]: zero unless the description has `origin_mm`."""
     path = Path(folder) / "description.json"
     if not path.exists():
         return np.zeros(3)

@@ -22,7 +22,7 @@ FASTER = 1.1, 0.2
 
 
 def total(run: Run) -> float:
-    """Liquid put in at the start [m3]."""
+    """Initial liquid [m3]."""
     return float(run.table("spheres")["film"].sum())
 
 
@@ -31,15 +31,15 @@ def mean_film(run: Run) -> float:
     return total(run) / max(len(run.table("spheres")), 1)
 
 
-def check(run: Run, own: Columns, lives: Lives) -> list[Quantity]:
+def check(run: Run, columns: Columns, lives: Lives) -> list[Quantity]:
     """The events; `own` is what was recomputed of them."""
     events, found = run.table("events"), []
     for name in ("volume", "share_i", "share_j"):
-        mine = getattr(own, name)
-        found.append(compare(name, "volume of the bridge", events[name].to_numpy(), mine, own.volume, events))
+        mine = getattr(columns, name)
+        found.append(compare(name, "volume of the bridge", events[name].to_numpy(), mine, columns.volume, events))
     typical = np.full(len(events), mean_film(run))
     for name in ("film_i_before", "film_i_after", "film_j_before", "film_j_after"):
-        found.append(compare(name, MEAN, events[name].to_numpy(), getattr(own, name), typical, events))
+        found.append(compare(name, MEAN, events[name].to_numpy(), getattr(columns, name), typical, events))
     return [*found, *check_rupture(run, lives)]
 
 
@@ -66,7 +66,7 @@ def check_rupture(run: Run, lives: Lives) -> list[Quantity]:
 
 
 def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
-    """Ruptures whose gap was beyond the limit one look before already, as far as the logged speed tells.
+    """Ruptures whose gap exceeded the limit at the previous neighbour check already, as far as the logged speed shows.
 
     Between two neighbour checks the speed may change: by a third body, and by an impact that takes what was left of the speed at
     the formation. The limit is taken at a speed that is higher by `FASTER` than the greater of both.
@@ -108,7 +108,7 @@ def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
     here, mine = keys(active), lives.active(last)
     order = np.argsort(mine.key)
     place = order[np.minimum(np.searchsorted(mine.key[order], here), len(order) - 1)] if len(order) else 0 * here
-    volumes = np.where(np.isin(here, mine.key), np.append(mine.own, np.nan)[place], np.nan)
+    volumes = np.where(np.isin(here, mine.key), np.append(mine.recomputed, np.nan)[place], np.nan)
     found.append(compare("final_bridges", "itself", active["volume"].to_numpy(), volumes, volumes, active))
     missing = pd.DataFrame({"logged": [len(here)], "reference": [len(mine)]})
     count = np.array([float(len(np.setxor1d(here, mine.key)))])
@@ -116,7 +116,7 @@ def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
 
 
 def ledger(run: Run) -> Quantity:
-    """Σ films + Σ bridges + Σ walls + left + retired against what was put in, at every output."""
+    """Compare Σ films + Σ bridges + Σ walls + left + retired with the inserted liquid, at every output."""
     table = run.table("ledger")
     held = (table["films"] + table["bridges"] + table["walls"] + table["left"] + table["retired"]).to_numpy()
     put_in = total(run) - to_come(run, table["step"].to_numpy())

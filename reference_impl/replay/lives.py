@@ -24,7 +24,7 @@ def keys(table: Table) -> Floats:
 
 @dataclass(frozen=True)
 class ActiveBridges:
-    """Bridges that stand: what the log says of their formation, and the volume that they should have."""
+    """Active bridges: what the log records of their formation, and the volume that they should have."""
 
     key: Floats
     step: Floats
@@ -34,7 +34,7 @@ class ActiveBridges:
     rupture_distance: Floats
     speed: Floats
     """Relative speed of the two ends at the formation [m/s]."""
-    own: Floats
+    recomputed: Floats
 
     def __len__(self) -> int:
         return len(self.key)
@@ -106,7 +106,7 @@ class Lives:
         return np.where(there, self._order[place], -1)
 
     def _places(self, key: Floats, step: Floats, strictly: bool) -> tuple[Floats, Floats]:
-        """The last of each bridge's records up to a step, in the order of the keys, and whether it is a formation."""
+        """Return the last record of each bridge up to a step, in the order of the keys, and whether it is a formation."""
         rank = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
         first = rank * self._span
         until = first + np.minimum(step - self.start, self._span - 1) + (0 if strictly else 1)

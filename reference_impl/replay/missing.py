@@ -32,12 +32,12 @@ NONE = pd.DataFrame({name: np.zeros(0, kind) for name, kind in COLUMNS.items()})
 
 
 def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
-    """All of these, of a part of the log before which the reservoirs were as in `held`."""
+    """Check a chunk of the log for missing bridges; `held` is the state of the reservoirs before it."""
     return [due(run), late(run, held, lives), missed(run, lives, held), one_place.check(run, lives)]
 
 
 def missed(run: Run, lives: Lives, held: Held) -> Quantity:
-    """Where films touch, at an output step or where bridges act in a window, there is a bridge."""
+    """Check that there is a bridge wherever films touch, at an output step or where bridges act in a window."""
     table = touching(run, lives, held)
     lacking, zero = table["missed"].to_numpy(float), np.zeros(len(table))
     return compare("formation_missed", "films that touch without a bridge", lacking, zero, zero + 1.0, table, 0.0)
@@ -98,14 +98,14 @@ def _at_outputs(run: Run) -> pd.DataFrame:
     walls = walls[walls["step"].isin(frames.step)]
     frames.walls[np.searchsorted(frames.step, walls["step"]), walls["triangle"]] = walls["film"]
     table, bridges = _touching(run, frames), run.table("bridges")
-    own, active, lacking = keys(table), keys(bridges), np.ones(len(table), dtype=bool)
+    wanted, active, lacking = keys(table), keys(bridges), np.ones(len(table), dtype=bool)
     ends = np.searchsorted(bridges["step"].to_numpy(), frames.step[:, None] + np.array([0, 1]))
     of = table["step"].to_numpy()
     for step in np.unique(of):
         rows = np.flatnonzero(of == step)
         first, end = ends[np.searchsorted(frames.step, step)]
         there = np.append(np.sort(active[first:end]), -1)
-        lacking[rows] = there[np.searchsorted(there[:-1], own[rows])] != own[rows]
+        lacking[rows] = there[np.searchsorted(there[:-1], wanted[rows])] != wanted[rows]
 
     def stands(rows: pd.DataFrame) -> Floats:
         first, end = ends[np.searchsorted(frames.step, rows["step"].iloc[0])]
@@ -161,29 +161,29 @@ def _one_place(
 def _at_neighbour(
     run: Run, parts: nearest.Parts, row: tuple[int, int, int], x: Floats, stands: Callable[[pd.DataFrame], Floats]
 ) -> bool:
-    """Whether the bridge of a step's sphere at x with a part is left to another part by the rule of `_one_place`."""
+    """Return whether the bridge of a step's sphere at x with a part is left to another part by the rule of `_one_place`."""
     step, i, part = row
     others = np.flatnonzero((parts.wall == parts.wall[part]) & (np.arange(len(parts)) != part))
-    own, radius = parts.closest(np.array([step]), x[None], np.array([part])), float(bodies(run).radius[i])
+    closest, radius = parts.closest(np.array([step]), x[None], np.array([part])), float(bodies(run).radius[i])
 
     def off(points: Floats, of: Floats) -> Floats:
         """Distance of points from wall parts."""
         return parts.closest(np.full(len(of), step), np.broadcast_to(points, (len(of), 3)).copy(), of).distance
 
-    others = others[off(x, others) < own.distance[0] + 2.0 * radius]
+    others = others[off(x, others) < closest.distance[0] + 2.0 * radius]
     feet = parts.closest(np.full(len(others), step), np.repeat(x[None], len(others), axis=0), others).point
     near = ONE_PLACE * radius
 
     def onward(of: Floats, points: Floats) -> Floats:
-        """Whether parts continue at points of them towards the sphere."""
+        """Return whether parts continue at points of them towards the sphere."""
         x_of_all, limits = np.repeat(x[None], len(of), axis=0), np.full((2, len(of)), near)
         return parts.goes_on(np.full(len(of), step), x_of_all, of, points, limits[0], 0.25 * limits[1])
 
-    shared = off(own.point, others) <= near
-    if onward(others[shared], np.repeat(own.point, int(shared.sum()), axis=0)).any():
+    shared = off(closest.point, others) <= near
+    if onward(others[shared], np.repeat(closest.point, int(shared.sum()), axis=0)).any():
         return True
     mine = np.full(len(others), part)
-    others = others[(size(feet - own.point) <= near) | (off(feet, mine) <= near) & onward(mine, feet)]
+    others = others[(size(feet - closest.point) <= near) | (off(feet, mine) <= near) & onward(mine, feet)]
     kind = np.where(bodies(run).half_width[others] < radius, laws.SMALL_WALL, laws.LARGE_WALL)
     ends = pd.DataFrame({"step": step, "partner_kind": kind, "i": i, "j": others})
     return len(others) > 0 and bool(stands(ends).any())

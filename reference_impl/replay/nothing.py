@@ -10,13 +10,13 @@ from reference_impl.replay.compare import Quantity
 
 
 class Kind(NamedTuple):
-    """What a scene may have: whether it does, the quantity that needs a record of it, and the sentence where there is none."""
+    """A feature that a scene may have: whether it has it, the quantity that records it, and the sentence if there is none."""
 
     there: Callable[[Mapping[str, Any]], Any]
     quantity: str
     sentence: str
     recorded: bool = False
-    """Whether it is looked for only where motion was recorded."""
+    """Return whether it is looked for only where motion was recorded."""
 
 
 IN_WINDOWS = "there is none in the sampling windows"

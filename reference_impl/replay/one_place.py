@@ -117,7 +117,7 @@ def _places(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Fl
 
 
 def _placed(run: Run, rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows of steps at which the positions of spheres are known, with these."""
+    """Select the rows of steps at which the positions of spheres are known, and add these positions."""
     names = ("trajectory", "window_states")
     tables = [run.table(name)[["step", "id", "x", "y", "z"]] for name in names if where(run.folder, name).exists()]
     if not tables or not len(rows):

@@ -40,7 +40,9 @@ class Regions:
         return np.asarray(self.numbers(x, margin).any(axis=0))
 
     def booked(self, x: Floats, v: Floats, outlet: Floats, margin: float) -> Floats:
-        """Whose row names the first outlet that holds it: that one may, no earlier one does beyond doubt."""
+        """Check that each row names the first outlet that contains the sphere: that one may, and no earlier one does beyond
+        doubt.
+        """
         may, does = self.numbers(x, margin), self.numbers(x, -margin)
         named = np.clip(outlet.astype(int), 1, len(self.low)) - 1
         column = np.arange(len(x))

@@ -22,7 +22,7 @@ AGAIN = "run the case again"
 
 @dataclass(frozen=True)
 class Plan:
-    """What the scene plans: number of walls, last step, steps of the outputs, half-open windows of steps and their tables."""
+    """Planned numbers of a scene: walls, last step, steps of the outputs, half-open windows of steps and their tables."""
 
     moist: bool
     walls: int
@@ -31,7 +31,7 @@ class Plan:
     windows: tuple[tuple[int, int], ...]
     recorded: tuple[str, ...]
     energy: bool
-    """Whether works are logged."""
+    """Return whether works are logged."""
     every: int = 1
     """Steps from one evaluation of the bridges to the next."""
 
@@ -77,7 +77,7 @@ SHORT = 4
 
 
 def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
-    """Step with which the k-th of the short windows begins, of which each lies in an equal part of the run."""
+    """Return the first step of the k-th short window; each window is in one of equal parts of the run."""
     out, slow = scene["output"], impulse(scene)
     count, length = int(out["contact_windows"]), int(out["contact_window_steps"])
     begin, end = steps * k // count, steps * (k + 1) // count
@@ -116,7 +116,7 @@ OUTLETS_WITHIN_S = 0.02
 
 
 def taken_out(scene: dict[str, Any]) -> bool:
-    """Whether spheres are taken out of a run, from the bin or at outlets."""
+    """Return whether spheres are taken out of a run, from the bin or at outlets."""
     return bool(scene.get("retire", False) or scene.get("outlets"))
 
 
@@ -127,7 +127,9 @@ def outputs_every(scene: dict[str, Any]) -> int:
 
 
 def impulse(scene: dict[str, Any]) -> int:
-    """Steps from one evaluation of the bridges to the next, for all of which their forces act at once (`bridges_every`)."""
+    """Return the number of steps between evaluations of the bridges (`bridges_every`), whose forces act for all these steps at
+    once.
+    """
     return int(scene.get("bridges_every", 1))
 
 
@@ -145,7 +147,7 @@ def engine(folder: Path) -> str:
 
 
 def entered(scene: dict[str, Any], spheres: pd.DataFrame) -> Floats:
-    """Step at which each sphere enters: as its table says of a script's run, else by its class."""
+    """Step at which each sphere enters: from its table for a script's run, else from its class."""
     return np.asarray(spheres["enters"] if "enters" in spheres else enters(scene, spheres["type"].to_numpy()))
 
 

@@ -91,7 +91,7 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
 
 
 def _dry(folder: Path) -> bool:
-    """Whether a run is without bridges; refuses one of which nothing can be checked."""
+    """Return whether a run is without bridges; refuses one of which nothing can be checked."""
     dry = not io.scene(folder)["effects"]["bridges"]
     if dry and not window.recorded(folder) and not sections.any_there(folder):
         raise io.ReplayError(
@@ -143,7 +143,7 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
-    """What the snapshots say against the logs: nothing without events or drops, nor where there is nothing to compare."""
+    """Compare the snapshots with the logs; nothing without events or drops, nor where there is nothing to compare."""
     optional, moved = ("formation_missed", "snapshot_volume", "snapshot_share"), found.events or len(run.shed)
     return [q for q in found.of("snapshots") if moved and (q.count or q.name not in optional)]
 
@@ -177,5 +177,5 @@ def table(result: dict[str, Any]) -> str:
     )
     missing = [f"nothing compared: {sentence}" for sentence in result["nothing_compared"]]
     missing += [f"not checked: {sentence}" for sentence in result["not_checked"]]
-    held = whole.said(result["compared"])
+    held = whole.sentence(result["compared"])
     return "\n".join([*lines, held, *missing, speed, *result["notes"], *diagnosis.text(result["diagnosis"])])

@@ -75,9 +75,9 @@ def rule(folder: Path) -> Rule | outlets.Regions | None:
 
 def whole(folder: Path) -> int:
     """Refuse a table of retired spheres that does not fit start and plan; its number of rows."""
-    found, own, path = table(folder), rule(folder), folder / "history" / "retired.parquet"
+    found, limits, path = table(folder), rule(folder), folder / "history" / "retired.parquet"
     kinds = io.columns(folder / "history" / "spheres.parquet", ["id", "type"]).set_index("id")["type"]
-    steps = own.steps if own else np.zeros(0)
+    steps = limits.steps if limits else np.zeros(0)
     for wrong, what in (
         (found["id"].duplicated(), "twice"),
         (found["id"].map(kinds) != found["type"], "with a number or class that the start does not have"),
@@ -96,7 +96,7 @@ def whole(folder: Path) -> int:
 
 
 def table(folder: Path) -> pd.DataFrame:
-    """history/retired.parquet in order of steps; without rows where nobody is retired."""
+    """Read history/retired.parquet in order of steps; without rows if no sphere is retired."""
     if not plans.taken_out(io.scene(folder)) and script.of(folder) is None:
         return pd.DataFrame({name: np.zeros(0) for name in NAMES}).astype({n: np.int64 for n in NAMES[:4]})
     return io.columns(folder / "history" / "retired.parquet", NAMES).sort_values(["step", "id"], ignore_index=True)

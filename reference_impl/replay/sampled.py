@@ -39,7 +39,7 @@ class Samples:
         self._pulls: Parts = []
 
     def add_events(self, events: pd.DataFrame, p: Pairs, first: int) -> None:
-        """A part of the event log, of which `first` is the number of the first row."""
+        """Add a chunk of the event log; `first` is the number of its first row."""
         self.events += len(events)
         volume, broke = events["volume"].to_numpy(float), events["kind"].to_numpy() != FORMATION
         self.ruptures += int(broke.sum())

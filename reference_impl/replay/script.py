@@ -68,14 +68,14 @@ def windows(noted: dict[str, Any], last: int) -> tuple[tuple[int, int], ...]:
 
 
 def present(folder: Path, steps: Floats) -> Floats:
-    """How many spheres are there at each step."""
+    """Count the spheres that exist at each step."""
     come = np.sort(io.columns(folder / "history" / "spheres.parquet", ["enters"])["enters"].to_numpy())
     gone = np.sort(io.columns(folder / "history" / "retired.parquet", ["step"])["step"].to_numpy())
     return np.asarray(np.searchsorted(come, steps, "right") - np.searchsorted(gone, steps, "right"))
 
 
 class Poses:
-    """Where each mesh is at the steps that are logged."""
+    """Poses of each mesh at the logged steps."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / "history" / "poses.parquet"

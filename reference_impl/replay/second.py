@@ -89,7 +89,7 @@ def _imports(node: ast.AST) -> list[str]:
 
 
 def _with_walls(kind: str, f: Function) -> Function:
-    """The function as the replay calls laws of its kind: a wall is marked by a flag, and radius_j there is a dummy."""
+    """Adapt the function to the calls of its kind in the replay: a flag marks a wall, whose radius_j is a dummy."""
 
     def outer(rj: Floats, wall: Flags) -> Floats:
         return np.where(wall, np.inf, rj)

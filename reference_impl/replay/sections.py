@@ -12,7 +12,7 @@ from reference_impl.tables import check as results
 
 
 def any_there(folder: Path) -> bool:
-    """Whether a run has a configuration or results that can be looked at."""
+    """Return whether a run has a configuration or results that can be looked at."""
     return (folder / configuration.FILE).exists() or results.there(folder)
 
 
@@ -29,7 +29,7 @@ def add(result: dict[str, Any], sections: list[Section]) -> None:
         result["quantities"] |= {q.name: q.as_dict() for q in section.quantities}
         result["not_checked"] = [*result["not_checked"], *section.not_checked]
     result["ok"] = result["ok"] and all(q.ok for section in sections for q in section.quantities)
-    result["notes"] = [*result["notes"], *(section.said for section in sections)]
+    result["notes"] = [*result["notes"], *(section.sentence for section in sections)]
     if findings:
         logs = result["diagnosis"] or {"findings": [], "follow": [], "not_explained": []}
         result["diagnosis"] = {**logs, "findings": [*findings, *logs["findings"]]}

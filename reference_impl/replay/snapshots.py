@@ -16,7 +16,7 @@ def active_at_outputs(run: Run, tables: Tables, lives: Lives) -> list[Quantity]:
     """Volumes and shares of the bridges at every output."""
     bridges, fixed = run.table("bridges"), bodies(run)
     at = lives.at(keys(bridges), bridges["step"].to_numpy(np.int64), strictly=False)
-    volume = np.append(lives.all.own, np.nan)[at]
+    volume = np.append(lives.all.recomputed, np.nan)[at]
     share = volume * tables.ratios(*shapes(pairs(bridges, fixed), volume, fixed))
     logged_volume, logged_share = (bridges[name].to_numpy(float) for name in ("volume", "share_i"))
     return [

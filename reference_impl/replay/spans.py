@@ -48,8 +48,9 @@ OF_PLACES = ("bridges", "films", "wall_films", "impulses", "trajectory", "window
 
 @dataclass(frozen=True)
 class Before:
-    """The log before a part: its last step, and the rows that tell who holds what: last events of all reservoirs, formations of
-    the bridges that stand, and which of them are these."""
+    """State of the log before a chunk: its last step, the last events of all reservoirs, the formations of active bridges, and
+    which events these are.
+    """
 
     step: int
     rows: Floats
@@ -123,9 +124,9 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         p = pairs(events, fixed)
         falling.start(part, step)
         draws = coverage.known(run, "formation")
-        own, shots = book(events, p, fixed, tables, lives, held, draws, inside, falling)
+        columns, shots = book(events, p, fixed, tables, lives, held, draws, inside, falling)
         carried.add(part, step)
-        found.add("liquid", liquid.check(part, own, lives))
+        found.add("liquid", liquid.check(part, columns, lives))
         found.add("drops", falling.check(liquid.mean_film(run)))
         if start < last <= step:
             found.add("end", liquid.end(part, shots[np.searchsorted(inside, last)], lives))

@@ -38,7 +38,7 @@ def wall_shifts(setup: window.Setup) -> tuple[pd.DataFrame, Floats]:
 
 
 def reach(setup: window.Setup) -> float:
-    """How far walls move at most [m]: the scale of their places."""
+    """Return the largest displacement of the walls [m], the scale of their positions."""
     ways = [1e-6]
     for wall in setup.walls:
         if "amplitude_m" in wall.way:
@@ -49,7 +49,7 @@ def reach(setup: window.Setup) -> float:
 
 
 def mesh_motion(setup: window.Setup) -> list[Quantity]:
-    """Where walls are at the outputs, against the motion of scene.json, step by step as the engine moves them."""
+    """Compare the positions of walls at the outputs with the motion of scene.json, computed step by step like the engine's."""
     if not setup.walls:
         return []
     table, expected = wall_shifts(setup)
@@ -75,7 +75,7 @@ def all_times(setup: window.Setup, moist: bool) -> pd.DataFrame:
 
 
 class Count:
-    """What the events and the snapshots say of every column of the ledger, part by part."""
+    """Accumulate, chunk by chunk, the value that events and snapshots give for every column of the ledger."""
 
     def __init__(self, run: Run) -> None:
         self.formed = self.ruptured = 0

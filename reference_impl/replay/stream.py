@@ -63,7 +63,7 @@ class Rows:
         return True
 
     def ahead(self, count: int) -> int:
-        """The step of the `count`-th of the rows to come, `END` where there are no more than that; nothing is taken."""
+        """Return the step of the `count`-th of the next rows, `END` if there are fewer; no row is consumed."""
         while sum(map(len, self._ready)) <= count and self._more():
             pass
         for rows in self._ready:
@@ -74,7 +74,7 @@ class Rows:
         return END
 
     def _more_after(self, step: int) -> bool:
-        """Whether a row of a later step is to come."""
+        """Return whether a row of a later step is to come."""
         while self._last <= step and self._more():
             pass
         return self._last > step

@@ -49,7 +49,7 @@ class Tables:
             self._rows[name] = (rows["v_star"].to_numpy(float), rows["transfer_i"].to_numpy(float))
 
     def ratios(self, kind: Floats, type_i: Floats, other: Floats, v_star: Floats) -> Floats:
-        """By linear interpolation; NaN where there is no row."""
+        """Interpolate transfer ratios linearly; NaN where the table has no row."""
         result = np.full(len(v_star), np.nan)
         for (k, a, b), (nodes, values) in self._rows.items():
             rows = (kind == k) & (type_i == a) & (other == b)
@@ -119,7 +119,7 @@ def equations(u: Any, shape: Any, gap: float, volume: float) -> Any:
 
 
 def first_guess(shape: Shape, gap: float, volume: float, widen: float) -> Floats:
-    """A nearly cylindrical bridge of about that volume."""
+    """Return a nearly cylindrical bridge of about that volume, as the initial guess."""
     y = min(widen * np.sqrt(volume / (np.pi * gap)), 0.8, 0.8 * shape.rj)
     di, dj = 1.0 - np.sqrt(1.0 - y**2), shape.rj - np.sqrt(shape.rj**2 - y**2)
     length = di + dj + gap
@@ -146,14 +146,16 @@ def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floa
     return None
 
 
-def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats, law: str = "parabola") -> Floats:
+def recomputed_ratio(
+    kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats, law: str = "parabola"
+) -> Floats:
     """T_i at increasing V*; NaN where the model has no solution."""
     stretch = 1.0 if kind == laws.SPHERE else WALL_STRETCH[law]
-    return np.array(_own_ratio(kind, ri, rj, ti, tj, tuple(v_star), stretch))
+    return np.array(_recomputed_ratio(kind, ri, rj, ti, tj, tuple(v_star), stretch))
 
 
 @cache
-def _own_ratio(
+def _recomputed_ratio(
     kind: int, ri: float, rj: float, ti: float, tj: float, v_star: tuple[float, ...], stretch: float
 ) -> list[float]:
     if kind == laws.SPHERE and (ri, ti) == (rj, tj):
@@ -239,7 +241,7 @@ def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
             mine = np.full(len(nodes), 0.5)
         else:
             at = np.unique(np.linspace(first, len(nodes) - 1, 40).astype(int))
-            mine = own_ratio(kind, ri, rj, ti, tj, nodes[at], str(coverage.law(run, "transfer")))
+            mine = recomputed_ratio(kind, ri, rj, ti, tj, nodes[at], str(coverage.law(run, "transfer")))
         for n, v in zip(at, mine, strict=True):
             if solved or np.isfinite(v):
                 rows.append({"partner_kind": kind, "type_i": i, "other": other, "v_star": float(nodes[n])})
@@ -253,7 +255,7 @@ def of_law(run: Run, where: pd.DataFrame, law: str) -> Floats:
     found, of = np.full(len(where), np.nan), bodies_of_rows(run)
     for _, rows in where.groupby(["partner_kind", "type_i", "other"]):
         kind, i, other = (int(rows[name].iloc[0]) for name in ("partner_kind", "type_i", "other"))
-        found[rows.index] = own_ratio(kind, *of[kind, i, other], rows["v_star"].to_numpy(float), law)
+        found[rows.index] = recomputed_ratio(kind, *of[kind, i, other], rows["v_star"].to_numpy(float), law)
     return found
 
 

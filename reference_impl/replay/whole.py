@@ -48,7 +48,7 @@ def check(folder: Path) -> dict[str, Any]:
     return {"steps": planned.steps, "outputs": len(planned.outputs), "windows": windows, "rows": rows}
 
 
-def said(held: dict[str, Any]) -> str:
+def sentence(held: dict[str, Any]) -> str:
     """State in one sentence how many rows each table of a run has."""
     rows = ", ".join(f"{name} {count}" for name, count in held["rows"].items())
     return (
@@ -102,7 +102,7 @@ def _there(run: Path, planned: Plan, scene: int | Floats) -> int | Floats:
 
 
 def _start_off(run: Path, table: pd.DataFrame) -> bool:
-    """Whether the first frame is not where the scene starts from."""
+    """Return whether the first frame differs from the start of the scene."""
     path = run / io.scene(run)["spheres_file"]
     if not path.exists():
         return False
@@ -132,7 +132,9 @@ def _known(path: Path, found: pd.Series, known: Any, what: str) -> None:
 
 
 def _liquid(history: Path, planned: Plan) -> dict[str, int]:
-    """Ledger, films, energy at every output; bridges and wall films as many as the ledger says; events; contacts."""
+    """Check completeness: ledger, films and energy at every output; as many bridges and wall films as the ledger counts; events;
+    contacts.
+    """
     ids = io.columns(history / "spheres.parquet", ["id"])["id"]
     single = ("ledger", "energy") if planned.energy else ("ledger",)
     rows = {name: _each(history / f"{name}.parquet", planned, 1) for name in single}

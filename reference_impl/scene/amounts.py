@@ -78,7 +78,7 @@ def moisture(config: Mapping[str, Any]) -> float:
 
 
 def whole(asked: Sequence[float], one: Sequence[float]) -> list[int]:
-    """Number of spheres of each size for masses asked for and of one sphere [kg] (docs/configuration.md, Sizes).
+    """Number of spheres of each size for requested masses and the mass of one sphere [kg] (docs/configuration.md, Sizes).
 
     The nearest numbers where all together are within 0.5 % of the mass. Elsewhere the coarsest size is rounded first, and each
     finer one after its mass has been multiplied by what is still to be made over what is still asked, within 5 %.

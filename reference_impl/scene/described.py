@@ -35,7 +35,7 @@ Expected = dict[str, tuple[Any, str]]
 
 
 def of_run(folder: Path) -> dict[str, Any] | None:
-    """The description in a run directory; None where there is none."""
+    """The description in a run directory; None if there is none."""
     path = Path(folder) / FILE
     if not path.exists():
         return None

@@ -62,7 +62,7 @@ def _given_gravity(written: Description, scene: Description) -> bool:
 
 
 def _gravity(deck: Description) -> list[float]:
-    """Turned about y by the inclination: along +x goes what is downhill."""
+    """Return gravity rotated about y by the inclination, so that downhill is along +x."""
     turn = cmath.rect(G, math.radians(deck["inclination_deg"]))
     return [turn.imag, 0.0, -turn.real]
 
@@ -91,8 +91,11 @@ def _thick(level: Description) -> float:
 
 
 def _stroke(stroke: Description) -> dict[str, Any]:
-    """Amplitudes and phases of sines; e^(i phase) times amplitude is the sum of a sine along the long axis, at the angle, and
-    a cosine along the short one, which is across. Its top goes to +x where the phase of z is ahead of that of x."""
+    """Return amplitudes and phases of the sines along x and z.
+
+    Each combines a sine along the long axis, at the angle, with a cosine along the short axis; the top of the path moves to
+    +x if the phase of z is ahead of that of x.
+    """
     across = {"linear": 0.0, "circular": 1.0, "elliptic": stroke["ratio"]}[stroke["kind"]]
     along = cmath.rect(1.0, math.radians(stroke["angle_deg"]))
     ahead = 1j * across * (1.0 if stroke["forward"] else -1.0)

@@ -42,7 +42,7 @@ def of_run(folder: Path) -> dict[str, Any] | None:
 
 
 def held(texts: Mapping[str, Any], config: Mapping[str, Any]) -> list[Held]:
-    """Every value of the files under its path in config.json."""
+    """Return every value of the configuration files by its path in config.json."""
     files: Mapping[str, str] = texts["files"]
     try:
         data = {name: yaml.load(text, LOADER) for name, text in files.items() if name != CASES}

@@ -72,7 +72,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Heights:
-    """From below: the height above the screen's plane."""
+    """Heights above the screen's plane, from the lowest to the highest."""
 
     bin_rim: float
     outlet_end: float

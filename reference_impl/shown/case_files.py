@@ -39,7 +39,7 @@ class Cases:
         return json.loads(path.read_text()) if path.exists() else None
 
     def summary(self, number: int | str) -> Any:
-        """Content of summary.json of a case; None where there is none."""
+        """Content of summary.json of a case; None if there is none."""
         return self.json(number, "summary.json")
 
     @cached_property
@@ -49,7 +49,7 @@ class Cases:
         return next((config for config in every if config and "scale" in config), None)
 
     def configuration(self, number: int) -> str:
-        """Values of a case but for its liquid: material, sizes, aperture and amplitude."""
+        """Return the values of a case except its liquid: material, sizes, aperture and amplitude."""
         return f"{self.rows[number]['material']} {self.sizes(number)} {self.screen(number)}"
 
     def sizes(self, number: int) -> str:
@@ -84,11 +84,11 @@ class Cases:
         return first + [float(table["fraction_retained"].iloc[-1]) for table in tables]
 
     def retained(self, number: int | str) -> bool:
-        """Whether a case has the table of its fraction retained."""
+        """Return whether a case has the table of its fraction retained."""
         return (self.folder / name_of(number) / RETAINED).exists()
 
     def bridged(self, number: int) -> bool:
-        """Whether a case has bridges; of one that was not run, whether it has liquid."""
+        """Return whether a case has bridges; for a case that was not run, whether it has liquid."""
         data = self.summary(number)
         return bool(data["effects"]["bridges"] if data else self.liquid(number))
 
@@ -97,16 +97,16 @@ class Cases:
         return dict((self.json(number, "replay.json") or {"quantities": {}})["quantities"])
 
     def agrees(self, number: int) -> bool:
-        """Whether a case was replayed and nothing is beyond its limit."""
+        """Return whether a case was replayed and nothing is beyond its limit."""
         rows = self.quantities(number).values()
         return bool(rows) and all(q["largest"] <= q["tolerance"] for q in rows)
 
     def results_are_last(self, number: int) -> bool:
-        """Whether the results of a case are those of its last run."""
+        """Return whether the results of a case are those of its last run."""
         return bool((self.json(number, "status/results.json") or {"ok": False})["ok"])
 
     def done(self, number: int) -> bool:
-        """Whether every stage of a case succeeded and no check of its outcome fails."""
+        """Return whether every stage of a case succeeded and no check of its outcome fails."""
         data, stages = self.summary(number), [self.json(number, f"status/{name}.json") for name in STAGES]
         if data is None or not all(stage and stage["ok"] for stage in stages):
             return False
@@ -115,7 +115,7 @@ class Cases:
         return whole and replayed and all(c["ok"] for c in data["checks"])
 
     def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
-        """Times and values of a column of a case; of liquid in per cent of what was put in."""
+        """Times and values of a column of a case; liquid in per cent of the initial liquid."""
         of_liquid = column.endswith("_m3")
         path = self.folder / name_of(number) / ("results/liquid_by_holder.parquet" if of_liquid else RETAINED)
         if not path.exists() or column not in (table := parquet_table(path)):

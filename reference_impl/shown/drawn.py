@@ -38,7 +38,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel; `beside` is the data that stand next to it."""
+    """One panel; `beside` is the data next to it."""
 
     titles: list[str]
     """Texts above the axes and in them."""
@@ -108,7 +108,7 @@ def _axis(group: ET.Element, axis: str) -> tuple[tuple[float, float], str]:
 
 
 def _legend(group: ET.Element) -> list[tuple[str, str, bool]]:
-    """Text, colour and whether dashed, of each entry: the sample that lies left of the text, in its line."""
+    """Return text, colour and whether dashed of each entry; its sample is on the left of the text in the same line."""
     samples, texts = [], []
     for child in group:
         for path in child.iter(f"{SVG}path"):

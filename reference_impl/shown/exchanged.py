@@ -30,7 +30,7 @@ def suspects(shown: Floats, expected: Floats, broken: Floats) -> Iterator[Suspec
 
 
 def _axes(expected: Floats) -> Iterator[Suspect]:
-    """Components exchanged, or one of them turned or lost."""
+    """Test whether components are exchanged, or one has its sign changed or is missing."""
     for order in permutations(range(3)):
         if order != (0, 1, 2):
             moved = [k for k in range(3) if order[k] != k]
@@ -43,7 +43,7 @@ def _axes(expected: Floats) -> Iterator[Suspect]:
 
 
 def _moved(shown: Floats, expected: Floats, broken: Floats) -> Iterator[Suspect]:
-    """By one factor or one shift everywhere, or each in another row."""
+    """Test whether values are multiplied by one factor, shifted by one number, or assigned to other rows."""
     with np.errstate(all="ignore"):
         ratio = np.median((shown[broken] / expected[broken])[np.abs(expected[broken]) > 0])
         unit = next((f" ({name})" for value, name in UNITS.items() if abs(ratio / value - 1.0) < 1e-9), "")

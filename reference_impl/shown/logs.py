@@ -117,7 +117,7 @@ class Logs:
         return np.asarray((step - formed[at]) * self.scene["time_step_s"])
 
     def pairs(self, bridges: pd.DataFrame) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Whether bridges are at walls, radii (of a wall a dummy, 1) and contact angles of both bodies."""
+        """Return whether bridges are at walls, radii (of a wall a dummy, 1) and contact angles of both bodies."""
         wall, i, j = (bridges[name].to_numpy() for name in ("partner_kind", "i", "j"))
         wall = wall != 0
         angle = {c["type"]: c["contact_angle_rad"] for c in self.scene["classes"]}
@@ -144,7 +144,7 @@ class Logs:
 
     @property
     def exact(self) -> bool:
-        """Whether the run's capillary law is the exact bridge."""
+        """Return whether the run's capillary law is the exact bridge."""
         return bool(self.scene["effects"].get("capillary") == EXACT)
 
     def exact_pulls(self, bridges: pd.DataFrame) -> tuple[Floats, Floats]:

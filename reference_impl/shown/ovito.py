@@ -66,7 +66,7 @@ def dumped(path: Path, kind: str) -> Iterator[tuple[int, pd.DataFrame]]:
 def _columns(logs: Logs, kind: str, step: int, table: pd.DataFrame) -> Columns | None:
     """Each column of one output in the order of the logs; None where other spheres or bonds are shown."""
     if kind == "ATOMS":
-        values = vtk.own_values(logs, step, "sphere")
+        values = vtk.expected_values(logs, step, "sphere")
         table, ids = table.sort_values("id"), logs.at(step).ids
         if not np.array_equal(table["id"], ids):
             return None
@@ -79,7 +79,7 @@ def _columns(logs: Logs, kind: str, step: int, table: pd.DataFrame) -> Columns |
         return None if len(table) else {}
     here = here.sort_values(["partner_kind", "i", "j"])
     pairs = (here["partner_kind"] == 0).to_numpy()
-    table, values = table.sort_values(["id1", "id2"]), vtk.own_values(logs, step, "bridge")
+    table, values = table.sort_values(["id1", "id2"]), vtk.expected_values(logs, step, "bridge")
     if not np.array_equal(table[["id1", "id2"]], here.loc[pairs, ["i", "j"]]):
         return None
     known = {name: values[f"vtk_bridge_{name}"][pairs] for name in BONDS if f"vtk_bridge_{name}" in values}

@@ -149,7 +149,7 @@ def _points(data: dict[str, list[float]]) -> tuple[Floats, Floats]:
 
 
 def _words(runs: Runs, key: str, value: str, words: list[str], what: str) -> Iterator[str]:
-    """What is wrong with words in a picture: they are those of report.json, which mean `value` and state its parts."""
+    """List errors in the words of a picture, which must be those of report.json, mean `value` and state its parts."""
     stored = runs.numbers.get(key)
     if stored is None:
         yield f"{what}: report.json has no {key}"
@@ -162,7 +162,7 @@ def _words(runs: Runs, key: str, value: str, words: list[str], what: str) -> Ite
 
 
 def _band(runs: Runs, panel: Panel, curve: Curve, run: str, column: str) -> Iterator[str]:
-    """What is wrong with the band behind a curve, which goes from the least to the most of all seeds of its case."""
+    """List errors in the band behind a curve, which spans the smallest to the largest value of all seeds of its case."""
     curves, seeds = runs.column(run, column), runs.seeds(run)
     others = [of for seed in seeds if (of := runs.column(seed, column)) is not None]
     bands = [b for b in panel.bands if b.claim == f"{curve.claim}{drawn.BAND}"]
@@ -183,7 +183,7 @@ def _band(runs: Runs, panel: Panel, curve: Curve, run: str, column: str) -> Iter
 
 
 def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -> bool:
-    """Whether a curve shows these values, where its axes reach."""
+    """Return whether a curve shows these values, where its axes reach."""
     if of is None or (points := _shown(curve, of[0])) is None:
         return False
     inside = of[0] >= 0.0
@@ -232,7 +232,7 @@ def _is(runs: Runs, curve: Curve) -> str:
 
 
 def _coarse(runs: Runs, run: str, curve: Curve) -> Iterator[str]:
-    """The line at the share that cannot pass."""
+    """Check the line at the share that cannot pass."""
     share = (runs.summary(run) or {COARSE: np.nan})[COARSE]
     if not np.allclose(curve.y, share, atol=MARGIN, rtol=0.0):
         yield f"the line at the share that cannot pass is at {curve.y[0]:.4g}; expected {share:.4g}"
@@ -301,7 +301,7 @@ def main(arguments: list[str]) -> int:
 
 
 def summary(read: Read) -> str:
-    """What was read, how much of it is wrong, and what was not checked, in one line."""
+    """State in one line what was read, how much of it is wrong, and what was not checked."""
     found = f"{read.curves} curves, {read.numbers} numbers and {read.scenes} numbers of 3-D scenes read; {len(read.faults)} wrong"
     return found + (f"; not checked: {', '.join(read.unknown)}" if read.unknown else "")
 

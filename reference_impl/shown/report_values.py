@@ -36,7 +36,7 @@ WITH_WEIGHT = "gravity"
 
 
 def wrong(cases: Cases, numbers: Numbers) -> tuple[int, list[str], list[str]]:
-    """How many values were recomputed, sentences on those that disagree, and keys that are not known."""
+    """Return the number of recomputed values, sentences on those that disagree, and unknown keys."""
     found, faults = list(_every(cases, numbers)), []
     for key, value, digits in found:
         stored = numbers.get(key)
@@ -62,7 +62,7 @@ def _equal(stored: Any, value: Any, digits: str) -> bool:
 
 
 def shows(text: str, value: float | str | None, digits: str, numbers: Numbers) -> bool:
-    """Whether a text shows a value to its precision."""
+    """Return whether a text shows a value to its precision."""
     if digits == "word" or digits == "states":
         return digits == "word" or states(text, value if isinstance(value, str) else f"{value:g}", numbers)
     if isinstance(value, str):
@@ -98,7 +98,7 @@ def states(text: str, value: str, numbers: Numbers) -> bool:
 
 
 def _spread(key: str, values: Sequence[float], digits: str) -> Iterator[Value]:
-    """A number of several seeds: mean and half width of its 95 % interval, as shown; of one seed as `digits` says."""
+    """Format a number: for several seeds the mean and half width of its 95 % interval, for one seed with `digits`."""
     if len(values) < 2:
         yield key, values[0] if values else None, digits
         return
@@ -129,7 +129,7 @@ def _every(cases: Cases, numbers: Numbers) -> Iterator[Value]:
 
 
 def _there(cases: Cases, number: int, numbers: Numbers) -> bool:
-    """Whether the report must have the numbers of a case: it is done, or the report has some."""
+    """Return whether the report must list the numbers of a case: it is finished, or the report contains some of them."""
     return bool(cases.summary(number)) and (cases.done(number) or f"{name_of(number)}.steps" in numbers)
 
 
@@ -199,7 +199,7 @@ def _thresholds(cases: Cases) -> Iterator[Value]:
 
 
 def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
-    """What has passed of what can pass, of each case, of all dry and all moist ones, and what moisture changes."""
+    """Yield the share that has passed of what can pass, for each case, all dry and all moist ones, and the effect of moisture."""
     there = [n for n in cases.listed if _there(cases, n, numbers) and cases.retained(n)]
     groups: dict[str, list[int]] = {}
     for n in sorted(there, key=cases.liquid):
@@ -248,7 +248,7 @@ def _text(numbers: Numbers, key: str) -> str:
 
 
 def _difference(key: str, one: Sequence[float], two: Sequence[float], enough: int) -> Iterator[Value]:
-    """Whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
+    """Return whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
     if min(len(one), len(two)) < enough:
         yield key, "inconclusive", "same"
         return
@@ -299,7 +299,7 @@ def _laws(cases: Cases) -> Iterator[Value]:
 
 
 def _scale(cases: Cases) -> Iterator[Value]:
-    """How the scale departs from the experiment, and every assumed value with its reason."""
+    """List how the scale differs from the experiment, and every assumed value with its reason."""
     config = cases.config
     if config is None:
         return

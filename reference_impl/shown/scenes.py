@@ -41,7 +41,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def check(text: str, folder: Path, expected: Collection[str] = ()) -> tuple[int, list[str]]:
-    """How many numbers the scenes of a page hold, and what is wrong; runs are folders in `folder` of the names shown.
+    """Count the numbers in the scenes of a page and list what is wrong; runs are folders in `folder` with the names shown.
 
     `expected`: runs that must have a scene.
     """
@@ -79,10 +79,10 @@ class Scene:
 
     def wrong(self) -> Iterator[str]:
         """Describe the errors of the 3-D scenes in sentences, the first of each kind."""
-        told: set[str] = set()
+        reported: set[str] = set()
         for what, where in self._all():
-            if what not in told:
-                told.add(what)
+            if what not in reported:
+                reported.add(what)
                 yield f"{what}{where}"
 
     def _all(self) -> Iterator[tuple[str, str]]:
@@ -209,7 +209,7 @@ class Scene:
                     break
 
     def _retained(self) -> list[float]:
-        """At the times of the scene: what has never been below the bin's edge, of the mass of all spheres."""
+        """Return at the times of the scene the mass that has never been below the bin's edge, over that of all spheres."""
         density = {c["type"]: c["density_kg_per_m3"] for c in self.logs.scene["classes"]}
         mass = self.logs.radius**3 * np.array([density[k] for k in self.logs.kind])
         stream = Rows(io.where(self.logs.folder, "trajectory"), "trajectory", ["step", "id", "z"])

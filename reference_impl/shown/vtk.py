@@ -43,13 +43,13 @@ class Field:
     what: str
     rows: pd.DataFrame
     shown: Floats
-    own: Floats
+    expected: Floats
     size: Floats
     limit: float = 1e-12
 
 
 def there(folder: Path) -> bool:
-    """Whether the run has VTK files."""
+    """Return whether the run has VTK files."""
     return (Path(folder) / "vtk").is_dir()
 
 
@@ -94,7 +94,7 @@ def compared(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[str, 
 def with_findings(
     findings: list[dict[str, Any]], failed: list[str], others: Callable[[list[str]], dict[str, Any] | None]
 ) -> dict[str, Any] | None:
-    """The diagnosis of a run: what is shown wrong, and what `others` say of the other quantities that fail."""
+    """Diagnose a run: what is wrongly shown, and what `others` report on the other quantities that fail."""
     rest = [name for name in failed if not name.startswith("vtk_")]
     found = others(rest) if rest else None
     if not findings or not failed:
@@ -105,7 +105,7 @@ def with_findings(
 
 def _compared(field: Field) -> Quantity:
     limit = 0.0 if field.shown.dtype.kind in "iu" else field.limit
-    return compare(field.name, "itself, or the largest of the run", field.shown.astype(float), field.own.astype(float),
+    return compare(field.name, "itself, or the largest of the run", field.shown.astype(float), field.expected.astype(float),
                    field.size, field.rows, limit)  # fmt: skip
 
 
@@ -130,11 +130,11 @@ def _fields(logs: Logs, outputs: Outputs, single: float) -> Iterator[Field]:
                 yield from shown_of(logs, step, vtu.read(shown) if isinstance(shown, Path) else shown)
 
 
-def own_values(logs: Logs, step: int, kind: str) -> dict[str, Floats]:
-    """What should be shown at an output step, by field: for what shows another time, or another field."""
+def expected_values(logs: Logs, step: int, kind: str) -> dict[str, Floats]:
+    """Return the expected values of an output step by field, to recognise files that show another time or another field."""
     nothing = vtu.Shown(np.zeros((0, 3)), np.zeros((0, 0), int), {}, {}, {})
     makers = {"sphere": _particles, "bridge": _bridges, "wall": _walls}
-    return {f.name: f.own for f in makers[kind](logs, step, nothing, blind=True)} if kind in makers else {}
+    return {f.name: f.expected for f in makers[kind](logs, step, nothing, blind=True)} if kind in makers else {}
 
 
 def _particles(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iterator[Field]:
@@ -220,7 +220,7 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
 def _each(
     kind: str, fields: list[Any], shown: dict[str, Floats], order: Floats | None, rows: pd.DataFrame
 ) -> Iterator[Field]:
-    """Every field in the order of the logs; one that the file lacks is shown as nothing."""
+    """Yield every field in the order of the logs; a field that the file lacks is empty."""
     for name, what, expected in fields:
         as_shown = shown[name][order] if name in shown and order is not None else np.full(expected.shape, np.nan)
         if expected.dtype.kind in "iu" and np.isfinite(as_shown).all():
@@ -253,7 +253,7 @@ def _order(shown: Floats | None, expected: Floats) -> Floats | None:
 
 
 def _whole(name: str, what: str, step: int, order: Floats | None, shown: Floats | None) -> Field:
-    """Whether exactly those of the logs are shown."""
+    """Return whether exactly those of the logs are shown."""
     rows = pd.DataFrame({"step": [step], "i": [0 if shown is None else len(shown)]})
     return Field(name, what, rows, np.array([int(order is not None)]), np.ones(1, int), np.ones(1))
 
@@ -262,17 +262,17 @@ def _link(logs: Logs, fields: list[Field]) -> Link:
     """The first output steps that disagree, as the diagnosis takes them."""
     rows = pd.concat([f.rows for f in fields], ignore_index=True)
     shown, expected, size = (
-        np.concatenate([getattr(f, n) for f in fields]).astype(float) for n in ("shown", "own", "size")
+        np.concatenate([getattr(f, n) for f in fields]).astype(float) for n in ("shown", "expected", "size")
     )
     name, steps = fields[0].name, logs.outputs.tolist()
     kind = name.split("_")[1] if not name.endswith("_time") else ""
 
     def elsewhere(field: str, output: Callable[[int], int]) -> Floats:
-        """The values of a field at other outputs; NaN where there is none."""
+        """Return the values of a field at other outputs; NaN where it has none."""
         places = [output(steps.index(int(f.rows["step"].iloc[0]))) for f in fields]
-        values = [own_values(logs, steps[k], kind).get(field) if 0 <= k < len(steps) else None for k in places]
+        values = [expected_values(logs, steps[k], kind).get(field) if 0 <= k < len(steps) else None for k in places]
         same = [
-            v if v is not None and v.shape == f.own.shape else f.own * np.nan
+            v if v is not None and v.shape == f.expected.shape else f.expected * np.nan
             for v, f in zip(values, fields, strict=True)
         ]
         return np.concatenate(same).astype(float)
@@ -282,7 +282,7 @@ def _link(logs: Logs, fields: list[Field]) -> Link:
             ("the output before", lambda k: k - 1), ("the output after", lambda k: k + 1), ("the start", lambda k: 0)
         ):  # fmt: skip
             yield Suspect(f"it is that of {text}", elsewhere(name, output))
-        for field in own_values(logs, steps[-1], kind):
+        for field in expected_values(logs, steps[-1], kind):
             if field != name:
                 yield Suspect(f"it is the {field.split('_', 2)[2].replace('_', ' ')}", elsewhere(field, lambda k: k))
 

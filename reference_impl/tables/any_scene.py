@@ -54,7 +54,7 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:
         liquid=by_wall,
         checks={"no_particle_lost": float(lost), "liquid_accounted_for": accounted(by_wall, initial)},
         limits={"no_particle_lost": 0.0, "liquid_accounted_for": ALL_THERE},
-        said=[len(of.ids), lost],
+        printed=[len(of.ids), lost],
         more={},
         ends={str(k): float(v) for k, v in touching[-1].items() if k not in ("step", "time_s")},
         mass=float(of.mass.sum()),

@@ -184,7 +184,8 @@ def in_blocks(values: Sequence[float]) -> tuple[float | None, float | None]:
 
 
 def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, float | None]:
-    """Spheres whose centres are within their radius of the screen's plane and that go along with it, on average over outputs.
+    """Count the spheres whose centres are within their radius of the screen's plane and that move with it, averaged over the
+    outputs.
 
     Going along: slower against the screen than half of 2 pi f times the root of the sum of its squared amplitudes.
     """

@@ -107,7 +107,7 @@ class Recomputed:
     checks: dict[str, float]
     """Name of a check -> its value."""
     limits: dict[str, float]
-    said: list[int]
+    printed: list[int]
     """Numbers in the sentence on lost spheres."""
     more: dict[str, tuple[Any, str]]
     """Further entries of the summary, and what gives them."""
@@ -142,7 +142,7 @@ def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequenc
 
 
 def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tuple[Floats, Floats, float, int]:
-    """At one output: liquid [m3] of every sphere, of every row of walls, in active bridges, and how many of these there are."""
+    """Return for one output the liquid [m3] of every sphere, of every row of walls and in active bridges, and their number."""
     films, b, wet = (logs[name].until(step) for name in ("films", "bridges", "wall_films"))
     n, pair = len(of.ids), b["partner_kind"].to_numpy() == PAIR
     volume, share = b["volume"].to_numpy(float), b["share_i"].to_numpy(float)
@@ -159,7 +159,7 @@ def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tu
 
 
 def accounted(liquid: pd.DataFrame, initial: float) -> float:
-    """Return the relative difference between the liquid of all reservoirs and the liquid put in until then."""
+    """Return the relative difference between the liquid of all reservoirs and the liquid inserted until then."""
     return float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0.0 else 0.0
 
 

@@ -83,7 +83,7 @@ def _recomputed(
             "fraction_retained_monotone": 1e-12 + 1e-3 * wet / (mass + wet),
             "liquid_accounted_for": ALL_THERE,
         },
-        said=[count, int(seen.iloc[-1]), int(lost)],
+        printed=[count, int(seen.iloc[-1]), int(lost)],
         more={
             "fraction_retained_end": (float(y["fraction_retained"].iloc[-1]), "the raw logs"),
             "coarse_share": (_coarse(scene), "scene.json"),

@@ -46,7 +46,7 @@ def checks(file: str, given: Any, expected: Recomputed) -> Iterator[Held]:
     for other in [name for name in listed if name not in expected.checks]:
         yield Held(f"{file}: {other}", "there", NONE, "docs/results.md")
     message = re.findall(r"\d+", str(listed.get("no_particle_lost", {}).get("text", "")))
-    want = ", ".join(map(str, expected.said))
+    want = ", ".join(map(str, expected.printed))
     yield Held(f"{file}: numbers in the sentence of no_particle_lost", ", ".join(message), want, LOGS)
 
 
@@ -102,7 +102,7 @@ def _group(
 
 
 def _of_ledger(given: Mapping[str, Any], scene: Mapping[str, Any], folder: Path) -> Iterator[Held]:
-    """Events up to the last output by the event log, and how far the ledger is from the liquid put in; none of a dry run."""
+    """Yield the number of events up to the last output and the error of the ledger; a dry run has neither."""
     if not scene["effects"]["bridges"]:
         yield Held("summary.json: events", given.get("events", MISSING), None, "a run without bridges")
         yield Held("summary.json: ledger_error", given.get("ledger_error", MISSING), None, "a run without bridges")
@@ -148,7 +148,7 @@ def energies(folder: Path, scene: Mapping[str, Any]) -> dict[str, float | None]:
 
 
 def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats) -> float:
-    """Work [J] that gravity did not do on the straight ways of spheres that had not entered."""
+    """Work [J] that gravity did not do on spheres that moved in straight lines before they were released."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", int(outputs[0]))]).sort_values("id")
     kind = t["type"].to_numpy()
     mass = io.masses(scene)

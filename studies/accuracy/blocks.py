@@ -125,7 +125,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
             rows.append(list(cells))
     text = "".join(
         paragraph(
-            f"{_name(t).capitalize()}: stored result of {t['provenance']['date']}, {seeds_said(t['provenance'])}, "
+            f"{_name(t).capitalize()}: stored result of {t['provenance']['date']}, {seeds_in_words(t['provenance'])}, "
             f"{t['provenance']['runs']} runs, {t['provenance']['processor_time_s'] / 60:.0f} min of processor time; "
             f"`{t['provenance']['made_by']}` makes it anew."
         )
@@ -175,7 +175,7 @@ def scattered(table: dict[str, Any]) -> str:
     return text + html_table(header, [[Cell(first), *rest] for first, *rest in scatter_rows(table)])
 
 
-def seeds_said(made: dict[str, Any]) -> str:
+def seeds_in_words(made: dict[str, Any]) -> str:
     """Return the number of seeds of a study in words."""
     dry = made.get("dry_seeds", made["seeds"])
     return f"{made['seeds']} seeds" + ("" if dry == made["seeds"] else f" ({dry} of dry screening)")

@@ -46,7 +46,7 @@ def effects(setting: Setting) -> Effects:
 
 
 def contacts(setting: Setting) -> tuple[ContactPair, ...]:
-    """Dry contacts of glass, as soft as the setting says."""
+    """Dry contacts of glass with the stiffness of the setting."""
     return springs(PAPER_STIFFNESS * setting.stiffness)
 
 
@@ -104,7 +104,7 @@ def pull(setting: Setting) -> Made:
 
 
 def pulled(folder: Path) -> dict[str, float]:
-    """Force at a gap of a fiftieth of the radius [N], rupture distance [m], work of the pull [J].
+    """Force at a gap of a fiftieth of the radius [N], rupture distance [m], work of separation [J].
 
     Not the force at touch: lubrication there is as large as the first step lets it be.
     """

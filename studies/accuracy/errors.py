@@ -61,7 +61,7 @@ GROUPS = tuple(dict.fromkeys(q.group for q in QUANTITIES))
 
 
 def errors(runs: pd.DataFrame, size: str) -> pd.DataFrame:
-    """Every error that the runs allow to say, a row each; levels that failed have none.
+    """Every error that the runs determine, one row each; levels that failed have none.
 
     `limit` is what chance alone may make of it, `family` what it may make of the largest of all errors of the study.
     """

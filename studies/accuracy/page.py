@@ -60,7 +60,7 @@ def write_page(
     ]
     lead = (
         "Each setting of a run against a finer one: how wrong it makes what you want to know, and what it costs. "
-        f"{made['scale'].capitalize()} scale, size {made['size']}, {blocks.seeds_said(made)}."
+        f"{made['scale'].capitalize()} scale, size {made['size']}, {blocks.seeds_in_words(made)}."
     )
     return write_frame(path, "What accuracy costs", lead, sections, cards, _footer(made, size))
 

@@ -61,7 +61,7 @@ SEEDS = sieve.SEEDS[:2]
 
 
 def scattered(config: Config, name: str, sign: int) -> Config:
-    """The configuration with an input moved by so many standard deviations."""
+    """Return the configuration with one input changed by a number of its standard deviations."""
     spread, data = INPUTS[name], config.materials
     if name == "film":
         moved = {n: c.model_copy(update={"liquid_percent": c.liquid_percent * (1.0 + sign * spread.between)})

@@ -79,7 +79,7 @@ class AccuracyStudy(study.Study):
         )
 
     def setting(self, parameter: str, level: Any) -> Setting:
-        """The default with one setting turned; `default` and `again` turn none."""
+        """The default with one setting changed; `default` and `again` change none."""
         return replace(knobs.default(self.size), **({parameter: level} if parameter in knobs.KNOBS else {}))
 
     @cached_property

@@ -48,7 +48,7 @@ def contact_of(case: Problem) -> ContactPair:
 
 
 def throw(case: Problem, folder: Path, effects: Effects = BUCK, film: float | None = None) -> EngineRun:
-    """Throw the sphere of a problem at a plate inside the engine; `film` [m] on the sphere, by default the layer's thickness."""
+    """Shoot the sphere of a problem at a plate inside the engine; `film` [m] on the sphere, by default the layer's thickness."""
     if case.wall is None:
         raise PywetError("the engine's comparison takes a wall, expected `wall` and no `partner`")
     pair, liquid, particle = contact_of(case), case.liquid, case.particle

@@ -71,7 +71,7 @@ def _retained(groups: dict[str, list[Path]]) -> Iterator[Cell]:
 def _pair(
     row: str, rows: list[verdict.Row], groups: dict[str, list[Path]], size: Callable[[verdict.Row], float]
 ) -> Iterator[Cell]:  # fmt: skip
-    """LIGGGHTS as the basis and YADE against it, by the worst of some compared quantities."""
+    """Yield the cells that compare YADE with LIGGGHTS as the basis, by the quantity with the largest deviation."""
     if not rows:
         yield not_run(row, YADE, HOW)
         return

@@ -53,7 +53,7 @@ def source(folder: Path) -> Source:
 
 
 def _stock_forces() -> Stock:
-    """All that the stock programs are asked: two calls of each law."""
+    """Compute the forces of the stock programs: two calls of each law."""
     stock, asked = Stock(), []
     for pair in pairs():
         asked += [pair.points(compared_gaps(pair), "gaps"), pair.points(drawn_gaps(pair), "curve")]
@@ -208,7 +208,7 @@ def _edges(pair: Pair, stock: Stock) -> Iterator[Cell]:
 
 
 def _formation(pair: Pair, column: str, edge: float) -> Iterator[Cell]:
-    """Volume that a stock model's bridge has for given films, told by its rupture distance, against Shi & McCarthy."""
+    """Volume of a stock model's bridge for given films, inferred from its rupture distance, compared with Shi & McCarthy."""
     row = "formation_equal"
     if column == YADE:
         yield impossible(row, YADE, "no liquid migration: the volume of a bridge is a property of the material")

@@ -80,7 +80,7 @@ def truth(row: str, column: str, note: str, count: int = 0) -> Cell:
 
 
 def basis(row: str, column: str, note: str, count: int = 0, link: str = "") -> Cell:
-    """The cell that the row's others are set against where nobody knows the truth."""
+    """The cell with which the others of the row are compared if no true value is known."""
     return Cell(row, column, "basis", 0.0, count, note=note, link=link)
 
 

@@ -134,7 +134,7 @@ def compare() -> pd.DataFrame:
 
 
 def draw(table: pd.DataFrame) -> Figure:
-    """Gaps over time in the model and in the stiffest run of the engine; what accuracy costs in either."""
+    """Draw gaps over time in the model and in the stiffest run of the engine, and the cost of accuracy in both."""
     figure, (left, right) = panels(2, 2, (5.0, 4.0))
     colours = {"1-2": NAVY, "2-3": RED, "engine,": NAVY, "model,": RED}
     for name, points in table.groupby("line", sort=False):

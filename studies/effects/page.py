@@ -31,7 +31,7 @@ LABELS = {
 """Effect -> its name for a process engineer."""
 NEEDED, SPARE, SAFE, WRONG = "#2f6f9f", "#b9d3e6", "#bfe3c8", "#d9534f"
 FACES = {(True, False): NEEDED, (True, True): SPARE, (False, True): SAFE, (False, False): WRONG}
-"""Whether the plan keeps an effect, whether it may be left out -> colour."""
+"""Return whether the plan keeps an effect, whether it may be left out -> colour."""
 ABSENT = "#f1f3f5"
 
 

@@ -115,7 +115,7 @@ def thick_oil(seed: int, size: float, config_dir: Path) -> Setup:
 
 
 def fast_dilute(seed: int, size: float, config_dir: Path) -> Setup:
-    """Two clouds of glass of 8 mm with a little solvent fly through each other at 5 m/s; only their motion is asked."""
+    """Two clouds of glass of 8 mm with a little solvent fly through each other at 5 m/s; only their motion is evaluated."""
     count, r, speed, pitch = max(32, 2 * round(128 * size)), 4e-3, 5.0, 13e-3
     classes = _glass(r, count)
     seconds = 0.024
@@ -182,7 +182,7 @@ def wet_drum(seed: int, size: float, config_dir: Path) -> Setup:
 
 
 def tiny_screening(seed: int, size: float, config_dir: Path) -> Setup:
-    """Sixteen beads of screening case 2 at smoke scale; the seed says which."""
+    """Sixteen beads of screening case 2 at smoke scale; the seed selects them."""
     loaded = config.load(config_dir)
     made = cases.ingredients(loaded, 2, "smoke")
     keep = {1: 12, 2: 2, 3: 2}

@@ -75,7 +75,7 @@ class EffectsStudy(study.Study):
         return [line(name, of, verdict.planned(verdict.choices(of))) for name, of in self.of_scenes().items()]
 
     def store(self, where: str) -> Path:
-        """Keep the measured costs of the effects for the plan; `where`: machine and date, for the provenance."""
+        """Store the measured costs of the effects for the plan; `where` names machine and date."""
         judged = {name: verdict.choices(of) for name, of in self.of_scenes().items()}
         message = (
             f"median over the scenes of `pywet study effects` ({', '.join(judged)}) of the processor time of the steps with "

@@ -148,7 +148,7 @@ def stock(run_dir: Path, scene: EngineScene, bed: Bed, model: str) -> None:
 
 
 def _cohesion(scene: EngineScene, bed: Bed, model: str) -> deck.Cohesion:
-    """The cohesion model with its numbers, as the deck of a dry scene takes it."""
+    """Return the cohesion model with its parameters as the deck of a dry scene needs it."""
     sphere = bed.choice.glass(bed.spheres)
     content = 0.01 * bed.moisture_percent * sphere.density_kg_per_m3 / 1000.0
     # both models' longest bridge, (1 + theta/2) V^(1/3), with all liquid of two spheres in it

@@ -72,7 +72,7 @@ def row(run: RunData, engine: str) -> dict[str, float | int | str]:
 
 
 def simulate(case: int, engine: str, seed: int) -> Path:
-    """Run a case with a seed where its folder does not hold that very run; the folder, as the workflow names it."""
+    """Run a case with a seed unless its folder contains that run already; return the folder, named as in the workflow."""
     name = engine.lower()
     loaded = stages.resolved(CONFIG, engine=name, seed=seed)
     first = stages.resolved(CONFIG, engine=name).settings.seed
@@ -113,12 +113,12 @@ def run(cases: Sequence[int], seeds: int, minutes: float) -> None:
 
 
 def stored() -> pd.DataFrame:
-    """The rows of all runs so far."""
+    """Read the rows of all stored runs."""
     return pd.read_csv(TABLE) if TABLE.exists() else pd.DataFrame(columns=["case", "engine", "seed"])
 
 
 def store(found: pd.DataFrame) -> pd.DataFrame:
-    """Add rows to those of the file; all of them."""
+    """Add rows to the stored table and return all rows."""
     table = merged(stored(), found)
     with atomic_write(TABLE) as temporary:
         table.to_csv(temporary, index=False, float_format="%.9g")
@@ -214,7 +214,7 @@ def write(table: pd.DataFrame, page: Path) -> None:
 
 
 def main(given: Sequence[str]) -> None:
-    """Make runs where asked for, then the table of all."""
+    """Make runs on request, then the table of all."""
     parser = argparse.ArgumentParser(prog="python -m studies.engines.moist")
     parser.add_argument("what", nargs="?", choices=("run",))
     parser.add_argument("--cases", type=int, nargs="+", default=MOIST)

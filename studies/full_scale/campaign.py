@@ -214,7 +214,7 @@ def main(
 
 
 def turned(config: Config, wanted: Iterable[int], out: Path) -> dict[int, Config]:
-    """For each case the configuration with what is turned for its aperture; the copies lie next to the runs."""
+    """Return for each case the configuration with the changes for its aperture; the copies are next to the runs."""
     made: dict[float, Config] = {}
     for aperture in {config.case(n).aperture_mm for n in wanted}:
         target = out / f"settings-{aperture:g}mm"

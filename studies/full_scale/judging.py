@@ -82,7 +82,9 @@ def neighbour(case: int) -> int:
 
 
 def neighbours(case: int, runs: Mapping[int, Sequence[StoredRun]], run: StoredRun | None = None) -> list[Moved]:
-    """A run of a case, else its first, moved by each seed of its neighbour; none where that has a single seed."""
+    """Shift a run of a case, or its first one, by the difference of each seed of the neighbouring case; none if that has one
+    seed.
+    """
     seeds = runs.get(neighbour(case), ())
     return [Moved((run or runs[case][0]).folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
 

@@ -36,7 +36,7 @@ def draw(run_dir: Path, folder: Path) -> list[Path]:
     limit, made = colour_limit(run, step), []
     for name, seen in (("fig11a", (centre, width)), ("fig11b", (centre + front, CLOSE_M))):
         image, mm = render.scene(run, step, seen, limit, SIZE)
-        picture = caption.below(image, caption.entries(run), caption.said(run, step), mm)
+        picture = caption.below(image, caption.entries(run), caption.sentence(run, step), mm)
         path = folder / f"{name}.webp"
         with atomic_write(path) as partial:
             picture.save(str(partial), format="WEBP", quality=85)

@@ -76,7 +76,7 @@ class StoredRun:
         return np.asarray(found[name], dtype=float)
 
     def has(self, time: float) -> bool:
-        """Return whether the run goes on until a time, to within its outputs."""
+        """Return whether the run lasts until a time, to within its outputs."""
         beyond = float(self.times[-1] - self.times[-2])
         return bool(self.times[0] <= time < self.times[-1] + beyond)
 

@@ -84,7 +84,7 @@ def fig14(runs: Annotated[list[Path], typer.Argument(help="Run directories, NAME
 
 
 def named(run: RunDir) -> tuple[str, int]:
-    """Trial and case of a run, as its folder says."""
+    """Return trial and case of a run from the name of its folder."""
     name, _, case = run.path.name.rpartition("-")
     if not (name and case.isdecimal()):
         raise PywetError(f"{shown(run.path)} is not named as a trial's run; expected NAME-CASE, such as sticky-2")

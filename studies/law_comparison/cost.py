@@ -34,7 +34,7 @@ def _loop() -> Any:
 
 
 def _prepared(law: ForceLaw, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of each bridge and where they are."""
+    """Return the prepared numbers of each bridge and their memory addresses."""
     lines = law.prepared.lines if law.prepared else 0
     numbers = np.zeros((BATCHES * BATCH, max(8 * lines, 1)))
     address = numbers.ctypes.data + numbers.strides[0] * np.arange(len(numbers), dtype=np.int64)

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from pywet.errors import LawError
-from pywet.laws import own as files_of_laws
+from pywet.laws import custom_laws as files_of_laws
 from pywet.report import page
 from pywet.report.bridge import short
 from pywet.report.page import Cell, Section, drawing, paragraph, table
@@ -77,7 +77,7 @@ KINDS = ("capillary", "rupture")
 def _of_kind(names: Sequence[str], kind: str) -> list[str]:
     """Select the user's laws of this kind; a kind that is not compared is refused."""
     for name in names:
-        if not files_of_laws.is_own(name):
+        if not files_of_laws.is_custom(name):
             raise LawError(f"{name} is no law in a file of yours; expected path/to/file.py:function", law=name)
         if (reported := files_of_laws.kind_of(name)) not in KINDS:
             raise LawError(f"law {name} is one of {reported}; the atlas judges laws of {' and '.join(KINDS)}", law=name)

@@ -40,7 +40,9 @@ class Stage(NamedTuple):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Combinations that survived, what each statement came to at every combination, runs that were done, why no more were."""
+    """The remaining combinations, the verdict on each statement for every combination, finished runs, and the reason for the
+    end.
+    """
 
     survivors: list[Place]
     verdicts: list[dict[int, str]]
@@ -49,7 +51,7 @@ class Outcome:
 
 
 def stages(asked: Sequence[judging.Statement], dry: Callable[[int], bool], seeds: int) -> Iterator[Stage]:
-    """Dry statements with one seed, with all; then all statements, the same."""
+    """List the stages: dry statements with one seed, then with all seeds; then all statements in the same manner."""
     first = [s for s in asked if all(dry(case) for case in s.cases)]
     for statements in (first, list(asked)):
         cases = sorted({case for s in statements for case in s.cases}, key=lambda c: (not dry(c), c))

@@ -87,7 +87,7 @@ class Batch:
 
     @property
     def extent(self) -> float:
-        """Half the room that a cell needs [m]: its size, the ways of its spheres, and a margin beyond any bridge."""
+        """Half the size of a cell [m]: that of its spheres, their displacements, and a margin beyond any bridge."""
         radius = max(c.radius_m for c in self.classes)
         seconds = self.time_step * self.steps
         thrown = 2.0 * peak_speed(self.vibration) * seconds if self.vibration else 0.0

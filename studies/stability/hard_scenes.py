@@ -108,7 +108,9 @@ def plain() -> Batch:
 
 
 def dense_dry() -> tuple[Sphere, ...]:
-    """Only the middle one of thirteen has a film: twelve bridges draw on it at once, then the twelve part and come back."""
+    """Only the middle one of thirteen spheres has a film: twelve bridges draw from it at once, then the twelve separate and
+    return.
+    """
     bodies = dense(0.0, 0.1, outward=True)
     return (ball(1, (0.0, 0.0, 0.0), film=of(0.05)), *bodies[1:])
 
@@ -164,7 +166,7 @@ def thick() -> Batch:
 
 
 def unwetted() -> Batch:
-    """Contact angles of 89 degrees with the exact bridge: its force changes sign with the gap, it pushes as well as pulls."""
+    """Contact angles of 89 degrees with the exact bridge: its force changes sign with the gap, from attraction to repulsion."""
     classes = spheres(R, TINY, angle_rad=math.radians(89.0))
     near = (ball(1, (0.0, 0.0, R + 5e-5), (0.1, 0.0, -0.05), film=of(0.2)),)
     cells = (
@@ -180,7 +182,7 @@ def unwetted() -> Batch:
 
 
 def mismatch() -> Batch:
-    """Contact angles of 0 and 89 degrees on one bridge: the parabola has no meridian for them, which is said before the run."""
+    """Contact angles of 0 and 89 degrees on one bridge: the parabola has no meridian; this is reported before the run."""
     classes = spheres(R, TINY, angle_rad=(0.0, math.radians(89.0)))
     cells = (Cell("angles of 0 and 89 degrees, size ratio 10", two(0.0, -0.3, (of(0.1), of(0.1, TINY)), (1, 2))),)
     return replace(thick(), name="hard-mismatch", classes=classes, cells=cells)

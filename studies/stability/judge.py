@@ -91,7 +91,7 @@ def pull(run: Run, table: pd.DataFrame) -> Floats:
 
 
 def springs(run: Run) -> Floats:
-    """Energy of the springs between touching spheres, shape (steps, cells) [J]."""
+    """Return the energy stored in the contact stiffness between touching spheres, shape (steps, cells) [J]."""
     stiffness = {(p.a, p.b): p.normal_stiffness_N_per_m for p in run.batch.pairs}
     out = np.zeros((len(run.steps), len(run.batch.cells)))
     where = run.trajectory.pivot_table(index="step", columns="id", values=["x", "y", "z"])
@@ -136,14 +136,15 @@ def ledgers(run: Run) -> Floats:
 
 
 def _at_output(run: Run, events: pd.DataFrame) -> pd.DataFrame:
-    """Events with the step of the first output that knows of them."""
+    """Events with the step of the first output that includes them."""
     at = np.searchsorted(run.steps, events["step"].to_numpy())
     known = np.append(run.steps, run.steps[-1] + 1)[at]
     return events.assign(step=known)
 
 
 def energies(run: Run) -> tuple[Floats, Floats, Floats]:
-    """Energy made over the energy in play, what the order of the method allows, and all that was made, shape (cells,) each.
+    """Return the spurious energy over the energy in play, the bound of the method's order, and all spurious energy, shape
+    (cells,) each.
 
     Allowed is the force at each event times the way of one step (a bridge acts from the step after its formation on), a third of
     k dt²/m of the energy in play (the leapfrog's own swing), and round-off of the places.
@@ -169,7 +170,7 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
 
 
 def rounding(run: Run, kinetic: Floats) -> Floats:
-    """Last digit of a place over the way of one step, shape (cells,): springs and bridges are stretched that much too far."""
+    """Last digit of a position over the displacement of one step, shape (cells,): contacts and bridges are that much too long."""
     coordinate = float(np.abs(run.trajectory[["x", "y", "z"]].to_numpy(float)).max())
     way = np.sqrt(2.0 * kinetic.max(axis=0) / run.mass.min()) * run.batch.time_step
     return np.asarray(np.minimum(1.0, np.spacing(coordinate) / np.maximum(way, 1e-300)), dtype=np.float64)
@@ -219,7 +220,9 @@ def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
 
 
 def budget(run_dir: Path) -> dict[str, float]:
-    """The run's own books: what the integrator's identity leaves over, and the normal drag's work (never above zero)."""
+    """Return the residual of the run's energy budget, which the integrator's identity leaves, and the work of the normal drag
+    (never above zero).
+    """
     energy = read_table(run_dir / "history" / "energy.parquet")
     moved = energy["kinetic"] + energy["spin"]
     left = moved - moved.iloc[0] - energy[WORKS].sum(axis=1) - energy["half_kick"]

@@ -64,7 +64,7 @@ def spheres(*radii: float, angle_rad: float | Sequence[float] = WETTED) -> tuple
 
 
 def map_batch(**given: Any) -> Batch:
-    """A job of a map: preset paper, room for what flies apart, no window of contacts."""
+    """Make a job of a map: preset paper, space for spheres that fly apart, no window of contacts."""
     return Batch(effects=small.PAPER, windows=(0, 1), margin=4.0, **given)
 
 

@@ -118,7 +118,7 @@ def chain(s: Setting) -> tuple[Sphere, ...]:
 
 
 def star(s: Setting) -> tuple[Sphere, ...]:
-    """A large sphere among six others that all draw on its film in the first step; some then part."""
+    """A large sphere among six others that all draw from its film in the first step; some then separate."""
     big, kind = len(s.radii), int(s.random.integers(1, len(s.radii) + 1))
     film, r = s.film(big), s.radii[big - 1] + s.radii[kind - 1]
     v = s.fast()

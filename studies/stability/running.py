@@ -47,7 +47,7 @@ def _child(run_dir: str, folder: str, step: str, ranks: str) -> None:
 
 
 def _forked(command: list[str], folder: Path, scene: EngineScene, report: Any, watch: Any = None) -> Usage:
-    """Stands in for `process.execute` on one rank; what it used is not asked for."""
+    """Replacement of `process.execute` on one rank, without measuring its resource use."""
     if "pywet.engines.liggghts.worker" not in command or command[0] == "mpirun":
         return process.execute(command, folder, scene, report, watch or (lambda: None))
     server = mp.get_context("forkserver")

@@ -23,7 +23,7 @@ FINE = ("stable", "law")
 
 @dataclass(frozen=True)
 class StabilityStudy(study.Study):
-    """All maps and stress tests, and so many random cases of a seed."""
+    """All maps and stress tests, and a number of random cases of a seed."""
 
     folder: Path
     cases: int = 2000

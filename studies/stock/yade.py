@@ -40,7 +40,7 @@ def yade_force(points: pd.DataFrame, law: str) -> pd.DataFrame:
 
 
 def _measure(table: pd.DataFrame, law: str) -> Floats:
-    """One run of the program with a place of its own for each point."""
+    """Run the program once with a separate position for each point."""
     asked = table[["gap", "volume", "radius_i", "radius_j", "surface_tension"]].astype(float)
     asked = asked.assign(angle_deg=np.degrees(table["contact_angle"].to_numpy(float)))
     rows = [

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from pywet.cli.app import app
 from pywet.engines import process
 from pywet.errors import FAULT, PywetError, border
-from pywet.laws import own, registry
+from pywet.laws import custom_laws, registry
 from reference_impl import faults
 from tests.reliability.test_bad_calls import in_process
 
@@ -93,7 +93,7 @@ def test_a_word_without_end_is_shown_by_its_ends(capsys: pytest.CaptureFixture[s
 def test_links_in_a_circle_are_no_fault(tmp_path: Path) -> None:
     """Expect a message for a law's file that is a link to itself."""
     (tmp_path / "law.py").symlink_to("law.py")
-    own.trust([f"{tmp_path}/law.py:force"], tmp_path)
+    custom_laws.trust([f"{tmp_path}/law.py:force"], tmp_path)
     with pytest.raises(PywetError, match=r"law\.py does not exist; expected path/to/file.py:function"):
         registry.get("capillary", f"{tmp_path}/law.py:force")
 

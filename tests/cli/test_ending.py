@@ -48,6 +48,12 @@ def finished(folder: Path, retained: float = RETAINED, **replay: object) -> Path
     return run
 
 
+def test_nothing_passed_has_no_sign(tmp_path: Path) -> None:
+    """Liquid drawn out of the bin raises the fraction retained a little above one: 0 %, not -0 %."""
+    output_text = list(ending.lines([finished(tmp_path / "case02", 1.0001)], None))
+    assert "so 0 % of what can pass has passed" in output_text[1]
+
+
 def test_ten_lines_of_a_case(tmp_path: Path) -> None:
     """(1 − 0.75)/(1 − 0.5) of what can pass has passed; two of four sentences on what was not checked, the others counted."""
     run = finished(tmp_path / "case02")

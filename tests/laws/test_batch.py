@@ -141,8 +141,8 @@ def typed(text: str) -> ForceLaw:
     """A user's capillary law, typed at a prompt."""
     space: dict[str, Callable[..., float]] = {"math": math}
     names = ", ".join(KINDS["capillary"].parts[0].arguments)
-    exec(f"def own({names}):\n    {text}", space)
-    return force_law(space["own"])
+    exec(f"def custom({names}):\n    {text}", space)
+    return force_law(space["custom"])
 
 
 def test_a_custom_law_takes_part() -> None:

@@ -15,7 +15,7 @@ from pywet import config
 from pywet.cases.screening import cases
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.runs import second
 
 ROOT = Path(__file__).parents[2]
@@ -89,7 +89,7 @@ def test_a_second_function_goes_to_the_reference(followed: Path) -> None:
     (followed / "my_reference.py").write_text(text)
     name = f"{followed / 'my_reference.py'}:neck"
     loaded = config.load(followed)
-    assert loaded.settings.laws.reference == {"capillary": name} and own.may_run(name)
+    assert loaded.settings.laws.reference == {"capillary": name} and custom_laws.may_run(name)
     second.leave(followed, loaded.settings.laws.reference)
     assert second.same(followed, loaded.settings.laws.reference) and second.of_run(followed) == {"capillary": name}
     (followed / "my_reference.py").write_text(text + "\n")
@@ -190,7 +190,7 @@ def test_the_drawing_holds_the_law_and_the_exact_force(followed: Path) -> None:
     from pywet.report import bridge
 
     query = bridge_query.read(followed / "my_bridge.json")
-    own.trust(query.laws)
+    custom_laws.trust(query.laws)
     answer, exact = bridge_query.answer(query), bridge_query.exact_force(query)
     lines = {line.get_label(): line for line in bridge.figure(query.separations_m, answer, exact).axes[0].lines}
     assert lines["my_law.py:constant_neck"].get_ydata() == pytest.approx(
@@ -205,7 +205,7 @@ def test_the_drawing_holds_the_law_and_the_exact_force(followed: Path) -> None:
 def test_a_law_of_other_arguments_is_refused_with_what_its_kind_expects(followed: Path) -> None:
     (followed / "laws.py").write_text(LAWS)
     name = f"{followed / 'laws.py'}:nearly"
-    assert own.kind_of(name) == "rupture"
+    assert custom_laws.kind_of(name) == "rupture"
     (followed / "q.json").write_text(json.dumps({**json.loads(block("json")), "laws": [name]}))
     done = CliRunner().invoke(app, ["bridge", str(followed / "q.json"), "--trust"])
     assert done.exit_code == 1

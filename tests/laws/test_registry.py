@@ -8,8 +8,8 @@ import pytest
 
 from pywet.config import EffectSettings
 from pywet.errors import PywetError
+from pywet.laws import custom_laws as files
 from pywet.laws import force_law, registry
-from pywet.laws import own as files
 from pywet.laws.kinds import KINDS, SWITCHED
 
 OWN = """
@@ -35,7 +35,7 @@ def undecorated(speed, viscosity, surface_tension):
 
 
 @pytest.fixture
-def own(tmp_path: Path) -> Path:
+def law_file(tmp_path: Path) -> Path:
     path = tmp_path / "my_laws.py"
     path.write_text(OWN)
     files.trust([f"{path}:steady"])
@@ -60,9 +60,9 @@ def test_built_in_laws_of_each_kind() -> None:
         assert (law.kind, law.name, len(law.functions)) == (kind, some[0], len(KINDS[kind].parts))
 
 
-def test_law_from_a_file(own: Path) -> None:
-    assert registry.get("dynamic_rupture", f"{own}:steady").functions[0](1.0, 1.0, 1.0) == 1.25
-    pair = registry.get("viscous_tangential", f"{own}:both").functions
+def test_law_from_a_file(law_file: Path) -> None:
+    assert registry.get("dynamic_rupture", f"{law_file}:steady").functions[0](1.0, 1.0, 1.0) == 1.25
+    pair = registry.get("viscous_tangential", f"{law_file}:both").functions
     assert [f(0.0, 1.0, 1.0, 5.0) for f in pair] == [10.0, 15.0]
 
 
@@ -72,16 +72,20 @@ def test_law_from_a_file(own: Path) -> None:
         ("capillary", "nonsense", "no capillary law named nonsense; expected one of .*rabinovich"),
         ("colour", "red", "no kind of law named colour; expected one of capillary"),
         ("capillary", "nowhere.py:law", "nowhere.py does not exist"),
-        ("dynamic_rupture", "{own}:absent", "has no absent"),
-        ("dynamic_rupture", "{own}:undecorated", "not decorated with @force_law"),
-        ("capillary", "{own}:steady", r"takes \(speed, viscosity, surface_tension\); expected \(separation, volume"),
-        ("viscous_tangential", "{own}:moving", "has 1 functions; expected 2"),
-        ("transfer", "{own}:steady", "cannot be user-defined; expected half, parabola"),
+        ("dynamic_rupture", "{law_file}:absent", "has no absent"),
+        ("dynamic_rupture", "{law_file}:undecorated", "not decorated with @force_law"),
+        (
+            "capillary",
+            "{law_file}:steady",
+            r"takes \(speed, viscosity, surface_tension\); expected \(separation, volume",
+        ),
+        ("viscous_tangential", "{law_file}:moving", "has 1 functions; expected 2"),
+        ("transfer", "{law_file}:steady", "cannot be user-defined; expected half, parabola"),
     ],
 )
-def test_wrong_names_are_answered_in_one_sentence(own: Path, kind: str, name: str, says: str) -> None:
+def test_wrong_names_are_answered_in_one_sentence(law_file: Path, kind: str, name: str, says: str) -> None:
     with pytest.raises(PywetError, match=says) as refusal:
-        registry.get(kind, name.format(own=own))
+        registry.get(kind, name.format(law_file=law_file))
     assert "\n" not in str(refusal.value)
 
 
@@ -93,9 +97,9 @@ def test_file_that_cannot_be_read_as_python(tmp_path: Path) -> None:
         registry.get("capillary", f"{path}:law")
 
 
-def test_published_laws(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_published_laws(law_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Laws of installed packages: listed under the kind whose arguments they have; a broken one is refused when asked for."""
-    monkeypatch.syspath_prepend(str(own.parent))
+    monkeypatch.syspath_prepend(str(law_file.parent))
     points = [
         EntryPoint("published_steady", "my_laws:steady", registry.GROUP),
         EntryPoint("published_broken", "no_such_package:law", registry.GROUP),

@@ -11,7 +11,7 @@ from pywet import config, stages
 from pywet.cases.screening import cases
 from pywet.cases.small.subset import with_spheres
 from pywet.shipped import place
-from tests.reference_impl import injected_log, yard
+from tests.reference_impl import fixture_scene, injected_log
 
 
 @pytest.fixture(scope="session")
@@ -45,6 +45,6 @@ def dry_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def yard_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def fixture_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A heap on a shaken screen, a drawn plate, a floor, pairs in flight."""
-    return yard.yard(tmp_path_factory.mktemp("yard"))
+    return fixture_scene.write(tmp_path_factory.mktemp("fixture"))

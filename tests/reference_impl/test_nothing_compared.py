@@ -61,7 +61,7 @@ def test_a_section_without_a_value() -> None:
     """It is not checked, whatever it says of its quantities; one value is enough for a verdict."""
     section = Section("results")
     section.add("results_checks", "1", [], "values of the checks")
-    assert section.said == "results: not checked" and section.as_dict()["ok"] is None
+    assert section.sentence == "results: not checked" and section.as_dict()["ok"] is None
     both = [Quantity(name, "itself", 1, 0.0, 1.0) for name in COUNTED[:2]]
     bare = {**DRUM, "output": {}, "effects": {"bridges": False}, "retire": False, "walls": []}
     assert nothing.compared(bare, both, {"newton": None}, [section]) == ["section results: no value"]

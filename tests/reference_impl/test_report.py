@@ -52,12 +52,12 @@ def made(root: Path, cases: tuple[int, ...]) -> Path:
         write_json(run / "config.json", config.resolved(number, "smoke"))
         for stage in stages.NEEDS:
             stages.attempt(run, stage, lambda: None)
-    twin = synthetic.make(root / TWIN, name=TWIN)
-    stages.results(twin)
-    _tables(twin, random)
-    _files(twin, 7, random)
+    comparison = synthetic.make(root / TWIN, name=TWIN)
+    stages.results(comparison)
+    _tables(comparison, random)
+    _files(comparison, 7, random)
     for stage in stages.NEEDS:
-        stages.attempt(twin, stage, lambda: None)
+        stages.attempt(comparison, stage, lambda: None)
     return root
 
 
@@ -323,7 +323,9 @@ DRAWN: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
     "liquid in fractions": (in_fractions, "but is 0.01 times"),
     "presets swapped in the legend": (
         lambda p: p.setattr(
-            plots, "preset_curves", lambda usual, twin, _, drawn=plots.preset_curves: drawn(twin, usual, "exact")
+            plots,
+            "preset_curves",
+            lambda usual, comparison, _, drawn=plots.preset_curves: drawn(comparison, usual, "exact"),
         ),
         "the curve of case02_exact:fraction_retained is called 'paper, all' for 'paper'; expected 'exact'",
     ),
@@ -363,10 +365,10 @@ DRAWN: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_faults_of_what_draws_are_found_and_named(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    plant, said = DRAWN[name]
+    plant, named = DRAWN[name]
     plant(monkeypatch)
     faults = read(written(folder))
-    assert any(said in fault for fault in faults), faults
+    assert any(named in fault for fault in faults), faults
 
 
 @pytest.fixture(scope="module")
@@ -419,10 +421,10 @@ def test_bands_go_from_the_least_to_the_most_of_all_seeds(seeded: Path) -> None:
 
 @pytest.mark.parametrize("name", BANDS)
 def test_faults_of_bands_are_found_and_named(name: str, seeded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    plant, said = BANDS[name]
+    plant, named = BANDS[name]
     plant(monkeypatch)
     faults = read(written(seeded))
-    assert any(said in fault for fault in faults), faults
+    assert any(named in fault for fault in faults), faults
 
 
 Fault = Callable[[str, Numbers], str]
@@ -475,7 +477,7 @@ def _with_text(text: str, key: str, change: Callable[[str, str], str], value: An
 
 
 @pytest.mark.parametrize(
-    ("fault", "said"),
+    ("fault", "named"),
     [
         (page(lambda t: re.sub(r" ± <data [^>]*case02.fraction_retained.half_width.*?</data>", "", t)),
          "case02.fraction_retained.half_width: it is in report.json but not on the page"),
@@ -483,14 +485,14 @@ def _with_text(text: str, key: str, change: Callable[[str, str], str], value: An
         (computed("case02.passed_percent.half_width", 99.0, "99"), "case02.passed_percent.half_width: '99' is shown"),
     ],
 )  # fmt: skip
-def test_faults_of_intervals_are_found_and_named(fault: Fault, said: str, seeded: Path) -> None:
+def test_faults_of_intervals_are_found_and_named(fault: Fault, named: str, seeded: Path) -> None:
     """A number of one seed where there are three, and intervals that are not Student's."""
     path = written(seeded)
     text, numbers = path.read_text(), json.loads(path.with_suffix(".json").read_text())
     wrong = fault(text, numbers)
     assert wrong != text
     faults = read(stored(path, wrong, numbers))
-    assert any(said in fault for fault in faults), faults
+    assert any(named in fault for fault in faults), faults
 
 
 def digit(was: str) -> str:
@@ -719,12 +721,12 @@ SHOWN: dict[str, tuple[Fault, str]] = {
 
 @pytest.mark.parametrize("name", SHOWN)
 def test_faults_of_what_is_shown_are_found_and_named(name: str, folder: Path, right: tuple[str, Numbers]) -> None:
-    plant, said = SHOWN[name]
+    plant, named = SHOWN[name]
     text, numbers = right[0], {key: dict(of) for key, of in right[1].items()}
     wrong = plant(text, numbers)
     assert wrong != text
     faults = read(stored(folder / "wrong.html", wrong, numbers))
-    assert any(said in fault for fault in faults), faults
+    assert any(named in fault for fault in faults), faults
 
 
 def test_every_number_that_is_computed_wrongly_is_found(folder: Path, right: tuple[str, Numbers]) -> None:

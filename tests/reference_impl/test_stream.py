@@ -167,8 +167,8 @@ def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.Mon
     partners, outputs, results = bodies.pairs(events, fixed), np.array([0, 500, 1000]), []
     for _ in range(2):
         held, lives = fixed.liquid(), Lives(none(), events, 0, -1)
-        own, shots = booking.book(events, partners, fixed, tables, lives, held, True, outputs)
-        results.append([*own, shots, held, lives.all.own])
+        columns, shots = booking.book(events, partners, fixed, tables, lives, held, True, outputs)
+        results.append([*columns, shots, held, lives.all.recomputed])
         for name in ("_book", "_ask", "_grant", "_ratio"):
             monkeypatch.setattr(booking, name, getattr(getattr(booking, name), "py_func", None))
     assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(*results, strict=True))

@@ -25,7 +25,7 @@ from pywet.cli.app import app
 from pywet.engines import process
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError
-from pywet.laws import davis, own, registry, viscous
+from pywet.laws import custom_laws, davis, registry, viscous
 from pywet.scene import EngineScene
 from pywet.util import caches, machine_code, sources
 from tests.cases.screening import synthetic
@@ -310,10 +310,10 @@ def test_a_law_that_does_not_end_or_ends_the_program_is_one_sentence(
     text: str, says: str, tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if "while" in text or "sleep" in text:
-        monkeypatch.setattr(own, "TRIAL_S", 4 if "while" in text else 1)
+        monkeypatch.setattr(custom_laws, "TRIAL_S", 4 if "while" in text else 1)
     path = tmp_path / "law.py"
     path.write_text(text)
-    own.trust([f"{path}:law"])
+    custom_laws.trust([f"{path}:law"])
     with pytest.raises(PywetError, match=says) as refusal:
         registry.get("dynamic_rupture", f"{path}:law")
     assert "\n" not in str(refusal.value) and str(path) in str(refusal.value)

@@ -52,12 +52,12 @@ def tab(chromium: Any) -> Iterator[Any]:
     """A tab whose `said` collects errors and whatever is asked of a network."""
     page = chromium.new_page(viewport={"width": 1000, "height": 800})
     page.set_default_timeout(120_000)
-    page.said = []
-    page.on("console", lambda message: page.said.append(message.text) if wrong(message) else None)
-    page.on("pageerror", lambda error: page.said.append(str(error)))
+    page.messages = []
+    page.on("console", lambda message: page.messages.append(message.text) if wrong(message) else None)
+    page.on("pageerror", lambda error: page.messages.append(str(error)))
     page.on(
         "request",
-        lambda request: page.said.append(request.url) if page.url not in ("about:blank", request.url) else None,
+        lambda request: page.messages.append(request.url) if page.url not in ("about:blank", request.url) else None,
     )
     yield page
     page.close()

@@ -51,4 +51,4 @@ def test_two_runs_go_side_by_side_in_time(server: app.Server, tab: Any) -> None:
     tab.keyboard.press("ArrowLeft")
     heights = [float(tab.locator(".charts svg circle").nth(k).get_attribute("cy")) for k in (0, 1)]
     assert heights == pytest.approx([122 - 96 * 0.9] * 2, abs=0.1)
-    assert tab.said == []
+    assert tab.messages == []

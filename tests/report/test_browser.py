@@ -120,7 +120,7 @@ def test_a_browser_shows_the_scene_and_the_slider_moves_it(shown: Any) -> None:
     assert blue[2] - blue[0] > 40 > abs(ground[2] - ground[0])
     shown.select_option(".by", "class")
     assert "POM 8 mm" in shown.inner_text(".legend")
-    assert shown.said == []
+    assert shown.messages == []
 
 
 def seen_at(camera: dict[str, Any], size: list[float], places: np.ndarray) -> np.ndarray:
@@ -242,7 +242,7 @@ def test_curves_are_saved_as_csv_and_svg(tmp_path: Path, tab: Any) -> None:
     assert table["y"].tolist() == [1.0, 0.25, 1.0, 0.5] and table["x"].tolist() == [0.0, 1.0] * 2
     drawn = ElementTree.fromstring(saved["svg"])
     assert drawn.tag == "{http://www.w3.org/2000/svg}svg" and "dry" in "".join(drawn.itertext())
-    assert [output_text for output_text in tab.said if not output_text.startswith("data:")] == []
+    assert [output_text for output_text in tab.messages if not output_text.startswith("data:")] == []
 
 
 def test_tables_of_eighteen_cases_fit_the_page(tmp_path: Path, tab: Any) -> None:

@@ -37,7 +37,7 @@ def test_the_scale_bar_is_as_long_as_it_says() -> None:
 
 def test_caption_of_a_moment(run: Path) -> None:
     """At step 100 one of two spheres of 2 mm is in the bin, next to one of 4 mm: 9 of 10 parts of the mass are retained."""
-    assert caption.said(RunDir(run), 100) == "case02   t = 0.010 s   retained 90.0 % of the spheres' mass"
+    assert caption.sentence(RunDir(run), 100) == "case02   t = 0.010 s   retained 90.0 % of the spheres' mass"
     assert [text for _, text in caption.entries(RunDir(run))] == [
         "spheres, darker where their film is thicker", "liquid bridges", "wires",
     ]  # fmt: skip

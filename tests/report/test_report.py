@@ -220,8 +220,8 @@ def test_the_caveat_of_the_scale_stands_first(config: settings.Config, folder: P
 def test_laws_that_were_not_checked_are_listed(config: settings.Config, folder: Path) -> None:
     """Amber on the first screen, on the card and in the case's row; the kind held against a second function is named too."""
     replayed = folder / "case02" / "replay.json"
-    own = {"effect": "capillary", "law": "/home/somebody/my_law.py:neck", "instead": "taken as logged"}
-    replayed.write_text(json.dumps({**REPLAY, "unchecked": [own], "second": {"rupture": "/x/second.py:reach"}}))
+    row = {"effect": "capillary", "law": "/home/somebody/my_law.py:neck", "instead": "taken as logged"}
+    replayed.write_text(json.dumps({**REPLAY, "unchecked": [row], "second": {"rupture": "/x/second.py:reach"}}))
     text = _write(config, folder)
     assert '<span class="fair">case 2 not checked: capillary (own law)</span>' in text
     assert '<span class="fair">case 2 compared with a reference implementation of the user' in text
@@ -308,8 +308,10 @@ def test_a_source_of_one_word_is_listed_too(config: settings.Config) -> None:
         "viscosity_Pa_s": NonNegativeEntry(value=0.002, source="assumption"),
         "surface_tension_N_per_m": PositiveEntry(value=0.05, source="measured"),
     }
-    own = config.materials.model_copy(update={"liquid": config.materials.liquid.model_copy(update=output_text)})
-    rows = {".".join(path): of for path, *of in report_numbers.assumptions(replace(config, materials=own), "smoke")}
+    materials = config.materials.model_copy(update={"liquid": config.materials.liquid.model_copy(update=output_text)})
+    rows = {
+        ".".join(path): of for path, *of in report_numbers.assumptions(replace(config, materials=materials), "smoke")
+    }
     assert rows["materials.liquid.viscosity_Pa_s"] == [0.002, "no reason is given"]
     assert rows["materials.liquid.surface_tension_N_per_m"] == [0.05, "measured"]
 

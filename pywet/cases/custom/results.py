@@ -52,7 +52,7 @@ def liquid_by_wall(run: RunDir) -> pd.DataFrame:
 
 
 def _left(run: RunDir, gone: Bools) -> Bools:
-    """Whose liquid is booked to an outlet: from the output on at which it was taken out, the last that holds its place."""
+    """Return which spheres' liquid belongs to an outlet: from the output of their removal on, at the last one around them."""
     if not run.scene.outlets:
         return gone
     table, line = run.table("history/retired"), run.timeline

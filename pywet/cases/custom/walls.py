@@ -226,7 +226,7 @@ class Punched(Excusable):
 
     @property
     def punching(self) -> Punching:
-        """Where its holes are."""
+        """Return the positions of the holes of a punched plate."""
         length, width, hole, pitch = (MM * x for x in (self.length_mm, self.width_mm, self.hole_mm, self.pitch_mm))
         return Punching(length, width, hole, pitch, self.columns, self.hole, self.staggered)
 

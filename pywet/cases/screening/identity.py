@@ -22,7 +22,7 @@ from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.geometry import build_apparatus
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.util import sources
 from pywet.util.files import AGAIN, atomic_write, read_bytes, read_if_there, write_json
 from pywet.util.notices import notice
@@ -41,7 +41,7 @@ def identity(config: Config, number: int, scale_name: str) -> str:
     scene = cases.assemble(config, case, scale, made, build_apparatus(spec))
     text = json.dumps([scene.model_dump(mode="json"), asdict(spec), _code()], sort_keys=True)
     for law in sorted(set(scene.effects.laws.values())):
-        if own.is_own(law):  # what its file says counts, not where it lies
+        if custom_laws.is_custom(law):  # what its file says counts, not where it lies
             text = text.replace(json.dumps(law), _text(law))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -67,7 +67,7 @@ def leave(run_dir: Path, word: str) -> None:
 
 
 def left(run_dir: Path) -> str | None:
-    """The word of the run in a folder; None where there is none, or its file is damaged."""
+    """The word of the run in a folder; None if there is none, or its file is damaged."""
     try:
         return read_if_there(run_dir / FILE, AGAIN, Left)["identity"]
     except (PywetError, TypeError):
@@ -81,7 +81,7 @@ def of(*parts: object) -> str:
 
 @contextmanager
 def held(run_dir: Path, word: str) -> Iterator[None]:
-    """Hold a run directory for a run with this fingerprint; a run with another one there is moved aside, and a notice says so."""
+    """Lock a run directory for a run with this fingerprint; one with another fingerprint is moved aside with a notice."""
     with run_lock.hold(run_dir):
         there = any((Path(run_dir) / name).exists() for name in ("engine", "engine.partial", "trajectory.parquet"))
         if not there or left(Path(run_dir)) == word:
@@ -119,7 +119,7 @@ def _timed(run_dir: Path, word: str, file: Path) -> Path:
 def _text(law: str) -> str:
     """Hash of the file of a law of the user's own, and its name in it."""
     path, _, name = law.rpartition(":")
-    return name + hashlib.sha256(read_bytes(Path(path), own.CURE)).hexdigest()
+    return name + hashlib.sha256(read_bytes(Path(path), custom_laws.CURE)).hexdigest()
 
 
 def _code() -> str:

@@ -44,7 +44,7 @@ class Results:
 
     @classmethod
     def of(cls, run: RunDir) -> Results:
-        """Compute them; for the columns see `fraction_retained` and `liquid_by_holder`."""
+        """Compute all result tables of a run; for the columns see `fraction_retained` and `liquid_by_holder`."""
         walls = wall_liquid(run)
         retained, liquid = fraction_retained(run, walls), liquid_by_holder(run, walls)
         return cls(retained, liquid, checks(run, retained, liquid))

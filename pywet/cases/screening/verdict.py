@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pywet.errors import PywetError
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.runs.shapes import Replay, RunSummary
 from pywet.util.files import AGAIN, read_if_there
 
@@ -47,9 +47,9 @@ def agreement(replay: dict[str, Any]) -> list[Agreement]:
 
 
 def unchecked_laws(replay: dict[str, Any]) -> list[str]:
-    """The laws that the reference does not know, so that their terms were taken as logged: `capillary (own law)`."""
+    """List the laws that are unknown to the reference, whose terms were taken as logged: `capillary (own law)`."""
     return [
-        f"{row['effect']} ({'own law' if own.is_own(row['law']) else row['law']})"
+        f"{row['effect']} ({'own law' if custom_laws.is_custom(row['law']) else row['law']})"
         for row in replay.get("unchecked", ())
     ]
 
@@ -78,7 +78,7 @@ def check_result(run_dir: Path) -> CheckResult:
 
 
 def nothing_compared(replay: dict[str, Any]) -> list[str]:
-    """A sentence for each kind that the scene has and of which the replay compared nothing."""
+    """Write a sentence for each feature of the scene that the replay could not compare."""
     return [str(sentence) for sentence in replay.get("nothing_compared", ())]
 
 

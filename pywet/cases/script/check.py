@@ -30,7 +30,10 @@ LEAST_SPEED = 0.1
 
 
 def check(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> tuple[list[str], list[PywetError]]:
-    """Lines on what was found, and what is in the way; nothing runs. `words`: of the engine's command line, such as -var."""
+    """Return lines on what was found and the faults; nothing runs.
+
+    `words`: options of the engine's command line, such as -var.
+    """
     found = scan(path, words, engine)
     facts = reading.facts(found.rows)
     wrong = [*found.problems, *reading.problems(facts)]
@@ -108,7 +111,7 @@ def _films(wet: Wet, kinds: Sequence[Kind]) -> Iterator[str]:
 
 
 def _skin(spheres: Spheres, f: Facts) -> tuple[list[str], list[PywetError]]:
-    """How the skin of `neighbor` is shared, or that it is too small."""
+    """Describe how the skin of `neighbor` is divided, or report that it is too small."""
     radii = [kind.radius_m for kind in f.kinds]
     try:
         ways, films = reach(spheres, {"skin": f.skin_m, "largest_radius": max(radii), "least_radius": min(radii)})
@@ -121,7 +124,9 @@ def _skin(spheres: Spheres, f: Facts) -> tuple[list[str], list[PywetError]]:
 
 
 def _speed(f: Facts) -> float:
-    """Of an impact: the script's characteristic velocity, or (Hertz, which has none) the end of a fall through the box."""
+    """Estimate the impact velocity: the script's characteristic velocity, or for Hertz contacts the speed of a fall through the
+    box.
+    """
     if f.normal_model == "hooke":
         return max(f.materials.get("characteristicVelocity", (LEAST_SPEED,)))
     fall = math.sqrt(2.0 * float(np.linalg.norm(f.gravity or (0.0,))) * height_m(f))
@@ -188,7 +193,7 @@ def _time_step(f: Facts, scene: EngineScene | None) -> Iterator[str]:
 
 
 def _effects(wet: Wet, f: Facts, scene: EngineScene | None) -> Iterator[str]:
-    """Each effect with its law, whether it is on and why, and the number that says how much it counts."""
+    """List each effect with its law, whether it is on and why, and the number on which this is decided."""
     numbers = {}
     if scene is not None:
         g = float(np.linalg.norm(scene.gravity_m_per_s2))

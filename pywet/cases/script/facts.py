@@ -134,7 +134,7 @@ def number(word: str) -> float | None:
 
 
 def triangles_of(path: Path) -> int | None:
-    """Triangles of an STL file, text or binary; None where there is none."""
+    """Triangles of an STL file, text or binary; None if there is none."""
     if not path.is_file() or path.suffix.lower() != ".stl":
         return None
     data = read_bytes(path, "a mesh in STL")
@@ -224,7 +224,7 @@ def periodic_lengths_m(found: Facts) -> dict[str, float]:
 
 
 def problems(found: Facts) -> Iterator[PywetError]:
-    """What is in the way that these facts show."""
+    """List the faults of a script that these facts show."""
     if found.kinds and found.skin_m is not None:
         touch = 2.0 * max(kind.radius_m for kind in found.kinds)
         yield from of_box(periodic_lengths_m(found).values(), touch + found.skin_m, found.skin_m)

@@ -91,7 +91,7 @@ def collect(log: Path, windows: int) -> None:
 
 
 def _mesh_motion(log: Path, names: list[str]) -> None:
-    """How far meshes are from where they were at the line, at the outputs."""
+    """Return the displacement of the meshes at the outputs, from their position at the line of fix pywet."""
     if not names:
         empty = {name: np.zeros(0) for name in ("dx", "dy", "dz")}
         table = pd.DataFrame({"step": np.zeros(0, np.int64), "mesh": np.zeros(0, object), **empty})

@@ -73,7 +73,7 @@ def refusal(code: str, given: Any = None, expected: Any = None) -> PywetError:
 
 
 def of_wall(name: str, style: str, meshes: Sequence[str], walls: Walls) -> Iterator[PywetError]:
-    """What is in the way of a fix that makes walls, of meshes or (none) primitive, by what the liquid's file says of walls."""
+    """List the faults of a fix that makes walls (of meshes, or primitive), given the wall entries of the liquid's file."""
     if not style.startswith("wall/") or isinstance(walls, str):
         return
     named = f"fix {name} ({style})"
@@ -86,7 +86,7 @@ def of_wall(name: str, style: str, meshes: Sequence[str], walls: Walls) -> Itera
 
 
 def holds_still(style: str) -> bool:
-    """Whether a fix style takes the forces on spheres away."""
+    """Return whether a fix style takes the forces on spheres away."""
     return style in ("freeze", "setforce")
 
 
@@ -98,7 +98,7 @@ def of_names(fixes: Iterable[tuple[str, str, Sequence[str]]], walls: Walls) -> I
 
 
 def of_box(lengths: Iterable[float], reach: float, skin: float) -> Iterator[PywetError]:
-    """A box that is too short along an axis where it is periodic, by how far neighbour lists reach between centres.
+    """Refuse a periodic box that is shorter than twice the distance over which neighbour lists search.
 
     Two spheres of a list come at most one skin further apart before the next one. Up to half of the box only one copy of either
     is that near.
@@ -110,7 +110,7 @@ def of_box(lengths: Iterable[float], reach: float, skin: float) -> Iterator[Pywe
 
 
 def of_state(state: dict[str, Any], walls: Walls) -> Iterator[PywetError]:
-    """All that is in the way at the line, or where a run begins; `state` as the plugin's script.cpp gives it."""
+    """List all faults at the line or at the start of a run; `state` as the plugin's script.cpp gives it."""
     fixes = state["fixes"]
     movers = [fix for fix in fixes if fix["style"].startswith("nve/sphere")]
     lists = {"delay": 0, "every": 1, "check": 1}

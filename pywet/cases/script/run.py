@@ -134,7 +134,7 @@ class _Script:
         return state
 
     def begin(self) -> None:
-        """The first run begins; meshes are where they are then, and inserted spheres have come."""
+        """Start the first run: store the poses of the meshes at this time, and the inserted spheres."""
         state, plugin = self._state(), self._plugin
         table = self._spheres.take_in(plugin.script_spheres(int(state["spheres"])), int(state["step"]))
         if table["id"].tolist() != list(range(1, len(table) + 1)):

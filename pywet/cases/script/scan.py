@@ -26,7 +26,7 @@ DEEPEST = 16
 
 @dataclass(frozen=True)
 class Found:
-    """A script read: its line of fix pywet and its liquid, fix styles by number, what is in the way, all commands."""
+    """A script as read: its line of fix pywet and its liquid, fix styles by number, faults, all commands."""
 
     line: Line
     wet: Wet
@@ -84,16 +84,16 @@ def scan(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> Fou
     if len(lines) != 1:
         raise refusal("wet.two_lines", len(lines)) if lines else refusal("wet.no_line", str(path))
     at = lines[0]
-    own = line(rows[at][1:])
-    wet = Wet.read(own.liquid)
+    wet_line = line(rows[at][1:])
+    wet = Wet.read(wet_line.liquid)
     fixes = [words for words in rows if words[0] == "fix" and len(words) > 3]
-    problems = [*_before(rows[:at], wet), *_after(rows[at + 1 :], own, wet)]
+    problems = [*_before(rows[:at], wet), *_after(rows[at + 1 :], wet_line, wet)]
     problems += of_names(((words[1], words[3], meshes_of(words)) for words in fixes), wet.walls)
     if engine == "lammps":
         problems += _of_lammps(rows)
     if any(words[0] == "clear" for words in rows):
         problems.append(refusal("wet.clear"))
-    return Found(own, wet, Counter(words[3] for words in fixes), tuple(problems), tuple(rows))
+    return Found(wet_line, wet, Counter(words[3] for words in fixes), tuple(problems), tuple(rows))
 
 
 def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
@@ -121,14 +121,14 @@ def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:
         yield from _of_fix(words, wet)
 
 
-def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
+def _after(rows: list[list[str]], wet_line: Line, wet: Wet) -> Iterator[PywetError]:
     for words in rows:
         match words:
             case ["fix", _, _, _, *_]:
                 yield from _of_fix(words, wet)
             case ["neigh_modify", *more]:
                 yield from _excluded(more)
-            case ["unfix", name, *_] if name == own.name:
+            case ["unfix", name, *_] if name == wet_line.name:
                 yield refusal("wet.unfix", " ".join(words))
             case ["unfix", name, *_] if name in wet.wet_walls:
                 yield refusal("wet.lost_wall", name)
@@ -139,7 +139,7 @@ def _after(rows: list[list[str]], own: Line, wet: Wet) -> Iterator[PywetError]:
 
 
 def _of_lammps(rows: list[list[str]]) -> Iterator[PywetError]:
-    """What LAMMPS has beyond LIGGGHTS: contact models that stick, which are words of pair_coeff and of walls."""
+    """List the commands that only LAMMPS has: cohesive contact models, which are words of pair_coeff and of walls."""
     for words in rows:
         if words[0] == "read_restart":
             yield refusal("wet.no_restart", " ".join(words))
@@ -179,5 +179,5 @@ def _excluded(more: list[str]) -> Iterator[PywetError]:
 
 
 def _cohesive(models: list[str]) -> str:
-    """The cohesion model that is named; empty: none, or a variable's, which the engine is asked for at the line."""
+    """Name the cohesion model; empty: none, or that of a variable, which is read from the engine at the line."""
     return next((v for key, v in pairwise(models) if key == "cohesion" and v != "off" and "$" not in v), "")

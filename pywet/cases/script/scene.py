@@ -88,7 +88,7 @@ def surface(name: str, corners: Floats) -> Surface:
 
 
 def other_forces(state: dict[str, Any]) -> list[str]:
-    """What acts on spheres besides dry contacts, steady gravity and bridges, as sentences of a replay name it."""
+    """List the forces on spheres other than dry contacts, steady gravity and bridges, as the replay's sentences name them."""
     found = [
         f"fix {fix['id']} ({fix['style']})" for fix in state["fixes"]
         if (fix["acts"] and not fix["style"].startswith(KNOWN)) or fix["style"].startswith(CARRIERS)
@@ -130,7 +130,7 @@ def scene_of(
 
 
 def reach(spheres: Spheres, state: dict[str, Any]) -> tuple[float, float]:
-    """How the skin of the script is shared: what is left for the ways of spheres [m], films that it sees, over the radius.
+    """Divide the skin of the script: the displacement that is left for spheres [m], and the films it covers, over the radius.
 
     Films may grow as in a scene; where the skin has more to give they get half of it. Without any liquid all is left for ways.
     """
@@ -151,7 +151,7 @@ def reach(spheres: Spheres, state: dict[str, Any]) -> tuple[float, float]:
 
 
 def too_thick(come: pd.DataFrame, thickest: float) -> int | None:
-    """The first sphere that comes with a film thicker than lists see."""
+    """Find the first inserted sphere whose film is thicker than neighbour lists allow."""
     radius = come["radius"].to_numpy()
     over = FILM_GROWTH * film_thickness(come["film"].to_numpy(), radius) > thickest * radius
     return int(come["id"].to_numpy()[over][0]) if over.any() else None

@@ -85,7 +85,7 @@ def water(film_m: float = 0.0, viscosity: float = 1e-3, tension: float = 0.07275
 
 
 def wetting(classes: Sequence[SphereClass], percent: float, viscosity: float = 1e-3, tension: float = 0.0728) -> Liquid:
-    """Liquid of 1000 kg/m3, so many per cent of the spheres' mass, as the same film on all."""
+    """Liquid of 1000 kg/m3, a percentage of the spheres' mass, with the same film thickness on all."""
     return water(common_film_thickness(classes, liquid_volume(classes, percent, 1000.0)), viscosity, tension)
 
 

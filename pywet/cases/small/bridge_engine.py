@@ -114,7 +114,7 @@ def _pull(
 
 
 def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:
-    """A column of the log at the asked separations; None beyond the bridge's life."""
+    """Interpolate a column of the log at the requested separations; None beyond the rupture of the bridge."""
     if len(log) < 4:
         raise PywetError(
             "the bridge lived for fewer than four steps in the engine; expected a larger volume or more steps"

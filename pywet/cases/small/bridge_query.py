@@ -16,8 +16,8 @@ from scipy.optimize import brentq
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.errors import PywetError, one_line
+from pywet.laws import custom_laws, registry
 from pywet.laws import exact_bridge as young_laplace
-from pywet.laws import own, registry
 from pywet.laws.contact import bridge_radius, film_volume
 from pywet.laws.kinds import PRESETS
 from pywet.schema import LARGE_WALL, SPHERE
@@ -94,8 +94,12 @@ class Query(Excusable):
         return i.radius, j.radius, i.angle, j.angle
 
     def named(self, kind: str) -> list[str]:
-        """Laws of a kind that are asked for."""
-        wanted = [n for n in self.laws if (own.kind_of(n) == kind if own.is_own(n) else n in registry.names(kind))]
+        """Return the requested laws of a kind."""
+        wanted = [
+            n
+            for n in self.laws
+            if (custom_laws.kind_of(n) == kind if custom_laws.is_custom(n) else n in registry.names(kind))
+        ]
         if wanted or kind not in DEFAULT:
             return wanted
         return [DEFAULT[kind]] if self.laws else [*registry.BUILT_IN[kind]]
@@ -116,15 +120,15 @@ def checked(given: Any, path: Path) -> Query:
         query = Query.model_validate(given)
     except ValidationError as error:
         raise mistake(error, Query, str(path)) from error
-    query = query.model_copy(update={"laws": tuple(own.placed(name, Path(path).parent) for name in query.laws)})
+    query = query.model_copy(update={"laws": tuple(custom_laws.placed(name, Path(path).parent) for name in query.laws)})
     known = {name for kind in (*DEFAULT, *BESIDE) for name in registry.names(kind)}
     for name in query.laws:
-        if own.is_own(name) and own.kind_of(name) not in (*DEFAULT, *BESIDE):
+        if custom_laws.is_custom(name) and custom_laws.kind_of(name) not in (*DEFAULT, *BESIDE):
             raise PywetError(
-                f"{path}: {name} is a law of {own.kind_of(name)}, which a static bridge does not use; expected one of "
+                f"{path}: {name} is a law of {custom_laws.kind_of(name)}, which a static bridge does not use; expected one of "
                 f"{', '.join((*DEFAULT, *BESIDE))}: fix laws"
             )
-        if name not in known and not own.is_own(name):
+        if name not in known and not custom_laws.is_custom(name):
             raise PywetError(
                 f"{path}: there is no law named {one_line(name)}; expected names from {', '.join(sorted(known))}: fix laws"
             )
@@ -216,7 +220,7 @@ def rupture_distance(query: Query) -> float:
 
 
 def film(query: Query, name: str) -> float:
-    """Thickness [m] of the film on the spheres from which a law of formation draws the asked volume."""
+    """Thickness [m] of the film on the spheres from which a law of formation draws the requested volume."""
     ri, rj, *_ = query.pair
     draw = registry.get("formation", name).functions[0]
 

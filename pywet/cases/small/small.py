@@ -19,7 +19,7 @@ from pywet.engines.yade import driver as yade
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.solids import plate, square
 from pywet.geometry.surface import Surface, make_surface
-from pywet.laws import own
+from pywet.laws import custom_laws
 from pywet.laws.kinds import PRESETS
 from pywet.scene import ContactPair, Effects, EngineScene, Liquid, Output, SphereClass
 
@@ -74,8 +74,8 @@ def prepare(
     `prisms` names the walls whose parts are prisms to the dry contact. Laws of `effects` in files,
     `path/to/file.py:function`, may run from now on: the caller names them.
     """
-    named = {kind: own.placed(law) for kind, law in effects.laws.items()}
-    own.trust(named.values())
+    named = {kind: custom_laws.placed(law) for kind, law in effects.laws.items()}
+    custom_laws.trust(named.values())
     fields: dict[str, Any] = {
         "name": "small",
         "seed": 0,

@@ -112,7 +112,9 @@ def geometries(s: Any, w: Any) -> None:
 
 @compiled
 def fastest(s: Any, w: Any) -> int:
-    """Touching pair that approaches fastest, −1 for none; a resting one nudged, either way, below its rest speed is held."""
+    """Return the touching pair with the largest approach speed, or -1; a pair at rest below its rest speed counts with its
+    absolute speed.
+    """
     first, most = -1, 1e-13
     for k in range(w.count.pairs):
         p, g = w.act[k], w.geometry[k]
@@ -171,7 +173,7 @@ def release(w: Any, p: int) -> None:
 
 @compiled
 def drop_pulled(s: Any, w: Any) -> None:
-    """Release resting contacts that would have to pull, the worst first."""
+    """Release resting contacts with a tensile force, the largest first."""
     for _ in range(w.count.pairs):
         worst, least = -1, 0.0
         for k in range(w.count.pairs):

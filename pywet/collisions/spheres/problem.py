@@ -117,7 +117,9 @@ def approach_speed(problem: Problem) -> float:
 
 
 def scales(problem: Problem) -> Scales:
-    """Scales of a problem; where nothing approaches, the speed is what capillarity or gravity makes of a film's thickness."""
+    """Return the scales of a problem; if no pair approaches, the speed is that which capillarity or gravity gives over a film's
+    thickness.
+    """
     length = max(problem.film.values())
     mass = float(problem.mass.min())
     speed = problem.speed or approach_speed(problem)

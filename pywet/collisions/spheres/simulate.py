@@ -24,7 +24,7 @@ LOG_ROWS = 20_000
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened to a pair: time, kind, pair (from 0), normal approach speed just before (negative: parting)."""
+    """An event of a pair: time, kind, pair (from 0), normal approach speed just before (negative: separating)."""
 
     time: float
     kind: str

@@ -53,7 +53,7 @@ class System(NamedTuple):
     gx: float
     gy: float
     polar: bool
-    """Whether pairs have variables of their own; else they are differences of the spheres' (for comparison)."""
+    """Return whether pairs have variables of their own; else they are differences of the spheres' (for comparison)."""
 
 
 class Work(NamedTuple):

@@ -110,4 +110,4 @@ def ending(event: Callable[[float, np.ndarray], float], direction: float) -> Any
 
 
 class _TooMany(Exception):
-    """More calls of the forces than allowed."""
+    """Raised after more evaluations of the forces than allowed."""

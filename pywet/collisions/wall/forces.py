@@ -15,7 +15,7 @@ from numba import njit
 
 from pywet.collisions.wall import contact, drag
 from pywet.laws import toroid
-from pywet.util.machine_code import njit as kept
+from pywet.util.machine_code import njit as cached_njit
 
 ENTRY, CONTACT, LEAVING, BRIDGE, DONE = 1, 2, 3, 4, 0
 """Phases I to IV, and none."""
@@ -37,7 +37,7 @@ READINGS: dict[str, tuple[str, str]] = {
 }
 """Doubtful place of the paper (docs/wall_collision.md) -> the reading that is the default, the other one."""
 Other: Any = namedtuple("Other", READINGS)  # type: ignore[misc]
-"""Whether the other reading of each place is taken."""
+"""Return whether the other reading of each place is taken."""
 
 
 class Parameters(NamedTuple):
@@ -87,7 +87,7 @@ def viscous_normal(h: float, u: float, p: Parameters) -> float:
     return -math.copysign(max(far, drag.near_wall(speed, viscous_gap(h, p), p.reduced, p.viscosity)), u)
 
 
-@kept(error_model="numpy", cache=True)
+@cached_njit(error_model="numpy", cache=True)
 def bridge_volume(h: float, p: Parameters) -> float:
     """Volume of the bridge at gap h [m3]; frozen: that at film exit."""
     height = (0.0 if p.other.bridge_volume else h - p.layer) + p.radius * (1.0 - math.cos(p.half_filling))
@@ -112,7 +112,7 @@ def contact_forces(state: np.ndarray, p: Parameters) -> tuple[float, float]:
     return normal, tangential
 
 
-@kept(error_model="numpy", cache=True)
+@cached_njit(error_model="numpy", cache=True)
 def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None:
     """Time derivative of the state into `out`; the powers are per unit of effective mass, positive when energy is lost."""
     h, u, v, w = state[H], state[U], state[V], state[W]
@@ -143,7 +143,7 @@ def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None
     out[WORK + 3] = weight * u * inverse
 
 
-@kept(error_model="numpy", cache=True)
+@cached_njit(error_model="numpy", cache=True)
 def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
     """(passage, stop, rest): each ends the phase when it rises through zero.
 
@@ -210,7 +210,7 @@ def contact_rest(h: float, u: float, p: Parameters) -> float:
     return REST - (energy - p.gravity * depth) / (p.gravity * lying) - 0.6
 
 
-@kept(error_model="numpy", cache=True)
+@cached_njit(error_model="numpy", cache=True)
 def rupture(h: float, u: float, p: Parameters) -> float:
     """Phase IV: length beyond that of rupture [m], or attraction gone (the neck of the toroid closes)."""
     length = toroid.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)

@@ -50,7 +50,7 @@ def energy(state: np.ndarray) -> float:
 
 
 def budget(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
-    """(residual over the initial energy, residual over the largest energy that was turned over)."""
+    """Return the residual of the energy budget over the initial energy, and over the largest energy converted."""
     first, last, works = energy(before), energy(after), after[WORK:]
     residual = abs(first - last - float(np.sum(works)))
     return residual / first, residual / max(first, last, float(np.max(np.abs(works))))

@@ -101,7 +101,7 @@ def compile_to(target: Path, before: list[str], sources: list[Path], after: list
 
 
 def main() -> None:
-    """Build and say where; used by `make setup`."""
+    """Build the plugin and print its path; used by `make setup`."""
     print(f"plugin: {plugin_path()}")
 
 

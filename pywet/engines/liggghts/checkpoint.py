@@ -46,7 +46,7 @@ WRITTEN_S = 10.0
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Whole files of one step; `state` is None without the plugin. `logs`: what the logs held up to that step."""
+    """Complete files of one step; `state` is None without the plugin, `logs` are the digests of the logs up to that step."""
 
     step: int
     engine: Path
@@ -112,7 +112,7 @@ def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None
 
 
 def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
-    """The latest whole checkpoint of the same scene; None where there is none.
+    """The latest whole checkpoint of the same scene; None if there is none.
 
     And a phrase for each later one that is passed over because something of it is missing or damaged.
     """
@@ -213,7 +213,7 @@ def drop(folder: Path, point: Checkpoint) -> None:
 
 
 class Recorder:
-    """Takes the check sums of a run while it goes on; `watch` is called a few times a second."""
+    """Computes the digests of a run in progress; `watch` is called a few times a second."""
 
     def __init__(self, folder: Path, scene: EngineScene, plugin: bool, spheres: int, point: Checkpoint | None) -> None:
         self.folder, self.plugin, self.spheres = folder, plugin, spheres
@@ -227,7 +227,7 @@ class Recorder:
         return int(np.searchsorted(self.planned, step, "right" if self.retires else "left"))
 
     def watch(self) -> None:
-        """Write the sums of each checkpoint that has become whole since, and remove older ones than the last two."""
+        """Write the digests of each checkpoint that has been completed since the last call, and remove all but the last two."""
         if not self.plugin:
             self._name_stock()
         there = {(name, step) for name, step, _ in _files(self.folder)}
@@ -270,7 +270,9 @@ class Recorder:
         )
 
     def _name_stock(self) -> None:
-        """The stock program's restart file is whole when the engine has gone on since; it reads one that was cut off for ever."""
+        """Rename the stock program's restart file once the engine has continued: only then is it complete, and the engine hangs
+        on an incomplete one.
+        """
         reached = last_step(self.folder)
         for name, step, path in _files(self.folder, PARTIAL):
             if name != "engine":

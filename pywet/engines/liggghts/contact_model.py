@@ -26,7 +26,7 @@ def settings(scene: EngineScene, cohesive: bool) -> str:
 
 
 def of_materials(scene: EngineScene) -> dict[str, str]:
-    """Properties of types, the walls the last one: of Hertz contacts their moduli."""
+    """Return Young's moduli and Poisson's ratios of the atom types for Hertz contacts; the last type is that of the walls."""
     if scene.hertz is None:
         return {}
     of = (*scene.hertz.spheres, scene.hertz.walls)

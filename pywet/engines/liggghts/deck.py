@@ -86,8 +86,11 @@ def skin(scene: EngineScene) -> float:
 
 
 def checkpoints(scene: EngineScene) -> list[int]:
-    """Steps of the checkpoints. Without the plugin a run takes the forces of such a step again, so that they keep out of windows,
-    whose motion is checked against the forces recorded."""
+    """List the steps of the checkpoints.
+
+    Without the plugin they avoid the sampling windows, because the engine computes the forces of a checkpoint step twice and
+    the motion of a window is checked against the recorded forces.
+    """
     return schedule.checkpoints(scene, () if attached(scene) else schedule.recorded(scene))
 
 
@@ -120,7 +123,7 @@ def mesh_style(scene: EngineScene, wall: WallMesh) -> str:
 
 
 class Run(NamedTuple):
-    """One `run` of the engine with the lines around it, and the step whose state is saved after it (None: it goes on)."""
+    """One `run` of the engine with the lines around it, and the step whose state is saved after it (None: not saved)."""
 
     before: list[str]
     steps: int
@@ -192,7 +195,7 @@ def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> str:
 
 
 def from_folder(path: Path, folder: Path) -> str:
-    """The way to a file from the engine's folder, in which it runs: whatever stands above both never meets its script."""
+    """Return the path of a file relative to the engine's working directory, so that no absolute path enters the deck."""
     way = os.path.relpath(path.resolve(), folder.resolve())
     if not re.fullmatch(r"[A-Za-z0-9_./-]+", way):
         raise PywetError(

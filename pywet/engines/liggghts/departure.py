@@ -16,7 +16,7 @@ SAMPLES = 2000
 
 
 def departure(scene: EngineScene, folder: Path, sphere: int | None) -> str:
-    """A sentence's end: sphere, position and face, of the first to leave where no `sphere` is known; empty without an output."""
+    """End a sentence with sphere, position and face of the first to leave, if no `sphere` is known; empty without an output."""
     rows = _last_frame(folder / "trajectory.txt")
     if not len(rows):
         rows = _at_start(folder.parent / scene.spheres_file)

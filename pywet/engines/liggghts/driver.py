@@ -122,7 +122,7 @@ def run(
 
 
 def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
-    """Run the engine from the latest intact checkpoint, or the start, to its end; return what only this process knows of it."""
+    """Run the engine from the latest intact checkpoint, or from the start; return what only this process knows about it."""
     scene, folder = task.scene, task.folder
     run_folder.refuse_foreign(task.run_dir, "engine")
     point = _begin(task, passed)

@@ -40,12 +40,12 @@ def chosen(scene: EngineScene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
 
 
 def words(scene: EngineScene, xy: ArrayLike, ranks: int) -> str:
-    """The chosen columns as the engine's script says them."""
+    """Format the chosen columns as the engine's script needs them."""
     return " ".join(map(str, chosen(scene, xy, ranks)))
 
 
 def _grids(ranks: int) -> Iterator[tuple[int, int]]:
-    """All ways to write a number as a product of two, the most columns in x first."""
+    """List all factorisations of a number into two, the most columns in x first."""
     for columns in range(ranks, 0, -1):
         if ranks % columns == 0:
             yield columns, ranks // columns

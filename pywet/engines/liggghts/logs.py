@@ -39,7 +39,7 @@ def checked(path: Path, start: int = 0, end: int | None = None, before: int = 0)
 
 
 def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:
-    """The first file that is not what it was when the sums were taken, as a phrase; logs may have been `appended` to since."""
+    """Name the first file whose content has changed since its digest was computed; logs may have been `appended` to since."""
     for name, (size, sum_then) in sums.items():
         path = folder / name
         if appended and size == 0:
@@ -54,7 +54,7 @@ def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:
 
 
 def extended(folder: Path, sums: Sums, last: int, frames: list[int], last_frame: int) -> Sums | str:
-    """Sums of all logs up to step `last`, of the trajectory up to `last_frame`, going on from earlier ones.
+    """Extend earlier digests to all logs up to step `last`, of the trajectory up to `last_frame`.
 
     `frames` are the steps that the trajectory must have gained. Where it has not, or a log became shorter, a phrase says so.
     """

@@ -170,7 +170,7 @@ class Plugin:
         self._check(self._library.pywet_add_mesh(*mesh, 1 if wall.prisms else len(part)))
 
     def _add_prisms(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
-        """The parts of the mesh added last as prisms; `number` of the wall in the scene."""
+        """Register the parts of the mesh that was added last as analytic wires; `number` is that of the wall in the scene."""
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
             of_part = np.flatnonzero(part == p)
@@ -220,7 +220,7 @@ class Plugin:
         return corners
 
     def set_script(self, windows: int, enter: Callable[[np.ndarray, int], tuple[np.ndarray, np.ndarray]]) -> None:
-        """Contacts are logged for so many steps from each output on; `enter` gives types and films of spheres that come."""
+        """Log contacts for a number of steps from each output on; `enter` gives types and films of inserted spheres."""
 
         def asked(n: int, step: int, rows: int, types: int, films: int) -> None:
             kind, film = enter(_at(rows, n, NEWCOMER), step)
@@ -232,13 +232,13 @@ class Plugin:
         self._library.pywet_set_script(C.c_int64(windows), callback)
 
     def resume_script(self, count: int) -> None:
-        """Resume from so many numbers of the engine's restart file."""
+        """Resume from the numbers in the engine's restart file."""
         numbers = np.zeros(count)
         self._library.pywet_script_restored(_pointer(numbers))
         self._check(self._library.pywet_resume_script(_pointer(numbers), count))
 
     def add_classes(self, scene: EngineScene, known: int, tables: pd.DataFrame) -> None:
-        """Classes of a scene beyond those known, with the transfer tables of all."""
+        """Register the classes of a scene that are not known yet, with the transfer tables of all."""
         for c in scene.classes[known:]:
             self._library.pywet_add_type(C.c_double(c.radius_m), C.c_double(c.contact_angle_rad))
         self._set_transfer(tables)

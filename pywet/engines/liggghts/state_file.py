@@ -31,7 +31,7 @@ def retired(state: Path) -> np.ndarray:
 
 
 def _numbers(state: Path, start: int, n: int, kind: np.dtype = COUNT) -> np.ndarray:
-    """So many records from a byte on; a sentence where the file does not hold them."""
+    """Read a number of records from a byte on; raise a sentence if the file does not contain them."""
     there = (state.stat().st_size - start) // kind.itemsize
     if not 0 <= n <= there:
         raise FileError(

@@ -40,7 +40,7 @@ def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
 
 
 def part_by_part(path: Path, *columns: str) -> pd.DataFrame:
-    """Some columns of a table of all spheres, which every rank reads: no more of it at a time than a part."""
+    """Read some columns of a table of all spheres on every rank, one chunk at a time."""
     return pd.concat(read_parts(path, columns, rows=1 << 14), ignore_index=True)
 
 
@@ -59,7 +59,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
     library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
 
     def begin(script: bytes, step: int) -> None:
-        """Set engine and plugin up; at a checkpoint of an unbroken run just as where a run goes on.
+        """Set up engine and plugin; at a checkpoint of an uninterrupted run in the same manner as where a run resumes.
 
         The tables are read again: a rank keeps nothing of the whole bed.
         """
@@ -124,7 +124,7 @@ def name_checkpoint(step: int) -> None:
 
 
 def plugin_rank() -> int:
-    """Rank of this process, as mpirun or SLURM's srun --mpi=pmix say it; 0 where neither has started it."""
+    """Rank of this process according to mpirun or SLURM's srun --mpi=pmix; 0 if neither has started it."""
     return int(os.environ.get("OMPI_COMM_WORLD_RANK") or os.environ.get("PMIX_RANK") or "0")
 
 

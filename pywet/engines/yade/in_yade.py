@@ -117,7 +117,9 @@ def movers(task: Task, walls: dict[str, list[int]]) -> list[Any]:
 
 
 def build(task: Task, command: str) -> tuple[list[int], dict[str, list[int]], Any]:
-    """Bodies and engines of a step, `command` between contacts and integration; spheres, walls, and who looks for neighbours."""
+    """Make bodies and engines of a step, with `command` between contacts and integration; return spheres, walls and the
+    collider.
+    """
     kinds = materials(task)
     spheres, walls = bodies(task, kinds)
     numbers, law = laws(task, kinds)

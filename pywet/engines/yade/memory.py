@@ -65,7 +65,7 @@ def address(held: object) -> int:
 
 
 def check() -> None:
-    """Compare the layout with what YADE says of two spheres that touch and turn, one of them on a wall; leaves an empty scene."""
+    """Compare the memory layout with the values that YADE reports for two touching, spinning spheres; leaves an empty scene."""
     from yade import O, Vector3  # type: ignore[import-not-found]
 
     touch()

@@ -74,7 +74,7 @@ def _pieces(corners: Floats) -> list[Floats]:
 
 
 def _behind(faces: list[Face], k: int) -> int | None:
-    """The nearest face that looks the other way, within the solid behind face k."""
+    """Return the nearest face with the opposite orientation within the solid behind face k."""
     best: int | None = None
     distance = math.inf
     for m, other in enumerate(faces):

@@ -122,7 +122,7 @@ def residual(y: Floats, c: Case) -> Floats:
 
 @jit
 def antisymmetric(y: Floats, c: Case) -> float:
-    """Changes sign where equal bodies part with their symmetry.
+    """Return a number whose sign changes where an asymmetric branch of solutions begins between equal bodies.
 
     Moving the meridian along the axis while both contact lines slide costs nothing where H R sin 2φ = sin(2φ + θ). A cylinder
     moved along its axis is no change at all; dividing by 1 − 2H r at half length takes that zero out.

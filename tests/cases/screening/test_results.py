@@ -127,12 +127,12 @@ def test_a_folder_that_is_no_run_is_refused_in_one_sentence(tmp_path: Path) -> N
         write_results(RunDir(tmp_path))
 
 
-@pytest.mark.parametrize("kept", [[0], [0, 100], [0, 50, 100, 200]])
-def test_output_steps_must_be_the_planned_ones(moist: RunDir, kept: list[int]) -> None:
+@pytest.mark.parametrize("written", [[0], [0, 100], [0, 50, 100, 200]])
+def test_output_steps_must_be_the_planned_ones(moist: RunDir, written: list[int]) -> None:
     path = moist.path / "trajectory.parquet"
     table = pd.read_parquet(path)
-    frames = [table[table["step"] == table["step"].unique()[0]].assign(step=step) for step in kept]
+    frames = [table[table["step"] == table["step"].unique()[0]].assign(step=step) for step in written]
     pd.concat(frames).to_parquet(path)
-    with pytest.raises(PywetError, match=rf"{len(kept)} output steps; expected the 3 planned ones, 0 to 200"):
+    with pytest.raises(PywetError, match=rf"{len(written)} output steps; expected the 3 planned ones, 0 to 200"):
         write_results(RunDir(moist.path))
     assert not (moist.path / "results").exists()

@@ -22,7 +22,7 @@ from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import EngineScene
 from tests.engines import foundry
-from tests.engines.liggghts import injected_between, injected_in_bin, injected_in_yard
+from tests.engines.liggghts import injected_between, injected_in_bin, injected_in_fixture
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 LARGE, LITTLE = 2.5e-3, 1.5e-3
@@ -198,7 +198,7 @@ def patched_sources(folder: Path) -> Path:
     """A copy of the plugin's sources with the switches injected."""
     shutil.copytree(build.SOURCES, folder)
     (folder / "injected.h").write_text(SWITCH)
-    for name, old, new in (*PATCHES, *injected_in_yard.PATCHES, *injected_in_bin.PATCHES, *injected_between.PATCHES):
+    for name, old, new in (*PATCHES, *injected_in_fixture.PATCHES, *injected_in_bin.PATCHES, *injected_between.PATCHES):
         foundry.replaced(folder / name, old, new)
     return folder
 

@@ -1,5 +1,5 @@
 """Faults injected in the plugin that act between the sampling windows, for a while, at one kind of contact, or in one effect's
-work. The scene is the yard (tests/reference_impl/yard.py) with the shipped windows, 20 of two steps.
+work. The scene is the fixture scene (tests/reference_impl/fixture_scene.py) with the shipped windows, 20 of two steps.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 from pywet.cases.small import small
 from pywet.cases.small.bodies import water
 from tests.engines.liggghts import beds
-from tests.reference_impl import yard
+from tests.reference_impl import fixture_scene
 
 SOAPY = water(4.5e-4, tension=0.02, density=998.2)
 DRIPS = small.PAPER.model_copy(update={"shedding": "tate"})
@@ -128,14 +128,14 @@ ON_RANKS: dict[str, tuple[str, str]] = {
 
 
 def prepare(folder: Path, kind: str) -> list[small.Sphere]:
-    """The yard with the shipped windows: with explicit or semi-implicit drag, with analytic wires; or a small bed that drips."""
+    """Prepare the fixture scene with the shipped windows: with explicit or semi-implicit drag, or wires; or a small wet bed."""
     if kind == DRIPPING:
         beds.prepare(
             folder, beds.bed((2, 2, 4)), 900, effects=DRIPS, liquid=SOAPY
         )  # 8 spheres, all of which are sampled
         return []
     more: dict[str, Any] = {"viscous_integration": "semi_implicit"} if kind == SEMI else {}
-    bodies = yard.prepare(folder, **more, prisms=("screen",) if kind == WIRES else ())
+    bodies = fixture_scene.prepare(folder, **more, prisms=("screen",) if kind == WIRES else ())
     path = folder / "scene.json"
     scene = json.loads(path.read_text())
     scene["output"] |= {"contact_windows": 20, "contact_window_steps": 2, "checkpoints": 5 if kind == WIRES else 0}

@@ -130,7 +130,7 @@ def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -
     random = np.random.default_rng(5)
     beyond = {"family": 0, "limit": 0}
     for _ in range(300):
-        kept = []
+        rows = []
         for seed in sieve.SEEDS[:3]:
             for parameter, levels in (
                 ("fraction", (0.1, 0.025)),
@@ -140,14 +140,14 @@ def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -
                 for level in levels:
                     noise = random.normal(0.0, 0.02, 2)
                     values = {"retained_mean": 0.9 + noise[0], "retained_end": 0.8 + noise[1]}
-                    kept.append(run_of("dry", seed, parameter, level, values, 4.0))
+                    rows.append(run_of("dry", seed, parameter, level, values, 4.0))
             noise = random.normal(0.0, 0.02, 2)
-            kept.append(
+            rows.append(
                 run_of(
                     "dry", seed, "default", None, {"retained_mean": 0.9 + noise[0], "retained_end": 0.8 + noise[1]}, 4.0
                 )
             )
-        found = errors.errors(pd.DataFrame(kept), "quick")
+        found = errors.errors(pd.DataFrame(rows), "quick")
         for name in beyond:
             beyond[name] += bool((found["value"].abs() > found[name]).any())
     assert beyond["family"] <= 8 < 15 < beyond["limit"]

@@ -60,9 +60,9 @@ def test_a_single_run_has_the_spread_of_its_neighbour(tmp_path: Path) -> None:
     there, at_5 = runs(tmp_path), lambda case: lambda c: c[case].at(c[case].retained(), 5.0)
     spread = np.std([k.at(k.retained(), 5.0) for k in seeds], ddof=1)
     moved = [k.at(k.retained(), 5.0) for k in neighbours(4, there)]
-    own = there[4][0].at(there[4][0].retained(), 5.0)
-    assert np.mean(moved) == pytest.approx(own) and np.std(moved, ddof=1) == pytest.approx(spread)
-    answer = judge(Statement(1, "", "", (4,), (above("", own - 0.1, at_5(4)),)), there)
+    value = there[4][0].at(there[4][0].retained(), 5.0)
+    assert np.mean(moved) == pytest.approx(value) and np.std(moved, ddof=1) == pytest.approx(spread)
+    answer = judge(Statement(1, "", "", (4,), (above("", value - 0.1, at_5(4)),)), there)
     half = stats.t.ppf(0.975, 2) * spread
     assert half > 0.1 and answer.uncertainty == (pytest.approx(half),) and answer.verdict == OPEN
     both = above(

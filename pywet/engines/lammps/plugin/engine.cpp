@@ -65,7 +65,7 @@ int Engine::local(int id) const { return lmp_->atom->map(id); }
 
 void Engine::tell_ghosts() const {}  // one process asks for none: their spheres are here
 
-void Engine::find_neighbours(Ranks &ranks) {
+void Engine::find_neighbours(Communicator &ranks) {
   for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
 }
 
@@ -111,7 +111,7 @@ static Turn turn_about(const Vec &axis, double angle) {
 }
 
 // A region's place is that of the present step once it is asked for one; the power of its contacts is not known (deck.py).
-double Engine::read_meshes(Walls &walls, const Ranks &, bool) const {
+double Engine::read_meshes(Walls &walls, const Communicator &, bool) const {
   struct Turning : LAMMPS_NS::Region {
     static const double *origin(const LAMMPS_NS::Region *r) { return r->*(&Turning::point); }
     static const double *axis(const LAMMPS_NS::Region *r) { return r->*(&Turning::runit); }
@@ -147,7 +147,7 @@ void Engine::forget_springs() const {}  // its contacts do so
 
 Vec Engine::press(int, double, const Vec &, double, const Vec &, double *) const { return Vec(); }
 
-void Engine::check_box(const Spheres &spheres, const Ranks &, int64_t step) const {
+void Engine::check_box(const Spheres &spheres, const Communicator &, int64_t step) const {
   if (at.nlocal == spheres.count) return;
   int id = 1;
   while (id < spheres.count && local(id) >= 0) id++;

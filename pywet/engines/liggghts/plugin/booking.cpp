@@ -6,7 +6,7 @@
 namespace pywet {
 
 void Booking::gather(const std::string &problem) {
-  const Ranks &ranks = world_.ranks;
+  const Communicator &ranks = world_.ranks;
   const Engine &engine = world_.engine;
   const auto at_wall = [](const Event &e) { return e.partner_kind != SPHERE; };
   const int count = int(std::count_if(events.begin(), events.end(), at_wall));

@@ -16,15 +16,15 @@ class Booking {
   std::vector<Event> events;             // of this step: proposed by this rank; gathered, all with an end here, in order
   bool any = false;                      // on any rank
 
-  Booking(const World &world, Films &films, Standing &standing, NearPairs &near, EnergyBook &energy, Weight &weight, Logs &logs)
+  Booking(const SimulationState &world, Films &films, BridgeList &standing, NearPairs &near, EnergyBook &energy, Weight &weight, Logs &logs)
       : world_(world), films_(films), standing_(standing), near_(near), energy_(energy), weight_(weight), logs_(logs) {}
   void gather(const std::string &problem);  // of this rank, or empty; where any rank has one all stop
   void book();                           // every rank takes part
 
  private:
-  const World &world_;
+  const SimulationState &world_;
   Films &films_;
-  Standing &standing_;
+  BridgeList &standing_;
   NearPairs &near_;
   EnergyBook &energy_;
   Weight &weight_;

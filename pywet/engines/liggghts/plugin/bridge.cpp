@@ -11,7 +11,7 @@ static Geometry of_sphere(const View &at, int a, double radius) {
   return g;
 }
 
-Geometry between_spheres(const World &world, int a, int b, double radius_i, double radius_j) {
+Geometry between_spheres(const SimulationState &world, int a, int b, double radius_i, double radius_j) {
   const View &at = world.engine.at;
   Geometry g = of_sphere(at, a, radius_i);
   g.xj = Vec(at.x[b]); g.vj = Vec(at.v[b]); g.wj = Vec(at.omega[b]);
@@ -25,7 +25,7 @@ Geometry between_spheres(const World &world, int a, int b, double radius_i, doub
   return g;
 }
 
-Geometry at_wall(const World &world, int a, double radius_i, int part, const Closest &closest) {
+Geometry at_wall(const SimulationState &world, int a, double radius_i, int part, const Closest &closest) {
   Geometry g = of_sphere(world.engine.at, a, radius_i);
   g.xj = closest.point; g.vj = world.walls.mesh_of(part).velocity_at(closest.on_wall()); g.wj = Vec();
   g.radius_j = INF;
@@ -37,7 +37,7 @@ Geometry at_wall(const World &world, int a, double radius_i, int part, const Clo
   return g;
 }
 
-void check_overlap(const World &world, const Geometry &g, int kind, int i, int j) {
+void check_overlap(const SimulationState &world, const Geometry &g, int kind, int i, int j) {
   const double smaller = std::min(g.radius_i, g.radius_j), largest = world.rules.largest_overlap;
   if (g.separation >= -largest * smaller) return;
   throw std::runtime_error("sphere " + std::to_string(i) + " overlaps " + (kind == SPHERE ? "sphere " : "wall part ") +

@@ -26,7 +26,7 @@ struct Bridge {
 };
 
 // A bridge as ranks tell it each other and as a checkpoint holds it.
-struct Told {
+struct BridgeRecord {
   int32_t kind, i, j, pad;
   double volume, rupture_distance;
   BridgeSums sums;
@@ -53,10 +53,10 @@ struct Terms {
   Vec tangential, push, spin_push;
 };
 
-Geometry between_spheres(const World &world, int a, int b, double radius_i, double radius_j);
-Geometry at_wall(const World &world, int a, double radius_i, int part, const Closest &closest);
+Geometry between_spheres(const SimulationState &world, int a, int b, double radius_i, double radius_j);
+Geometry at_wall(const SimulationState &world, int a, double radius_i, int part, const Closest &closest);
 
 // The run stops where bodies are pressed into each other too deeply.
-void check_overlap(const World &world, const Geometry &g, int kind, int i, int j);
+void check_overlap(const SimulationState &world, const Geometry &g, int kind, int i, int j);
 
 }  // namespace pywet

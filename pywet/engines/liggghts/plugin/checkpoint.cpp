@@ -77,7 +77,7 @@ class Reader {
 void Checkpoint::save() {
   logs_.flush();
   const View &at = world_.engine.at;
-  const Ranks &ranks = world_.ranks;
+  const Communicator &ranks = world_.ranks;
   std::vector<SphereState> spheres;
   for (int a = 0; a < at.nlocal; a++) {
     if (world_.spheres.is_retired(at.tag[a])) continue;
@@ -94,7 +94,7 @@ void Checkpoint::save() {
   springs.insert(springs.end(), of_wires.begin(), of_wires.end());
   springs = ranks.told_first(springs);
   std::sort(springs.begin(), springs.end());
-  const std::vector<Told> bridges = ranks.told_first(standing_.mine());
+  const std::vector<BridgeRecord> bridges = ranks.told_first(standing_.mine());
   double numbers[4] = {energy_.formed, energy_.ruptured, double(standing_.formations), double(standing_.ruptures)};
   ranks.add_up(numbers);
   if (!ranks.first()) return;
@@ -178,8 +178,8 @@ void Checkpoint::resume(const std::string &state_file) {
     at.liquid[a][WEIGHED] = sphere.weighed;
     std::copy(sphere.impulse, sphere.impulse + 3, at.liquid[a] + IMPULSE);
   }
-  const Told *bridges = from.next<Told>(head.bridges);
-  for (const Told *b = bridges; b < bridges + head.bridges; b++) {
+  const BridgeRecord *bridges = from.next<BridgeRecord>(head.bridges);
+  for (const BridgeRecord *b = bridges; b < bridges + head.bridges; b++) {
     const bool wall = b->kind == LARGE_WALL || b->kind == SMALL_WALL;
     need(exists(b->i) && (wall ? b->j >= 0 && b->j < int64_t(world_.walls.parts.size()) : b->kind == SPHERE && exists(b->j)), state_file);
   }

@@ -19,7 +19,7 @@ static_assert(sizeof(SphereState) == 120, "records must match SPHERE of state_fi
 
 class Checkpoint {
  public:
-  Checkpoint(World &world, Films &films, Standing &standing, EnergyBook &energy, Faces &faces, Wires &wires, Weight &weight, Shedding &shedding,
+  Checkpoint(SimulationState &world, Films &films, BridgeList &standing, EnergyBook &energy, Faces &faces, AnalyticWires &wires, Weight &weight, Shedding &shedding,
              Logs &logs)
       : world_(world), films_(films), standing_(standing), energy_(energy), faces_(faces), wires_(wires), weight_(weight), shedding_(shedding),
         logs_(logs) {}
@@ -28,12 +28,12 @@ class Checkpoint {
   bool restore_forces();                         // in the set-up of a run that goes on; false: of another
 
  private:
-  World &world_;
+  SimulationState &world_;
   Films &films_;
-  Standing &standing_;
+  BridgeList &standing_;
   EnergyBook &energy_;
   Faces &faces_;
-  Wires &wires_;
+  AnalyticWires &wires_;
   Weight &weight_;
   Shedding &shedding_;
   Logs &logs_;

@@ -6,7 +6,7 @@
 
 namespace pywet {
 
-class Clock {
+class StepSchedule {
  public:
   std::vector<int64_t> output_steps, window_first, window_last;
   int64_t checkpoint_every = 0;         // steps; 0: none

@@ -29,15 +29,15 @@ class EnergyBook {
   double wall_power[EFFECTS] = {};     // of this step, through bridges at moving walls, by effect
   std::vector<Acting> acting;          // by local index
 
-  EnergyBook(const World &world, const Standing &standing) : world_(world), standing_(standing) {}
+  EnergyBook(const SimulationState &world, const BridgeList &standing) : world_(world), standing_(standing) {}
   void begin(double power_of_walls);   // a step
   void add(const Bridge &b, const Geometry &g, const Terms &t);
   void add_up();                       // once all forces are known
   double stored(size_t bridge, double separation) const;
 
  private:
-  const World &world_;
-  const Standing &standing_;
+  const SimulationState &world_;
+  const BridgeList &standing_;
 
   void add(int a, const Vec &capillary, const Vec &normal, const Vec &tangential, const Vec &torque);
 };

@@ -102,7 +102,7 @@ struct Sent : LAMMPS_NS::Comm {
 };
 
 // A pair has one end here or within a ghost cut-off, and who holds that end is within another one of it. Columns are equally wide.
-void Engine::find_neighbours(Ranks &ranks) {
+void Engine::find_neighbours(Communicator &ranks) {
   LAMMPS_NS::Comm *comm = lmp_->comm;
   sent_.assign(at.nlocal, false);
   Sent::mark(comm, sent_);
@@ -181,7 +181,7 @@ bool Engine::read_mesh(size_t m, const Walls &walls, double *out) const {
 }
 
 // Of all: their places are then known also where a mover has been taken away.
-double Engine::read_meshes(Walls &walls, const Ranks &ranks, bool all) const {
+double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all) const {
   std::vector<size_t> which;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
     const bool moving = surfaces_[m]->triMesh()->isMoving();
@@ -313,7 +313,7 @@ Vec Engine::press(int a, double radius, const Vec &d, double overlap, const Vec 
 }
 
 // A sphere outside the box is dropped by the engine when it makes its lists: here it is still known which one.
-void Engine::check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const {
+void Engine::check_box(const Spheres &spheres, const Communicator &ranks, int64_t step) const {
   int here = at.nlocal, all = here;
   if (!ranks.alone()) MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_SUM, ranks.all);
   const int64_t expected = spheres.count - int64_t(spheres.retired.size());

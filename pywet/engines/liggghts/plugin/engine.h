@@ -77,7 +77,7 @@ class Engine {
 
   int local(int id) const;                              // index of a sphere on this rank, its own before a ghost, -1: not here
   void tell_ghosts() const;                             // what their spheres take along; every rank takes part
-  void find_neighbours(Ranks &ranks);                   // and whom of this rank's spheres another one holds too
+  void find_neighbours(Communicator &ranks);                   // and whom of this rank's spheres another one holds too
   bool elsewhere(int a) const { return !at.owned(a) || (size_t(a) < sent_.size() && sent_[a]); }
   void keep_skin() const;                               // the engine forgets it at the start of each run
   double mesh_way() const;                              // of a mesh, after which they are made anew too
@@ -86,10 +86,10 @@ class Engine {
   void shorten_lists();                                 // to the pairs that can touch before they are made anew
   bool contacts_in_batches(bool forgets);               // false: this engine or its contact model has none
   void forget_springs() const;                          // of listed pairs that no longer touch, where no batches do so
-  void check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const;
+  void check_box(const Spheres &spheres, const Communicator &ranks, int64_t step) const;
 
   // Motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.
-  double read_meshes(Walls &walls, const Ranks &ranks, bool all) const;
+  double read_meshes(Walls &walls, const Communicator &ranks, bool all) const;
 
   // The engine's own dry contact of sphere a with a wall whose closest point is at x - d; returns the force on the sphere.
   Vec press(int a, double radius, const Vec &d, double overlap, const Vec &wall_velocity, double *spring) const;

@@ -10,7 +10,7 @@ namespace pywet {
 
 class Faces {
  public:
-  Faces(const World &world, EnergyBook &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
+  Faces(const SimulationState &world, EnergyBook &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
   void arrange();                        // once, before the run
   void touch(bool fresh);                // after the engine's contacts of spheres, before wires and bridges
 
@@ -44,7 +44,7 @@ class Faces {
     double spring[3];
   };
 
-  const World &world_;
+  const SimulationState &world_;
   EnergyBook &energy_;
   Logs &logs_;
   std::vector<Plane> planes_;            // of all triangles

@@ -8,13 +8,13 @@
 
 namespace pywet {
 
-struct Feed {
+struct Insertion {
   int64_t last = 0;             // step at which all are in
 
   bool waits(const View &at, int a, int64_t now) const { return now < last && now < at.liquid[a][ENTERS]; }
 
   // Takes the engine's gravity off the spheres that wait.
-  void hold(const View &at, const Rules &rules, int64_t now) const {
+  void hold(const View &at, const Settings &rules, int64_t now) const {
     for (int a = 0; a < at.nlocal && now < last; a++)
       if (waits(at, a, now)) accumulate(at.f[a], (-at.mass[a]) * rules.gravity);
   }

@@ -25,7 +25,7 @@ class Films {
   std::vector<double> thickness_then, part_thickness_then;
   double thicker = 0, wall_thicker = 0;
 
-  explicit Films(const World &world) : world_(world) {}
+  explicit Films(const SimulationState &world) : world_(world) {}
   void begin();                          // from `given`; the engine is there
   void mark();                           // growth counts from here
   void enter(int a, double volume, int64_t step);  // of a sphere that has come
@@ -42,7 +42,7 @@ class Films {
   double on_triangle(int triangle) const { return at_wall(triangle) / world_.walls.film_area[world_.walls.film_of[triangle]]; }
 
  private:
-  const World &world_;
+  const SimulationState &world_;
   std::vector<double> thickness_, part_thickness_;
 
   void look_at(int a);                   // how thick its film is now; the run stops where that is more than lists see

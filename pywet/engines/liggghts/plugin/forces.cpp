@@ -5,7 +5,7 @@
 
 namespace pywet {
 
-Geometry Forces::geometry_of(const Together &t, int k) const {
+Geometry Forces::geometry_of(const BridgeBatch &t, int k) const {
   const Bridge &b = standing_.bridges[t.first + k];
   if (b.kind == SPHERE) return between_spheres(world_, b.a, b.b, b.radius_i, b.radius_j);
   return at_wall(world_, b.a, b.radius_i, b.j, t.near[k]);
@@ -20,7 +20,7 @@ static void fetch(const Block *next, size_t line) {
 }
 
 // Where the ends of the bridges are and how they move.
-void Forces::gather(Together &t) {
+void Forces::gather(BridgeBatch &t) {
   const Block &block = standing_.blocks[t.first / BATCH];
   const View &at = world_.engine.at;
   const Walls &walls = world_.walls;
@@ -56,7 +56,7 @@ void Forces::gather(Together &t) {
 }
 
 // Bridges that are too deep stop the run, those that are too long rupture.
-void Forces::rupture(Together &t, std::vector<Event> &events) const {
+void Forces::rupture(BridgeBatch &t, std::vector<Event> &events) const {
   const Block &block = standing_.blocks[t.first / BATCH];
   for (int k = 0; k < t.n; k++) {
     if (!t.acts[k]) continue;
@@ -80,7 +80,7 @@ void Forces::rupture(Together &t, std::vector<Event> &events) const {
 }
 
 // A law that fails half way leaves what is no number. It is asked for bridges that stand; others are at touch for it.
-void Forces::evaluate(Together &t) {
+void Forces::evaluate(BridgeBatch &t) {
   Block &block = standing_.blocks[t.first / BATCH];
   const Laws &laws = world_.laws;
   for (int k = 0; k < t.n; k++)
@@ -100,7 +100,7 @@ void Forces::evaluate(Together &t) {
 }
 
 // Viscous forces that wait for all others.
-void Forces::defer(Together &t) {
+void Forces::defer(BridgeBatch &t) {
   for (int k = 0; k < t.n; k++) {
     Terms terms;
     terms.capillary = t.pull[k];
@@ -114,7 +114,7 @@ void Forces::defer(Together &t) {
 }
 
 // The force of a bridge, in the contact log and in the account of works.
-void Forces::record(const Together &t, int k) {
+void Forces::record(const BridgeBatch &t, int k) {
   const Bridge &b = standing_.bridges[t.first + k];
   const Geometry g = geometry_of(t, k);
   Terms terms;
@@ -128,7 +128,7 @@ void Forces::record(const Together &t, int k) {
     logs_.contact(b, g, terms, impulses_.weight);
 }
 
-void Forces::add(Together &t) {
+void Forces::add(BridgeBatch &t) {
   const Block &block = standing_.blocks[t.first / BATCH];
   const View &engine = world_.engine.at;
   const bool recorded = world_.clock.logs_contacts() || world_.rules.energy;
@@ -170,7 +170,7 @@ void Forces::act(std::vector<Event> &events) {
   sums_.act_for(impulses_.weight);
   impulses_.set_aside();
   implicit_.clear();
-  Together &t = together_;
+  BridgeBatch &t = together_;
   for (t.first = 0; t.first < standing_.bridges.size(); t.first += BATCH) {
     t.n = int(std::min<size_t>(BATCH, standing_.bridges.size() - t.first));
     gather(t);

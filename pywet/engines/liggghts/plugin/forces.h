@@ -9,8 +9,8 @@ namespace pywet {
 
 class Forces {
  public:
-  Forces(const World &world, Standing &standing, EnergyBook &energy, Single &single, ImpulseSums &sums, Impulses &impulses,
-         Implicit &implicit, Logs &logs)
+  Forces(const SimulationState &world, BridgeList &standing, EnergyBook &energy, Single &single, ImpulseSums &sums, MultipleTimeStepping &impulses,
+         SemiImplicitDrag &implicit, Logs &logs)
       : world_(world), standing_(standing), energy_(energy), single_(single), sums_(sums), impulses_(impulses), implicit_(implicit),
         logs_(logs) {}
 
@@ -20,23 +20,23 @@ class Forces {
   void act_new(const std::vector<Event> &events);
 
  private:
-  const World &world_;
-  Standing &standing_;
+  const SimulationState &world_;
+  BridgeList &standing_;
   EnergyBook &energy_;
   Single &single_;
   ImpulseSums &sums_;
-  Impulses &impulses_;
-  Implicit &implicit_;
+  MultipleTimeStepping &impulses_;
+  SemiImplicitDrag &implicit_;
   Logs &logs_;
-  Together together_{};
+  BridgeBatch together_{};
 
-  Geometry geometry_of(const Together &t, int k) const;
-  void gather(Together &t);
-  void rupture(Together &t, std::vector<Event> &events) const;
-  void evaluate(Together &t);
-  void defer(Together &t);
-  void add(Together &t);
-  void record(const Together &t, int k);
+  Geometry geometry_of(const BridgeBatch &t, int k) const;
+  void gather(BridgeBatch &t);
+  void rupture(BridgeBatch &t, std::vector<Event> &events) const;
+  void evaluate(BridgeBatch &t);
+  void defer(BridgeBatch &t);
+  void add(BridgeBatch &t);
+  void record(const BridgeBatch &t, int k);
 };
 
 }  // namespace pywet

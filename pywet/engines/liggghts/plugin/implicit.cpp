@@ -33,7 +33,7 @@ static void store_push(const View &at, int a, double radius, Push &p) {
   }
 }
 
-void Implicit::act() {
+void SemiImplicitDrag::act() {
   const View &at = world_.engine.at;
   std::vector<Push> sent, pushes(at.nlocal);
   for (int a = 0; a < at.nlocal; a++) store_push(at, a, world_.spheres.radius(at.tag[a]), pushes[a]);

@@ -8,9 +8,9 @@
 
 namespace pywet {
 
-class Implicit {
+class SemiImplicitDrag {
  public:
-  Implicit(const World &world, const Standing &standing, Single &single, Impulses &impulses, Logs &logs)
+  SemiImplicitDrag(const SimulationState &world, const BridgeList &standing, Single &single, MultipleTimeStepping &impulses, Logs &logs)
       : world_(world), standing_(standing), single_(single), impulses_(impulses), logs_(logs) {}
   void clear() { waiting_.clear(); }
   void wait(Bridge &b, const Geometry &g, const Terms &t) { waiting_.push_back(Waiting{&b, g, t}); }
@@ -22,10 +22,10 @@ class Implicit {
     Geometry geometry;
     Terms terms;
   };
-  const World &world_;
-  const Standing &standing_;
+  const SimulationState &world_;
+  const BridgeList &standing_;
   Single &single_;
-  Impulses &impulses_;
+  MultipleTimeStepping &impulses_;
   Logs &logs_;
   std::vector<Waiting> waiting_;
 

@@ -11,7 +11,7 @@ namespace pywet {
 
 class ImpulseSums {
  public:
-  explicit ImpulseSums(const World &world) : world_(world) {}
+  explicit ImpulseSums(const SimulationState &world) : world_(world) {}
 
   // A step begins: what the sums were before it is known at an output.
   void begin() {
@@ -50,7 +50,7 @@ class ImpulseSums {
   }
 
  private:
-  const World &world_;
+  const SimulationState &world_;
   double span_ = 0;                      // [s]
   std::vector<double> before_;           // three numbers a sphere
 };

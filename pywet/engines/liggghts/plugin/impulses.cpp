@@ -10,7 +10,7 @@
 
 namespace pywet {
 
-void Impulses::set_aside() {
+void MultipleTimeStepping::set_aside() {
   if (!on()) return;
   const View &at = world_.engine.at;
   const int n = 3 * at.nlocal;
@@ -29,7 +29,7 @@ static void add_times(double weight, double *now, const double *before, int n) {
   for (int k = 0; k < n; k++) now[k] = before[k] + weight * now[k];
 }
 
-void Impulses::act() {
+void MultipleTimeStepping::act() {
   if (!on()) return;
   const View &at = world_.engine.at;
   add_times(weight, at.f[0], others_.data(), 3 * at.nlocal);
@@ -45,7 +45,7 @@ void Impulses::act() {
   add_times(weight, energy_.wall_power, other_power_, EFFECTS);
 }
 
-double Impulses::moved(bool fresh) {
+double MultipleTimeStepping::moved(bool fresh) {
   const View &at = world_.engine.at;
   double farthest = 0;
   if (fresh) before_.resize(at.nall);

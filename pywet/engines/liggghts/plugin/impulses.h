@@ -6,11 +6,11 @@
 
 namespace pywet {
 
-class Impulses {
+class MultipleTimeStepping {
  public:
   double weight = 1;                     // steps for which the forces that are being evaluated act
 
-  Impulses(const World &world, EnergyBook &energy) : world_(world), energy_(energy) {}
+  MultipleTimeStepping(const SimulationState &world, EnergyBook &energy) : world_(world), energy_(energy) {}
   bool on() const { return world_.clock.bridges_every > 1; }
   void set_aside();                      // all other forces; those of bridges are gathered from zero
   void act();                            // they are weighed and added to the others
@@ -19,7 +19,7 @@ class Impulses {
   double moved(bool fresh);
 
  private:
-  const World &world_;
+  const SimulationState &world_;
   EnergyBook &energy_;
   std::vector<double> others_;           // forces and torques, works and power, while those of bridges are gathered
   std::vector<Acting> other_works_;

@@ -11,7 +11,7 @@ namespace pywet {
 
 class Logs {
  public:
-  Logs(const World &world, const Films &films, Standing &standing, const EnergyBook &energy, const ImpulseSums &sums)
+  Logs(const SimulationState &world, const Films &films, BridgeList &standing, const EnergyBook &energy, const ImpulseSums &sums)
       : world_(world), films_(films), standing_(standing), energy_(energy), sums_(sums) {}
   void open(const std::string &directory);
   const std::string &directory() const { return directory_; }
@@ -31,9 +31,9 @@ class Logs {
   void stop(const std::string &why) const;
 
  private:
-  const World &world_;
+  const SimulationState &world_;
   const Films &films_;
-  Standing &standing_;                   // closest points at walls are remembered when they are asked for
+  BridgeList &standing_;                   // closest points at walls are remembered when they are asked for
   const EnergyBook &energy_;
   const ImpulseSums &sums_;
   std::string directory_;

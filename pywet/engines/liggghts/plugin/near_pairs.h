@@ -11,7 +11,7 @@ namespace pywet {
 
 class NearPairs {
  public:
-  NearPairs(const World &world, const Films &films, Standing &standing) : world_(world), films_(films), standing_(standing) {}
+  NearPairs(const SimulationState &world, const Films &films, BridgeList &standing) : world_(world), films_(films), standing_(standing) {}
   void find();                           // when the engine has made its lists anew and the bridges are in order
   void move_on(double moved);            // `moved`: no sphere moved further since the last call; infinity: by its speed
   void propose(std::vector<Event> &events);
@@ -32,9 +32,9 @@ class NearPairs {
     int i, j, a;                         // j: part
     Site site;
   };
-  const World &world_;
+  const SimulationState &world_;
   const Films &films_;
-  Standing &standing_;
+  BridgeList &standing_;
   static const int CLASSES = 64;
   std::vector<Pair> found_, pairs_;      // in the order of the list, and by classes of the gap when they were found
   size_t first_[CLASSES + 1] = {};       // pair of a class

@@ -70,7 +70,7 @@ void tell_spheres(double **rows, int n) {
 std::vector<double> state_of_script() { return state->turnover.told(); }
 
 void tell_all(double (&sums)[ALL]) {
-  const World &world = state->world;
+  const SimulationState &world = state->world;
   const Ledger l = state->logs.counted();
   double stored[1] = {};
   for (size_t k = 0; k < state->standing.bridges.size(); k++)
@@ -178,7 +178,7 @@ EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const doubl
 
 // Step from which on each sphere has weight, for the spheres of pywet_set_spheres.
 EXPORT void pywet_set_feed(int n, const int *id, const int64_t *enters) {
-  pywet::Feed &feed = state->world.feed;
+  pywet::Insertion &feed = state->world.feed;
   for (int k = 0; k < n; k++) {
     state->films.given[id[k]].enters = enters[k];
     feed.last = std::max(feed.last, enters[k]);
@@ -186,7 +186,7 @@ EXPORT void pywet_set_feed(int n, const int *id, const int64_t *enters) {
 }
 
 EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int64_t *first, const int64_t *last) {
-  pywet::Clock &clock = state->world.clock;
+  pywet::StepSchedule &clock = state->world.clock;
   clock.output_steps.assign(steps, steps + n);
   clock.window_first.assign(first, first + windows);
   clock.window_last.assign(last, last + windows);
@@ -219,7 +219,7 @@ EXPORT void pywet_set_reach(double skin, double thickest_film) {
 
 EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every,
                             int moist, int energy, int batched, int faces) {
-  pywet::Rules &rules = state->world.rules;
+  pywet::Settings &rules = state->world.rules;
   rules.moist = moist != 0;
   rules.batched = batched != 0;
   rules.touches_faces = faces != 0;
@@ -235,7 +235,7 @@ EXPORT void pywet_set_impulses(int every) { state->world.clock.bridges_every = e
 
 // Spheres whose centre is below a height and that are slower than a speed are taken out at checkpoints.
 EXPORT void pywet_set_retirement(double below, double slower) {
-  pywet::Rules &rules = state->world.rules;
+  pywet::Settings &rules = state->world.rules;
   rules.retires = true;
   rules.retire_below = below;
   rules.retire_slower = slower;
@@ -243,14 +243,14 @@ EXPORT void pywet_set_retirement(double below, double slower) {
 
 // Spheres whose centre is in this region are taken out at checkpoints.
 EXPORT void pywet_add_outlet(const double *low, const double *high) {
-  pywet::Rules &rules = state->world.rules;
+  pywet::Settings &rules = state->world.rules;
   rules.retires = true;
   rules.outlets.push_back({pywet::Vec(low), pywet::Vec(high)});
 }
 
 // Density of the liquid, for its weight (where it has one: the dry mass of a sphere of each type) and for drops.
 EXPORT void pywet_set_liquid_mass(double density, int weighs, const double *type_mass, int64_t drop_every) {
-  pywet::World &world = state->world;
+  pywet::SimulationState &world = state->world;
   world.rules.density = density;
   world.rules.weighs = weighs != 0;
   world.spheres.type_mass.assign(type_mass, type_mass + world.spheres.type_radius.size());

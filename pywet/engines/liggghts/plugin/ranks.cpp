@@ -4,13 +4,13 @@
 
 namespace pywet {
 
-void Ranks::join(MPI_Comm comm) {
+void Communicator::join(MPI_Comm comm) {
   all = comm;
   MPI_Comm_rank(all, &me);
   MPI_Comm_size(all, &count);
 }
 
-std::array<int, 2> Ranks::agree(const std::array<int, 2> &mine, const std::string &problem) const {
+std::array<int, 2> Communicator::agree(const std::array<int, 2> &mine, const std::string &problem) const {
   int sum[3] = {mine[0], mine[1], problem.empty() ? 0 : 1};
   if (!alone()) MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPI_INT, MPI_SUM, all);
   if (sum[2] == 0) return {sum[0], sum[1]};

@@ -26,7 +26,7 @@ struct Whole {
   ~Whole() { MPI_Type_free(&type); }
 };
 
-class Ranks {
+class Communicator {
  public:
   MPI_Comm all = MPI_COMM_NULL;
   int me = 0, count = 1;
@@ -66,7 +66,7 @@ class Ranks {
 };
 
 template <class T>
-std::vector<T> Ranks::gathered(const std::vector<T> &mine) const {
+std::vector<T> Communicator::gathered(const std::vector<T> &mine) const {
   const Whole<T> whole;
   std::vector<int> sizes(count), offset(count, 0);
   const int size = int(mine.size());
@@ -79,7 +79,7 @@ std::vector<T> Ranks::gathered(const std::vector<T> &mine) const {
 
 // Along x, then what has come along y, as the engine tells of ghosts.
 template <class T>
-std::vector<T> Ranks::near(std::vector<T> mine) const {
+std::vector<T> Communicator::near(std::vector<T> mine) const {
   for (int axis : {0, 1}) {
     std::vector<T> down = mine, up = mine;
     for (int hop = 0; hop < hops[axis][0]; hop++) {
@@ -94,7 +94,7 @@ std::vector<T> Ranks::near(std::vector<T> mine) const {
 }
 
 template <class T>
-std::vector<T> Ranks::passed_on(const std::vector<T> &records, int to, int from) const {
+std::vector<T> Communicator::passed_on(const std::vector<T> &records, int to, int from) const {
   const Whole<T> whole;
   const int size = int(records.size());
   int coming = 0;                        // where there is nobody
@@ -105,7 +105,7 @@ std::vector<T> Ranks::passed_on(const std::vector<T> &records, int to, int from)
 }
 
 template <class T>
-std::vector<T> Ranks::told_first(const std::vector<T> &mine) const {
+std::vector<T> Communicator::told_first(const std::vector<T> &mine) const {
   if (alone()) return mine;
   const Whole<T> whole;
   std::vector<int> sizes(count), offset(count, 0);

@@ -12,7 +12,7 @@ namespace pywet {
 // The velocity is that at the end of the step, as the engine's second half of the kick makes it and as the trajectory has it.
 std::vector<RetiredSphere> Retirement::chosen() const {
   const View &at = world_.engine.at;
-  const Rules &rules = world_.rules;
+  const Settings &rules = world_.rules;
   std::vector<RetiredSphere> found;
   for (int a = 0; a < at.nlocal; a++) {
     if (!at.free(a) || world_.feed.waits(at, a, world_.clock.now)) continue;
@@ -72,7 +72,7 @@ void Retirement::hand_over(std::vector<RetiredSphere> &all) {
 }
 
 void Retirement::retire() {
-  const Clock &clock = world_.clock;
+  const StepSchedule &clock = world_.clock;
   if (!world_.rules.retires || !clock.checkpoint() || clock.logs_contacts()) return;
   std::vector<RetiredSphere> all = world_.ranks.gathered(chosen());
   if (all.empty()) return;

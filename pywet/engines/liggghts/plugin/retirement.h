@@ -6,14 +6,14 @@ namespace pywet {
 
 class Retirement {
  public:
-  Retirement(World &world, Films &films, Standing &standing, Booking &booking, Logs &logs)
+  Retirement(SimulationState &world, Films &films, BridgeList &standing, Booking &booking, Logs &logs)
       : world_(world), films_(films), standing_(standing), booking_(booking), logs_(logs) {}
   void retire();                         // at the end of a step, when its forces and events are complete
 
  private:
-  World &world_;
+  SimulationState &world_;
   Films &films_;
-  Standing &standing_;
+  BridgeList &standing_;
   Booking &booking_;
   Logs &logs_;
 

@@ -14,7 +14,7 @@ struct Outlet {
   }
 };
 
-struct Rules {
+struct Settings {
   Vec gravity;
   bool batched = false;                 // contacts of spheres in batches, see contacts.h
   bool touches_faces = false;           // contacts with the triangles of walls are made here, see faces.h

@@ -183,7 +183,7 @@ std::vector<Newcomer> spheres_now() {
     mine[a] = Newcomer{atom.tag[a], atom.type[a], atom.radius[a], atom.rmass[a], {}};
     store(Vec(atom.x[a]), mine[a].x);
   }
-  Ranks ranks;
+  Communicator ranks;
   ranks.join(lmp_of_script->world);
   std::vector<Newcomer> all = ranks.gathered(mine);
   std::sort(all.begin(), all.end(), [](const Newcomer &p, const Newcomer &q) { return p.id < q.id; });

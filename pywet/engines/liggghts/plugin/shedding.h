@@ -10,7 +10,7 @@ namespace pywet {
 
 class Shedding {
  public:
-  Shedding(const World &world, Films &films, Weight &weight, Logs &logs)
+  Shedding(const SimulationState &world, Films &films, Weight &weight, Logs &logs)
       : world_(world), films_(films), weight_(weight), logs_(logs) {}
   void shed();
 
@@ -21,7 +21,7 @@ class Shedding {
   }
 
  private:
-  const World &world_;
+  const SimulationState &world_;
   Films &films_;
   Weight &weight_;
   Logs &logs_;

@@ -7,7 +7,7 @@ namespace pywet {
 
 class Single {
  public:
-  Single(const World &world, const Standing &standing, EnergyBook &energy, const ImpulseSums &sums)
+  Single(const SimulationState &world, const BridgeList &standing, EnergyBook &energy, const ImpulseSums &sums)
       : world_(world), standing_(standing), energy_(energy), sums_(sums) {}
   Terms laws(size_t bridge, const Geometry &g) const;  // as in a batch
   // With t.kick = 0 at the present speeds; else at those of the end of the step, see implicit.cpp.
@@ -16,8 +16,8 @@ class Single {
   [[noreturn]] void not_finite(const Bridge &b, double separation) const;
 
  private:
-  const World &world_;
-  const Standing &standing_;
+  const SimulationState &world_;
+  const BridgeList &standing_;
   EnergyBook &energy_;
   const ImpulseSums &sums_;
 };

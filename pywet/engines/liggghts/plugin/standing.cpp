@@ -6,7 +6,7 @@
 
 namespace pywet {
 
-Bridge Standing::made(int kind, int i, int j, double volume) const {
+Bridge BridgeList::made(int kind, int i, int j, double volume) const {
   const Spheres &spheres = world_.spheres;
   Bridge b{kind, i, j, volume, 0.0};
   b.radius_i = spheres.radius(i);
@@ -16,14 +16,14 @@ Bridge Standing::made(int kind, int i, int j, double volume) const {
   return b;
 }
 
-Bridge Standing::made(const Told &told) const {
+Bridge BridgeList::made(const BridgeRecord &told) const {
   Bridge b = made(told.kind, told.i, told.j, told.volume);
   b.rupture_distance = told.rupture_distance;
   b.sums = told.sums;
   return b;
 }
 
-void Standing::locate(Bridge &b) const {
+void BridgeList::locate(Bridge &b) const {
   const Engine &engine = world_.engine;
   b.candidate = -1;
   b.a = engine.local(b.i);
@@ -32,7 +32,7 @@ void Standing::locate(Bridge &b) const {
   b.here = b.mine || engine.at.owned(b.b);
 }
 
-void Standing::place(Bridge &b) const {
+void BridgeList::place(Bridge &b) const {
   locate(b);
   if (b.here && b.kind == SPHERE && (b.a < 0 || b.b < 0))
     throw std::runtime_error("the bridge between spheres " + std::to_string(b.i) + " and " + std::to_string(b.j) + " at step " +
@@ -49,7 +49,7 @@ void Standing::place(Bridge &b) const {
                                number(at.images.length[axis]) + " m, where it could be one with either copy; expected a longer box");
 }
 
-void Standing::add(Bridge b) {
+void BridgeList::add(Bridge b) {
   const Laws &laws = world_.laws;
   index_.set(key_of(b.kind, b.i, b.j), int(bridges.size()));
   prepared_.resize(prepared_.size() + laws.lines);
@@ -63,7 +63,7 @@ void Standing::add(Bridge b) {
   enter(bridges.size() - 1);
 }
 
-void Standing::remove(size_t k) {
+void BridgeList::remove(size_t k) {
   const int lines = world_.laws.lines;
   const Bridge &b = bridges[k];
   index_.forget(key_of(b.kind, b.i, b.j));
@@ -77,27 +77,27 @@ void Standing::remove(size_t k) {
   prepared_.resize(prepared_.size() - lines);
 }
 
-std::vector<Told> Standing::mine() const {
-  std::vector<Told> told;
+std::vector<BridgeRecord> BridgeList::mine() const {
+  std::vector<BridgeRecord> told;
   for (const Bridge &b : bridges)
-    if (b.mine) told.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
+    if (b.mine) told.push_back(BridgeRecord{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
   return told;
 }
 
-void Standing::expect(std::shared_ptr<const Told> all, int64_t n) {
+void BridgeList::expect(std::shared_ptr<const BridgeRecord> all, int64_t n) {
   told_ = std::move(all);
   count_told_ = n;
 }
 
 // The rank that owned the first end tells of every bridge that is not its own alone from now on.
-void Standing::exchange() {
+void BridgeList::exchange() {
   const View &at = world_.engine.at;
-  std::vector<Told> leaving;
+  std::vector<BridgeRecord> leaving;
   for (Bridge &b : bridges) {
     const bool was_mine = b.mine;
     locate(b);
     if (was_mine && !(b.mine && (b.kind != SPHERE || at.owned(b.b))))
-      leaving.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
+      leaving.push_back(BridgeRecord{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
   }
   if (told_) {
     take_up(told_.get(), count_told_);
@@ -109,8 +109,8 @@ void Standing::exchange() {
 }
 
 // Those of them that have an end here and are not known yet.
-void Standing::take_up(const Told *told, int64_t n) {
-  for (const Told *end = told + n; told < end; told++) {
+void BridgeList::take_up(const BridgeRecord *told, int64_t n) {
+  for (const BridgeRecord *end = told + n; told < end; told++) {
     if (world_.engine.local(told->i) < 0 && (told->kind != SPHERE || world_.engine.local(told->j) < 0)) continue;
     if (find(told->kind, told->i, told->j) >= 0) continue;
     Bridge b = made(*told);
@@ -120,7 +120,7 @@ void Standing::take_up(const Told *told, int64_t n) {
 }
 
 // By the first end, then by the second: counted, since a list is made anew while most stand in order already.
-std::vector<int> Standing::in_order() const {
+std::vector<int> BridgeList::in_order() const {
   std::vector<int> next(world_.engine.at.nall + 1, 0), order;
   for (const Bridge &b : bridges)
     if (b.here) next[b.a + 1]++;
@@ -141,7 +141,7 @@ std::vector<int> Standing::in_order() const {
 }
 
 // With the prepared numbers beside them; those that have left this rank are forgotten.
-void Standing::sort() {
+void BridgeList::sort() {
   for (Bridge &b : bridges) place(b);
   const std::vector<int> order = in_order();
   index_.begin(order.size());
@@ -164,7 +164,7 @@ void Standing::sort() {
   for (size_t k = 0; k < bridges.size(); k++) enter(k);
 }
 
-void Standing::enter(size_t k) {
+void BridgeList::enter(size_t k) {
   if (blocks.size() * BATCH <= k) blocks.resize(k / BATCH + 1);
   const Bridge &b = bridges[k];
   Block &block = blocks[k / BATCH];
@@ -181,16 +181,16 @@ void Standing::enter(size_t k) {
   block.b[at] = b.kind != SPHERE ? -1 - b.site : b.here ? b.b : -1;
 }
 
-int Standing::find(int kind, int i, int j) const {
+int BridgeList::find(int kind, int i, int j) const {
   return index_.find(key_of(kind, i, j));
 }
 
-Geometry Standing::geometry(const Bridge &b) {
+Geometry BridgeList::geometry(const Bridge &b) {
   if (b.kind == SPHERE) return between_spheres(world_, b.a, b.b, b.radius_i, b.radius_j);
   return at_wall(world_, b.a, b.radius_i, b.j, world_.walls.closest(Vec(world_.engine.at.x[b.a]), sites[b.site]));
 }
 
-double Standing::share(const Bridge &b) const {
+double BridgeList::share(const Bridge &b) const {
   const Spheres &spheres = world_.spheres;
   const double ri = spheres.radius(b.i);
   const double r = b.kind == SPHERE ? 2 * ri * spheres.radius(b.j) / (ri + spheres.radius(b.j)) : ri;
@@ -198,7 +198,7 @@ double Standing::share(const Bridge &b) const {
   return b.volume * world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));
 }
 
-double Standing::rupture_limit(const Bridge &b, const Geometry &g) const {
+double BridgeList::rupture_limit(const Bridge &b, const Geometry &g) const {
   const Laws &laws = world_.laws;
   if (!laws.dynamic_rupture) return b.rupture_distance;
   return b.rupture_distance * laws.dynamic_rupture(norm(g.vi - g.vj), laws.viscosity, laws.surface_tension);

@@ -9,23 +9,23 @@
 
 namespace pywet {
 
-class Standing {
+class BridgeList {
  public:
   std::vector<Bridge> bridges;
   std::vector<Site> sites;               // of the bridges at walls
   std::vector<Block> blocks;             // what the loops of a step know of them, BATCH each
   int64_t formations = 0, ruptures = 0;  // since the start, decided by this rank
 
-  explicit Standing(const World &world) : world_(world) {}
+  explicit BridgeList(const SimulationState &world) : world_(world) {}
   Bridge made(int kind, int i, int j, double volume) const;
-  Bridge made(const Told &told) const;
+  Bridge made(const BridgeRecord &told) const;
   void place(Bridge &b) const;           // where its ends are on this rank
   void add(Bridge b);
   void remove(size_t k);                 // the last one takes its place
-  void expect(std::shared_ptr<const Told> all, int64_t n);  // those of a checkpoint, on every rank
+  void expect(std::shared_ptr<const BridgeRecord> all, int64_t n);  // those of a checkpoint, on every rank
   void exchange();                       // after spheres have changed ranks; all ranks take part
   void sort();
-  std::vector<Told> mine() const;        // those that are counted here
+  std::vector<BridgeRecord> mine() const;        // those that are counted here
 
   int find(int kind, int i, int j) const;  // its index, or -1
   Geometry geometry(const Bridge &b);
@@ -35,15 +35,15 @@ class Standing {
   const Line *prepared(size_t k) const { return prepared_.data() + k * world_.laws.lines; }
 
  private:
-  const World &world_;
+  const SimulationState &world_;
   std::vector<Line> prepared_;           // Laws::lines a bridge, in the order of `bridges`
   Index index_;                          // of `bridges`, by key_of
-  std::shared_ptr<const Told> told_;     // of which it is not known yet whether they have an end here
+  std::shared_ptr<const BridgeRecord> told_;     // of which it is not known yet whether they have an end here
   int64_t count_told_ = 0;
 
   std::vector<int> in_order() const;     // those that are here
   void enter(size_t k);
-  void take_up(const Told *told, int64_t n);
+  void take_up(const BridgeRecord *told, int64_t n);
   void locate(Bridge &b) const;
 };
 

@@ -29,7 +29,7 @@ void Plugin::resume(const std::string &state_file) {
 
 // Dry contacts with walls, bridges, and what forms and ruptures.
 void Plugin::act(bool fresh) {
-  const Clock &clock = world.clock;
+  const StepSchedule &clock = world.clock;
   const bool bridges_act = clock.bridges_act();
   faces.touch(fresh);
   wires.touch(fresh);
@@ -46,9 +46,9 @@ void Plugin::act(bool fresh) {
 }
 
 void Plugin::step(int64_t n) {
-  Clock &clock = world.clock;
+  StepSchedule &clock = world.clock;
   Engine &engine = world.engine;
-  const Rules &rules = world.rules;
+  const Settings &rules = world.rules;
   clock.go(n);
   const bool fresh = clock.first || clock.again || engine.lists_are_new(n);
   const bool feeding = n < world.feed.last;

@@ -16,17 +16,17 @@ namespace pywet {
 
 class Plugin {
  public:
-  World world;
+  SimulationState world;
   Films films{world};
-  Standing standing{world};
+  BridgeList standing{world};
   EnergyBook energy{world, standing};
   ImpulseSums sums{world};
   Logs logs{world, films, standing, energy, sums};
   Faces faces{world, energy, logs};
-  Wires wires{world, energy, logs};
+  AnalyticWires wires{world, energy, logs};
   Single single{world, standing, energy, sums};
-  Impulses impulses{world, energy};
-  Implicit implicit{world, standing, single, impulses, logs};
+  MultipleTimeStepping impulses{world, energy};
+  SemiImplicitDrag implicit{world, standing, single, impulses, logs};
   Forces forces{world, standing, energy, single, sums, impulses, implicit, logs};
   NearPairs near{world, films, standing};
   Weight weight{world, standing, energy};

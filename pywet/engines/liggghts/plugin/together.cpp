@@ -9,7 +9,7 @@
 
 namespace pywet {
 
-FOR_THIS_PROCESSOR bool find_gaps(Block &__restrict block, Together &__restrict t) {
+FOR_THIS_PROCESSOR bool find_gaps(Block &__restrict block, BridgeBatch &__restrict t) {
   int odd = 0;
   for (int k = 0; k < t.n; k++) {
     const double x = t.d[0][k], y = t.d[1][k], z = t.d[2][k];
@@ -26,7 +26,7 @@ FOR_THIS_PROCESSOR bool find_gaps(Block &__restrict block, Together &__restrict 
   return odd;
 }
 
-FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {
+FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, BridgeBatch &__restrict t) {
   for (int k = 0; k < t.n; k++) {
     const double nx = t.normal[0][k], ny = t.normal[1][k], nz = t.normal[2][k];
     const double vx = t.v[0][k], vy = t.v[1][k], vz = t.v[2][k], along = vx * nx + vy * ny + vz * nz;

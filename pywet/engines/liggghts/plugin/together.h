@@ -15,7 +15,7 @@ struct alignas(64) Block {
 };
 
 // The same bridges as they stand in this step; vectors by component.
-struct alignas(64) Together {
+struct alignas(64) BridgeBatch {
   int n = 0;
   size_t first = 0;                     // index of the first bridge
   bool acts[BATCH];                     // of this rank, and not ruptured
@@ -30,9 +30,9 @@ struct alignas(64) Together {
 };
 
 // Normal, separation and speed along the normal; whether any bridge is too deep or longer than its static rupture distance.
-bool find_gaps(Block &block, Together &t);
+bool find_gaps(Block &block, BridgeBatch &t);
 
 // Tangential force, force and torques, from the values of the laws and explicit drag.
-void find_forces(const Block &block, Together &t);
+void find_forces(const Block &block, BridgeBatch &t);
 
 }  // namespace pywet

@@ -133,25 +133,25 @@ void Turnover::take_in(std::vector<Newcomer> all) {
 std::vector<double> Turnover::told() const {
   int64_t here[2] = {standing_.formations, standing_.ruptures}, all[2];
   MPI_Allreduce(here, all, 2, MPI_INT64_T, MPI_SUM, world_.ranks.all);
-  const std::vector<Told> bridges = world_.ranks.told_first(standing_.mine());
-  const size_t walls = films_.wall.size(), each = sizeof(Told) / sizeof(double);
+  const std::vector<BridgeRecord> bridges = world_.ranks.told_first(standing_.mine());
+  const size_t walls = films_.wall.size(), each = sizeof(BridgeRecord) / sizeof(double);
   std::vector<double> told{films_.initial, films_.left, films_.retired, double(all[0]), double(all[1]), double(walls)};
   told.insert(told.end(), films_.wall.begin(), films_.wall.end());
   told.resize(told.size() + each * bridges.size());
-  if (!bridges.empty()) std::memcpy(&told[told.size() - each * bridges.size()], bridges.data(), sizeof(Told) * bridges.size());
+  if (!bridges.empty()) std::memcpy(&told[told.size() - each * bridges.size()], bridges.data(), sizeof(BridgeRecord) * bridges.size());
   return told;
 }
 
 void Turnover::resume(const std::vector<double> &told) {
-  const size_t walls = size_t(told[5]), each = sizeof(Told) / sizeof(double), n = (told.size() - 6 - walls) / each;
+  const size_t walls = size_t(told[5]), each = sizeof(BridgeRecord) / sizeof(double), n = (told.size() - 6 - walls) / each;
   if (walls != films_.wall.size())
     throw std::runtime_error("the restart file holds films on " + std::to_string(walls) + " triangles of walls; expected the " +
                              std::to_string(films_.wall.size()) + " of this script: name the same walls in the liquid's file");
   films_.initial = told[0]; films_.left = told[1]; films_.retired = told[2];
   if (world_.ranks.first()) standing_.formations = int64_t(told[3]), standing_.ruptures = int64_t(told[4]);
   std::copy(&told[6], &told[6] + walls, films_.wall.begin());
-  std::shared_ptr<Told> bridges(new Told[n + 1], std::default_delete<Told[]>());
-  std::memcpy(static_cast<void *>(bridges.get()), told.data() + 6 + walls, sizeof(Told) * n);
+  std::shared_ptr<BridgeRecord> bridges(new BridgeRecord[n + 1], std::default_delete<BridgeRecord[]>());
+  std::memcpy(static_cast<void *>(bridges.get()), told.data() + 6 + walls, sizeof(BridgeRecord) * n);
   standing_.expect(bridges, int64_t(n));
 }
 

@@ -22,7 +22,7 @@ class Turnover {
  public:
   Enter enter = nullptr;
 
-  Turnover(World &world, Films &films, Standing &standing, Logs &logs)
+  Turnover(SimulationState &world, Films &films, BridgeList &standing, Logs &logs)
       : world_(world), films_(films), standing_(standing), logs_(logs) {}
   void begin();                          // those that are there already
   void look();                           // when the engine has made its lists anew, before anything acts; all ranks take part
@@ -31,9 +31,9 @@ class Turnover {
   void book();                           // at the end of a step: the liquid of those that went, after all other events
 
  private:
-  World &world_;
+  SimulationState &world_;
   Films &films_;
-  Standing &standing_;
+  BridgeList &standing_;
   Logs &logs_;
   std::vector<RetiredSphere> kept_;      // of this rank, as they were at the end of the last step
   std::vector<RetiredSphere> gone_;      // in order, since the last booking; known to all ranks

@@ -9,7 +9,7 @@ namespace pywet {
 
 class Weight {
  public:
-  Weight(const World &world, const Standing &standing, EnergyBook &energy)
+  Weight(const SimulationState &world, const BridgeList &standing, EnergyBook &energy)
       : world_(world), standing_(standing), energy_(energy) {}
   void begin();                          // before the first step, or where a run goes on
   void weigh(bool fresh);                // at the start of a step's part
@@ -18,8 +18,8 @@ class Weight {
   void taken_up() { heavier_ = true; }
 
  private:
-  const World &world_;
-  const Standing &standing_;
+  const SimulationState &world_;
+  const BridgeList &standing_;
   EnergyBook &energy_;
   bool heavier_ = false;                 // what spheres carry is not what their mass says
 

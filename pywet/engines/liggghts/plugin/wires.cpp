@@ -4,7 +4,7 @@
 
 namespace pywet {
 
-void Wires::arrange() {
+void AnalyticWires::arrange() {
   shift_then_.resize(world_.walls.meshes.size());
   for (size_t w = 0; w < prisms.size(); w++) {
     const Prism &p = prisms[w];
@@ -34,13 +34,13 @@ void Wires::arrange() {
 }
 
 // A sphere moves less than one skin between two looks at the same neighbour list, a mesh half of one before the next look.
-bool Wires::moved() const {
+bool AnalyticWires::moved() const {
   for (const Weave &weave : weaves_)
     if (norm(world_.walls.meshes[weave.mesh].shift - shift_then_[weave.mesh]) > 0.5 * world_.engine.skin) return true;
   return false;
 }
 
-void Wires::find() {
+void AnalyticWires::find() {
   const View &at = world_.engine.at;
   const std::vector<Mesh> &meshes = world_.walls.meshes;
   std::vector<WireSpring> known = springs();
@@ -70,7 +70,7 @@ void Wires::find() {
   }
 }
 
-std::vector<WireSpring> Wires::springs() const {
+std::vector<WireSpring> AnalyticWires::springs() const {
   std::vector<WireSpring> here = saved_;
   for (const Candidate &c : candidates_)
     if (c.spring[0] != 0 || c.spring[1] != 0 || c.spring[2] != 0)
@@ -78,13 +78,13 @@ std::vector<WireSpring> Wires::springs() const {
   return here;
 }
 
-void Wires::take_up(const std::vector<WireSpring> &springs) {
+void AnalyticWires::take_up(const std::vector<WireSpring> &springs) {
   for (const WireSpring &s : springs)
     if (s.wire >= 0) saved_.push_back(s);
 }
 
 // A sphere that no longer touches loses its spring.
-void Wires::touch(bool fresh) {
+void AnalyticWires::touch(bool fresh) {
   if (prisms.empty()) return;
   const bool log = world_.clock.logs_contacts();
   if (fresh || moved() || log) find();  // in logged steps too, so that the replay sees the springs handed on

@@ -15,11 +15,11 @@ struct WireSpring {
   bool operator<(const WireSpring &other) const { return id != other.id ? id < other.id : wire < other.wire; }
 };
 
-class Wires {
+class AnalyticWires {
  public:
   std::vector<Prism> prisms;
 
-  Wires(const World &world, EnergyBook &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
+  AnalyticWires(const SimulationState &world, EnergyBook &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
   void arrange();                        // groups parallel wires of a mesh, in order across
   void touch(bool fresh);                // after the engine's own contacts, before the bridges
 
@@ -43,7 +43,7 @@ class Wires {
     double spring[3];
   };
 
-  const World &world_;
+  const SimulationState &world_;
   EnergyBook &energy_;
   Logs &logs_;
   std::vector<Weave> weaves_;

@@ -12,12 +12,12 @@
 
 namespace pywet {
 
-struct World {
-  Rules rules;
-  Clock clock;
-  Ranks ranks;
+struct SimulationState {
+  Settings rules;
+  StepSchedule clock;
+  Communicator ranks;
   Spheres spheres;
-  Feed feed;
+  Insertion feed;
   Walls walls;
   Laws laws;
   TransferTables transfer;

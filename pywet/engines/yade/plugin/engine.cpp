@@ -204,7 +204,7 @@ int Engine::local(int id) const { return lmp_->local_of_tag[id]; }
 
 void Engine::tell_ghosts() const {}  // one process in a box with walls has none
 
-void Engine::find_neighbours(Ranks &ranks) {
+void Engine::find_neighbours(Communicator &ranks) {
   for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
 }
 
@@ -226,7 +226,7 @@ void Engine::look() {
 bool Engine::lists_are_new(int64_t) const { return lmp_->sorted; }
 
 // The power of a wall's dry contacts is not known (driver.py refuses what would ask for it).
-double Engine::read_meshes(Walls &walls, const Ranks &, bool) const {
+double Engine::read_meshes(Walls &walls, const Communicator &, bool) const {
   const Given &given = lmp_->given;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
     const char *state = given.wall_state[m];
@@ -263,7 +263,7 @@ void Engine::forget_springs() const {}  // its contacts do so
 
 Vec Engine::press(int, double, const Vec &, double, const Vec &, double *) const { return Vec(); }
 
-void Engine::check_box(const Spheres &, const Ranks &, int64_t step) const {
+void Engine::check_box(const Spheres &, const Communicator &, int64_t step) const {
   const Given &given = lmp_->given;
   for (int a = 0; a < at.nlocal; a++)
     for (int k = 0; k < 3; k++)

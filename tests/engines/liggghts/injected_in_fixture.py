@@ -1,4 +1,4 @@
-"""Faults injected in the plugin that runs the yard (tests/reference_impl/yard.py): formations, walls, ends, forces in flight.
+"""Faults injected in the plugin that runs tests/reference_impl/fixture_scene.py: formations, walls, ends, forces in flight.
 
 Sources are patched as in injected.py, with which they share one build. `pump` is a scene of its own for films on walls: a sphere
 that is moved up and down over a small plate leaves liquid there and comes back to it slowly. `grown` is one for films that

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from reference_impl.replay.replay import replay
-from tests.engines.liggghts import injected, injected_in_yard
-from tests.reference_impl import yard
+from tests.engines.liggghts import injected, injected_in_fixture
+from tests.reference_impl import fixture_scene
 
 pytestmark = [pytest.mark.engine, pytest.mark.slow]
 
@@ -22,9 +22,9 @@ def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[injected.Found
     made.close()
 
 
-@pytest.mark.parametrize("scene", [yard.prepare, *injected_in_yard.SCENES])
+@pytest.mark.parametrize("scene", [fixture_scene.prepare, *injected_in_fixture.SCENES])
 def test_nothing_injected_nothing_found(
-    foundry: injected.Foundry, tmp_path: Path, scene: injected_in_yard.Scene
+    foundry: injected.Foundry, tmp_path: Path, scene: injected_in_fixture.Scene
 ) -> None:
     """Expect no finding without a fault, so that those below are not due to the patch."""
     foundry.run(tmp_path, scene(tmp_path), "none")
@@ -35,8 +35,8 @@ def test_nothing_injected_nothing_found(
 FAULTS = {
     name: (scene, *shown)
     for scene, faults in (
-        (yard.prepare, injected_in_yard.IN_YARD),
-        *injected_in_yard.SCENES.items(),
+        (fixture_scene.prepare, injected_in_fixture.IN_YARD),
+        *injected_in_fixture.SCENES.items(),
     )
     for name, shown in faults.items()
 }

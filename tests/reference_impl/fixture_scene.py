@@ -1,6 +1,6 @@
 """One small moist run that holds what can go wrong: moving walls of every kind, wires, films on walls, flights, works.
 
-Faults are injected into copies of its tables (injected_yard.py) or into its plugin (tests/engines/liggghts/injected.py).
+Faults are injected into copies of its tables (injected_fixture.py) or into its plugin (tests/engines/liggghts/injected.py).
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def prepare(folder: Path, **more: object) -> list[small.Sphere]:
     return bodies
 
 
-def yard(folder: Path) -> Path:
+def write(folder: Path) -> Path:
     """The sound run."""
     small.run(folder, prepare(folder))
     return folder

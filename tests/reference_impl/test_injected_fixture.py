@@ -9,11 +9,11 @@ import pytest
 
 from reference_impl.replay.replay import replay
 from tests import injected_table
-from tests.reference_impl import injected_yard
+from tests.reference_impl import injected_fixture
 from tests.reference_impl.test_stream import at_size
 
 pytestmark = pytest.mark.engine
-ROUNDS = injected_yard.rounds()
+ROUNDS = injected_fixture.rounds()
 PLANNED = {
     "mesh_motion": 243, "ledger_counts": 81, "ledger_held": 81, "trajectory_velocity": 495, "energy_windows": 503,
     "energy_budget": 81, "energy_capillary": 81,
@@ -26,28 +26,28 @@ MET = {
 """Those that follow from what spheres meet: two thirds of what they are, as other round-off may move an event out of a window."""
 
 
-def test_the_sound_run_agrees(yard_dir: Path) -> None:
+def test_the_sound_run_agrees(fixture_dir: Path) -> None:
     """No false alarm; and there is something of every kind to look at, flights of spheres with bridges among them."""
-    result = replay(yard_dir)
+    result = replay(fixture_dir)
     assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
     counts = {name: q["count"] for name, q in result["quantities"].items()}
     assert {n: counts[n] for n in PLANNED} == PLANNED
     assert {n: counts[n] for n in MET if counts[n] < MET[n]} == {}
 
 
-def test_parts_of_the_log_give_the_same(yard_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parts_of_the_log_give_the_same(fixture_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Budgets, flights and late formations go across the cuts."""
-    whole = replay(yard_dir)["quantities"]
-    assert at_size(yard_dir, 7, monkeypatch)["quantities"] == whole
+    whole = replay(fixture_dir)["quantities"]
+    assert at_size(fixture_dir, 7, monkeypatch)["quantities"] == whole
 
 
 @pytest.mark.parametrize(
     "names", [pytest.param(n, marks=[pytest.mark.slow] * (k % 3 > 0)) for k, n in enumerate(ROUNDS)], ids="; ".join
 )
-def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[str]) -> None:
+def test_fault_in_a_table_is_named(fixture_dir: Path, tmp_path: Path, names: list[str]) -> None:
     """Each in its quantity and by its words, also next to others."""
-    faults = [injected_yard.FAULTS[name] for name in names]
-    result = replay(injected_yard.plant(yard_dir, tmp_path / "run", *faults))
+    faults = [injected_fixture.FAULTS[name] for name in names]
+    result = replay(injected_fixture.plant(fixture_dir, tmp_path / "run", *faults))
     findings = result["diagnosis"]["findings"]
     for fault in faults:
         assert not result["quantities"][fault.quantity]["ok"]

@@ -1,4 +1,4 @@
-"""Faults injected in the tables of the yard's sound run: what later stages read, ends of bridges, works, counts, rows of a rank.
+"""Faults injected in tables of the fixture scene's sound run: input of later stages, bridge ends, works, counts, rows of a rank.
 
 Each entry: what is changed, the quantity that must break, and the words by which the replay must name it.
 """
@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from tests.reference_impl.fixture_scene import OPENS, TRAVEL, spheres
 from tests.reference_impl.newton_scenes import R
-from tests.reference_impl.yard import OPENS, TRAVEL, spheres
 
 RADII = np.array([0.0, *({1: R, 2: 2e-3}[sphere.kind] for sphere in spheres())])
 """By number."""

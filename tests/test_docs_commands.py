@@ -1,0 +1,360 @@
+"""The commands of the pages that need runs: each is executed, in the pages' order, on runs as small as the machine can make them.
+
+`test_docs.py` executes those that need no run, and `make` and `snakemake` dry. The tables here name all others: GROUPS are
+executed, with further options (SMALLER) where they would take long, ELSEWHERE and IN_PARTS name tests, PARSED are not executed.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from pywet.cli.app import app
+from pywet.cost import edit
+from tests.test_docs import COMMANDS, IN_A_FOLDER, ROOT, is_cheap, program, shown_below, words
+
+TINY = {
+    "scales.yaml: scales smoke width_mm value": 41,
+    "scales.yaml: scales smoke duration_s value": 0.06,
+    "scales.yaml: scales smoke slide_opens_at_s value": 0.02,
+    "scales.yaml: scales smoke output_interval_s value": 0.02,
+    "materials.yaml: feed class_mass_g value": 60,
+    "config.yaml: output contact_windows": 3,
+    "config.yaml: output checkpoints": 2,
+}
+"""What the configuration of these tests has in place of the shipped one: some 50 spheres, three outputs."""
+LINKED = ("docs", "benchmarks", "reference_impl", "pywet", "studies", "workflow", "liggghts_inputs")
+CASES = {"19": "19,POM,5,7,10,8,1,7,mine", "50": "50,POM,5,7,10,8,1,3,mine"}
+"""Rows of cases.csv that pages tell the reader to add; that of case 50 without its material, which `test_config.py` reads."""
+
+
+def shorten(path: Path, seconds: float, count: int, **more: object) -> None:
+    """Give a scene file a short time and few spheres, in its place."""
+    scene = yaml.safe_load(path.read_text())
+    scene["duration_s"] = seconds
+    for entry in scene.get("spheres", []):
+        if "count" in entry:
+            entry["count"] = min(entry["count"], count)
+        if "mass_g" in entry:
+            entry["mass_g"] *= 0.1
+    for key, value in more.items():
+        scene[key] = value
+    path.write_text(yaml.safe_dump(scene, sort_keys=False))
+
+
+def copies(folder: Path) -> None:
+    """Give the finished run of case 2 the names of further runs."""
+    for name in ("case01", "case05", "case02.1"):
+        shutil.copytree(folder / "results/smoke/case02", folder / "results/smoke" / name)
+
+
+def rows_of_cases(folder: Path) -> None:
+    with open(folder / "config/cases.csv", "a") as file:
+        file.writelines(f"{row}\n" for row in CASES.values())
+
+
+def small_scenes(folder: Path) -> None:
+    for path in (folder / "examples/scenes").glob("*.yaml"):
+        if path.stem == "deck":
+            short_deck(path)
+        else:
+            shorten(path, 0.02, 20)
+
+
+def small_deck(folder: Path) -> None:
+    short_deck(folder / "mydeck/deck.yaml")
+
+
+def short_deck(path: Path) -> None:
+    """Insert spheres for 0.1 s, twenty times as many per second, on a short deck."""
+    scene = yaml.safe_load(path.read_text())
+    (feed,) = scene["feed"]
+    feed["insertion"] = {"for_s": 0.1}
+    scene["duration_s"] = 0.4
+    scene["deck"]["length_mm"] = 60
+    path.write_text(yaml.safe_dump(scene, sort_keys=False))
+
+
+def small_sweep(folder: Path) -> None:
+    """Give the sweep two surface tensions, two viscosities and one seed."""
+    shorten(folder / "mysweep/small_drum_scene.yaml", 0.02, 20)
+    path = folder / "mysweep/small_drum.yaml"
+    sweep = yaml.safe_load(path.read_text())
+    sweep["axes"]["liquid.surface_tension_N_per_m"] = [0.02, 0.07]
+    sweep["axes"]["liquid.viscosity_Pa_s"]["logspace"][2] = 2
+    path.write_text(yaml.safe_dump({**sweep, "seeds": 1}, sort_keys=False))
+
+
+def small_drum(folder: Path) -> None:
+    shorten(folder / "examples/calibrations/small_drum.yaml", 0.05, 20)
+    path = folder / "examples/calibrations/drum.yaml"
+    path.write_text(path.read_text() + "seeds: 1\nmost_runs: 6\ncheck_runs: 1\n")
+
+
+def script(folder: Path) -> None:
+    """The drum of the page: the example's script, shorter, with the line that the page adds."""
+    example = folder / "examples/liggghts"
+    line = re.findall(r"^fix +wet all pywet .*$", (ROOT / "docs/your-script.md").read_text(), re.MULTILINE)[0]
+    text = re.sub(r"^(run\s+)\d{3,}", r"\g<1>300", (example / "in.drum").read_text(), flags=re.MULTILINE)
+    (folder / "in.script").write_text(
+        text.replace("\nthermo  ", f"\n{line}\nthermo  ".replace("every 1000", "every 100"))
+    )
+    for path in example.iterdir():
+        if path.is_dir():
+            shutil.copytree(path, folder / path.name)
+        elif path.name != "in.drum":
+            shutil.copy(path, folder / path.name)
+    shutil.copy(example / "wet.drum.yaml", folder / "wet.yaml")
+
+
+def other_engine(folder: Path) -> None:
+    for engine in ("liggghts", "yade"):
+        done = invoke(f"pywet run 1 --engine {engine} --out results/crosscheck/dry/{engine}", folder)
+        assert done[0] == 0, done
+
+
+def prepare(folder: Path, settings: dict[str, object]) -> None:
+    """Make a folder like a checkout, with settings in place of the shipped ones; what commands change are copies."""
+    for name in LINKED:
+        (folder / name).symlink_to(ROOT / name)
+    edit.write(ROOT / "config", folder / "config", "smoke", {}, settings)
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    shutil.copytree(ROOT / "tests/data/digests", folder / "tests/data/digests")
+
+
+Step = str | Callable[[Path], None]
+GROUPS: dict[str, tuple[Step, ...]] = {
+    "one run": (
+        "pywet run 2",
+        copies,
+        "pywet replay results/smoke/case02",
+        "pywet replay --json results/smoke/case02",
+        "pywet replay results/smoke/case02 results/smoke/case05",
+        "pywet report results/smoke/case02",
+        "pywet view results/smoke/case02 --paraview",
+        "pywet view results/smoke/case02 --vtkhdf",
+        "pywet view results/smoke/case02 --ovito",
+        "pywet app results/smoke/case01 results/smoke/case02",
+        "pywet app results/smoke/case02",
+        "pywet compare results/smoke/case02.1 results/smoke/case02 --across liquid",
+    ),
+    "a bed": (
+        "pywet scene bed --spheres 40 --seconds 0.12 --seed 4 --out results/scenes/bed4",
+        "pywet compare results/scenes/bed4 --digest tests/data/digests/bed.json",
+        "pywet replay results/scenes/bed4",
+        "pywet digest results/scenes/bed4 --out my_bed.json",
+        "pywet compare results/scenes/bed4 --digest my_bed.json",
+        "pywet scene drum --moisture 1 --spheres 400 --seconds 1.5",
+    ),
+    "a script": (
+        script,
+        "pywet liggghts -in in.script --check",
+        "pywet liggghts -in in.script",
+        "pywet replay wet",
+    ),
+    "a sweep": (
+        "pywet init mysweep --example sweep",
+        small_sweep,
+        "pywet sweep mysweep/small_drum.yaml --cores 2",
+        "pywet sweep plot mysweep/small_drum.yaml liquid.surface_tension_N_per_m ruptures liquid.viscosity_Pa_s",
+    ),
+    "calibrations": (
+        "pywet calibrate examples/calibrations/binder.yaml",
+        small_drum,
+        "pywet calibrate examples/calibrations/drum.yaml --out results/calibrations/drum",
+    ),
+    "a deck": (
+        "pywet init mydeck --example deck",
+        small_deck,
+        "pywet run-scene mydeck/deck.yaml --out mydeck/run",
+        "pywet screen mydeck/run",
+    ),
+    "the tutorial": ("pywet run 2",),
+    "pictures": (
+        "pywet run 2",
+        "pywet view results/smoke/case02",
+        "pywet view results/smoke/case02 --close-up 17",
+        "pywet view results/smoke/case02 --movie",
+        script,
+        "pywet liggghts -in in.script",
+        "pywet view wet",
+    ),
+    "seeds": (
+        "pywet run 2 --seeds 3",
+        rows_of_cases,
+        "pywet run 2 --seeds 3 --out results/seeds/5/1",
+        "pywet run 19 --seeds 3 --out results/seeds/7/1",
+        "pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf",
+        "pywet run 50",
+    ),
+    "presets": (
+        "pywet run 2 --seeds 5 --out results/seeds/paper/1",
+        "pywet run 2 --seeds 5 --preset exact --out results/seeds/exact/1",
+        "pywet compare results/seeds/paper results/seeds/exact --json difference.json",
+        "pywet compare --a results/seeds/paper/1 --a results/seeds/paper/1-10008 --b results/seeds/exact",
+        lambda folder: (folder / "results/smoke").mkdir(),
+        lambda folder: (folder / "results/seeds/paper/1").rename(folder / "results/smoke/case02"),
+        lambda folder: (folder / "results/seeds/exact/1").rename(folder / "results/smoke/case02_exact"),
+        "pywet compare results/smoke/case02 results/smoke/case02_exact",
+    ),
+    "scenes": (
+        small_scenes,
+        *(
+            f"pywet run-scene examples/scenes/{name}.yaml --out results/scenes/{name}"
+            for name in ("hopper", "drum", "repose", "migration", "deck")
+        ),
+    ),
+    "engines": (
+        other_engine,
+        "pywet compare --a results/crosscheck/dry/liggghts --b results/crosscheck/dry/yade",
+        "pywet run 1 --engine yade",
+        "pywet study cross-code --out results/agreement",
+        "pywet study cross-code --only screening --only engines",
+    ),
+    "studies": (
+        "pywet study effects",
+        "pywet study stability --cases 2000 --seed 1",
+        "pywet study digests bed",
+        "python -m studies.full_scale.readings run results/readings 2 3",
+        "python -m studies.full_scale.readings run results/readings_long 2 --long",
+    ),
+}
+"""Name -> what is done one after another in a new folder: commands of the pages, and preparations by name."""
+SHIPPED = {"the tutorial"}
+"""Groups that are run with the shipped configuration."""
+SHOWN_AS_SHIPPED = {"pywet run 2"}
+"""Commands whose output on the pages is that of the shipped configuration; a tiny run has its liquid in other places."""
+SMALLER = {
+    "pywet study cross-code --out results/agreement": "--only dry",
+    "pywet run 2 --seeds 5 --out results/seeds/paper/1": "--seeds 2",
+    "pywet run 2 --seeds 5 --preset exact --out results/seeds/exact/1": "--seeds 2",
+    "pywet app results/smoke/case01 results/smoke/case02": "--to two.html",
+    "pywet app results/smoke/case02": "--to one.html",
+    "pywet scene drum --moisture 1 --spheres 400 --seconds 1.5": "--spheres 60 --seconds 0.02",
+    "pywet study effects": "--seeds 2 --size 0.1 --scene fast_dilute",
+    "pywet study stability --cases 2000 --seed 1": "--cases 2",
+    "python -m studies.full_scale.readings run results/readings 2 3": "--only amplitude=",
+    "python -m studies.full_scale.readings run results/readings_long 2 --long": "--only amplitude=",
+}
+"""Command -> options that follow it here: a page instead of a server that never ends; less to compute."""
+DIFFERENT = {
+    "pywet compare results/seeds/paper results/seeds/exact --json difference.json",
+    "pywet compare --a results/seeds/paper/1 --a results/seeds/paper/1-10008 --b results/seeds/exact",
+    "pywet compare results/smoke/case02 results/smoke/case02_exact",
+    "pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf",
+    "pywet calibrate examples/calibrations/drum.yaml --out results/calibrations/drum",
+    "pywet compare --a results/crosscheck/dry/liggghts --b results/crosscheck/dry/yade",
+}
+"""Commands that may answer with exit code 1: groups or runs that differ, targets that a drum of 20 spheres cannot reach."""
+DRY = ("make", "snakemake")
+"""Programs that are executed with -n, in `test_command_of_the_documentation_exists_and_parses`."""
+ELSEWHERE = {
+    "make help": "tests/test_docs.py::test_make_help_lists_every_target",
+    "cd law": "tests/laws/test_own_page.py::test_the_bridge_of_the_page",
+    "pywet bridge config/my_bridge.json --trust --table --plot neck.svg": (
+        "tests/laws/test_own_page.py::test_the_table_prints_what_a_law_is_off_the_exact_bridge"
+    ),
+    "pywet score viscous_pull --template | python my_code.py > my_answers.csv": (
+        "tests/test_docs_examples.py::test_the_code_that_is_checked_on_the_page_solves_the_problem"
+    ),
+    "pywet score viscous_pull my_answers.csv": (
+        "tests/test_docs_examples.py::test_the_code_that_is_checked_on_the_page_solves_the_problem"
+    ),
+    "pywet study laws --no-stock": "tests/studies/law_comparison/test_atlas.py::test_the_command_writes_a_whole_page",
+}
+"""Command -> the test that executes it."""
+IN_PARTS = {
+    "pip wheel --no-deps -w dist .": "tests/test_shipped.py::test_every_file_of_the_program_is_in_the_wheel",
+    'pip install "dist/pywet-0.2.0-py3-none-any.whl[workflow]"': (
+        "tests/test_shipped.py::test_an_installed_wheel_does_what_the_checkout_does"
+    ),
+    "pywet study accuracy --size quick": "tests/studies/accuracy/test_accuracy.py::test_",
+    "pywet study search examples/calibrations/readings.yaml --out results/calibrations/readings": (
+        "tests/studies/search/test_statement_search.py::test_the_sieve_that_makes_the_statements_come_true_survives"
+    ),
+    "python benchmarks/wet/measured.py": (
+        "tests/benchmarks/test_wet.py::test_the_page_of_measurements_says_what_is_computed"
+    ),
+}
+"""Command that takes minutes to hours or needs a network -> a test that executes what it calls, on small inputs."""
+PARSED = {
+    "pip install -c constraints.txt snakemake-executor-plugin-slurm": "needs a network",
+    "sudo tools/fresh-machine test": "builds a machine; parsed by bash -n",
+}
+"""Command -> why it is not executed."""
+
+
+def invoke(command: str, folder: Path) -> tuple[int, str]:
+    """Exit code and standard output of a command in a folder; pywet's in this process, which need not import it again."""
+    name, arguments = words(command)
+    arguments += shlex.split(SMALLER.get(command, ""))
+    environment = {"COLUMNS": "200", "NO_COLOR": "1"}
+    if name == "pywet":
+        before = Path.cwd()
+        os.chdir(folder)
+        try:
+            done = CliRunner(env=environment).invoke(app, arguments)
+        finally:
+            os.chdir(before)
+        return done.exit_code, done.stdout + (done.stderr if done.exit_code else "")
+    merged = {**os.environ, **environment, "PYTHONPATH": str(ROOT)}
+    ran = subprocess.run(
+        [program(name), *arguments], cwd=folder, env=merged, capture_output=True, text=True, check=False
+    )
+    return ran.returncode, ran.stdout + (ran.stderr if ran.returncode else "")
+
+
+NUMBER = re.compile(r"(?<![\w.])-?\d[\d,]*(\.\d+)?(e-?\d+)?(?![\w.]|\d)")
+
+
+def plain(command: str) -> str:
+    """A command without the folder of its program."""
+    return command.removeprefix(".venv/bin/")
+
+
+def masked(line: str) -> str:
+    """A line with every number as #: those of a run that was made smaller are others."""
+    return NUMBER.sub("#", " ".join(line.split()))
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("group", GROUPS)
+def test_commands_of_the_documentation_run_on_small_runs(group: str, tmp_path: Path) -> None:
+    """Each ends without an error, and prints the lines that pages show below it, numbers aside."""
+    if group == "engines" and not shutil.which("yade"):
+        pytest.skip("YADE is not installed: make peers")
+    prepare(tmp_path, {} if group in SHIPPED else TINY)
+    for step in GROUPS[group]:
+        if not isinstance(step, str):
+            step(tmp_path)
+            continue
+        code, output = invoke(step, tmp_path)
+        assert code in ((0, 1) if step in DIFFERENT else (0,)), f"{step}\n{output}"
+        printed = {masked(line) for line in output.splitlines()}
+        if step in SHOWN_AS_SHIPPED and group not in SHIPPED:
+            continue
+        for lines in [*shown_below(step), *shown_below(f".venv/bin/{step}")]:
+            assert [line for line in lines if masked(line) not in printed] == [], f"{step}\n{output}"
+
+
+def test_every_command_of_the_documentation_is_executed() -> None:
+    """The tables name every command, and no other; tests that are named exist."""
+    known = {plain(c) for c in COMMANDS}
+    small = {step for steps in GROUPS.values() for step in steps if isinstance(step, str)}
+    cheap = {plain(c) for c in COMMANDS if words(c)[0] == "pywet" and is_cheap(words(c)[1])}
+    folder = {plain(c) for commands in IN_A_FOLDER for c in commands}
+    dry = {c for c in known if words(c)[0] in DRY}
+    assert small | cheap | folder | dry | set(ELSEWHERE) | set(IN_PARTS) | set(PARSED) == known
+    assert set(SMALLER) | DIFFERENT <= small
+    for test in (*ELSEWHERE.values(), *IN_PARTS.values()):
+        file, _, name = test.partition("::")
+        assert f"def {name}" in (ROOT / file).read_text(), test
