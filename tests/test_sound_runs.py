@@ -67,6 +67,10 @@ ONE_OF_EACH = {
     128: "a case whose films shed drops while its walls hold no films",
     31: "a sphere that rolls over the rim of a vessel, from the inner side to the outer one",
     10: "a case with two touching spheres of which one's spin is lost in the rounding of the other's kick",
+    4: "a sphere in a turning tube whose spin is lost in the rounding of a drag's kick: rolling resistance has no direction",
+    145: "the same of a case whose bridges act every other step",
+    47: "a small bed at rest whose semi-implicit drag acts on the parts of spheres, which move more than the spheres do",
+    151: "the same of spheres that fall on a vibrating vessel",
 }
 
 

@@ -20,7 +20,7 @@ from reference_impl.motion.splitting import Shift
 from reference_impl.motion.summed import pull_of, walls_motion
 from reference_impl.motion.window import Setup
 from reference_impl.replay import capillary, coverage, laws
-from reference_impl.replay.arrays import Floats, size
+from reference_impl.replay.arrays import Floats, dot, size
 from reference_impl.replay.bodies import Pairs, bodies, pairs
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
 from reference_impl.replay.exact_sum import Exact
@@ -32,11 +32,13 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 APART = 0.01
 """Least separation, over the radius of i, from which on the steps of a drag's sum are small against the separation."""
 SMALL = 0.05
-"""Part of a separation, of its change, or of an expected impulse, that the error of a step, or what is not known, may be."""
+"""Part of a separation, or of its change, that the error of a step may be."""
 GROUP, FEWEST = 25, 10
 """Bridges of one kind, one after the other, whose median is judged; of the last ones so many at least."""
 OF_DRAG = 0.25
 """Of that median: steps are finite. In smoke case 2 it is off by 0.022 at most."""
+UNKNOWN = 0.5 * OF_DRAG
+"""Semi-implicit: part of an expected impulse that may be unknown (splitting.py); the other half is for finite steps."""
 MOST = 200_000
 """Records up to which parts that disagree are stored."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
@@ -171,8 +173,8 @@ class Between:
         """Median of the normal drag's impulse over what the separations give, of some bridges of one kind.
 
         Left out are those whose way in a step is no small part of the separation, and those that move along each other so fast
-        that turning normals count: in a time T by v^2 T dt/r. With semi-implicit drag those of which the impulse is not known to
-        a small part of it (see splitting.py).
+        that turning normals count: in a time T by v^2 T dt/r. With semi-implicit drag those whose expected impulse is not known
+        well enough (see splitting.py).
         """
         gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
         step, dt = rows["step"].to_numpy(np.int64), self.setup.step
@@ -183,15 +185,17 @@ class Between:
         calm &= (np.abs(gap - before) > turned / SMALL) & (impulses.every(self.run) == 1)
         expected, shift = integral(self.run, rows, p, before, gap), splitting.none(len(rows))
         if coverage.semi_implicit(self.run):
-            faster = np.maximum(speed, self._speeds(both, rows, self._previous(step), p))
+            before_it = self._previous(step)
+            faster = np.maximum(speed, self._speeds(both, rows, before_it, p))
             c = (
                 coefficient(self.run, rows, p, np.maximum(least, 0.0)),
                 coefficient(self.run, rows, p, np.maximum(most, 0.0)),
             )
             shift = splitting.shift(self.run, self.setup, rows, both, c, faster * time)
             # the velocity is that of the next step: the change of the separation begins and ends one step later
-            doubt = shift.doubt + c[0] * (faster**2 * time * dt / p.ri + faster * dt)
-            calm &= doubt < SMALL * np.abs(expected - shift.pushed)
+            later = sum(self._opening(both, rows, at, p) for at in (step, before_it)) * dt
+            doubt = shift.doubt + c[0] * (faster**2 * time * dt / p.ri + later)
+            calm &= doubt < UNKNOWN * np.abs(expected - shift.pushed)
         ratio = ratios(rows[calm], expected[calm], Shift(shift.pushed[calm], shift.shared[calm], shift.doubt[calm]))
         table = rows.loc[calm, ["step"]].assign(wall=p.wall[calm], ratio=ratio)
         table = table[np.isfinite(table["ratio"])].sort_values("step", kind="stable")
@@ -219,10 +223,21 @@ class Between:
 
     def _speeds(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, step: Floats, p: Pairs) -> Floats:
         """Sum of the speeds of both ends at outputs; of a wall the fastest of all."""
-        table = both["trajectory"]
-        v = pd.Series(size(table[[*VELOCITY[:3]]].to_numpy(float)), pd.MultiIndex.from_frame(table[["step", "id"]]))
-        of_i, of_j = (v.reindex(pd.MultiIndex.from_arrays([step, rows[n]])).fillna(0.0).to_numpy(float) for n in "ij")
+        of_i, of_j = (size(self._velocity(both, rows, step, n)) for n in "ij")
         return np.asarray(of_i + np.where(p.wall, walls_motion(self.setup)[0], of_j))
+
+    def _opening(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, step: Floats, p: Pairs) -> Floats:
+        """Relative speed along the normal at outputs, to which a wall adds the speed of the fastest."""
+        n = splitting.normals(self.run, rows)
+        of_i, of_j = (dot(self._velocity(both, rows, step, end), n) for end in "ij")
+        return np.asarray(np.where(p.wall, np.abs(of_i) + walls_motion(self.setup)[0], np.abs(of_i - of_j)))
+
+    @staticmethod
+    def _velocity(both: dict[str, pd.DataFrame], rows: pd.DataFrame, step: Floats, end: str) -> Floats:
+        table = both["trajectory"]
+        at = pd.MultiIndex.from_frame(table[["step", "id"]]).get_indexer(pd.MultiIndex.from_arrays([step, rows[end]]))
+        found = table[[*VELOCITY[:3]]].to_numpy(float)[at]
+        return np.asarray(np.where(at[:, None] < 0, 0.0, found))
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
         """Change of momentum of spheres that touched nothing from one output to the next."""

@@ -49,6 +49,12 @@ def none(count: int) -> Shift:
     return Shift(*(np.zeros(count) for _ in range(3)))
 
 
+def normals(run: Run, rows: pd.DataFrame) -> Floats:
+    """Unit vectors from body j to sphere i."""
+    n = images.of(run.folder).nearest(vectors(rows, "xi") - vectors(rows, "xj"))
+    return np.asarray(n / size(n)[:, None])
+
+
 def shift(
     run: Run,
     setup: Setup,
@@ -76,8 +82,7 @@ def shift(
     of = np.searchsorted(steps, rows["step"].to_numpy(np.int64)) * len(setup.ids)
     ends = [_end(setup, of, np.asarray(rows["i"]), np.ones(len(rows), dtype=bool), 1.0)]
     ends.append(_end(setup, of, np.where(p.wall, rows["i"], rows["j"]), ~p.wall, -1.0))
-    n = images.of(run.folder).nearest(vectors(rows, "xi") - vectors(rows, "xj"))
-    n /= size(n)[:, None]
+    n = normals(run, rows)
     pull, own = (rows[f"{name}_impulse"].to_numpy(float) for name in ("capillary", "viscous"))
     turned = np.minimum(moved / p.ri, 2.0)
     open_ = (np.abs(pull) + np.abs(own)) * turned
