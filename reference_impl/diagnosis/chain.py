@@ -238,9 +238,10 @@ def by_events(run: Run, steps: Floats) -> Floats:
 
 def ledger(run: Run) -> Link:
     """Films, bridges, walls and what left are what was put in; what events create or destroy is their fault."""
-    table, total = run.table("ledger"), float(run.table("spheres")["film"].sum())
+    table = run.table("ledger")
     parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left", "retired")}
-    held, expected = sum(parts.values(), np.zeros(len(table))), np.full(len(table), total)
+    held, size = sum(parts.values(), np.zeros(len(table))), np.full(len(table), liquid.total(run))
+    expected = size - liquid.to_come(run, table["step"].to_numpy())
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         for name, part in parts.items():
@@ -255,10 +256,10 @@ def ledger(run: Run) -> Link:
         yield Suspect(word, np.where(grows | ~rows, held, np.nan), float(lost[-1]))
 
     moved = expected + by_events(run, table["step"].to_numpy())
-    seen = np.where(np.abs(moved - expected) > 1e-9 * expected, moved, np.nan)
+    seen = np.where(np.abs(moved - expected) > 1e-9 * size, moved, np.nan)
     # sums of many events lose digits
-    excuse = np.where(np.abs(held - seen) < 1e-9 * expected, held, np.nan)
-    return Link("ledger", "ledger of the liquid", table, held, expected, expected, suspects, 1e-12, excuses=(excuse,))
+    excuse = np.where(np.abs(held - seen) < 1e-9 * size, held, np.nan)
+    return Link("ledger", "ledger of the liquid", table, held, expected, size, suspects, 1e-12, excuses=(excuse,))
 
 
 def links(run: Run, expected: Pair) -> Iterator[Link]:
