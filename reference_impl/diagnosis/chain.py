@@ -12,11 +12,10 @@ import pandas as pd
 
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor
-from reference_impl.replay import laws, retired
+from reference_impl.replay import laws, liquid, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import Bodies, bodies
 from reference_impl.replay.io import Run
-from reference_impl.replay.liquid import at_step
 from reference_impl.replay.lives import FORMATION, RETIREMENT, RUPTURE
 
 MISSING_FORMATION = "a formation is missing from the log"
@@ -50,7 +49,7 @@ def histories(run: Run) -> pd.DataFrame:
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     parts = [events[columns]]
     if not len(events) or int(events["step"].max()) <= last:
-        active = at_step(run.table("bridges"), last)
+        active = liquid.at_step(run.table("bridges"), last)
         keys = pd.concat([events[columns[2:]], active[columns[2:]]])
         keys = keys.assign(wall=keys["partner_kind"] != laws.SPHERE).drop_duplicates(["wall", "i", "j"])
         here = active.assign(wall=active["partner_kind"] != laws.SPHERE)[["wall", "i", "j"]].assign(kind=RUPTURE)
