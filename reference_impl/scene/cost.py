@@ -39,6 +39,8 @@ RANK_B, SPHERE_B, REPLAY_B, REPLAY_EACH_B = 450e6, 20e3, 500e6, 60e3
 """Memory (docs/cluster.md): of a rank, of a sphere, of the replay, of a sphere there."""
 OUTPUT_SPHERE_B, OUTPUT_BRIDGE_B, EVENT_B, STEP_SPHERE_B, STEP_BRIDGE_B = 110.0, 50.0, 105.0, 140.0, 240.0
 """Disk: of a sphere and of a bridge at an output, of an event, of a sphere and of a bridge at a recorded step."""
+WIRES = "prism"
+"""The machine's costs with analytic wires."""
 NEAREST = ("reduced", "smoke")
 """Scales whose table counts for one that has none."""
 MEANS = frozenset({"seconds", "disk_B", "lists", "near", "touches", "events"})
@@ -112,20 +114,21 @@ def counts(config: Mapping[str, Any], scene: Mapping[str, Any]) -> dict[str, flo
     time = np.linspace(0.0, scene["duration_s"], POINTS)
     there = bed.staying(time)
     on = there.sum(axis=1)
-    wires = next(w for w in scene["walls"] if w["holder"] == "wires")
+    wires = next(w for w in scene["walls"] if w["name"] == "wires")
+    analytic = bool(wires["prisms"])
     bridges = BRIDGES_EACH * bed.n.sum() if scene["effects"]["bridges"] else 0.0
     steps = scene["duration_s"] / scene["time_step_s"]
     return {
         "steps": steps,
         "lists": scene["duration_s"] * _mean(_lists(bed, scene, heights, tower, time, there)),
         "spheres": float(bed.n.sum()),
-        "triangles": 0.0 if wires["prisms"] else float(len(wires["triangle_part"])),
+        "triangles": 0.0 if analytic else float(len(wires["triangle_part"])),
         "near": float(sum(_mean(there[:, k]) * w for k, w in enumerate(_wires_near(bed, scene, tower)))),
         "touches": _mean(_touching(bed, scene, time, on)),
         "bridges": bridges,
         "evaluations": steps / scene["bridges_every"] * bridges,
         "events": EVENTS_EACH * scene["duration_s"] * _mean(on) if bridges else 0.0,
-        "prisms": float(wires["prisms"]),
+        "analytic_wires": float(analytic),
     }
 
 
@@ -230,7 +233,7 @@ def _wires_near(bed: _Bed, scene: Mapping[str, Any], tower: Plan) -> Floats:
 def _seconds(of: Mapping[str, float], machine: Mapping[str, Any]) -> tuple[float, float]:
     """Processor time of the loop and of the start [s]."""
     few, many, n = machine["few"], machine["many"], of["spheres"]
-    program = "moist" if of["bridges"] else "prism" if of["prisms"] else "stock"
+    program = "moist" if of["bridges"] else WIRES if of["analytic_wires"] else "stock"
 
     def bed(name: str) -> float:
         part = (n - few["spheres"]) / (many["spheres"] - few["spheres"])
@@ -243,8 +246,8 @@ def _seconds(of: Mapping[str, float], machine: Mapping[str, Any]) -> tuple[float
 
     meshes = of["triangles"] - (bed("triangles") if program == "stock" else 0.0)
     step = bed("step_stock" if program == "stock" else "step") + few["triangle"] * meshes
-    step += of["touches"] * one("touch") + of["near"] * one("prism" if of["prisms"] else "mesh")
+    step += of["touches"] * one("touch") + of["near"] * one(WIRES if of["analytic_wires"] else "mesh")
     lists = bed(f"list_{program}")
-    if program == "moist" and not of["prisms"]:
-        lists += max(0.0, bed("list_stock") - bed("list_prism"))
+    if program == "moist" and not of["analytic_wires"]:
+        lists += max(0.0, bed("list_stock") - bed(f"list_{WIRES}"))
     return of["steps"] * step + of["evaluations"] * one("bridge") + of["lists"] * lists, bed(f"start_{program}")

@@ -87,7 +87,7 @@ class Plugin:
     def configure(
         self, scene: EngineScene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
     ) -> None:
-        """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene prisms and feed."""
+        """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene analytic wires and feed."""
         check_tables(scene, spheres, tables, nodes)
         liquid, moist = scene.liquid, scene.effects.bridges
         sigma, eta = (liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s) if liquid and moist else (0.0, 0.0)
@@ -170,7 +170,7 @@ class Plugin:
         self._check(self._library.pywet_add_mesh(*mesh, 1 if wall.prisms else len(part)))
 
     def _add_prisms(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
-        """The parts of the mesh added last as prisms; `number` of the wall in the scene."""
+        """The parts of the mesh added last as analytic wires; `number` of the wall in the scene."""
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
             of_part = np.flatnonzero(part == p)
