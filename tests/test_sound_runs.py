@@ -16,6 +16,7 @@ from pywet.cases.screening import verdict
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.runs.tables import ledger_error
+from pywet.util.files import read_json
 from reference_impl.diagnosis import chain
 from reference_impl.motion import newton, window
 from reference_impl.replay import io
@@ -82,6 +83,7 @@ def test_scenes_that_raised_an_alarm(tmp_path: Path, name: str) -> None:
     """`pywet.run` raises where a check, the ledger or the replay objects; the replay has compared the liquid at all outputs."""
     run = pywet.run(pywet.Scene(name=name, **SCENES[name]), tmp_path)
     assert run.replay["quantities"]["ledger"]["count"] == len(run.scene.output_steps)
+    assert read_json(tmp_path / "engine" / "run.json")["spheres"] == sum(c.count for c in run.scene.classes)
     link = chain.ledger(io.read(tmp_path))  # that a run with another fault would be diagnosed with
     assert np.abs(link.logged - link.expected).max() <= link.tolerance * link.size.max()
     assert (len(run.events) == 0) == (name == "no bridge forms")
