@@ -49,7 +49,7 @@ VARIANTS: dict[str, tuple[dict[str, str] | None, int, bool, Contacts]] = {
     "exact": (PRESETS["exact"], 1, True, "planes"),
     "own": ({**PRESETS["paper"], "capillary": OWN}, 1, True, "planes"),
 }
-"""Name -> laws of the bridges or none, at every how many-th step they act, whether wires are prisms, who makes contacts."""
+"""Name -> laws of the bridges or none, at every how many-th step they act, whether wires are analytic, who makes contacts."""
 
 
 def prepare(

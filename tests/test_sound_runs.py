@@ -16,7 +16,10 @@ from pywet.cases.screening import verdict
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.runs.tables import ledger_error
+from pywet.util.files import read_json
+from reference_impl.diagnosis import chain
 from reference_impl.motion import newton, window
+from reference_impl.replay import io
 from reference_impl.replay.lives import Lives, none
 from tests import sound_runs
 
@@ -67,6 +70,10 @@ ONE_OF_EACH = {
     128: "a case whose films shed drops while its walls hold no films",
     31: "a sphere that rolls over the rim of a vessel, from the inner side to the outer one",
     10: "a case with two touching spheres of which one's spin is lost in the rounding of the other's kick",
+    4: "a sphere in a turning tube whose spin is lost in the rounding of a drag's kick: rolling resistance has no direction",
+    145: "the same of a case whose bridges act every other step",
+    47: "a small bed at rest whose semi-implicit drag acts on the parts of spheres, which move more than the spheres do",
+    151: "the same of spheres that fall on a vibrating vessel",
 }
 
 
@@ -76,6 +83,9 @@ def test_scenes_that_raised_an_alarm(tmp_path: Path, name: str) -> None:
     """`pywet.run` raises where a check, the ledger or the replay objects; the replay has compared the liquid at all outputs."""
     run = pywet.run(pywet.Scene(name=name, **SCENES[name]), tmp_path)
     assert run.replay["quantities"]["ledger"]["count"] == len(run.scene.output_steps)
+    assert read_json(tmp_path / "engine" / "run.json")["spheres"] == sum(c.count for c in run.scene.classes)
+    link = chain.ledger(io.read(tmp_path))  # that a run with another fault would be diagnosed with
+    assert np.abs(link.logged - link.expected).max() <= link.tolerance * link.size.max()
     assert (len(run.events) == 0) == (name == "no bridge forms")
 
 

@@ -239,7 +239,7 @@ def rank(table: dict[str, Any], setting: str, kind: str, group: str) -> Rank | N
         if other is at_default or other["low"] > at_default["high"]:  # dearer in every round
             continue
         better, worse = _compare(other, at_default)
-        price = f"{other['price']:.2f} of the price ({other['low']:.2f} to {other['high']:.2f})"
+        price = f"{other['price']:.2f} of the cost ({other['low']:.2f} to {other['high']:.2f})"
         if better and not worse:
             return Rank(setting, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}")
         if not worse and other["high"] < at_default["low"]:
@@ -262,7 +262,7 @@ def bargain(table: dict[str, Any], setting: str, kind: str, group: str) -> str |
     return (
         f"{KNOBS[setting].title.capitalize()}, {kind}, {group}: the default ({at_default['level']}) is off by "
         f"{100 * at_default['value']:.0f} %; {best['level']} takes that to {100 * best['value']:.1g} % "
-        f"for {best['price']:.2f} of the price."
+        f"for {best['price']:.2f} of the cost."
     )
 
 

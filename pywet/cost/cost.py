@@ -63,7 +63,7 @@ class Coefficients:
         step += load.touches * self._each(n, "touch")
         step += load.near * self._each(n, "prism" if load.prisms else "mesh")
         lists = self._total(n, f"list_{_program(load)}")
-        if load.bridges and not load.prisms:  # moist lattices were measured with prisms
+        if load.bridges and not load.prisms:  # moist lattices were measured with analytic wires
             lists += max(0.0, self._total(n, "list_stock") - self._total(n, "list_prism"))
         return load.steps * step + load.evaluations * self._each(n, "bridge") + load.lists * lists
 

@@ -12,11 +12,10 @@ import pandas as pd
 
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor
-from reference_impl.replay import laws, retired
+from reference_impl.replay import laws, liquid, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import Bodies, bodies
 from reference_impl.replay.io import Run
-from reference_impl.replay.liquid import at_step
 from reference_impl.replay.lives import FORMATION, RETIREMENT, RUPTURE
 
 MISSING_FORMATION = "a formation is missing from the log"
@@ -50,7 +49,7 @@ def histories(run: Run) -> pd.DataFrame:
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     parts = [events[columns]]
     if not len(events) or int(events["step"].max()) <= last:
-        active = at_step(run.table("bridges"), last)
+        active = liquid.at_step(run.table("bridges"), last)
         keys = pd.concat([events[columns[2:]], active[columns[2:]]])
         keys = keys.assign(wall=keys["partner_kind"] != laws.SPHERE).drop_duplicates(["wall", "i", "j"])
         here = active.assign(wall=active["partner_kind"] != laws.SPHERE)[["wall", "i", "j"]].assign(kind=RUPTURE)
@@ -239,12 +238,13 @@ def by_events(run: Run, steps: Floats) -> Floats:
 
 
 def ledger(run: Run) -> Link:
-    """Check that films, bridges, walls and removed liquid add up to the initial liquid; events that create or destroy liquid are
+    """Check that films, bridges, walls and removed liquid add up to the liquid put in; events that create or destroy liquid are
     reported by their own link.
     """
-    table, total = run.table("ledger"), float(run.table("spheres")["film"].sum())
+    table = run.table("ledger")
     parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left", "retired")}
-    held, expected = sum(parts.values(), np.zeros(len(table))), np.full(len(table), total)
+    held, size = sum(parts.values(), np.zeros(len(table))), np.full(len(table), liquid.total(run))
+    expected = size - liquid.to_come(run, table["step"].to_numpy())
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         for name, part in parts.items():
@@ -259,10 +259,10 @@ def ledger(run: Run) -> Link:
         yield Suspect(word, np.where(grows | ~rows, held, np.nan), float(lost[-1]))
 
     moved = expected + by_events(run, table["step"].to_numpy())
-    seen = np.where(np.abs(moved - expected) > 1e-9 * expected, moved, np.nan)
+    seen = np.where(np.abs(moved - expected) > 1e-9 * size, moved, np.nan)
     # sums of many events lose digits
-    excuse = np.where(np.abs(held - seen) < 1e-9 * expected, held, np.nan)
-    return Link("ledger", "ledger of the liquid", table, held, expected, expected, suspects, 1e-12, excuses=(excuse,))
+    excuse = np.where(np.abs(held - seen) < 1e-9 * size, held, np.nan)
+    return Link("ledger", "ledger of the liquid", table, held, expected, size, suspects, 1e-12, excuses=(excuse,))
 
 
 def links(run: Run, expected: Pair) -> Iterator[Link]:

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.motion import impulses, momentum
+from reference_impl.motion import impulses, momentum, splitting
 from reference_impl.motion.budget import VELOCITY
-from reference_impl.motion.summed import drag_at_touch, pull_of, walls_motion
+from reference_impl.motion.splitting import Shift
+from reference_impl.motion.summed import pull_of, walls_motion
 from reference_impl.motion.window import Setup
 from reference_impl.replay import capillary, coverage, laws
-from reference_impl.replay.arrays import Floats, size
+from reference_impl.replay.arrays import Floats, dot, size
 from reference_impl.replay.bodies import Pairs, bodies, pairs
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
 from reference_impl.replay.exact_sum import Exact
@@ -32,12 +33,12 @@ APART = 0.01
 """Least separation, over the radius of i, from which on the steps of a drag's sum are small against the separation."""
 SMALL = 0.05
 """Part of a separation, or of its change, that the error of a step may be."""
-STIFF = 5.0
-"""Semi-implicit: c dt/m from which on the drag of several bridges of a sphere is not that of its velocities."""
 GROUP, FEWEST = 25, 10
 """Bridges of one kind, one after the other, whose median is judged; of the last ones so many at least."""
 OF_DRAG = 0.25
 """Of that median: steps are finite. In smoke case 2 it is off by 0.022 at most."""
+UNKNOWN = 0.5 * OF_DRAG
+"""Semi-implicit: part of an expected impulse that may be unknown (splitting.py); the other half is for finite steps."""
 MOST = 200_000
 """Records up to which parts that disagree are stored."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
@@ -88,7 +89,7 @@ class Between:
         now = {name: part.table(name) for name in ("trajectory", "bridges", "films", "impulses", "events")}
         both = {n: pd.concat([self.last[n], now[n]], ignore_index=True) if n in self.last else now[n] for n in now}
         shots, self.formed = now["bridges"], self.formed + int((now["events"]["kind"] == FORMATION).sum())
-        found = self._bridges(part, shots, self._before(both["bridges"], shots), self._formed(shots, lives))
+        found = self._bridges(part, both, self._before(both["bridges"], shots), self._formed(shots, lives))
         found.append(self._momentum(part, both))
         step = int(both["trajectory"]["step"].max()) if len(both["trajectory"]) else -1
         self.last = {n: rows[rows["step"] >= step] for n, rows in both.items()}
@@ -117,7 +118,8 @@ class Between:
         found = both["separation"].to_numpy(float)[order[at]]
         return np.asarray(np.where(code[order[at]] == asked, found, np.nan))
 
-    def _bridges(self, part: Run, shots: pd.DataFrame, before: Floats, formed: Floats) -> list[Quantity]:
+    def _bridges(self, part: Run, both: dict[str, pd.DataFrame], before: Floats, formed: Floats) -> list[Quantity]:
+        shots = part.table("bridges")
         step = shots["step"].to_numpy(np.int64)
         previous, k = self._previous(step), impulses.every(self.run)
         acted = (step - np.maximum(previous, formed) + 0.5 * (k - 1) * (formed > previous)) * self.setup.step
@@ -129,7 +131,7 @@ class Between:
         return [
             self._ranges(rows, new, p.ri),
             *([self._capillary(part, rows, acted[old])] if self._closed("capillary", capillary.LAWS) else []),
-            *([self._drag(part, rows, new, p)] if self._closed("viscous_normal", laws.VISCOUS_NORMAL) else []),
+            *([self._drag(both, rows, new, p)] if self._closed("viscous_normal", laws.VISCOUS_NORMAL) else []),
         ]
 
     def _closed(self, effect: str, known: Any) -> bool:
@@ -167,23 +169,34 @@ class Between:
         if not found.ok and sum(map(len, stored)) < MOST:
             stored.append(rows)
 
-    def _drag(self, part: Run, rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
+    def _drag(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
         """Median of the normal drag's impulse over what the separations give, of some bridges of one kind.
 
         Left out are those whose way in a step is no small part of the separation, and those that move along each other so fast
-        that turning normals count: in a time T by v^2 T dt/r.
+        that turning normals count: in a time T by v^2 T dt/r. With semi-implicit drag those whose expected impulse is not known
+        well enough (see splitting.py).
         """
         gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
-        speed, dt = self._speeds(part, rows, p), self.setup.step
-        time = (rows["step"].to_numpy() - self._previous(rows["step"].to_numpy(np.int64))) * dt
+        step, dt = rows["step"].to_numpy(np.int64), self.setup.step
+        speed = self._speeds(both, rows, step, p)
+        time = (step - self._previous(step)) * dt
         turned = speed**2 * time * dt / p.ri
         calm = (most <= 0.0) | ((least > APART * p.ri) & (speed * dt < SMALL * least))
-        if coverage.semi_implicit(self.run):
-            ends = (rows["i"], rows["j"].where(~p.wall, rows["i"]))
-            a, b = (self.setup.mass[np.searchsorted(self.setup.ids, end)] for end in ends)
-            calm &= drag_at_touch(part, rows, p) * dt * (1.0 / a + np.where(p.wall, 0.0, 1.0 / b)) < STIFF
         calm &= (np.abs(gap - before) > turned / SMALL) & (impulses.every(self.run) == 1)
-        ratio = ratios(self.run, rows[calm], before[calm], gap[calm])
+        expected, shift = integral(self.run, rows, p, before, gap), splitting.none(len(rows))
+        if coverage.semi_implicit(self.run):
+            before_it = self._previous(step)
+            faster = np.maximum(speed, self._speeds(both, rows, before_it, p))
+            c = (
+                coefficient(self.run, rows, p, np.maximum(least, 0.0)),
+                coefficient(self.run, rows, p, np.maximum(most, 0.0)),
+            )
+            shift = splitting.shift(self.run, self.setup, rows, both, c, faster * time)
+            # the velocity is that of the next step: the change of the separation begins and ends one step later
+            later = sum(self._opening(both, rows, at, p) for at in (step, before_it)) * dt
+            doubt = shift.doubt + c[0] * (faster**2 * time * dt / p.ri + later)
+            calm &= doubt < UNKNOWN * np.abs(expected - shift.pushed)
+        ratio = ratios(rows[calm], expected[calm], Shift(shift.pushed[calm], shift.shared[calm], shift.doubt[calm]))
         table = rows.loc[calm, ["step"]].assign(wall=p.wall[calm], ratio=ratio)
         table = table[np.isfinite(table["ratio"])].sort_values("step", kind="stable")
         return self._groups(pd.concat([self.ratios, table], ignore_index=True) if len(self.ratios) else table)
@@ -208,14 +221,23 @@ class Between:
         self._keep(found, table)
         return found
 
-    def _speeds(self, part: Run, rows: pd.DataFrame, p: Pairs) -> Floats:
-        """Sum of the speeds of both ends at the output; of a wall the fastest of all."""
-        table = part.table("trajectory")
-        v = pd.Series(size(table[[*VELOCITY[:3]]].to_numpy(float)), pd.MultiIndex.from_frame(table[["step", "id"]]))
-        of_i, of_j = (
-            v.reindex(pd.MultiIndex.from_arrays([rows["step"], rows[n]])).fillna(0.0).to_numpy(float) for n in "ij"
-        )
+    def _speeds(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, step: Floats, p: Pairs) -> Floats:
+        """Sum of the speeds of both ends at outputs; of a wall the fastest of all."""
+        of_i, of_j = (size(self._velocity(both, rows, step, n)) for n in "ij")
         return np.asarray(of_i + np.where(p.wall, walls_motion(self.setup)[0], of_j))
+
+    def _opening(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, step: Floats, p: Pairs) -> Floats:
+        """Relative speed along the normal at outputs, to which a wall adds the speed of the fastest."""
+        n = splitting.normals(self.run, rows)
+        of_i, of_j = (dot(self._velocity(both, rows, step, end), n) for end in "ij")
+        return np.asarray(np.where(p.wall, np.abs(of_i) + walls_motion(self.setup)[0], np.abs(of_i - of_j)))
+
+    @staticmethod
+    def _velocity(both: dict[str, pd.DataFrame], rows: pd.DataFrame, step: Floats, end: str) -> Floats:
+        table = both["trajectory"]
+        at = pd.MultiIndex.from_frame(table[["step", "id"]]).get_indexer(pd.MultiIndex.from_arrays([step, rows[end]]))
+        found = table[[*VELOCITY[:3]]].to_numpy(float)[at]
+        return np.asarray(np.where(at[:, None] < 0, 0.0, found))
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
         """Change of momentum of spheres that touched nothing from one output to the next."""
@@ -227,18 +249,29 @@ class Between:
         return quantity
 
 
-def ratios(run: Run, rows: pd.DataFrame, before: Floats, gap: Floats) -> Floats:
-    """The logged impulse of the normal drag over -(C(S2) - C(S1))."""
-    name, p = str(coverage.law(run, "viscous_normal")), pairs(rows, bodies(run))
+def coefficient(run: Run, rows: pd.DataFrame, p: Pairs, gap: Floats) -> Floats:
+    """Normal drag per speed [kg/s] of bridges at separations of their own."""
+    law = laws.VISCOUS_NORMAL[str(coverage.law(run, "viscous_normal"))]
     volume, eta = rows["volume"].to_numpy(float), run.meta["viscosity"]
+    return np.asarray(-law(gap, volume, p.ri, p.rj, p.wall, 1.0 + 0.0 * gap, eta))
+
+
+def integral(run: Run, rows: pd.DataFrame, p: Pairs, before: Floats, gap: Floats) -> Floats:
+    """C(S2) - C(S1) of the normal drag's coefficient [N s]."""
 
     def drag(s: Floats) -> Floats:
-        return np.asarray(-laws.VISCOUS_NORMAL[name](s, volume, p.ri, p.rj, p.wall, 1.0 + 0.0 * s, eta))
+        return coefficient(run, rows, p, s)
 
     low, high = (np.sqrt(np.maximum(s, 0.0)) for s in (before, gap))
     expected = drag(0.0 * gap) * (np.minimum(gap, 0.0) - np.minimum(before, 0.0))
     for node, weight in zip(NODES, WEIGHTS, strict=True):
         u = low + (high - low) * 0.5 * (1.0 + node)
         expected += 0.5 * weight * (high - low) * 2.0 * u * drag(u**2)
+    return expected
+
+
+def ratios(rows: pd.DataFrame, expected: Floats, shift: Shift) -> Floats:
+    """The logged impulse of the normal drag over the expected one."""
     with np.errstate(all="ignore"):
+        expected = (expected - shift.pushed) / (1.0 + shift.shared)
         return np.asarray(-rows["viscous_impulse"].to_numpy(float) / expected)

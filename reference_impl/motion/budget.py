@@ -250,8 +250,8 @@ def powers(setup: Setup, f: Forces) -> Floats:
 def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd.DataFrame] | None:
     """Work of each effect from one step of a window to the next, logged and own, its scale, and rows.
 
-    Steps between which the engine was set up again are left out. Contact work at walls is off by the rounding of a wall's place
-    (`_of_rounding`), which is part of the scale.
+    Steps between which the engine was set up again are left out. Contact work is off by the rounding of a wall's place and by
+    rolling resistance without a direction (`_of_rounding`), which is part of the scale.
     """
     log = io.columns(where(setup.folder, "window_energy"), ["step", *WORKS]).sort_values("step")
     steps = f.window.steps
@@ -281,13 +281,16 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
 
 
 def _of_rounding(setup: Setup, f: Forces) -> Floats:
-    """Power of the contacts at walls in each step [W] that the rounding of a wall's place leaves open: the change of the normal
-    force with the place, of friction at its limit as well, times the speeds of both sides and of the spin."""
+    """Power of the contacts in each step [W] that rounding leaves open. At walls that of a wall's place: the change of the normal
+    force with the place, of friction at its limit as well, times the speeds of both sides and of the spin. Where a spin is lost
+    in the rounding of a kick, the doubt of the rolling torque (dry.py) times the relative spin after the kick."""
     w, t, c = f.window, f.touches, f.contacts
     kinds = setup.kind[t.a], np.zeros(len(t), dtype=int)
     slope = (1.0 + setup.dry.power) * setup.dry.at(kinds, c.overlap, w.mass[t.k, t.a])[0]
     speed = arrays.size(w.v[t.k, t.a]) + arrays.size(t.vb) + setup.radius[t.a] * arrays.size(w.w[t.k, t.a])
     power = t.wall * (1.0 + setup.dry.friction[kinds]) * slope * rounding(setup) * speed
+    other = np.where(t.wall, 0, t.b)
+    power += c.doubt * arrays.size(w.w[t.k, t.a] - np.where(t.wall[:, None], 0.0, w.w[t.k, other]))
     return np.bincount(t.k, power, len(w.steps))
 
 

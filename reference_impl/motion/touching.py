@@ -127,7 +127,7 @@ def of_pairs(setup: Setup, window: Window) -> Touches:
 
 
 def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mesh.Topology]) -> list[Touches]:
-    """Spheres that overlap walls, one table per mesh: triangles by the engine's rules, prisms by their closest point."""
+    """Spheres that overlap walls, one table per mesh: triangles by the engine's rules, analytic wires by their closest point."""
     found, box = [], images.of_scene(setup.scene)
     for wall in setup.walls:
         shape = shapes[wall.name]

@@ -93,7 +93,7 @@ def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:
 
 
 def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
-    """Films and bridges at the last output; `held`: all liquid there by holder."""
+    """Films and bridges at the last output; `held`: all liquid there by reservoir."""
     last, fixed = int(run.table("ledger")["step"].max()), bodies(run)
     films, walls, active = (at_step(run.table(name), last) for name in ("films", "wall_films", "bridges"))
     mean = total(run) / max(len(films), 1)

@@ -45,6 +45,14 @@ def test_unstable_step_is_refused_in_one_sentence(tmp_path: Path) -> None:
     time_steps.refuse_unstable(scene)
 
 
+def test_refusal_names_bridges_every_where_it_is_more_than_one(tmp_path: Path) -> None:
+    scene, _ = stability.pressed_pair(tmp_path, 1.0, 4e-5, "explicit")
+    for every, named in ((1, False), (2, True)):
+        with pytest.raises(PywetError) as refused:
+            time_steps.refuse_unstable(scene.model_copy(update={"bridges_every": every}))
+        assert (f"or bridges_every, which is {every}" in str(refused.value)) == named
+
+
 @pytest.mark.engine
 @pytest.mark.parametrize(
     ("viscosity", "how"),

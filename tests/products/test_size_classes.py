@@ -59,6 +59,15 @@ def test_cut_off_mass_is_reported(tmp_path: Path) -> None:
     assert sizes.share == pytest.approx([0.2, 0.8]) and sizes.diameter_mm[0] == pytest.approx(2**0.75)
 
 
+def test_a_class_from_zero_is_cut_above_a_thousandth_of_the_limit(tmp_path: Path) -> None:
+    """Of a class 0 to 2 mm cut at 1 mm, ln 2 of ln 2000 of the mass is above: a logarithm needs a beginning."""
+    (tmp_path / "sieve.csv").write_text("0,2,50\n2,4,50\n")
+    sizes = SizeDistribution(file=Path("sieve.csv"), smallest_mm=1).sizes(tmp_path)
+    above = 0.5 * math.log(2.0) / math.log(2000.0)
+    assert sizes.share == pytest.approx(np.array([above, 0.5]) / (above + 0.5))
+    assert sizes.below == pytest.approx(0.5 - above)
+
+
 @pytest.mark.parametrize(
     ("given", "passing"),
     [

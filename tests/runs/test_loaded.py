@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pywet import stages
 from pywet.errors import PywetError
 from pywet.runs.loaded import Run, unit
-from pywet.runs.measures import bed_angle, heap_angle, steady_rate
+from pywet.runs.measures import bed_angle, heap_angle, steady_rate, upward
+from pywet.runs.retired import taken_out
+from pywet.runs.rundir import bridge_ends
 from pywet.scene import Rotation
 from tests.cases.screening import synthetic
 
@@ -101,3 +106,67 @@ def test_what_a_scene_does_not_have_is_refused(tmp_path: Path) -> None:
     with pytest.raises(PywetError, match="is after the last output"):
         run.drum_angle(from_s=9.0)
     assert 0.0 < run.drum_angle() < 180.0
+
+
+def drum_of(axis: tuple[float, float, float]) -> Run:
+    """A run of 2 s with a bed at 10 degrees up to 0.5 s and at 30 degrees from then on."""
+    x, z = np.mgrid[-1:1:0.02, -1:1:0.02].reshape(2, -1)
+    frames = []
+    for step in range(5):
+        slope = math.tan(math.radians(10.0 if step < 2 else 30.0))
+        inside = (x * x + z * z < 1.0) & (z < slope * x - 0.2 * math.hypot(1.0, slope))
+        at = 0.05 * np.column_stack([x, np.ones_like(x), z])[inside] + np.array(DRUM.origin_m)
+        frames.append(pd.DataFrame(at, columns=list("xyz")).assign(step=step, type=1))
+    run = Run.__new__(Run)
+    run.path = Path("drum")
+    way = DRUM.model_copy(update={"axis": axis})
+    line = SimpleNamespace(steps=np.arange(5), times=0.5 * np.arange(5))
+    parts: dict[str, Any] = {
+        "scene": SimpleNamespace(
+            gravity_m_per_s2=(0.0, 0.0, -9.81), duration_s=2.0, classes=[SimpleNamespace(type=1, mass_kg=1.0)]
+        ),
+        "_run": SimpleNamespace(timeline=line, trajectory=pd.concat(frames)),
+        "_turning": lambda: [way],
+    }
+    vars(run).update(parts)
+    return run
+
+
+def test_drum_angle_is_that_of_the_second_half() -> None:
+    """Expect 30 degrees from 1 s on, the mean of both from the start."""
+    run = drum_of((0.0, 2.0, 0.0))
+    assert run.drum_angle() == pytest.approx(30.0, abs=1.0)
+    assert run.drum_angle(0.0) == pytest.approx((2 * 10.0 + 3 * 30.0) / 5, abs=1.0)
+
+
+def test_a_drum_is_at_most_30_degrees_off_the_horizontal() -> None:
+    for cosine, taken in ((0.498, True), (0.502, False)):
+        run = drum_of((0.0, (1.0 - cosine**2) ** 0.5, cosine))
+        if taken:
+            assert math.isfinite(run.drum_angle())
+        else:
+            with pytest.raises(PywetError, match="no wall that turns about a horizontal axis"):
+                run.drum_angle()
+
+
+def test_without_gravity_up_is_z() -> None:
+    assert upward((0.0, 0.0, 0.0)).tolist() == [0.0, 0.0, 1.0]
+    assert upward((0.0, -4.0, 0.0)).tolist() == [0.0, 1.0, 0.0]
+
+
+def test_bridges_between_the_same_ends_have_the_same_number() -> None:
+    """Expect six numbers for six pairs of ends that differ in one of kind, i and j."""
+    ends = [(kind, i, j) for kind in (0, 1) for i, j in ((3, 4), (3, 5), (4, 5))]
+    table = pd.DataFrame(ends * 2, columns=["partner_kind", "i", "j"])
+    numbers = bridge_ends(table)
+    assert len(set(numbers)) == 6 and (numbers[:6] == numbers[6:]).all()
+
+
+def test_liquid_that_leaves_is_counted_at_its_outlet() -> None:
+    """Spheres 1 and 3 leave through the first outlet at steps 10 and 20, sphere 2 through the second at 20."""
+    table = pd.DataFrame({"step": [10, 20, 20], "id": [1, 2, 3], "outlet": [1, 2, 1], "film": [1.0, 2.0, 4.0]})
+    line = SimpleNamespace(steps=np.array([0, 10, 20, 30]), ids=np.array([1, 2, 3]))
+    run: Any = SimpleNamespace(timeline=line, scene=SimpleNamespace(outlets=("a", "b")), table=lambda name: table)
+    gone, booked = taken_out(run)
+    assert booked.tolist() == [[0.0, 0.0], [1.0, 0.0], [5.0, 2.0], [5.0, 2.0]]
+    assert gone.tolist() == [[False] * 3, [False] * 3, [True, False, False], [True] * 3]

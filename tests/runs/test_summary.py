@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -23,3 +24,12 @@ def test_energies_of_a_dry_run(tmp_path: Path) -> None:
     reported = summary.general(RunDir(folder))["energy_J"]
     assert reported["spin"] == pytest.approx(0.5 * 0.4 * large * 4e-3**2 * 30.0**2, rel=1e-12)
     assert reported["kinetic"] == pytest.approx(0.5 * (large + 2 * small) * 0.1**2, rel=1e-12)
+
+
+@pytest.mark.parametrize(("status", "expected"), [(0, "abc1234"), (1, "")])
+def test_the_commit_is_what_git_describes(monkeypatch: pytest.MonkeyPatch, status: int, expected: str) -> None:
+    """Expect nothing outside a checkout, where git ends with another status."""
+    done = subprocess.CompletedProcess([], status, stdout="abc1234\n")
+    monkeypatch.setattr(summary.shutil, "which", lambda name: "git")
+    monkeypatch.setattr(summary.subprocess, "run", lambda *words, **named: done)
+    assert summary.commit() == expected

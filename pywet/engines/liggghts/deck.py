@@ -43,7 +43,7 @@ def attached(scene: EngineScene) -> bool:
 
 
 def touched(scene: EngineScene) -> list[str]:
-    """Walls whose contacts the engine makes itself; the plugin makes those with prisms and, with `planes`, all others."""
+    """Walls whose contacts the engine makes itself; the plugin makes those with analytic wires and, with `planes`, all others."""
     plugin = attached(scene) and scene.contacts == "planes"
     return [w.name for w in scene.walls if not (plugin or w.prisms)]
 

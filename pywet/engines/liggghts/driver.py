@@ -1,6 +1,6 @@
 """Run a prepared scene in LIGGGHTS and convert its output into tables.
 
-A dry scene runs on the stock program; a moist one, or one whose wires are prisms, in worker.py with the plugin. Everything is
+A dry scene runs on the stock program; a moist one, or one whose wires are analytic, in worker.py with the plugin. Everything is
 written into `engine.partial` first and renamed when the run is complete, so a failed run never looks like a finished one.
 Where `engine.partial` holds a whole checkpoint of the same scene, the run resumes from there.
 """

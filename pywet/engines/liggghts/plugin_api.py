@@ -87,7 +87,7 @@ class Plugin:
     def configure(
         self, scene: EngineScene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
     ) -> None:
-        """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene prisms and feed."""
+        """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene analytic wires and feed."""
         check_tables(scene, spheres, tables, nodes)
         liquid, moist = scene.liquid, scene.effects.bridges
         sigma, eta = (liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s) if liquid and moist else (0.0, 0.0)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from pywet.cases.small import bodies, small
-from pywet.engines.liggghts import checkpoint, deck
+from pywet.engines import schedule
+from pywet.engines.liggghts import checkpoint, deck, state_file
+from pywet.scene import Rotation
 from tests.cases.screening import synthetic
 
 
@@ -39,3 +43,31 @@ def test_a_folder_can_be_disowned_twice(tmp_path: Path) -> None:
     for _ in range(2):
         checkpoint.disown(tmp_path)
     assert not (tmp_path / checkpoint.FINGERPRINT).exists()
+
+
+@pytest.mark.parametrize(("step", "skin"), [(1e-9, 0.8e-3), (1e-5, 3.6 * (8e-3 * 2e-5) ** 0.5), (1e-3, 2.4e-3)])
+def test_skin_is_between_fractions_of_the_smallest_radius(step: float, skin: float) -> None:
+    """Radii of 2 and 4 mm: 0.4 to 1.2 times the smallest; between, by the largest diameter and a way at 2 m/s."""
+    assert deck.skin(synthetic.scene().model_copy(update={"time_step_s": step})) == pytest.approx(skin, rel=1e-12)
+
+
+def test_a_turning_wall_has_its_origin_and_axis_in_the_deck() -> None:
+    way = Rotation(origin_m=(0.01, 0.02, 0.03), axis=(0.0, 1.0, 0.5), period_s=2.0)
+    scene = SimpleNamespace(walls=[SimpleNamespace(name="drum")], motion_of=lambda wall: way)
+    words = deck.movers(scene)[0]["words"]  # type: ignore[arg-type]
+    assert words == "rotate origin 0.01 0.02 0.03 axis 0.0 1.0 0.5 period 2.0"
+
+
+def test_checkpoints_wait_for_the_end_of_a_recorded_window() -> None:
+    """One in its first step is moved to its last; one just behind it stays."""
+    scene = synthetic.scene()
+    scene = scene.model_copy(update={"output": scene.output.model_copy(update={"checkpoints": 3})})
+    every = schedule.checkpoint_every(scene)
+    windows = [(every, every + 5), (2 * every - 5, 2 * every)]
+    assert schedule.checkpoints(scene, windows)[:2] == [every + 4, 2 * every]
+
+
+def test_retired_spheres_of_a_checkpoint(tmp_path: Path) -> None:
+    path = tmp_path / "state.0"
+    path.write_bytes(bytes(state_file.HEAD_B) + np.array([0, 2, 7, 9], "<i8").tobytes())
+    assert state_file.retired(path).tolist() == [7, 9]

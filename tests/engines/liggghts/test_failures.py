@@ -122,12 +122,14 @@ def free(run_dir: Path, bodies: list[small.Sphere], **options: object) -> None:
 
 def test_sphere_that_leaves_the_box_is_named(tmp_path: Path) -> None:
     """A moist run names the sphere and the step, saves where everything was, and does not look finished."""
-    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), (2.0, 0.0, 0.0))]
+    bodies = [small.Sphere(1, (1e-3, 2e-3, 3e-3), driven=True), small.Sphere(1, (0.02, 0.0, 0.0), (2.0, 0.0, 0.0))]
     with pytest.raises(PywetError, match=r"sphere 2 left .* before step \d+.*through the upper x face, x = 30 mm"):
         free(tmp_path, bodies, box=0.03)
     assert not (tmp_path / "engine").exists()
     text = (tmp_path / "engine.partial" / "stopped.0.csv").read_text().splitlines()
-    assert text[0].startswith("# step") and text[2].startswith("1,")
+    assert text[0].startswith("# step") and len(text) == 3
+    row = [float(word) for word in text[2].split(",")]
+    assert row[:7] == pytest.approx([1.0, 1e-3, 2e-3, 3e-3, 0.0, 0.0, 0.0], abs=1e-12)
 
 
 def test_too_large_an_overlap_is_named(tmp_path: Path) -> None:
@@ -142,9 +144,11 @@ def test_too_large_an_overlap_is_named(tmp_path: Path) -> None:
         free(tmp_path, bodies)
 
 
-def test_too_fast_for_the_time_step(tmp_path: Path) -> None:
-    """More than a tenth of the radius in a step."""
-    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), (30.0, 0.0, 0.0))]
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_too_fast_for_the_time_step(tmp_path: Path, axis: int) -> None:
+    """More than a tenth of the radius in a step, along any axis."""
+    speed = tuple(30.0 * (k == axis) for k in range(3))
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), speed)]
     with pytest.raises(PywetError, match=r"sphere 2 moves at 30 m/s at step \d+.*lower the time step"):
         free(tmp_path, bodies)
 
@@ -216,6 +220,8 @@ def test_no_mpirun_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_progress_is_what_the_engine_has_reported_last(tmp_path: Path) -> None:
     """The setting up after a checkpoint is 10 kB of messages, and the engine's own log lags behind what it prints."""
+    assert checkpoint.last_step(tmp_path) == 0
+    (tmp_path / "output.log").write_text("LIGGGHTS\n")
     assert checkpoint.last_step(tmp_path) == 0
     head = "    Step    Atoms         KinEng            CPU\n"
     rows = head + "       0     4211              0              0\n  294922     4211   0.025    42.1\n"
