@@ -123,7 +123,7 @@ def _residence(rows: pd.DataFrame) -> dict[str, float]:
 def _throughput(run: RunDir, flow: Streams, of: dict[str, pd.DataFrame], area: float | None) -> dict[str, Any]:
     """Dry t/h of both products and in all, with block-averaged intervals; of a batch what passed until 90 % of it had."""
     if flow.continuous:
-        times = streams.edges(run, flow.end_s)
+        times = streams.edges(run.scene, flow.end_s)
         times = times[times >= flow.start_s - 1e-9]
         rates = {p: [PER_HOUR * v for v in block_mean(streams.flux(rows, times))] for p, rows in of.items()}
         rates["all"] = [PER_HOUR * v for v in block_mean(streams.flux(pd.concat(of.values()), times))]
