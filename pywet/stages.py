@@ -167,12 +167,15 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 
 
 def results(run_dir: Path) -> None:
-    """Stage results: fraction retained, liquid by reservoir, checks, summary."""
+    """Stage results: fraction retained, liquid by reservoir, checks, summary, numbers of the screen."""
     from pywet.cases.screening.results import summarise, write_results
+    from pywet.products import screening_report
     from pywet.runs.rundir import RunDir
 
     run = RunDir(Path(run_dir))
     summarise(run, write_results(run))
+    if run.scene.slide is not None:
+        screening_report.write(run.path)
 
 
 def vtk(run_dir: Path, paraview: bool = False) -> None:
