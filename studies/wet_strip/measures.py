@@ -41,12 +41,12 @@ overs_d05, overs_d07, overs_d08, overs_d09, overs_d12 = (_counted("overs", name)
 
 
 def recovery(run: Run) -> float:
-    """Mass of undersize in the unders over that of all undersize that was fed."""
+    """Mass of undersize in the unders over that of all undersize that was inserted."""
     passed = counts(run)["unders"].to_numpy(float)
     small = np.array([2.0 * c.radius_m < APERTURE_M for c in run.scene.classes])
     mass = np.array([c.mass_kg for c in run.scene.classes])
-    fed = np.array([c.count for c in run.scene.classes])
-    return float((mass * passed)[small].sum() / (mass * fed)[small].sum())
+    inserted = np.array([c.count for c in run.scene.classes])
+    return float((mass * passed)[small].sum() / (mass * inserted)[small].sum())
 
 
 def pegged(run: Run) -> float:

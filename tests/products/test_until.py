@@ -38,7 +38,7 @@ OUTLETS = [
 
 
 def known(asked: dict[str, Any] | None = None, **changes: Any) -> pywet.Scene:
-    """Moist beads that are fed for 0.72 s, of which some leave at the end of a plate and the others fall."""
+    """Moist beads that enter for 0.72 s, of which some leave at the end of a plate and the others fall."""
     given = {
         "duration_s": 0.72, "spheres": [BEADS], "outlets": OUTLETS, "until": {**ASKED, **(asked or {})},
         "results": {"interval_s": 0.02, "windows": 12},
@@ -95,7 +95,7 @@ def test_a_longer_run_begins_like_a_shorter_one() -> None:
         ({}, {"outlets": []}, "until together with a deck or with outlets"),
         ({}, {"outlets": OUTLETS[:1]}, "collects the unders"),
         ({}, {"spheres": [{**BEADS, "fed": {"for_s": 0.5}}]}, "until with an insertion up to duration_s, 0.72 s"),
-        ({}, {"spheres": [{k: v for k, v in BEADS.items() if k != "fed"}]}, "until together with spheres that are fed"),
+        ({}, {"spheres": [{k: v for k, v in BEADS.items() if k != "fed"}]}, "until together with spheres that are inserted"),
         ({"block_s": 0.2}, {}, "fit into duration_s, 0.72 s; expected at least 6: lower block_s"),
         ({"least_blocks": 2}, {}, "least_blocks.*greater than or equal to 5|least_blocks.* 5"),
         ({"partition_percent": 0}, {}, "partition_percent"),

@@ -137,6 +137,11 @@ class Fed(Excusable):
     pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
     """Part of its period in which a pulse enters."""
 
+    @property
+    def end_s(self) -> float:
+        """Time at which insertion ends [s]."""
+        return self.from_s + self.for_s
+
     @model_validator(mode="after")
     def _has_pulses(self) -> Self:
         if (self.pulses is not None) != (self.profile == "pulsed"):
@@ -360,7 +365,7 @@ class Scene(Excusable):
         used = sorted({*self._of_spheres} & self.materials.keys())
         pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
         wrong += [f"an entry in contacts with between: [{a}, {b}]" for a, b in pairs]
-        late = [s.name for s in self.spheres if s.fed and s.fed.from_s + s.fed.for_s > self.duration_s]
+        late = [s.name for s in self.spheres if s.fed and s.fed.end_s > self.duration_s]
         wrong += [f"spheres {name} to be fed before the end, duration_s ({self.duration_s:g})" for name in late]
         wet = [s.percent or s.film_um for s in self.spheres] + [f.moisture_percent for f in self.feed]
         if self.liquid is None and any(wet):
@@ -377,10 +382,13 @@ class Scene(Excusable):
         found = []
         if not self.outlets and self.deck is None:
             found.append("until together with a deck or with outlets, by which spheres are counted")
-        inserted = [s.fed for s in self.spheres if s.fed] + [f.insertion for f in self.feed if f.insertion]
+        given = [*(s.fed for s in self.spheres), *(f.insertion for f in self.feed)]
+        inserted = [one for one in given if one]
         if not inserted:
-            found.append("until together with spheres that are fed, or a feed with an insertion")
-        ends = [fed.from_s + fed.for_s for fed in inserted]
+            found.append(
+                "until together with spheres that are inserted during the run (fed), or a feed with an insertion"
+            )
+        ends = [one.end_s for one in inserted]
         if ends and min(ends) < self.duration_s * (1.0 - 1e-9):
             found.append(
                 f"until with an insertion up to duration_s, {self.duration_s:g} s, the longest run, not to {min(ends):g} s"

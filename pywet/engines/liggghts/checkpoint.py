@@ -57,7 +57,7 @@ class Checkpoint:
 def fingerprint(run_dir: Path, scene: EngineScene, *parts: str) -> str:
     """Hash of everything a run follows from: scene, spheres, walls, films, laws, program, and `parts` (plugin, deck lines)."""
     digest = hashlib.sha256()
-    if scene.blocks:  # a run of more blocks goes on from the checkpoints of one of fewer
+    if scene.blocks:  # a run of more blocks resumes from the checkpoints of one of fewer
         digest.update(scene.of_blocks(1).model_dump_json().encode())
     files = [] if scene.blocks else [run_dir / "scene.json"]
     files.append(run_dir / scene.spheres_file)
@@ -102,7 +102,7 @@ def finish(folder: Path, sums: logs.Sums, account: dict[str, Any]) -> None:
 
 
 def reopen(folder: Path) -> None:
-    """Have a run that came to its end go on from its last checkpoint, since more of it is wanted."""
+    """Have a run that came to its end resume from its last checkpoint, since more of it is wanted."""
     (folder / FINISHED).unlink(missing_ok=True)
 
 
