@@ -97,7 +97,7 @@ def _blocks(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
     """Duration and sampling windows of a run that ends when its partition is known: those of so many equal blocks."""
     asked = written.get("until")
     if not asked:
-        return {"blocks": (None, "until")}
+        return {"blocks": (None, "until")} if "blocks" in scene else {}
     step, longest = scene["time_step_s"], round(written["duration_s"] / scene["time_step_s"])
     unit = plans.checkpoints_every(dict(scene), longest)
     size = unit * max(1, round((asked["block_s"] or written["duration_s"] / 20.0) / step / unit))

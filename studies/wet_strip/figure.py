@@ -105,7 +105,7 @@ def draw(table: pd.DataFrame) -> None:
         middle.set_ylim(bottom=0)
         right.set(xlabel="diameter over aperture [-]", ylabel="passed [%]", ylim=(-3, 103))
         left.legend(fontsize="small")
-        right.legend(title=f"stroke {strokes[len(strokes) // 2]:g} mm", fontsize="small")
+        right.legend(title=f"amplitude {strokes[len(strokes) // 2]:g} mm", fontsize="small")
         FIGURE.parent.mkdir(exist_ok=True)
         figure.savefig(FIGURE, metadata={"Date": None})
         plt.close(figure)
