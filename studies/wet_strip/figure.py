@@ -36,10 +36,10 @@ def store(sweep: Path) -> None:
     done.sort_values([STROKE, MOISTURE, SEED]).to_csv(STORED, index=False, float_format="%.6g", lineterminator="\n")
 
 
-def throw_number(amplitude_mm: float) -> float:
+def acceleration_ratio(amplitude_mm: float) -> float:
     """Acceleration of the deck normal to itself over that of gravity.
 
-    >>> f"{throw_number(2.0):.2f}"
+    >>> f"{acceleration_ratio(2.0):.2f}"
     '2.36'
     """
     normal = 1e-3 * amplitude_mm * (2.0 * math.pi * FREQUENCY_HZ) ** 2 * math.sin(math.radians(ANGLE_DEG))
@@ -88,7 +88,7 @@ def draw(table: pd.DataFrame) -> None:
             of, colour = table[table[STROKE] == stroke], COLOURS[k]
             groups = {float(m): rows for m, rows in of.groupby(MOISTURE)}
             mean, half = (100.0 * np.array(v) for v in zip(*(recovery(rows) for rows in groups.values()), strict=True))
-            label = f"{stroke:g} mm, throw number {throw_number(stroke):.1f}"
+            label = f"{stroke:g} mm, throw number {acceleration_ratio(stroke):.1f}"
             left.errorbar([*groups], mean, half, marker="o", color=colour, capsize=2, label=label)
             left.plot(of[MOISTURE], 100.0 * of["recovery"], ".", color=colour, alpha=0.5, markersize=4)
             middle.plot([*groups], [100.0 * rows["pegged"].mean() for rows in groups.values()], "o-", color=colour)
