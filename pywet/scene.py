@@ -310,6 +310,8 @@ class EngineScene(Strict):
     """Parquet table of the spheres at the start: id, type, x, y, z [m] (and optional vx … wz)."""
     time_step_s: Positive
     duration_s: Positive
+    blocks: Annotated[int, Field(ge=1)] | None = None
+    """Equal blocks that the run consists of, if it is extended block by block; None: its duration is given."""
     output: Output
     screen_z_m: float = 0.0
     bin_z_m: float
@@ -368,6 +370,11 @@ class EngineScene(Strict):
         obstacle = not_retirable(self.effects, self.output, self.gravity_m_per_s2, self.is_fed) if self.retire else None
         if obstacle:
             raise ValueError(f"scene {self.name}: retire is on but {obstacle}; expected retire off")
+        if self.blocks and (self.steps % self.blocks or self.output.contact_windows % self.blocks):
+            raise ValueError(
+                f"scene {self.name}: {self.steps} steps and {self.output.contact_windows} contact_windows in {self.blocks} "
+                "blocks; expected as many in each"
+            )
         self._check_outlets()
         self._check_periodic()
         if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
@@ -467,6 +474,22 @@ class EngineScene(Strict):
     @property
     def steps(self) -> int:
         return round(self.duration_s / self.time_step_s)
+
+    @property
+    def block_steps(self) -> int:
+        """Return the steps of a block; of a run whose duration is given, all."""
+        return self.steps // (self.blocks or 1)
+
+    def of_blocks(self, blocks: int) -> EngineScene:
+        """Return the scene with another number of blocks; a run of more blocks begins with the same steps and windows."""
+        windows = self.output.contact_windows // (self.blocks or 1) * blocks
+        return self.model_copy(
+            update={
+                "blocks": blocks,
+                "duration_s": blocks * self.block_steps * self.time_step_s,
+                "output": self.output.model_copy(update={"contact_windows": windows}),
+            }
+        )
 
     @property
     def output_every(self) -> int:

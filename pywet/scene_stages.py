@@ -14,6 +14,7 @@ from pywet.cases.screening import identity, verdict
 from pywet.config.loading import begun, placed_laws, read_yaml
 from pywet.errors import PywetError
 from pywet.planning.effect_plan import EffectPlan
+from pywet.products import until
 from pywet.runs import second
 from pywet.runs.loaded import Run
 from pywet.util.files import read_bytes
@@ -99,10 +100,11 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
         raise PywetError("the folder of the run is empty; expected the path of a run directory", code="scene.no_folder")
     where, word = Path(folder), fingerprint(scene)
     with identity.held(where, word):
+        blocks = until.under_way(where) if scene.until and identity.left(where) == word else None
         identity.leave(where, word)
-        building.write(scene, where)
+        building.write(scene, where, blocks)
         second.leave(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
-        stages.simulate(where, ranks, progress)
+        stages.simulate(where, ranks, progress, extend=until.extension(scene.until) if scene.until else None)
         results.write(where)
         try:
             stages.replay(where)

@@ -127,9 +127,19 @@ def fingerprint(config: Config, case: int, scale: str, engine: str = "liggghts")
     return f"{engine} {identity.identity(config, case, scale)}"
 
 
-def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts", mpi: str = "") -> None:
-    """Stage simulate: run the engine; `mpi` are the words that start its ranks where mpirun does not, `srun --mpi=pmix`."""
-    chosen(engine, ranks).start(run_dir, ranks, progress, mpi)
+def simulate(
+    run_dir: Path,
+    ranks: int,
+    progress: bool,
+    engine: str = "liggghts",
+    mpi: str = "",
+    extend: Callable[..., object] | None = None,
+) -> None:
+    """Stage simulate: run the engine; `mpi` are the words that start its ranks where mpirun does not, `srun --mpi=pmix`.
+
+    `extend` decides after each block of a run whether it goes on.
+    """
+    chosen(engine, ranks).start(run_dir, ranks, progress, mpi, extend)
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:
@@ -157,12 +167,15 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 
 
 def results(run_dir: Path) -> None:
-    """Stage results: fraction retained, liquid by reservoir, checks, summary."""
+    """Stage results: fraction retained, liquid by reservoir, checks, summary, numbers of the screen."""
     from pywet.cases.screening.results import summarise, write_results
+    from pywet.products import screening_report
     from pywet.runs.rundir import RunDir
 
     run = RunDir(Path(run_dir))
     summarise(run, write_results(run))
+    if run.scene.slide is not None:
+        screening_report.write(run.path)
 
 
 def vtk(run_dir: Path, paraview: bool = False) -> None:

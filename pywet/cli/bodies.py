@@ -20,6 +20,7 @@ from pywet.util.ranges import MOST_RANKS, SCENE, Range
 
 PROBLEMS = sorted(path.parent.name for path in place("benchmarks/wet").glob("*/answers.json"))
 app = typer.Typer()
+UNTIL = Range(0, 50, "%", above=True)
 CORES, MORE = Range(1, MOST_RANKS, whole=True), Range(0, 1000, whole=True)
 collide = typer.Typer(no_args_is_help=True, help="Collisions of a few wet bodies.")
 app.add_typer(collide, name="collide")
@@ -73,6 +74,9 @@ def run_scene(
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
     seeds: Annotated[int, number("--seeds", SEEDS, "Number of runs with consecutive seeds, in adjacent folders")] = 1,
+    until: Annotated[
+        float | None, number("--until", UNTIL, "End the run when the partition is known to so many percent")
+    ] = None,
     trust: Trust = False,
     verbose: Verbose = False,
 ) -> None:
@@ -84,6 +88,9 @@ def run_scene(
     from pywet.planning import size_distribution
 
     description = commands.read_scene(file)
+    if until is not None:
+        asked = description.until.model_dump(exclude_unset=True) if description.until else {}
+        description = description.with_(until={**asked, "partition_percent": until})
     if trust:
         placed_laws(description.laws, description.folder, trust)
     folder = out_dir or Path("results") / "scenes" / file.stem

@@ -97,6 +97,7 @@ def _retained(folders: Sequence[Path]) -> Iterator[str]:
 
 def _screen(folders: Sequence[Path]) -> Iterator[str]:
     """Return the lines on the screen of a custom scene; none for several seeds, which `pywet screen` combines."""
+    from pywet.products import until
     from pywet.products.screening_report import RESULT
     from pywet.report.screen_page import five
 
@@ -104,6 +105,8 @@ def _screen(folders: Sequence[Path]) -> Iterator[str]:
     case = (folders[0] / "results" / "fraction_retained.parquet").exists()
     if len(folders) == 1 and path.exists() and not case:
         yield ", ".join(f"{name} {value}" for name, value in five(read_json(path)).items())
+    if (known := folders[0] / until.RESULT).exists():
+        yield until.sentence(read_json(known))
 
 
 def _liquid(folders: Sequence[Path]) -> Iterator[str]:

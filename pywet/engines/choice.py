@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -22,10 +23,13 @@ class Engine:
     parallel: bool = True
     """Return whether it runs in more than one process."""
 
-    def start(self, run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
-        """Run the scene there; `mpi` are the words that start the ranks (empty: mpirun)."""
+    def start(
+        self, run_dir: Path, ranks: int, progress: bool, mpi: str, extend: Callable[..., object] | None = None
+    ) -> None:
+        """Run the scene there; `mpi` are the words that start the ranks (empty: mpirun), `extend` see the driver of LIGGGHTS."""
         driver = import_module(f"pywet.engines.{self.name}.driver")
-        driver.run(run_dir, progress=progress, **({"ranks": ranks, "keep": True, "mpi": mpi} if self.parallel else {}))
+        given = {"ranks": ranks, "keep": True, "mpi": mpi, "extend": extend} if self.parallel else {}
+        driver.run(run_dir, progress=progress, **given)
 
 
 ENGINES = {

@@ -58,13 +58,15 @@ def partition_curve(diameter_m: Floats, overs: Floats, unders: Floats, sphere_kg
     return pd.DataFrame(rows, columns=["diameter_mm", "feed_kg", "overs_kg", "unders_kg", "T", "T_low", "T_high"])
 
 
-def size_at(curve: pd.DataFrame, share: float) -> float:
+def size_at(curve: pd.DataFrame, share: float, column: str = "T") -> float:
     """Size [mm] at which T is first this share, between classes linear in the size; nan where the classes do not enclose it.
+
+    `column`: T_low or T_high for an end of its interval.
 
     >>> size_at(pd.DataFrame({"diameter_mm": [1.0, 3.0], "T": [0.0, 1.0]}), 0.25)
     1.5
     """
-    d, t = curve["diameter_mm"].to_numpy(dtype=float), curve["T"].to_numpy(dtype=float)
+    d, t = curve["diameter_mm"].to_numpy(dtype=float), curve[column].to_numpy(dtype=float)
     for k in range(1, len(d)):
         if t[k - 1] <= share <= t[k] and t[k] > t[k - 1]:
             return float(d[k - 1] + (share - t[k - 1]) / (t[k] - t[k - 1]) * (d[k] - d[k - 1]))

@@ -12,7 +12,7 @@ import pandas as pd
 
 from pywet.products import apertures, flowsheet, streams
 from pywet.products.apertures import of_deck
-from pywet.products.partition import Separation, partition_curve, separation
+from pywet.products.partition import Separation, partition_curve, separation, size_at
 from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
@@ -21,7 +21,7 @@ from pywet.util.ranges import LIMITS
 
 PER_HOUR = 3.6
 """t/h of a kg/s."""
-MOST_PASSED = 0.9
+MOST_PASSED = 0.95
 """Part of what passes in a batch, until which its throughput is taken."""
 RESULT = "screen"
 """Name of the file of numbers."""
@@ -80,7 +80,8 @@ def analyse(
     curve = curve_of(run, flow)
     numbers = separation(curve, aperture)
     series = time_series(run, flow)
-    return _numbers(run, flow, numbers, series), curve, series
+    cut = {"d50_low_mm": size_at(curve, 0.5, "T_high"), "d50_high_mm": size_at(curve, 0.5, "T_low")}
+    return {**_numbers(run, flow, numbers, series), **cut}, curve, series
 
 
 def _aperture(run: RunDir, deck: int) -> float | None:
@@ -121,9 +122,9 @@ def _residence(rows: pd.DataFrame) -> dict[str, float]:
 
 
 def _throughput(run: RunDir, flow: Streams, of: dict[str, pd.DataFrame], area: float | None) -> dict[str, Any]:
-    """Dry t/h of both products and in all, with block-averaged intervals; of a batch what passed until 90 % of it had."""
+    """Dry t/h of both products and in all, with block-averaged intervals; of a batch what passed until 95 % of it had."""
     if flow.continuous:
-        times = streams.edges(run, flow.end_s)
+        times = streams.edges(run.scene, flow.end_s)
         times = times[times >= flow.start_s - 1e-9]
         rates = {p: [PER_HOUR * v for v in block_mean(streams.flux(rows, times))] for p, rows in of.items()}
         rates["all"] = [PER_HOUR * v for v in block_mean(streams.flux(pd.concat(of.values()), times))]

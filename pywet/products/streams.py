@@ -18,8 +18,11 @@ from pywet.errors import PywetError
 from pywet.products.apertures import DECKS
 from pywet.products.steady import start_of_steady
 from pywet.runs.rundir import Floats, RunDir
+from pywet.scene import EngineScene
 
 PRODUCTS = ("overs", "unders")
+Spheres = tuple[Any, Any, Any]
+"""Numbers, types and masses [kg] of all spheres, in the order of the numbers."""
 
 
 @dataclass(frozen=True)
@@ -69,15 +72,22 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
 
 def decks(run: RunDir) -> int:
     """Number of decks with separate overs."""
-    collected = {o.product for o in run.scene.outlets}
+    return decks_of(run.scene)
+
+
+def decks_of(scene: EngineScene) -> int:
+    """Number of decks of a scene with separate overs."""
+    collected = {o.product for o in scene.outlets}
     return max((k for k, product in enumerate(DECKS, start=1) if product in collected), default=1)
 
 
-def _table(run: RunDir, entered: Floats, left: Floats, product: Any, liquid: Floats) -> pd.DataFrame:
-    line, radius = run.timeline, np.array([c.radius_m for c in run.scene.classes])
+def _table(
+    scene: EngineScene, spheres: Spheres, entered: Floats, left: Floats, product: Any, liquid: Floats
+) -> pd.DataFrame:
+    (ids, types, mass), radius = spheres, np.array([c.radius_m for c in scene.classes])
     return pd.DataFrame(
         {
-            "id": line.ids, "type": line.types, "diameter_m": 2.0 * radius[line.types - 1], "mass_kg": line.mass,
+            "id": ids, "type": types, "diameter_m": 2.0 * radius[types - 1], "mass_kg": mass,
             "entered_s": entered, "left_s": left, "product": product, "liquid_m3": liquid,
         }
     )  # fmt: skip
@@ -88,42 +98,55 @@ def _batch(run: RunDir) -> Streams:
     passed = line.passed[-1] & line.present[-1]
     left = np.where(passed, line.times[line.passed.argmax(axis=0)], np.nan)
     opened = scene.slide.opens_at_s if scene.slide else 0.0
-    table = _table(run, np.full(len(line.ids), opened), left, np.where(passed, "unders", "overs"), line.liquid[-1])
+    spheres, product = (line.ids, line.types, line.mass), np.where(passed, "unders", "overs")
+    table = _table(scene, spheres, np.full(len(line.ids), opened), left, product, line.liquid[-1])
     return Streams(table, False, opened, float(line.times[-1]), True)
 
 
 def _continuous(run: RunDir, from_s: float | None, deck: int) -> Streams:
     line, scene = run.timeline, run.scene
-    missing = [p for p in PRODUCTS if p not in [o.product for o in scene.outlets]]
-    if missing:
-        names = ", ".join(o.name for o in scene.outlets)
-        raise PywetError(
-            f"{run.path}: none of its outlets ({names}) collects the {missing[0]}; expected one whose name begins "
-            f"with {missing[0]}, or with the key product: {missing[0]}"
-        )
-    gone = run.table("history/retired").set_index("id").reindex(line.ids)
-    seen = {**dict.fromkeys(DECKS[: deck - 1], ""), DECKS[deck - 1]: "overs"}
-    by_outlet = np.array(
-        ["", *(seen.get(o.product, "unders") if o.product else "" for o in scene.outlets)], dtype=object
-    )
-    product = by_outlet[gone["outlet"].fillna(0).to_numpy(dtype=int)]
-    entered = np.array(scene.enters(line.types.tolist())) * scene.time_step_s
-    table = _table(
-        run, entered, gone["time"].to_numpy(dtype=float), product, gone["film"].fillna(0.0).to_numpy(dtype=float)
-    )
+    if missing := uncollected(scene):
+        raise PywetError(f"{run.path}: {missing}")
+    table = leaving(scene, (line.ids, line.types, line.mass), run.table("history/retired"), deck)
     first, last = scene.insertion_s or (0.0, math.inf)
     end = min(float(line.times[-1]), last)
     if from_s is not None:
         if not 0.0 <= from_s < end:
             raise PywetError(f"--from {from_s:g} s; expected a time before the end of the feed, {end:g} s")
         return Streams(table, True, from_s, end, True, deck)
-    start = _steady_from(run, table, end)
+    start = steady_from(scene, table, end)
     return Streams(table, True, first + 0.5 * (end - first) if start is None else start, end, start is not None, deck)
 
 
-def edges(run: RunDir, end_s: float) -> Floats:
+def uncollected(scene: EngineScene) -> str | None:
+    """Return a sentence if no outlet collects the overs, or none the unders."""
+    missing = [p for p in PRODUCTS if p not in [o.product for o in scene.outlets]]
+    if not missing:
+        return None
+    names = ", ".join(o.name for o in scene.outlets) or "none"
+    return (
+        f"none of its outlets ({names}) collects the {missing[0]}; expected one whose name begins "
+        f"with {missing[0]}, or with the key product: {missing[0]}"
+    )
+
+
+def leaving(scene: EngineScene, spheres: Spheres, retired: pd.DataFrame, deck: int) -> pd.DataFrame:
+    """Table of `Streams` of a run with outlets, from the spheres that left it (id, time, outlet, film)."""
+    ids, types, _ = spheres
+    gone = retired.set_index("id").reindex(ids)
+    seen = {**dict.fromkeys(DECKS[: deck - 1], ""), DECKS[deck - 1]: "overs"}
+    by_outlet = np.array(
+        ["", *(seen.get(o.product, "unders") if o.product else "" for o in scene.outlets)], dtype=object
+    )
+    product = by_outlet[gone["outlet"].fillna(0).to_numpy(dtype=int)]
+    entered = np.array(scene.enters(types.tolist())) * scene.time_step_s
+    left, film = gone["time"].to_numpy(dtype=float), gone["film"].fillna(0.0).to_numpy(dtype=float)
+    return _table(scene, spheres, entered, left, product, film)
+
+
+def edges(scene: EngineScene, end_s: float) -> Floats:
     """Times between which fluxes are counted: the steps at which spheres may leave, up to `end_s` [s]."""
-    every = schedule.checkpoint_every(run.scene) * run.scene.time_step_s
+    every = schedule.checkpoint_every(scene) * scene.time_step_s
     return np.asarray(every * np.arange(int(end_s / every + 1e-9) + 1), dtype=np.float64)
 
 
@@ -142,9 +165,9 @@ def hold_up(spheres: pd.DataFrame, times: Floats) -> Floats:
     return np.array([mass[(entered <= t) & (left > t)].sum() for t in times])
 
 
-def _steady_from(run: RunDir, table: pd.DataFrame, end: float) -> float | None:
+def steady_from(scene: EngineScene, table: pd.DataFrame, end: float) -> float | None:
     """Return the time [s] from which hold-up and outflow are both steady; None if one of them never is."""
-    times = edges(run, end)
+    times = edges(scene, end)
     if len(times) < 3:
         return None
     found = [start_of_steady(hold_up(table, times[1:])), start_of_steady(flux(table, times))]

@@ -39,6 +39,8 @@ class CaseResult:
     """Fraction retained of the same case from other first arrangements, run in folders named CASE-SEED."""
     others: tuple[dict[str, Any], ...] = field(default=())
     """The summaries of these runs, of those that have one."""
+    screens: tuple[dict[str, Any], ...] = field(default=())
+    """Numbers of the screen, of the run and of those of further seeds."""
     nothing: tuple[str, ...] = field(default=())
     """Kinds that the scene has and of which the replay compared nothing."""
     folder: Path | None = None
@@ -73,7 +75,7 @@ class CaseResult:
 
     def over_seeds(self, *keys: str, factor: float = 1.0) -> list[float]:
         """A number of summary.json by its keys, of every seed; empty where the run has none."""
-        values = [_deep(summary, keys) for summary in (self.summary, *self.others)]
+        values = [deep(summary, keys) for summary in (self.summary, *self.others)]
         return [] if values[0] is None else [factor * v for v in values if v is not None]
 
     @property
@@ -88,7 +90,8 @@ class CaseResult:
         return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
 
 
-def _deep(data: Any, keys: Sequence[str]) -> Any:
+def deep(data: Any, keys: Sequence[str]) -> Any:
+    """Return a value of nested dictionaries by its keys; None where one is missing."""
     for key in keys:
         data = data.get(key) if data else None
     return data
@@ -145,8 +148,14 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
         nothing=tuple(verdict.nothing_compared(replay)) if replay else (),
         seeds=tuple(read_table(path) for path in seeds),
         others=tuple(s for path in seeds if (s := RunDir(path.parent.parent).json("summary.json", Summary))),
+        screens=tuple(s for path in (run_dir, *(p.parent.parent for p in seeds)) if (s := _screen(path))),
         folder=run_dir,
     )
+
+
+def _screen(run_dir: Path) -> dict[str, Any] | None:
+    found: dict[str, Any] | None = RunDir(run_dir).json("results/screen.json", dict[str, Any])
+    return found
 
 
 def _other_seeds(run_dir: Path) -> list[Path]:

@@ -17,7 +17,7 @@ from pywet.config import Config, of_run
 from pywet.errors import PywetError
 from pywet.report import answer, browser, contributed, page, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
-from pywet.report.report_numbers import CASES, LEDGER, Numbers, collected
+from pywet.report.report_numbers import CASES, LEDGER, SCREEN, Numbers, collected
 from pywet.runs.rundir import RunDir
 from pywet.util.files import atomic_write, write_json
 
@@ -165,6 +165,8 @@ def context(scale: str, results: Sequence[CaseResult], numbers: Numbers, picture
         "paper_seconds": PAPER_SECONDS,
         "enough": presets.ENOUGH,
         "assumptions": [k for k in numbers if k.startswith("assumption.") and f"{k}.reason" in numbers],
+        "screens": [r for r in results if r.screens],
+        "screen_columns": SCREEN,
         "case_columns": CASES,
         "reservoirs": LEDGER,
         "picture": _embedded([picture]),

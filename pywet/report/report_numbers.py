@@ -16,7 +16,7 @@ from markupsafe import Markup
 from pywet.cases.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 from pywet.config import Config
 from pywet.report import answer, contributed
-from pywet.report.collect import CaseResult
+from pywet.report.collect import CaseResult, deep
 from pywet.report.plots import PLACES, WORDS, configuration_value, title
 from pywet.runs.spread import difference, half_width, with_interval
 
@@ -33,6 +33,16 @@ CASES = {
     "formations": "formations", "ruptures": "ruptures",
 }  # fmt: skip
 """Last part of a key and its column of the table of cases."""
+SCREEN: dict[str, tuple[str, float, tuple[str, ...]]] = {
+    "undersize_recovery_percent": ("undersize recovery [%]", 100.0, ("undersize_recovery",)),
+    "overs_purity_percent": ("purity of the overs [%]", 100.0, ("overs_purity",)),
+    "efficiency_percent": ("efficiency [%]", 100.0, ("efficiency",)),
+    "t_per_h_m2": ("passed [t/(h m²)]", 1.0, ("throughput_t_per_h_m2", "unders")),
+    "moisture_overs_percent": ("moisture of the overs [%]", 1.0, ("moisture_percent_of_dry_mass", "overs")),
+    "moisture_unders_percent": ("moisture of the unders [%]", 1.0, ("moisture_percent_of_dry_mass", "unders")),
+    "pegged_percent": ("apertures pegged [%]", 100.0, ("pegged_share",)),
+}  # fmt: skip
+"""Last part of a key: its column of the table of screens, factor, and keys in screen.json."""
 PRESETS = {
     "fraction_retained": "fraction retained", "formations": "bridges formed", "ruptures": "bridges ruptured",
     "wall_s": "wall time in s", **{f"liquid_percent.{name}": f"liquid {label}" for name, (label, _) in PLACES.items()},
@@ -105,7 +115,7 @@ def power(value: float | None) -> str:
 def collected(results: Sequence[CaseResult], config: Config, scale: str) -> Numbers:
     """Collect the numbers of all cases, but for those of figures and of presets."""
     numbers = Numbers()
-    for part in (_cases, _answer, _cross_check, _laws, _effects, _contributions, _deviations, _ledger):
+    for part in (_cases, _answer, _screens, _cross_check, _laws, _effects, _contributions, _deviations, _ledger):
         part(numbers, results)
     _scale(numbers, config, scale)
     return numbers
@@ -178,6 +188,16 @@ def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
     if words and len(rows) > 1:
         numbers.put("comparisons.count", len(words))
         numbers.put("comparisons.significant", words.count("significant"))
+
+
+def _screens(numbers: Numbers, results: Sequence[CaseResult]) -> None:
+    """What the screen did: recovery, purity, efficiency, rate, moisture of the products, pegging."""
+    there = [r for r in results if r.screens]
+    for key, (words, factor, path) in SCREEN.items() if there else ():
+        numbers.label(f"screen.{key}", words)
+        for r in there:
+            found = (deep(s, path) for s in r.screens)
+            numbers.spread(f"{r.case.name}.screen.{key}", [factor * v for v in found if v is not None])
 
 
 def _coarse(result: CaseResult) -> float:

@@ -51,12 +51,12 @@ def write(folder: Path, picture: Path) -> Path:
     runs = seeds.of_scene(folder)
     run, found = runs[0], seeds.worst(runs)
     sections = [
+        *screen_page.of_run(folder),
         page.Section(
             "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
         ),
         *_sizes(run),
         *_retained(runs),
-        *screen_page.of_run(folder),
         page.Section("Where the liquid is", _liquid(runs), "Liquid"),
         *_contacts(runs),
         *([page.Section("Which effects were simulated", _effects(run), "Effects")] if run.has("plan.json") else []),

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from pywet import run_lock
-from pywet.products import apertures, screening_report
+from pywet.products import apertures, screening_report, until
 from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
 from pywet.products.streams import PRODUCTS, decks
@@ -27,12 +27,15 @@ def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
 
 
 def five(numbers: dict[str, Any]) -> dict[str, str]:
-    """Cut size, efficiency, throughput, product moisture and blinding in words."""
+    """Cut size and sharpness, efficiency, throughput, product moisture and blinding in words."""
     rates, moist = numbers["throughput_t_per_h"], numbers["moisture_percent_of_dry_mass"]
     of = "all" if "all" in rates else "unders"
     per_area, share = numbers["throughput_t_per_h_m2"].get(of), numbers.get("pegged_share")
+    ends = [numbers.get(key) for key in ("d50_low_mm", "d50_high_mm")]
+    interval = f" ({' – '.join(shown(end) for end in ends)})" if numbers["d50_mm"] and any(ends) else ""
     return {
-        "cut size d50": shown(numbers["d50_mm"], " mm"),
+        "cut size d50": shown(numbers["d50_mm"], " mm") + interval,
+        "ecart probable": shown(numbers["ecart_probable_mm"], " mm"),
         "efficiency": shown(numbers["efficiency"] and 100 * numbers["efficiency"], " %"),
         f"throughput, {of}": f"{shown(rates[of] and 1e3 * rates[of], ' kg/h')}, {shown(per_area, ' t/(h m²)')}",
         "moisture, overs / unders": " / ".join(shown(moist[p], " %") for p in PRODUCTS),
@@ -42,6 +45,7 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
 
 def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: pd.DataFrame) -> list[page.Section]:
     """Sections of a page on a screen."""
+    known = run.json(until.RESULT, dict[str, Any])
     with plt.rc_context(STYLE):
         drawn = [_partition(numbers, curve), _products(series), _moisture(run, series)]
         drawn += [_passage(run, numbers)]
@@ -51,17 +55,17 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
     ]
     return [
         page.Section(
-            "What the screen did" + (f", deck {deck}" if (deck := numbers["deck"]) > 1 else ""),
-            page.table(["number", "value"], rows),
-            "Numbers",
+            "Screen" + (f", deck {deck}" if (deck := numbers["deck"]) > 1 else ""),
+            page.table(["number", "value"], rows) + (page.paragraph(until.sentence(known)) if known else ""),
+            "Screen",
         ),
-        page.Section("Pictures", f'<div class="panels">{"".join(drawn)}</div>', "Pictures"),
+        page.Section("Partition, products, moisture, pegging", f'<div class="panels">{"".join(drawn)}</div>', "Curves"),
     ]
 
 
 def _more(numbers: dict[str, Any]) -> dict[str, str]:
     keys = {
-        "ecart probable (d75 - d25)/2": ("ecart_probable_mm", 1.0, " mm"), "imperfection": ("imperfection", 1.0, ""),
+        "imperfection": ("imperfection", 1.0, ""),
         "size that parts undersize from oversize": ("reference_mm", 1.0, " mm"),
         "undersize recovery": ("undersize_recovery", 100.0, " %"), "oversize recovery": ("oversize_recovery", 100.0, " %"),
         "purity of the unders": ("unders_purity", 100.0, " %"), "purity of the overs": ("overs_purity", 100.0, " %"),

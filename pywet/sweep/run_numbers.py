@@ -48,7 +48,8 @@ def numbers(run: Run) -> Numbers:
 
 
 def of_scene(scene: description.Scene) -> list[str]:
-    """Names of the results of a scene."""
+    """Names of the results of a scene, of its feeds and its deck too."""
+    scene = scene.in_full()
     liquid = [column("spheres", s.name) for s in scene.spheres] + [f"wall_{walls.word_of(w.name)}" for w in scene.walls]
     return [*ON_REQUEST, *AT_END, *OF_ANY, *_of_liquid([*liquid, "left", "total"])]
 

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from reference_impl.diagnosis.held import MISSING, Held
+from reference_impl.replay import plans
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError, every
 from reference_impl.scene import amounts, expanded, inserted
@@ -86,9 +87,28 @@ def _general(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
         "output.checkpoints": (results["checkpoints"], "results.checkpoints"),
         **{f"gravity_m_per_s2.{a}": (g, "gravity_m_per_s2") for a, g in zip("xyz", down, strict=True)},
     }
+    found |= _blocks(written, scene)
     if step["time_step_s"]:
         found["time_step_s"] = (step["time_step_s"], "time_step.time_step_s")
     return found
+
+
+def _blocks(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
+    """Duration and sampling windows of a run that ends when its partition is known: those of so many equal blocks."""
+    asked = written.get("until")
+    if not asked:
+        return {"blocks": (None, "until")} if "blocks" in scene else {}
+    step, longest = scene["time_step_s"], round(written["duration_s"] / scene["time_step_s"])
+    unit = plans.checkpoints_every(dict(scene), longest)
+    size = unit * max(1, round((asked["block_s"] or written["duration_s"] / 20.0) / step / unit))
+    most, passed = longest // size, math.ceil((asked["from_s"] or 0.0) / (size * step) - 1e-9)
+    number = min(max(scene.get("blocks") or 0, passed + asked["least_blocks"]), most)
+    of_each = math.ceil(written["results"]["windows"] / most)
+    return {
+        "blocks": (number, "until"),
+        "duration_s": (number * size * step, "until"),
+        "output.contact_windows": (number * of_each, "results.windows"),
+    }
 
 
 def _classes(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:

@@ -165,6 +165,29 @@ def _case(cases: Cases, number: int, numbers: Numbers) -> Iterator[Value]:
         for key in ("largest", "median"):
             yield f"{name}.deviation.{quantity}.{key}", of[key], "power"
     yield from _contributions(cases, number)
+    yield from _screen(cases, number)
+
+
+SCREEN = {
+    "undersize_recovery_percent": ("undersize_recovery", "", 100.0),
+    "overs_purity_percent": ("overs_purity", "", 100.0),
+    "efficiency_percent": ("efficiency", "", 100.0),
+    "t_per_h_m2": ("throughput_t_per_h_m2", "unders", 1.0),
+    "moisture_overs_percent": ("moisture_percent_of_dry_mass", "overs", 1.0),
+    "moisture_unders_percent": ("moisture_percent_of_dry_mass", "unders", 1.0),
+    "pegged_percent": ("pegged_share", "", 100.0),
+}
+"""Last part of a key -> keys in results/screen.json, and factor."""
+
+
+def _screen(cases: Cases, number: int) -> Iterator[Value]:
+    """Numbers of the screen of a case and of its further seeds."""
+    files = [cases.json(run, "results/screen.json") for run in (number, *cases.seeds(number))]
+    files = [of for of in files if of]
+    for key, (first, then, factor) in SCREEN.items() if files else ():
+        values = [(of.get(first) or {}).get(then) if then else of.get(first) for of in files]
+        spread = [factor * v for v in values if v is not None]
+        yield from _spread(f"{name_of(number)}.screen.{key}", spread, "3 digits")
 
 
 def _contributions(cases: Cases, number: int) -> Iterator[Value]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from reference_impl.diagnosis.held import MISSING, Held, Section
 from reference_impl.replay import io
-from reference_impl.tables import any_scene, columns, plant, screening, summary
+from reference_impl.tables import any_scene, columns, known, plant, screening, summary
 from reference_impl.tables.recomputed import Recomputed
 
 NAME = "results"
@@ -33,6 +33,8 @@ def check(folder: Path) -> Section:
         if screens:
             compared = [row for numbers in screens for row in plant.held(run, scene, numbers)]
             section.add("results_screen", "itself", compared, "numbers of screen.json")
+        if scene.get("blocks") and (run / known.RESULT).exists():
+            section.add("results_until", "itself", [*known.held(run, scene)], "numbers of until.json")
         if (run / "summary.json").exists():
             given = summary.load(run / "summary.json")
             section.add(

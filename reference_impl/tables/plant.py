@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.special import ndtri
 
 from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.motion.window import way_of
@@ -23,7 +24,7 @@ from reference_impl.tables.recomputed import Bodies, outputs
 RESULTS = {1: "results/screen.json", 2: "results/screen_2.json", 3: "results/screen_3.json"}
 """Of each deck, from above."""
 LEVELS = ("overs", "middlings", "lower_middlings")
-MOST_PASSED, BLOCKS = 0.9, 8
+MOST_PASSED, BLOCKS = 0.95, 8
 STUDENT = 2.3646242515927844
 """Two-sided 95 % point of Student's distribution with seven degrees of freedom."""
 SHARES = (
@@ -37,7 +38,9 @@ def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -
     """Spheres that count: id, diameter [mm], mass [kg], product, time of leaving and of entering [s], liquid [m3]."""
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     diameter = {c["type"]: 2e3 * c["radius_m"] for c in scene["classes"]}
-    table = pd.DataFrame({"id": of.ids, "d": [diameter[k] for k in of.kind], "kg": of.mass, "start_m3": of.film})
+    table = pd.DataFrame(
+        {"id": of.ids, "type": of.kind, "d": [diameter[k] for k in of.kind], "kg": of.mass, "start_m3": of.film}
+    )
     if not scene.get("outlets"):
         return _of_batch(folder, scene, of, table)
     above = LEVELS[: given.get("deck", 1) - 1]
@@ -89,11 +92,28 @@ def size_of(sizes: list[tuple[float, float, float]], share: float) -> float | No
     return None
 
 
+def cut_interval(rows: pd.DataFrame) -> tuple[float | None, float | None]:
+    """Sizes at which the lower and the upper ends of the intervals of T cross one half; of classes of one size the widest."""
+    ends: tuple[list[tuple[float, float, float]], ...] = ([], [])
+    for d in sorted(rows["d"].unique()):
+        found = []
+        for _, of in rows[rows["d"] == d].groupby("type"):
+            n, over = len(of), int((of["product"] == "overs").sum())
+            z2 = float(ndtri(0.975)) ** 2 / n
+            a, b, c = 1.0 + z2, -(2.0 * over / n + z2), (over / n) ** 2
+            root = math.sqrt(max(0.0, b * b - 4.0 * a * c))
+            found.append((max(0.0, (-b - root) / (2.0 * a)), min(1.0, (-b + root) / (2.0 * a))))
+        for into, t in zip(ends, (min(f[0] for f in found), max(f[1] for f in found)), strict=True):
+            into.append((float(d), t, 1.0 - t))
+    return size_of(ends[0], 0.5), size_of(ends[1], 0.5)
+
+
 def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
     """The numbers of screen.json that follow from the spheres that count."""
     sizes, limit = curve(rows), given["reference_mm"]
     d25, d50, d75 = (size_of(sizes, share) for share in (0.25, 0.5, 0.75))
     found: dict[str, Any] = {"d25_mm": d25, "d50_mm": d50, "d75_mm": d75}
+    found |= dict(zip(("d50_high_mm", "d50_low_mm"), cut_interval(rows), strict=True))
     ecart = found["ecart_probable_mm"] = None if d25 is None or d75 is None else (d75 - d25) / 2.0
     found["imperfection"] = None if ecart is None or d50 is None else ecart / d50
     if not sizes:
@@ -162,7 +182,7 @@ def rates(rows: pd.DataFrame, given: Mapping[str, Any], every: float) -> tuple[f
 
 
 def of_batch(rows: pd.DataFrame, given: Mapping[str, Any]) -> float | None:
-    """Dry t/h of a batch: of the unders until nine tenths of them had passed."""
+    """Dry t/h of a batch: of the unders until 95 % of them had passed."""
     passed = rows[rows["product"] == "unders"].sort_values(["out", "id"])
     total, so_far = float(passed["kg"].sum()), 0.0
     for kg, out in zip(passed["kg"], passed["out"], strict=True):
@@ -181,6 +201,13 @@ def in_blocks(values: Sequence[float]) -> tuple[float | None, float | None]:
     means = [math.fsum(row) / size for row in last.tolist()]
     mean = math.fsum(means) / BLOCKS
     return mean, STUDENT * math.sqrt(math.fsum((m - mean) ** 2 for m in means) / (BLOCKS - 1) / BLOCKS)
+
+
+def summed(amplitude: float, rate: float, phase: float, step: float, total: int) -> Floats:
+    """Displacement of a vibration after 0 to `total` steps as the engine moves a mesh: time is a sum of steps, a place one of
+    velocity times step, some tenths of a µm from the sine."""
+    at = np.cumsum(np.full(total, step))
+    return np.concatenate([np.zeros(1), np.cumsum(amplitude * rate * np.cos(rate * at + phase) * step)])
 
 
 def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, float | None]:
@@ -204,12 +231,14 @@ def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> 
     rate = 2.0 * math.pi * way.get("frequency_Hz", 0.0)
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     radius = np.array([c["radius_m"] for c in scene["classes"]])[of.kind - 1]
+    step, total = scene["time_step_s"], plans.plan(folder).steps
+    risen = summed(float(a[2]), rate, float(phase[2]), step, total)
     counts = []
     for o in outputs(folder, scene, of, ["z", "vx", "vy", "vz"]):
         time = o.step * scene["time_step_s"]
         if not given["from_s"] <= time <= given["to_s"]:
             continue
-        height = plane + a[2] * (math.sin(rate * time + phase[2]) - math.sin(phase[2]))
+        height = plane + float(risen[o.step])
         v = o.places[["vx", "vy", "vz"]].to_numpy(float) - a * rate * np.cos(rate * time + phase)
         near = np.abs(o.places["z"].to_numpy(float) - height) < radius[o.at]
         slow = np.sqrt((v**2).sum(axis=1)) <= 0.5 * rate * math.sqrt(float((a**2).sum()))

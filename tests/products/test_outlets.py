@@ -24,6 +24,7 @@ from reference_impl.shown import ovito as ovito_read
 from reference_impl.shown import vtk as vtk_read
 from reference_impl.shown import vtkhdf as vtkhdf_read
 from tests.cases.custom.conftest import beads
+from tests.cases.custom.test_repeating import strip
 from tests.engines.liggghts.test_restart import killed, same_bits
 
 OUTLETS = [
@@ -109,6 +110,42 @@ def test_killed_and_on_two_ranks(run: pywet.Run, tmp_path: Path) -> None:
     here, there = (gone(f).sort_values(order, ignore_index=True) for f in (run.path, two))
     pd.testing.assert_frame_equal(here, there, rtol=1e-6, atol=1e-9)
     assert ledger_error(RunDir(two).ledger) < 1e-12
+
+
+STRIP = [
+    {
+        "name": name, "material": "glass", "diameter_mm": size, "count": count, "velocity_m_per_s": (0, 0, -0.4),
+        "box": {"low_mm": (2, -14, 8), "high_mm": (24, 14, 20)}, "fed": {"for_s": 0.12},
+    }
+    for name, size, count in (("fine", 3, 50), ("coarse", 6, 8))
+]  # fmt: skip
+"""Spheres that enter a periodic strip of a deck."""
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+@pytest.mark.parametrize("kind", ["outlets", "strip"])
+def test_killed_twice(tmp_path: Path, kind: str) -> None:
+    """A continuous run with outlets, and a periodic strip of a deck: the same tables to the last bit after two kills; spheres and
+    bridges crossed the periodic face, and spheres left before and after each kill."""
+    what = scene() if kind == "outlets" else strip(spheres=STRIP, liquid={"percent": 3}, duration_s=0.24)
+    for name in ("whole", "killed"):
+        building.write(what, tmp_path / name)
+    driver.run(tmp_path / "whole", progress=False)
+    run = RunDir(tmp_path / "whole")
+    every, left = schedule.checkpoint_every(run.scene), gone(run.path)["step"]
+    kills = [every * (run.scene.steps * k // 3 // every) for k in (1, 2)]
+    for step in kills:
+        assert step <= killed(tmp_path / "killed", after=step) < run.scene.steps
+    assert driver.run(tmp_path / "killed", progress=False).resumed_at_step >= kills[1]
+    same_bits(tmp_path / "whole", tmp_path / "killed")
+    assert ledger_error(run.ledger) < 1e-12 and (left > kills[1]).any()
+    if kind == "strip":
+        width = run.scene.box_high_m[1] - run.scene.box_low_m[1]
+        way = run.trajectory.sort_values(["id", "step"]).groupby("id")["y"].diff()
+        assert (way.abs() > 0.8 * width).any()
+        bridges = run.table("history/bridges").query("partner_kind == 0")
+        assert (np.abs(bridges["xj_y"]) > 0.5 * width).any()
 
 
 def falling(**changes: Any) -> pywet.Scene:

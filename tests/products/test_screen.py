@@ -13,9 +13,11 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.errors import PywetError
+from pywet.geometry.motion import engine_displacement
 from pywet.products import screening_report, steady, streams
 from pywet.products.partition import partition_curve, separation, size_at
 from pywet.runs.rundir import RunDir
+from pywet.scene import Vibration
 from reference_impl.replay import io
 from reference_impl.tables import plant
 from tests.cases.screening import synthetic
@@ -225,3 +227,15 @@ def test_block_interval_covers_the_mean() -> None:
         mean, half = steady.block_mean(x)
         inside += abs(mean) <= half
     assert 0.90 <= inside / 400 <= 0.98
+
+
+def test_the_plane_of_the_screen_is_where_the_engine_has_it() -> None:
+    """The reference counts pegged spheres by the engine's sum of velocities, which is 0.2 µm from the sine: a sphere between both
+    would be pegged for one of the two programs alone."""
+    moves = Vibration(amplitude_m=(0.0, 0.0, 1e-3), phase_rad=(0.0, 0.0, 0.4), frequency_Hz=20.0)
+    rate, step = 2.0 * math.pi * 20.0, 1.8e-5
+    mine = plant.summed(1e-3, rate, 0.4, step, 5000)
+    engine = engine_displacement(moves, np.arange(5001), step)[:, 2]
+    assert np.abs(mine - engine).max() < 1e-15
+    sine = 1e-3 * (np.sin(rate * step * np.arange(5001) + 0.4) - math.sin(0.4))
+    assert 1e-7 < np.abs(mine - sine).max() < 3e-6

@@ -90,6 +90,20 @@ def test_report_counts_done_and_cross_checked_cases(config: settings.Config, fol
     assert "2.0e−12" in text
 
 
+def test_the_section_on_the_screen_is_on_top(config: settings.Config, folder: Path) -> None:
+    """Before all other sections, with a row for each case that has results and a column for each number."""
+    text = _write(config, folder)
+    assert re.findall(r'<section id="(\w+)"', text)[0] == "screen"
+    table = text.partition('<section id="screen">')[2].partition("</section>")[0]
+    there = [n for n in CASES if (folder / f"case{n:02d}" / "results" / "screen.json").exists()]
+    assert table.count("<tr>") == 1 + len(there) > 1
+    assert table.count("<td>") == len(there) * (1 + len(report_numbers.SCREEN))
+    given = json.loads((folder / "report.json").read_text())
+    of = json.loads((folder / f"case{there[0]:02d}" / "results" / "screen.json").read_text())
+    recovery = given[f"case{there[0]:02d}.screen.undersize_recovery_percent"]["value"]
+    assert recovery == pytest.approx(100.0 * of["undersize_recovery"])
+
+
 def test_moist_cases_without_bridges_are_done_and_have_no_ledger(config: settings.Config, unbridged: Path) -> None:
     text = _write(config, unbridged, cases=(2, 3))
     assert re.search(r"<b>2 of 2</b><span>cases done", text) and re.search(r"<b>0 of 0</b><span>moist cases", text)

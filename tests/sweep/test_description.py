@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 import yaml
 
+import pywet
 from pywet import shipped
 from pywet.errors import ConfigError, PywetError
-from pywet.sweep import constraints, plan, points
+from pywet.sweep import constraints, plan, points, run_numbers
 from pywet.sweep.description import Axis
 from pywet.sweep.keys import dotted, filled, holds
 from tests.sweep.files import EXAMPLES, WALL, write
@@ -171,3 +172,10 @@ def test_the_first_sweep_of_the_documentation_is_checked_as_a_new_user_does(tmp_
     costs = asked.cost()
     assert len(asked.runs) == len(costs) == 24
     assert sum(cost.seconds for _, cost in costs) < 360.0
+
+
+def test_results_of_a_deck_have_names() -> None:
+    """Walls of a deck and sizes of a feed are gathered by name as those that the scene lists itself."""
+    names = run_numbers.of_scene(pywet.read_scene(EXAMPLES / "scenes" / "deck.yaml"))
+    assert {"liquid_wall_screen_share", "liquid_wall_cross_wires_share"} <= {*names}
+    assert sum(name.startswith("liquid_spheres_ore_") and name.endswith("_share") for name in names) == 6

@@ -48,6 +48,7 @@ from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.surroundings import Surroundings
 from pywet.planning.time_steps import hertz_lines
+from pywet.products import until
 from pywet.products.feed import sentence as feed_sentence
 from pywet.products.outlets import refuse_thin, with_reach
 from pywet.runs.rundir import placed
@@ -288,8 +289,8 @@ class Building:
         drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
         return how.time_step_s or step_choice.of_packing(self.classes, self.pairs, how.share, drag, self.hertz)
 
-    def scene(self) -> typed.EngineScene:
-        """Make the engine-neutral scene that an engine runs."""
+    def scene(self, blocks: int | None = None) -> typed.EngineScene:
+        """Make the engine-neutral scene that an engine runs; `blocks`: of a run `until`, if not given the fewest."""
         user_scene, (low, high), effects = self.user_scene, self.box, self.plan.effects
         given: dict[str, Any] = {
             "name": user_scene.name,
@@ -331,13 +332,16 @@ class Building:
         except ValidationError as error:
             raise mistake(error, typed.EngineScene, f"scene {self.user_scene.name}") from error
         repeating.refuse_short(user_scene, 2.0 * max(c.radius_m for c in self.classes) + listed(scene) + skin(scene))
-        return scene
+        return until.in_blocks(scene, user_scene.until, blocks) if user_scene.until else scene
 
 
-def write(user_scene: Scene, run_dir: Path) -> typed.EngineScene:
-    """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene."""
+def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.EngineScene:
+    """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene.
+
+    `blocks`: how many of a run `until` are under way there.
+    """
     made, run_dir = Building(user_scene), Path(run_dir)
-    scene = made.scene()
+    scene = made.scene(blocks)
     for sentence in made.warnings:
         notice.warning("%s: %s", user_scene.name, sentence)
     for feed in user_scene.feed:

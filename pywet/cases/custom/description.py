@@ -22,6 +22,7 @@ from pywet.products.deck import Deck
 from pywet.products.feed import FeedAmount, entries
 from pywet.products.outlets import Outlet
 from pywet.products.size_classes import Sizes
+from pywet.products.until import Until
 from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
 
 WALLS = "walls"
@@ -135,6 +136,11 @@ class Fed(Excusable):
     """Number of pulses, of equal length and mass."""
     pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
     """Part of its period in which a pulse enters."""
+
+    @property
+    def end_s(self) -> float:
+        """Time at which insertion ends [s]."""
+        return self.from_s + self.for_s
 
     @model_validator(mode="after")
     def _has_pulses(self) -> Self:
@@ -310,6 +316,8 @@ class Scene(Excusable):
     """A tenth of the largest stable step if not given."""
     results: Results = Results()
     """Outputs, sampling windows, checkpoints."""
+    until: Until | None = None
+    """The run ends when the partition is known well enough, `duration_s` at the latest."""
     folder: Path = Path()
     """Where STL files and files of laws are looked for; of a YAML file its own folder."""
     file: Path | None = None
@@ -357,15 +365,37 @@ class Scene(Excusable):
         used = sorted({*self._of_spheres} & self.materials.keys())
         pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
         wrong += [f"an entry in contacts with between: [{a}, {b}]" for a, b in pairs]
-        late = [s.name for s in self.spheres if s.fed and s.fed.from_s + s.fed.for_s > self.duration_s]
+        late = [s.name for s in self.spheres if s.fed and s.fed.end_s > self.duration_s]
         wrong += [f"spheres {name} to be fed before the end, duration_s ({self.duration_s:g})" for name in late]
         wet = [s.percent or s.film_um for s in self.spheres] + [f.moisture_percent for f in self.feed]
         if self.liquid is None and any(wet):
             wrong.append("the key liquid, as spheres have some")
-        wrong += self._wrong_stiffness()
+        wrong += self._wrong_stiffness() + self._wrong_until()
         if wrong:
             raise ValueError("; ".join(wrong))
         return self
+
+    def _wrong_until(self) -> list[str]:
+        """What a run that ends with a known partition lacks."""
+        if self.until is None:
+            return []
+        found = []
+        if not self.outlets and self.deck is None:
+            found.append("until together with a deck or with outlets, by which spheres are counted")
+        given = [*(s.fed for s in self.spheres), *(f.insertion for f in self.feed)]
+        inserted = [one for one in given if one]
+        if not inserted:
+            found.append(
+                "until together with spheres that are inserted during the run (fed), or a feed with an insertion"
+            )
+        ends = [one.end_s for one in inserted]
+        if ends and min(ends) < self.duration_s * (1.0 - 1e-9):
+            found.append(
+                f"until with an insertion up to duration_s, {self.duration_s:g} s, the longest run, not to {min(ends):g} s"
+            )
+        if (self.until.from_s or 0.0) >= self.duration_s:
+            found.append(f"until.from_s below duration_s, {self.duration_s:g} s, not {self.until.from_s:g}")
+        return found
 
     def _wrong_stiffness(self) -> list[str]:
         """Keys of the other contact law, and what Hertz contacts lack."""

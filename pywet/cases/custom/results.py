@@ -12,7 +12,7 @@ import pandas as pd
 from pywet.cases.custom.at_walls import PRESSED, AtWalls
 from pywet.cases.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most, column
 from pywet.geometry import periodic
-from pywet.products import screening_report
+from pywet.products import screening_report, until
 from pywet.products.streams import PRODUCTS, decks
 from pywet.runs.retired import taken_out
 from pywet.runs.rundir import Bools, Floats, RunDir
@@ -157,4 +157,6 @@ def write(run_dir: Path) -> dict[str, Any]:
     if {o.product for o in run.scene.outlets} >= {*PRODUCTS}:
         for deck in range(1, decks(run) + 1):
             screening_report.write(run.path, deck=deck)
+    if run.scene.blocks:
+        until.write(run)
     return summary

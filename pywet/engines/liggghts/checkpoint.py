@@ -57,7 +57,10 @@ class Checkpoint:
 def fingerprint(run_dir: Path, scene: EngineScene, *parts: str) -> str:
     """Hash of everything a run follows from: scene, spheres, walls, films, laws, program, and `parts` (plugin, deck lines)."""
     digest = hashlib.sha256()
-    files = [run_dir / "scene.json", run_dir / scene.spheres_file]
+    if scene.blocks:  # a run of more blocks resumes from the checkpoints of one of fewer
+        digest.update(scene.of_blocks(1).model_dump_json().encode())
+    files = [] if scene.blocks else [run_dir / "scene.json"]
+    files.append(run_dir / scene.spheres_file)
     files += [run_dir / "history" / f"{name}.parquet" for name in ("spheres", "triangles")]
     files += [run_dir / wall.stl for wall in scene.walls]
     named = (law for law in scene.effects.model_dump().values() if isinstance(law, str))
@@ -96,6 +99,11 @@ def disown(folder: Path) -> None:
 def finish(folder: Path, sums: logs.Sums, account: dict[str, Any]) -> None:
     """Note that the engine came to its end: all that is left to do is to collect."""
     write_signed(folder / FINISHED, {"logs": sums, "account": account})
+
+
+def reopen(folder: Path) -> None:
+    """Have a run that came to its end resume from its last checkpoint, since more of it is wanted."""
+    (folder / FINISHED).unlink(missing_ok=True)
 
 
 def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None]:

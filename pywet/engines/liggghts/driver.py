@@ -12,7 +12,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from pywet.errors import EngineError, NotWhole, PywetError
 from pywet.planning import time_steps
 from pywet.runs import tables
 from pywet.scene import EngineScene
-from pywet.util.files import read_if_there, read_table
+from pywet.util.files import read_if_there, read_table, write_json
 from pywet.util.notices import notice
 
 PROGRAM = "liggghts"
@@ -84,6 +84,7 @@ def run(
     launch: Callable[..., Usage] = execute,
     keep: bool = False,
     mpi: str = "",
+    extend: Callable[[Path, EngineScene], EngineScene | None] | None = None,
 ) -> RunInfo:
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
@@ -91,6 +92,7 @@ def run(
     `extra` deck lines and the `integrate` group serve driven small scenes (two bodies at constant speed); `launch` starts the
     engine's process and waits for it. With `keep` a finished run of the same scene there, all its tables as they were made, is
     not simulated again. `mpi` are the words before `-n RANKS` that start the ranks in a cluster's job over several nodes.
+    `extend` gets the engine's folder and the scene at the engine's end, and returns the scene with more blocks, or None.
     """
     run_dir = Path(run_dir).resolve()
     with alone(run_dir):
@@ -118,7 +120,22 @@ def run(
         else:
             write_inputs(scene, run_dir)
             notice.info(f"{scene.name}: the engine had come to its end; its output is collected")
+        while extend and (longer := extend(folder, task.scene)):
+            checkpoint.reopen(folder)
+            write_json(run_dir / "scene.json", longer.model_dump(mode="json"))
+            task = replace(task, scene=longer)
+            account = _together(account, _simulate(task, []))
         return _collect(task, {**fixed, **account})
+
+
+def _together(account: dict[str, Any], more: dict[str, Any]) -> dict[str, Any]:
+    """Account of a run and of the blocks by which it was extended."""
+    sums = {
+        key: None if account[key] is None or more[key] is None else account[key] + more[key]
+        for key in ("wall_s", "cpu_s", "loop_cpu_s")
+    }
+    peaks = [account["peak_memory_B"], more["peak_memory_B"]]
+    return {**account, **sums, "peak_memory_B": None if None in peaks else max(peaks)}
 
 
 def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:

@@ -1,0 +1,62 @@
+"""Numbers that wet_strip.yaml gathers from each run: spheres of each class by product, recovery, pegged apertures.
+
+A sphere that is neither in the unders nor in the overs at the end is still on the deck.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from pywet.products import screening_report
+from pywet.runs.loaded import Run
+
+CLASSES = ("d05", "d07", "d08", "d09", "d12")
+"""Names of the classes in strip.yaml, by ten times the ratio of diameter to aperture."""
+APERTURE_M = 0.005
+FROM_S = 0.3
+"""Time from which pegged apertures are averaged [s]: the first spheres have then reached the end of the deck."""
+
+
+def counts(run: Run) -> pd.DataFrame:
+    """Number of spheres of each class (rows) that left into each product (columns overs, unders) during the whole run."""
+    gone = run._run.table("history/retired")
+    names = np.array(["", *(o.product or "" for o in run.scene.outlets)], dtype=object)
+    table = pd.crosstab(gone["type"], names[gone["outlet"].to_numpy(int)])
+    kinds = [c.type for c in run.scene.classes]
+    return table.reindex(index=kinds, columns=["overs", "unders"], fill_value=0).set_index(pd.Index(CLASSES))
+
+
+def _counted(product: str, name: str) -> Callable[[Run], float]:
+    def count(run: Run) -> float:
+        return float(counts(run)[product].to_numpy(float)[CLASSES.index(name)])
+
+    return count
+
+
+unders_d05, unders_d07, unders_d08, unders_d09, unders_d12 = (_counted("unders", name) for name in CLASSES)
+overs_d05, overs_d07, overs_d08, overs_d09, overs_d12 = (_counted("overs", name) for name in CLASSES)
+
+
+def recovery(run: Run) -> float:
+    """Mass of undersize in the unders over that of all undersize that was inserted."""
+    passed = counts(run)["unders"].to_numpy(float)
+    small = np.array([2.0 * c.radius_m < APERTURE_M for c in run.scene.classes])
+    mass = np.array([c.mass_kg for c in run.scene.classes])
+    inserted = np.array([c.count for c in run.scene.classes])
+    return float((mass * passed)[small].sum() / (mass * inserted)[small].sum())
+
+
+def pegged(run: Run) -> float:
+    """Pegged spheres over apertures, mean from `FROM_S` to the end of the feed."""
+    numbers, _, _ = screening_report.analyse(run.path, from_s=FROM_S)
+    return float(numbers["pegged_share"])
+
+
+def on_wires(run: Run) -> float:
+    """Share of all liquid that is on the wires at the end; 0 of a dry run."""
+    last = run.liquid.iloc[-1]
+    total = float(last["initial_m3"])
+    return float(last["wall_screen_m3"] + last["wall_cross_wires_m3"]) / total if total else 0.0

@@ -1,0 +1,188 @@
+"""Runs that end when their partition is known: interval in closed form, blocks, kills, what the replay finds."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from scipy import stats
+
+import pywet
+from pywet import scene_stages
+from pywet.cases.custom import building
+from pywet.engines import schedule
+from pywet.engines.liggghts import checkpoint, driver, process
+from pywet.errors import ConfigError
+from pywet.products import until
+from pywet.products.partition import wilson
+from pywet.scene import EngineScene
+from reference_impl.replay import plans
+from tests.products import made_up
+from tests.products.test_outlets import scene
+from tests.reliability.kills import Stopped, assert_same, tables_of
+
+ASKED = {"partition_percent": 12, "block_s": 0.06, "least_blocks": 5, "least_spheres": 10, "from_s": 0.1}
+BEADS = {
+    "name": "beads", "material": "glass", "diameter_mm": 3, "count": 140, "velocity_m_per_s": (0, 0, -0.3),
+    "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "fed": {"from_s": 0.0, "for_s": 0.72},
+}  # fmt: skip
+OUTLETS = [
+    {"name": "edge", "product": "overs", "low_mm": (-4, None, None), "high_mm": (-1, None, 3)},
+    {"name": "under", "product": "unders", "high_mm": (None, None, -20)},
+]
+
+
+def known(asked: dict[str, Any] | None = None, **changes: Any) -> pywet.Scene:
+    """Moist beads that enter for 0.72 s, of which some leave at the end of a plate and the others fall."""
+    given = {
+        "duration_s": 0.72, "spheres": [BEADS], "outlets": OUTLETS, "until": {**ASKED, **(asked or {})},
+        "results": {"interval_s": 0.02, "windows": 12},
+    }  # fmt: skip
+    return scene(**{**given, **changes})
+
+
+OVERS = (2, 4, 3, 0, 1, 2)
+"""Of four spheres of 2 mm in each of six blocks."""
+
+
+def test_the_interval_is_that_of_the_blocks() -> None:
+    """T = 12/24; deviations of overs from T times feed: Student's t over the root of six blocks; of 1 mm none leaves as overs."""
+    whole = made_up.scene(1200).model_copy(update={"blocks": 6})
+    kind, outlet, step = [], [], []
+    for k, overs in enumerate(OVERS):
+        kind += [2] * 4 + [1] * 4
+        outlet += [1] * overs + [2] * (8 - overs)
+        step += [200 * (k + 1)] * 8  # the last step of a block belongs to it
+    spheres = pd.DataFrame({"id": range(1, 49), "type": kind})
+    gone = spheres.assign(outlet=outlet, step=step, time=made_up.STEP * pd.Series(step), film=0.0)
+    asked = until.Until(partition_percent=40, least_blocks=5, least_spheres=10, from_s=0.0)
+    found = until.assess(whole, spheres, gone, asked)
+    fine, coarse = found["sizes"]
+    assert (fine["T"], fine["spheres"], coarse["T"], coarse["spheres"]) == (0.0, 24, 0.5, 24)
+    low, high = wilson(0, 24)
+    assert fine["half_width"] == pytest.approx(0.5 * (high - low))
+    spread = math.sqrt(sum((n - 2) ** 2 for n in OVERS) / 5 / 6) / 4
+    assert coarse["half_width"] == pytest.approx(stats.t.ppf(0.975, 5) * spread, rel=1e-12)
+    assert found["reached"] and found["counted_blocks"] == 6
+    later = until.assess(whole, spheres, gone, asked.model_copy(update={"from_s": 0.25}))
+    assert later["counted_blocks"] == 4 and later["from_s"] == pytest.approx(0.4) and not later["reached"]
+    assert not until.assess(whole, spheres, gone, asked.model_copy(update={"least_spheres": 25}))["reached"]
+
+
+def test_a_longer_run_begins_like_a_shorter_one() -> None:
+    """Windows, checkpoints and the fingerprint of a run of n blocks are those of n + 1, for the reference too."""
+    few = building.Building(known()).scene()
+    assert few.blocks == 7 and few.block_steps == 3000 and until.most_blocks(few) == 12
+    for blocks in range(7, 12):
+        short, long = few.of_blocks(blocks), few.of_blocks(blocks + 1)
+        windows = schedule.windows(short)
+        assert len(windows) == blocks and schedule.windows(long)[:blocks] == windows
+        assert short.output_steps == [s for s in long.output_steps if s <= short.steps]
+        assert schedule.checkpoints(short) == [s for s in schedule.checkpoints(long) if s < short.steps]
+        given = json.loads(long.model_dump_json())
+        assert [plans.sample_start(given, long.steps, k) for k in range(blocks)] == [a for a, _ in windows]
+        assert plans.checkpoints_every(given, long.steps) == schedule.checkpoint_every(short) == 1000
+
+
+@pytest.mark.parametrize(
+    ("asked", "changes", "words"),
+    [
+        ({}, {"outlets": []}, "until together with a deck or with outlets"),
+        ({}, {"outlets": OUTLETS[:1]}, "collects the unders"),
+        ({}, {"spheres": [{**BEADS, "fed": {"for_s": 0.5}}]}, "until with an insertion up to duration_s, 0.72 s"),
+        ({}, {"spheres": [{k: v for k, v in BEADS.items() if k != "fed"}]}, "until together with spheres that are inserted"),
+        ({"block_s": 0.2}, {}, "fit into duration_s, 0.72 s; expected at least 6: lower block_s"),
+        ({"least_blocks": 2}, {}, "least_blocks.*greater than or equal to 5|least_blocks.* 5"),
+        ({"partition_percent": 0}, {}, "partition_percent"),
+        ({"deck": 2}, {}, "deck is 2; expected 1 to 1"),
+        ({"from_s": 1.0}, {}, "until.from_s below duration_s"),
+        ({}, {"results": {"interval_s": 0.01, "windows": 0}}, "block_s is 0.06 s; expected at least 0.12 s with 10 checkpoints"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_one_sentence(asked: dict[str, Any], changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        building.Building(known(asked, **changes)).scene()
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> pywet.Run:
+    """A run that ends early; `pywet.run` raises where a check, the ledger or the replay objects."""
+    return pywet.run(known(), tmp_path_factory.mktemp("until") / "run")
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_a_run_ends_when_its_partition_is_known(run: pywet.Run, tmp_path: Path) -> None:
+    """At the first block at which the interval is narrow; its tables are those of a run of so many blocks from the start."""
+    found = json.loads((run.path / until.RESULT).read_text())
+    assert found["reached"] and 7 <= found["blocks"] < 12 and run.scene.blocks == found["blocks"]
+    gone, spheres = run._run.table("history/retired"), run._run.spheres
+    for blocks in range(7, found["blocks"] + 1):
+        short = run.scene.of_blocks(blocks)
+        early = until.assess(short, spheres, gone[gone["step"] <= short.steps], until.Until(**ASKED))
+        assert early["reached"] == (blocks == found["blocks"])
+    building.write(known(), tmp_path / "whole", found["blocks"])
+    driver.run(tmp_path / "whole", progress=False)
+    assert_same(tables_of(tmp_path / "whole"), tables_of(run.path))
+    pywet.run(known(), run.path)  # is there already
+    assert EngineScene.read(run.path / "scene.json").blocks == found["blocks"]
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_killed_within_a_block_and_between_two(run: pywet.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed while a block is simulated, at its end before the decision, and after it: the same run to the last bit."""
+
+    def launch(*given: Any) -> process.Usage:
+        command, at, of, report, watch = given
+
+        def look() -> None:
+            watch()
+            if list((at / checkpoint.FOLDER).glob("sums.*.json")):
+                raise Stopped
+
+        return process.execute(command, at, of, report, look)
+
+    asked = known()
+    building.write(asked, tmp_path)
+    scene_stages.identity.leave(tmp_path, scene_stages.fingerprint(asked))
+    with pytest.raises(Stopped):
+        driver.run(tmp_path, progress=False, launch=launch, extend=until.extension(asked.until))
+
+    def stop(*_: object) -> None:
+        raise Stopped
+
+    with monkeypatch.context() as patch:  # before the decision
+        patch.setattr(until, "assess", stop)
+        with pytest.raises(Stopped):
+            pywet.run(asked, tmp_path)
+    with monkeypatch.context() as patch:  # after it, before the scene of one block more is written
+        patch.setattr(driver, "write_json", stop)
+        with pytest.raises(Stopped):
+            pywet.run(asked, tmp_path)
+    with monkeypatch.context() as patch:  # and after that
+        patch.setattr(driver, "_together", stop)
+        with pytest.raises(Stopped):
+            pywet.run(asked, tmp_path)
+    assert EngineScene.read(tmp_path / "scene.json").blocks == 8
+    assert pywet.run(asked, tmp_path)
+    assert_same(tables_of(run.path), tables_of(tmp_path))
+    assert json.loads((tmp_path / until.RESULT).read_text()) == json.loads((run.path / until.RESULT).read_text())
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_the_replay_finds_another_decision(run: pywet.Run, tmp_path: Path) -> None:
+    """Another interval, a run that went on too long or ended too early."""
+    copy = Path(shutil.copytree(run.path, tmp_path / "copy"))
+    path = copy / until.RESULT
+    given = json.loads(path.read_text())
+    given["sizes"][0]["half_width"] *= 1.01
+    path.write_text(json.dumps(given))
+    found = pywet.replay(copy) or {}
+    assert not found["quantities"]["results_until"]["ok"]
