@@ -162,7 +162,7 @@ def _stranger(path: Path) -> FileError:
 
 
 def remove(run_dir: Path, *names: str) -> None:
-    """Delete files of a run where they are there; refused for one that the run's list does not hold."""
+    """Delete existing files of a run; a file that is not in the run's list is refused."""
     known = listed(run_dir)
     there = [name for name in names if os.path.lexists(Path(run_dir) / name)]
     for name in there:

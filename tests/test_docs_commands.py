@@ -220,10 +220,9 @@ GROUPS: dict[str, tuple[Step, ...]] = {
         "pywet study cross-code --out results/agreement",
         "pywet study cross-code --only screening --only engines",
     ),
-    "studies": (
-        "pywet study effects",
-        "pywet study stability --cases 2000 --seed 1",
-        "pywet study digests bed",
+    "effects": ("pywet study effects",),
+    "digests": ("pywet study digests bed",),
+    "readings": (
         "python -m studies.full_scale.readings run results/readings 2 3",
         "python -m studies.full_scale.readings run results/readings_long 2 --long",
     ),
@@ -241,7 +240,6 @@ SMALLER = {
     "pywet app results/smoke/case02": "--to one.html",
     "pywet scene drum --moisture 1 --spheres 400 --seconds 1.5": "--spheres 60 --seconds 0.02",
     "pywet study effects": "--seeds 2 --size 0.1 --scene fast_dilute",
-    "pywet study stability --cases 2000 --seed 1": "--cases 2",
     "python -m studies.full_scale.readings run results/readings 2 3": "--only amplitude=",
     "python -m studies.full_scale.readings run results/readings_long 2 --long": "--only amplitude=",
 }
@@ -276,6 +274,9 @@ IN_PARTS = {
     "pip wheel --no-deps -w dist .": "tests/test_shipped.py::test_every_file_of_the_program_is_in_the_wheel",
     'pip install "dist/pywet-0.2.0-py3-none-any.whl[workflow]"': (
         "tests/test_shipped.py::test_an_installed_wheel_does_what_the_checkout_does"
+    ),
+    "pywet study stability --cases 2000 --seed 1": (
+        "tests/studies/stability/test_stability.py::test_a_longer_study_does_the_short_batch_again"
     ),
     "pywet study accuracy --size quick": "tests/studies/accuracy/test_accuracy.py::test_",
     "pywet study search examples/calibrations/readings.yaml --out results/calibrations/readings": (

@@ -198,7 +198,7 @@ def _inside(content: Any, path: list[str]) -> Any:
 
 
 def _filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """A copy with other values at dotted keys that are there."""
+    """Return a copy with other values at dotted keys that exist."""
     filled = copy.deepcopy(content)
     for key, value in values.items():
         *path, last = key.split(".")

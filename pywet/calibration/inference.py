@@ -232,7 +232,7 @@ class Surface:
 
 
 def _misfit(places: Floats, values: Floats, squares: Floats, freedom: int) -> float:
-    """p of the F test of lack of fit against the scatter at equal places; 1 where too few places are there for it."""
+    """Return p of the F test of lack of fit against the scatter at repeated points; 1 if there are too few of them."""
     _, group = np.unique(places.round(9), axis=0, return_inverse=True)
     group = group.ravel()
     counts = np.bincount(group)

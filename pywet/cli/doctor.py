@@ -128,7 +128,7 @@ def _plugin() -> Check:
 
 
 def _lammps() -> Check:
-    """Nobody needs it; where it is there, it is to be the one that the plugin is written for."""
+    """Check LAMMPS, which is optional; if installed, it must be the version that the plugin is written for."""
     needed = f"{lammps.VERSION} or none (`make peers`)"
     try:
         return Check("lammps", str(lammps.packages()), lammps.engine_version(), needed, True)

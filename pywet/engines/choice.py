@@ -43,7 +43,7 @@ ENGINES = {
 
 
 def chosen(name: str, ranks: int = 1) -> Engine:
-    """The engine of that name; PywetError where there is none, or more ranks are asked for than it can have."""
+    """The engine of that name; PywetError if there is none, or if it cannot have the requested number of ranks."""
     if name not in ENGINES:
         raise PywetError(f"there is no engine {one_line(name) if name else '(empty)'}; expected {' or '.join(ENGINES)}")
     if ranks > 1 and not ENGINES[name].parallel:

@@ -192,7 +192,7 @@ def _figures(results: Sequence[CaseResult]) -> dict[str, list[dict[str, Any]]]:
 
 
 def _embedded(files: Sequence[Path | None]) -> str | None:
-    """The first of these pictures that is there, as the address of itself."""
+    """Return the first existing picture of these as a data address."""
     for file in files:
         if file is not None and file.exists() and file.stat().st_size:
             return page.uri(file.read_bytes(), file.suffix.removeprefix("."))

@@ -168,7 +168,7 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
 
 
 def of_run(folder: Path) -> list[page.Section]:
-    """Sections of all decks of a run whose numbers as a screen are there; none of another."""
+    """Return the sections of all decks of a run that was evaluated as a screen; none for other runs."""
     return [s for deck in range(1, decks(RunDir(folder)) + 1) for s in _of_deck(RunDir(folder), deck)]
 
 

@@ -41,7 +41,7 @@ def same(run_dir: Path, functions: Mapping[Any, str]) -> bool:
 
 
 def of_run(run_dir: Path) -> dict[str, str]:
-    """The functions of a run that may run: one that nobody of the user's named is left out, with a notice."""
+    """Return the functions of a run that may run; one that the user has not named is left out with a notice."""
     named = _left(run_dir)["functions"]
     for name in (name for name in named.values() if not custom_laws.may_run(name)):
         notice.warning(

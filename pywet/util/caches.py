@@ -56,7 +56,7 @@ def _chosen() -> Path:
 
 
 def _private(path: Path) -> Path:
-    """The folder, made where missing; refused unless it is the caller's, writable, and by nobody else."""
+    """Return the folder, made if missing; refused unless it belongs to the caller and only the caller can write to it."""
     try:
         path.mkdir(mode=0o700, parents=True, exist_ok=True)
         there, link = path.stat(), path.lstat()

@@ -144,7 +144,7 @@ def likeness(wrong: Held, held: Sequence[Held]) -> str:
 
 
 def of_factor(ratio: float) -> str:
-    """A constant factor in words; nothing where it is none that a person would make."""
+    """Describe a constant factor in words; nothing if it is not one that a person would make by mistake."""
     for known, words in FACTORS.items():
         if math.isclose(ratio, known, rel_tol=1e-9):
             return f"it is {known:.6g} times ({words})"

@@ -102,7 +102,7 @@ def where(folder: Path, name: str) -> Path:
 
 
 def read(folder: Path) -> Run:
-    """The tables of history/ that a run starts from, and its ledger; of the logs only that they are there."""
+    """Read the tables of history/ that a run starts from and its ledger; of the logs only their existence is checked."""
     history = Path(folder) / "history"
     if not (history / "meta.json").exists():
         raise ReplayError(f"{history} holds no meta.json; expected the history of a moist run: run the case first")

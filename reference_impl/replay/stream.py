@@ -74,7 +74,7 @@ class Rows:
         return END
 
     def _more_after(self, step: int) -> bool:
-        """Return whether a row of a later step is to come."""
+        """Return whether a row of a later step follows."""
         while self._last <= step and self._more():
             pass
         return self._last > step

@@ -97,7 +97,7 @@ def _trajectory(run: Path, planned: Plan) -> int:
 
 
 def _there(run: Path, planned: Plan, scene: int | Floats) -> int | Floats:
-    """Spheres at every output: of a script's run those that have come and not gone, else those of the scene."""
+    """Return the spheres at every output: in a script's run those inserted and not removed, else those of the scene."""
     return script.present(run, planned.outputs) if script.of(run) else scene
 
 
@@ -223,7 +223,7 @@ def _contacts(history: Path, planned: Plan) -> int:
 
 
 def _recorded(path: Path, planned: Plan) -> int:
-    """Motion at every step of the windows until all have left; springs, of which a step may have none, at no other."""
+    """Check that motion is recorded at every step of the windows until all spheres have left, and springs at no other step."""
     steps, run = io.columns(path, ["step"])["step"].to_numpy(), path.parent.parent
     gone, count = retired.table(run)["step"], len(io.columns(run / "history" / "spheres.parquet", ["id"]))
     last = gone.max() if io.scene(run).get("outlets") and len(gone) == count else np.inf

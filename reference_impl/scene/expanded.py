@@ -73,7 +73,7 @@ def _levels(deck: Description) -> list[Description]:
 
 
 def _walls(deck: Description) -> Iterator[dict[str, Any]]:
-    """Names and motion; the wires across are a wall of their own."""
+    """Return names and motion of the walls; the wires across are a separate wall."""
     names = []
     for k, level in enumerate(_levels(deck)):
         number = f"_{k + 1}" if k else ""

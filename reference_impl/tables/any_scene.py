@@ -72,7 +72,7 @@ def _booked(scene: Mapping[str, Any], left: pd.DataFrame) -> dict[str, float]:
 
 
 def _held(of: Bodies, o: Output, booked: Mapping[str, float], gone: Floats) -> dict[str, float]:
-    """One row of where the liquid is [m3]; `gone`: who has left, or leaves at this output."""
+    """Return one row of the liquid by reservoir [m3]; `gone` marks spheres that have left, or leave at this output."""
     on = o.on - np.where(o.waits, of.film, 0.0)
     if booked:
         on[gone] = 0.0

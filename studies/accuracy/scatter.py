@@ -35,7 +35,7 @@ SIZE = "standard"
 
 @dataclass(frozen=True)
 class Input:
-    """An input: in words, its relative standard deviation (between spheres; at walls), and where that is from."""
+    """An uncertain input: description, relative standard deviation (between spheres; at walls), and its source."""
 
     title: str
     between: float

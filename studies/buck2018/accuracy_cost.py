@@ -102,7 +102,7 @@ def cost(methods: dict[str, int] | None = None, repeats: int = 3) -> pd.DataFram
 
 
 def knee(table: pd.DataFrame, method: str) -> pd.Series:
-    """The loosest setting of a method from which on the error stays below BUDGET; the tightest where there is none."""
+    """Return the loosest setting of a method from which the error stays below BUDGET; the tightest if there is none."""
     rows = table[table["method"] == method].sort_values("setting")
     good = rows[rows["error"].cummax() <= BUDGET]
     return good.iloc[-1] if len(good) else rows.iloc[0]

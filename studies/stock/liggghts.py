@@ -116,7 +116,7 @@ def _layout(batch: pd.DataFrame) -> Layout:
 
 
 def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
-    """One run of the program with a place of its own for each point."""
+    """Run the program once with a separate position for each point."""
     layout = _layout(batch)
     wall = np.isinf(batch["radius_j"].to_numpy(float))
     first = batch.iloc[0]

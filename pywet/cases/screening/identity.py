@@ -67,7 +67,7 @@ def leave(run_dir: Path, word: str) -> None:
 
 
 def left(run_dir: Path) -> str | None:
-    """The word of the run in a folder; None if there is none, or its file is damaged."""
+    """Return the fingerprint of the run in a folder; None if there is none or its file is damaged."""
     try:
         return read_if_there(run_dir / FILE, AGAIN, Left)["identity"]
     except (PywetError, TypeError):

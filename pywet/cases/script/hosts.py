@@ -23,7 +23,7 @@ class Host(Protocol):
     handle: C.c_void_p
 
     def read(self, script: Path) -> str:
-        """Execute a script; the engine's error, empty where there is none or it ends the process itself."""
+        """Execute a script and return the engine's error, empty if there is none or the engine ends the process itself."""
 
     def close(self) -> None:
         """End the engine; the plugin's `finish` comes after it."""

@@ -106,7 +106,7 @@ class Wet(Strict):
 
     @classmethod
     def read(cls, path: Path) -> Wet:
-        """The file, whose laws are there and may run."""
+        """Read the file of the liquid; its laws must exist and be trusted."""
         wet = parse(cls, read_yaml(path, cls, "`pywet docs your-script` has one to begin with"), str(path))
         wet = wet.model_copy(update={"laws": placed_laws(wet.laws, path.resolve().parent)})
         for kind, law in wet.effects.laws.items():

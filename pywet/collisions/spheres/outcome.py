@@ -21,7 +21,7 @@ def clusters(count: int, pairs: list[tuple[int, int]]) -> list[list[int]]:
 
 
 def outcome(run: Run) -> str:
-    """FA where all spheres hang together at the end, FS where none do, else PA."""
+    """FA if all spheres are connected at the end, FS if none are, else PA."""
     groups = clusters(len(run.omega), run.overlapping)
     if len(groups) == 1:
         return "FA"

@@ -120,7 +120,7 @@ def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None
 
 
 def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
-    """The latest whole checkpoint of the same scene; None if there is none.
+    """The latest complete checkpoint of the same scene; None if there is none.
 
     And a phrase for each later one that is passed over because something of it is missing or damaged.
     """

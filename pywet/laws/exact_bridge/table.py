@@ -216,7 +216,7 @@ def _continue(values: Floats, first: int, end: int) -> None:
 
 
 def _read(path: Path) -> list[Floats] | None:
-    """Arrays of a file of the cache; None if there is none or it is damaged, so that the table is made again."""
+    """Read the arrays of a file of the cache; None if it is missing or damaged, so that the table is computed again."""
     shapes = ((X_NODES,), (Y_NODES, X_NODES), (Y_NODES, X_NODES), (Y_NODES, X_NODES, U_NODES))
     try:
         with np.load(path) as file:

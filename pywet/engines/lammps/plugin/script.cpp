@@ -86,7 +86,7 @@ class FixWet : public Fix {
   }
 
  private:
-  double **told_ = nullptr, **extra_ = nullptr;  // of each sphere, as script.h says; not used, see plugin.cpp
+  double **told_ = nullptr, **extra_ = nullptr;  // of each sphere, see script.h; not used, see plugin.cpp
   double sums_[ALL] = {};
   int64_t summed_ = -1;                 // step of these
 };

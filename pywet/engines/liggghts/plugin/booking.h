@@ -18,7 +18,7 @@ class Booking {
 
   Booking(const SimulationState &world, Films &films, BridgeList &standing, NearPairs &near, EnergyBook &energy, Weight &weight, Logs &logs)
       : world_(world), films_(films), standing_(standing), near_(near), energy_(energy), weight_(weight), logs_(logs) {}
-  void gather(const std::string &problem);  // of this rank, or empty; where any rank has one all stop
+  void gather(const std::string &problem);  // `problem` of this rank, or empty; all ranks stop if one has a problem
   void book();                           // every rank takes part
 
  private:

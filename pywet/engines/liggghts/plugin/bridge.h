@@ -12,7 +12,7 @@ struct BridgeSums {
   double capillary = 0, viscous = 0, least = 0, largest = 0;
 };
 
-// `a`, `b`: indices of i and j on this rank (-1: not here), valid until the engine makes its neighbour list anew.
+// `a`, `b`: indices of i and j on this rank (-1: not here), valid until the engine rebuilds its neighbour list.
 struct Bridge {
   int kind, i, j;                        // j: sphere id or wall part
   double volume, rupture_distance;       // static

@@ -127,7 +127,7 @@ void Checkpoint::save() {
   if (!good) throw std::runtime_error("the checkpoint " + path + " could not be written; is the disk full?");
 }
 
-// The file as it lies on disk: a rank holds no copy of what is others', the ranks of a machine share its pages.
+// The file, mapped into memory: no rank copies the data of others, and the ranks of a machine share its pages.
 static std::shared_ptr<const char> mapped(const std::string &path, size_t &size) {
   const int file = open(path.c_str(), O_RDONLY);
   struct stat status = {};

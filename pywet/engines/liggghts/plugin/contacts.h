@@ -7,7 +7,7 @@ class LAMMPS;
 
 namespace pywet {
 
-// Puts the batches in place of the engine's loop; false where its contact model is none that they know, and nothing is done.
+// Replaces the engine's loop by the batches; returns false and changes nothing if its contact model is not supported.
 // `forgets`: the spring of a pair that has parted is taken away at once, and not when the lists are made anew.
 bool batch_contacts(LAMMPS_NS::LAMMPS *lmp, bool forgets);
 

@@ -229,8 +229,8 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
 }
 
 // What is nearer than touch and the part of the skin that ways may use up cannot be missed by the engine's contacts before the next
-// list; the rest is there for near pairs alone, and would be walked through in every step. The order of what stays is kept, and
-// lists that followed each other in memory still do.
+// list; the others are needed for near pairs only, and would cost time in every step. The order of the others is unchanged, and
+// consecutive lists remain consecutive in memory.
 void Engine::shorten_lists() {
   LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
   LAMMPS_NS::NeighList *history = list->listgranhistory;

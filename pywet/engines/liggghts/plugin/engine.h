@@ -80,7 +80,7 @@ class Engine {
   void find_neighbours(Communicator &ranks);                   // and whom of this rank's spheres another one holds too
   bool elsewhere(int a) const { return !at.owned(a) || (size_t(a) < sent_.size() && sent_[a]); }
   void keep_skin() const;                               // the engine forgets it at the start of each run
-  double mesh_way() const;                              // of a mesh, after which they are made anew too
+  double mesh_way() const;                              // of a mesh, after which they are rebuilt too
   bool lists_are_new(int64_t step) const;
   std::vector<std::pair<int, int> > neighbours() const;
   void shorten_lists();                                 // to the pairs that can touch before they are made anew
@@ -113,7 +113,7 @@ class Engine {
     std::vector<std::pair<int, int> > pairs;
   };
   std::vector<Run> runs_;
-  bool batches_forget_ = false;                         // springs of pairs that have parted
+  bool batches_forget_ = false;                         // tangential history of pairs that have separated
   std::vector<bool> sent_;                              // of the owned spheres: ghosts of another rank since the last lists
 
   double said(const char *variable) const;              // by the deck

@@ -1,4 +1,4 @@
-// Spheres that enter during the run. Until its step a sphere has no weight, so that it comes along as it began; its liquid counts as
+// Spheres that are inserted during the run. Before that a sphere has no weight and moves uniformly; its liquid counts as
 // put in from then on.
 #pragma once
 #include <cstdint>

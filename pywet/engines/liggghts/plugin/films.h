@@ -19,7 +19,7 @@ class Films {
   std::vector<Given> given;              // by sphere id, until `begin`
   std::vector<double> wall;              // index: number of a film, see Walls [m3]
   double initial = 0;                    // what all spheres had together at the start
-  double left = 0;                       // liquid that fell on nothing
+  double left = 0;                       // liquid that left the box
   double retired = 0;                    // films of spheres that were taken out; known to all ranks
   // when near pairs were last looked for, by local index; what sphere's and what wall's film has grown most since
   std::vector<double> thickness_then, part_thickness_then;
@@ -27,7 +27,7 @@ class Films {
 
   explicit Films(const SimulationState &world) : world_(world) {}
   void begin();                          // from `given`; the engine is there
-  void mark();                           // growth counts from here
+  void mark();                           // growth is counted from this call on
   void enter(int a, double volume, int64_t step);  // of a sphere that has come
   void add(int id, double volume);       // nothing where the sphere is not
   double of(int id) const;               // 0 where it is not

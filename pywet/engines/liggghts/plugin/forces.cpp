@@ -99,7 +99,7 @@ void Forces::evaluate(BridgeBatch &t) {
   call(laws.viscous_normal, t.drag, 1);
 }
 
-// Viscous forces that wait for all others.
+// Viscous forces that are computed after all others.
 void Forces::defer(BridgeBatch &t) {
   for (int k = 0; k < t.n; k++) {
     Terms terms;

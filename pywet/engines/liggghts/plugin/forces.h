@@ -1,4 +1,4 @@
-// Forces and torques of the standing bridges, BATCH at a time, and which of them rupture.
+// Forces and torques of the active bridges, BATCH at a time, and which of them rupture.
 #pragma once
 #include <vector>
 

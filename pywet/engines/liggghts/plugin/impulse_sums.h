@@ -1,4 +1,4 @@
-// Impulses of the bridges since the last output, by which the replay sees the steps between its sampling windows: the sum on every
+// Impulses of the bridges since the last output, with which the replay checks steps between sampling windows: the sum on every
 // sphere, and of each bridge by effect with its least and largest separation. They follow from the values of the laws, not from
 // the engine's sums of forces. A force counts for half of the step at an output, on either side, as the engine's kick does.
 #pragma once
@@ -13,7 +13,7 @@ class ImpulseSums {
  public:
   explicit ImpulseSums(const SimulationState &world) : world_(world) {}
 
-  // A step begins: what the sums were before it is known at an output.
+  // Start of a step: an output needs the sums from before it.
   void begin() {
     before_.clear();
     const View &at = world_.engine.at;

@@ -210,7 +210,7 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
   }
 }
 
-// At a convex edge two faces of a mesh meet in one closest point and give one bridge. Whether another face has that of this one:
+// At a convex edge two faces of a mesh share a closest point and have one bridge. Tests whether another face has that of this one:
 // this one's closest point lies on it, too, and from there it goes on nearer to the sphere; or the sphere's bridge with it, of
 // before or of this step, has its foot in that point, or in one of this face from which this one goes on nearer. A rim, which is
 // nearer at another place, takes no bridge away.

@@ -156,7 +156,7 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
   });
 }
 
-// Over what liquid is spread on walls: 0 a triangle, 1 a part, 2 a mesh.
+// Area over which liquid is spread on walls: 0 a triangle, 1 a part, 2 a mesh.
 EXPORT void pywet_set_wall_film(int of) { state->world.walls.film = pywet::WallFilm(of); }
 
 // A wire of the mesh added last; wall, triangle: its name in logs; section: n corners, see prisms.h.
@@ -270,7 +270,7 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
   });
 }
 
-// Until all ranks are here: what the first one has named is there for all.
+// Wait for all ranks, so that the file of the first one exists for all.
 EXPORT void pywet_wait() { MPI_Barrier(state->world.ranks.all); }
 
 // Spheres with ghosts, bridges and pairs of a sphere and a wall part that are held here, and whether contacts are made in batches;

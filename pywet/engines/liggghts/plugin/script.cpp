@@ -127,7 +127,7 @@ class FixWet : public FixExternal {
   }
 
  private:
-  double **told_ = nullptr;             // of each sphere, as script.h says
+  double **told_ = nullptr;             // of each sphere, see script.h
   double sums_[ALL] = {};
   int64_t summed_ = -1;                 // step of these
 };

@@ -9,7 +9,7 @@ class Single {
  public:
   Single(const SimulationState &world, const BridgeList &standing, EnergyBook &energy, const ImpulseSums &sums)
       : world_(world), standing_(standing), energy_(energy), sums_(sums) {}
-  Terms laws(size_t bridge, const Geometry &g) const;  // as in a batch
+  Terms laws(size_t bridge, const Geometry &g) const;  // the same as in a batch
   // With t.kick = 0 at the present speeds; else at those of the end of the step, see implicit.cpp.
   void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
   void act(Bridge &b, const Geometry &g, const Terms &t);

@@ -89,7 +89,7 @@ void BridgeList::expect(std::shared_ptr<const BridgeRecord> all, int64_t n) {
   count_told_ = n;
 }
 
-// The rank that owned the first end tells of every bridge that is not its own alone from now on.
+// The rank that owned the first end sends every bridge that has an end on another rank from now on.
 void BridgeList::exchange() {
   const View &at = world_.engine.at;
   std::vector<BridgeRecord> leaving;

@@ -13,7 +13,7 @@ class BridgeList {
  public:
   std::vector<Bridge> bridges;
   std::vector<Site> sites;               // of the bridges at walls
-  std::vector<Block> blocks;             // what the loops of a step know of them, BATCH each
+  std::vector<Block> blocks;             // their data in the loops of a step, BATCH each
   int64_t formations = 0, ruptures = 0;  // since the start, decided by this rank
 
   explicit BridgeList(const SimulationState &world) : world_(world) {}

@@ -37,7 +37,7 @@ class Plugin {
   Checkpoint checkpoint{world, films, standing, energy, faces, wires, weight, shedding, logs};
 
   Plugin() = default;
-  Plugin(const Plugin &) = delete;       // the parts know each other by place
+  Plugin(const Plugin &) = delete;       // the parts hold references to each other
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void resume(const std::string &state_file);
   void step(int64_t n);

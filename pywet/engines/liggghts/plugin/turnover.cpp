@@ -155,7 +155,7 @@ void Turnover::resume(const std::vector<double> &told) {
   standing_.expect(bridges, int64_t(n));
 }
 
-// What a wall gets is known to all ranks; whoever has the end that is still there writes the event, else the first rank.
+// All ranks know what a wall receives; the rank with the remaining end writes the event, else the first rank.
 void Turnover::book() {
   if (world_.clock.again) return;
   const Engine &engine = world_.engine;

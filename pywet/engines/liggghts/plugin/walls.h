@@ -48,7 +48,7 @@ struct Mesh {
 
 // A sphere near a part: the triangles that can be closest while the sphere moves less than Walls::margin relative to the mesh, and
 // how far they were at `reference`. All are here with their corners: among those of the mesh every one would be a line of memory
-// that nobody has asked for lately. The nearest is most often the only one.
+// that was not used lately. The nearest is most often the only one.
 struct Site {
   struct Near {
     double distance;

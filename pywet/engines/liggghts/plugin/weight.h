@@ -11,7 +11,7 @@ class Weight {
  public:
   Weight(const SimulationState &world, const BridgeList &standing, EnergyBook &energy)
       : world_(world), standing_(standing), energy_(energy) {}
-  void begin();                          // before the first step, or where a run goes on
+  void begin();                          // before the first step, or where a run resumes
   void weigh(bool fresh);                // at the start of a step's part
   void carry(const std::vector<Event> &events);
   void carry(const Drop &d);
@@ -21,7 +21,7 @@ class Weight {
   const SimulationState &world_;
   const BridgeList &standing_;
   EnergyBook &energy_;
-  bool heavier_ = false;                 // what spheres carry is not what their mass says
+  bool heavier_ = false;                 // the liquid on the spheres is not in their mass yet
 
   double wet_mass(int a) const;
 };

@@ -34,7 +34,7 @@ T get(const char *object, int64_t bytes) {
 
 inline double *numbers(const char *object, int64_t bytes) { return reinterpret_cast<double *>(const_cast<char *>(object) + bytes); }
 
-// The engine, as far as the plugin knows one.
+// The part of the engine that the plugin uses.
 class LAMMPS {
  public:
   pywet::Given given;
