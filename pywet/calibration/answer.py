@@ -42,7 +42,7 @@ def calibrate(
             answer["runs"] = _runs(question, found)
             answer["check"] = _check(question, experiments, found, found.runs)
         answer["sentences"] = sentences(question, answer)
-        _keep_another(folder, answer["question"], say)
+        _rename_another(folder, answer["question"], say)
         write_json(folder / "calibration.json", answer)
         figure.draw(question, found, folder / "calibration.svg")
     return answer
@@ -54,7 +54,7 @@ def fingerprint(question: Question, experiments: Sequence[Experiment]) -> str:
     return hashlib.sha256("\n".join(content).encode()).hexdigest()[:16]
 
 
-def _keep_another(folder: Path, question: str, say: Callable[[str], None]) -> None:
+def _rename_another(folder: Path, question: str, say: Callable[[str], None]) -> None:
     """Rename the answer to another question, or one that cannot be read, before this one takes its place."""
     path = folder / "calibration.json"
     try:

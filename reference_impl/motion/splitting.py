@@ -83,9 +83,9 @@ def shift(
     ends = [_end(setup, of, np.asarray(rows["i"]), np.ones(len(rows), dtype=bool), 1.0)]
     ends.append(_end(setup, of, np.where(p.wall, rows["i"], rows["j"]), ~p.wall, -1.0))
     n = normals(run, rows)
-    pull, own = (rows[f"{name}_impulse"].to_numpy(float) for name in ("capillary", "viscous"))
+    pull, viscous = (rows[f"{name}_impulse"].to_numpy(float) for name in ("capillary", "viscous"))
     turned = np.minimum(moved / p.ri, 2.0)
-    open_ = (np.abs(pull) + np.abs(own)) * turned
+    open_ = (np.abs(pull) + np.abs(viscous)) * turned
     dragged = _impulses(setup, steps, tables["impulses"])
     share, vague = np.zeros(len(dragged)), np.zeros(len(dragged))
     for end in ends:
@@ -101,9 +101,9 @@ def shift(
         inverse += share[at] * m
         pushed += end.sign * dot(dragged[at], n) * m
         strength = size(dragged[at])
-        all_of_it += (share[at] * np.abs(own) + strength) * m
+        all_of_it += (share[at] * np.abs(viscous) + strength) * m
         free = m > 0.0
-        doubt[free] += ((vague[at] + strength * turned + formed[at] * np.abs(own)) * np.where(free, m, 1.0))[free]
+        doubt[free] += ((vague[at] + strength * turned + formed[at] * np.abs(viscous)) * np.where(free, m, 1.0))[free]
     at_least, at_most = drag
     mean, spread = 0.5 * (at_least + at_most), 0.5 * np.abs(at_least - at_most)
     return Shift(

@@ -199,18 +199,18 @@ def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[
         answering.calibrate(drum(tmp_path, high=0.5), tmp_path / "out")
 
 
-def test_the_answer_to_another_question_is_kept(tmp_path: Path) -> None:
+def test_the_answer_to_another_question_is_renamed(tmp_path: Path) -> None:
     """The same file again replaces its answer; another file, or an answer that cannot be read, keeps the first under a number."""
-    out, said = tmp_path / "out", list[str]()
+    out, lines = tmp_path / "out", list[str]()
     answering.calibrate(ask(tmp_path, PULL), out)
     first = (out / "calibration.json").read_bytes()
-    answering.calibrate(ask(tmp_path, PULL), out, say=said.append)
+    answering.calibrate(ask(tmp_path, PULL), out, say=lines.append)
     assert (out / "calibration.json").read_bytes() == first and sorted(p.name for p in out.glob("*.1.*")) == []
     other = json.loads(json.dumps(PULL))
     other["targets"][0]["value"] = 6e-4
-    answering.calibrate(ask(tmp_path, other), out, say=said.append)
+    answering.calibrate(ask(tmp_path, other), out, say=lines.append)
     assert (out / "calibration.1.json").read_bytes() == first and (out / "calibration.1.svg").exists()
-    assert "calibration.1.json" in said[-1]
+    assert "calibration.1.json" in lines[-1]
     (out / "calibration.json").write_text("broken")
     answering.calibrate(ask(tmp_path, other), out)
     assert (out / "calibration.2.json").read_text() == "broken"
