@@ -1,6 +1,8 @@
 # The two commands: `make run` and `make test`. Each sets up what it needs.
 CORES ?= $(shell nproc)
 SCALE ?= $(shell sed -n 's/^scale: *\([a-z]*\).*/\1/p' config/config.yaml)
+ENGINE ?= liggghts
+RESULTS = results/$(SCALE)$(if $(filter-out liggghts,$(ENGINE)),_$(ENGINE))
 PYTHON := .venv/bin/python
 
 # Cores go to cases and tests, not to small matrices: threads that wait for each other on busy cores are 20 times slower.
@@ -37,11 +39,11 @@ cluster:  ## the workflow on a SLURM of this machine, as root; skipped where Deb
 	@tools/setup --slurm
 	$(PYTHON) -m pytest -rs tests/cluster
 
-run: setup  ## the 18 screening cases, cross-check and report; then a sweep of 24 small runs
+run: $(if $(filter-out liggghts,$(ENGINE)),peers,setup)  ## the 18 screening cases, cross-check and report; then a sweep of 24 small runs. ENGINE=yade: in YADE
 	@$(PYTHON) -m pywet.cli.workflow_lock
-	@status=0; .venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) || status=$$?; \
-	.venv/bin/pywet sweep examples/sweeps/small_drum.yaml --cores $(CORES) || status=$$?; \
-	[ ! -e results/$(SCALE)/report.html ] || echo "The report is in results/$(SCALE)/report.html"; exit $$status
+	@status=0; .venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) engine=$(ENGINE) || status=$$?; \
+	[ $(ENGINE) != liggghts ] || .venv/bin/pywet sweep examples/sweeps/small_drum.yaml --cores $(CORES) || status=$$?; \
+	[ ! -e $(RESULTS)/report.html ] || echo "The report is in $(RESULTS)/report.html"; exit $$status
 
 report: setup  ## the report, with the cases that it still needs
 	@$(PYTHON) -m pywet.cli.workflow_lock

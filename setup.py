@@ -1,4 +1,4 @@
-"""Puts what lies beside the package in a checkout into the package of a wheel; see pywet/shipped.py. All else: pyproject.toml."""
+"""Puts what lies alongside the package in a checkout into a wheel's package; see pywet/shipped.py. All else: pyproject.toml."""
 
 import shutil
 from pathlib import Path

@@ -5,9 +5,9 @@ dry; each variant resumes from there, in turn, ROUNDS times, and the least of ea
 
 Variants: the stock program, dry; the same through this package; the plugin attached without liquid; moist with preset `paper`
 and every capillary law there is, preset `exact`, semi-implicit drag, `output.energy`, and the equation of `rabinovich` as a law
-in a user's file; the stock program with its own `washino` cohesion model (other physics, the same bed); YADE, where it is
-installed, dry and moist with preset `paper`. A step's cost is the difference of two runs of different length, so that start-up
-does not count.
+in a user's file; the stock program with its own cohesion models `washino` and `easo` (other physics, the same bed); YADE and
+LAMMPS (it has no such rolling resistance), where they are installed, dry and moist with preset `paper`. A step's cost is the
+difference of two runs of different length, so that start-up does not count.
 """
 
 from __future__ import annotations
@@ -26,34 +26,36 @@ from glass import FILM, RADIUS, STEP, WATER, lattice, prepare, spent
 
 from pywet.cases.small import small
 from pywet.cases.small.bodies import WETTED, last
+from pywet.engines.lammps import build as lammps
 from pywet.engines.liggghts import deck
 from pywet.laws import capillary, registry
 from pywet.scene import EngineScene, Output
 
 SETTLE, SHORT, STEPS, ROUNDS, LAYERS = 6000, 200, 1000, 3, 6
 MOTION = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
-STOCK, WASHINO, NOTHING, OWN = "stock dry", "stock washino", "no liquid", "own law"
-YADE_DRY, YADE = "YADE, dry", "YADE, moist"
+STOCK, NOTHING, OWN = "stock dry", "no liquid", "own law"
+COHESIONS = {"stock washino": "washino", "stock easo": "easo"}
+PEERS = {
+    **({"YADE, dry": "yade", "YADE, moist": "yade"} if shutil.which("yade") else {}),
+    **({"LAMMPS, dry": "lammps", "LAMMPS, moist": "lammps"} if lammps.PREFIX.exists() else {}),
+}
+"""Variant -> engine."""
 VARIANTS = (
-    STOCK, "dry", NOTHING, *registry.names("capillary"), "exact", "semi-implicit", "works", OWN, WASHINO,
-    *((YADE_DRY, YADE) if shutil.which("yade") else ()),
+    STOCK, "dry", NOTHING, *registry.names("capillary"), "exact", "semi-implicit", "works", OWN, *COHESIONS, *PEERS,
 )  # fmt: skip
-COHESION = deck.Cohesion(
-    " cohesion washino/capillary/viscous",
-    f"""
+COHESION = f"""
 fix p_liquid all property/global surfaceLiquidContentInitial scalar {3 * FILM / RADIUS!r}
 fix p_tension all property/global surfaceTension scalar {WATER.surface_tension_N_per_m!r}
 fix p_viscosity all property/global fluidViscosity scalar {WATER.viscosity_Pa_s!r}
 fix p_angle all property/global contactAngle peratomtype {WETTED!r} {WETTED!r}
 fix p_least all property/global minSeparationDistanceRatio scalar 1.01
 fix p_most all property/global maxSeparationDistanceRatio scalar 1.1
-""",
-)
+"""
 
 
 def effects(variant: str, folder: Path) -> small.Effects:
     """Return the effects that are on in a variant."""
-    if variant in (STOCK, WASHINO, "dry", YADE_DRY):
+    if variant in (STOCK, "dry", *COHESIONS) or variant.endswith(", dry"):
         return small.DRY
     if variant == OWN:
         law = folder / "own.py"
@@ -70,13 +72,16 @@ def run(folder: Path, variant: str, start: pd.DataFrame, steps: int) -> None:
     liquid = WATER.model_copy(update={"initial_film_thickness_m": 0.0}) if variant == NOTHING else WATER
     scene = prepare(
         folder, spheres, steps, effects=on, liquid=liquid if on.bridges else None,
+        rolling_m=0.0 if PEERS.get(variant) == "lammps" else 9e-5,
         viscous_integration="semi_implicit" if variant == "semi-implicit" else "explicit",
         output=Output(interval_s=steps * STEP, contact_windows=0, energy=variant == "works"),
     )  # fmt: skip
-    if variant in (STOCK, WASHINO):
-        stock(folder, scene, COHESION if variant == WASHINO else deck.NO_COHESION)
+    if variant == STOCK:
+        stock(folder, scene, deck.NO_COHESION)
+    elif variant in COHESIONS:
+        stock(folder, scene, deck.Cohesion(f" cohesion {COHESIONS[variant]}/capillary/viscous", COHESION))
     else:
-        small.run(folder, spheres, engine="yade" if variant in (YADE_DRY, YADE) else "liggghts")
+        small.run(folder, spheres, engine=PEERS.get(variant, "liggghts"))
 
 
 def stock(folder: Path, scene: EngineScene, cohesion: deck.Cohesion) -> None:

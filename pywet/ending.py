@@ -1,4 +1,4 @@
-"""How a process ends early: by a signal, with the process that started it."""
+"""End a process early: by a signal, together with the process that started it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a user's mistake or a machine's lack raises: one sentence naming what was given, what was expected and where to fix it.
+"""Exceptions for users' mistakes and missing resources: one sentence with what was given, expected, and where to fix it.
 
 The kinds below are for callers who want to tell them apart, the codes for programs; what a caller may want to know of one is an
 attribute, so that no sentence has to be read by a program. All data have defaults: an exception that comes from another process
@@ -53,7 +53,7 @@ class PywetError(Exception):
 
 
 class ConfigError(PywetError):
-    """A configuration, or a question in JSON, is not as expected; `key` is dotted, empty where it is all of the file."""
+    """A configuration or a JSON query is not as expected; `key` is dotted, empty if it is the whole file."""
 
     code = "config"
 
@@ -76,13 +76,13 @@ class FileError(PywetError):
 
 
 class NotWhole(PywetError):
-    """Raw output of a run that does not hold what was planned: nothing can be made of it, the run has to be done again."""
+    """The raw output of a run is incomplete and cannot be evaluated; the run must be repeated."""
 
     code = "run.not_whole"
 
 
 class LawError(PywetError):
-    """There is no law of that name, or it is not one of its kind, does not compile or gives nonsense."""
+    """A law does not exist, does not match its kind, does not compile or gives invalid values."""
 
     code = "law"
 
@@ -108,7 +108,7 @@ class EngineError(PywetError):
 
 
 class StoppedRun(EngineError):
-    """The engine stopped a run: why, without decoration, the spheres (numbers from 1) and the step that it names."""
+    """The engine stopped a run; carries the reason, the spheres (numbered from 1) and the step."""
 
     code = "engine.stopped"
 
@@ -120,7 +120,7 @@ class StoppedRun(EngineError):
 
 
 def one_line(error: object, most: int = 300) -> str:
-    """An exception's text in one line of at most `most` characters."""
+    """Shorten an exception's text to one line of at most `most` characters."""
     text = _printable(" ".join(str(error).split())) or type(error).__name__
     return text if len(text) <= most else text[: most - 1] + "…"
 
@@ -131,7 +131,7 @@ def _printable(text: str) -> str:
 
 
 def shown(path: Path) -> str:
-    """A path as a sentence can hold it: on one line, at most 200 characters."""
+    """Format a path for a message: one line of at most 200 characters."""
     text = _printable(str(path))
     return text if len(text) <= 200 else f"{text[:80]}…{text[-80:]}"
 
@@ -156,7 +156,7 @@ def _to_stderr(sentence: str) -> None:
 def border(
     given: str | None = None, say: Callable[[str], None] = _to_stderr, passed: tuple[type[BaseException], ...] = ()
 ) -> Iterator[None]:
-    """Let a command end in a sentence and an exit code, whatever it raises; `given`: as it was called, where not by `sys.argv`.
+    """Run a command so that any exception ends in one sentence and an exit code; `given`: its arguments if not `sys.argv`.
 
     Exit code 1 for what the user can fix: a `PywetError`, what the operating system refuses, memory that ran out; 128 and its
     number for a signal. Every other exception but those `passed` is a fault of pywet: the exit code is `FAULT`, and the traceback
@@ -217,7 +217,7 @@ def _lines(given: str, error: Exception) -> list[str]:
 
 
 def fault(given: str, error: Exception) -> str:
-    """The sentence on an exception that is none of ours; writes the traceback into a file of its own."""
+    """Describe an unexpected exception in one sentence and write its traceback to a file."""
     text = f"{given}\npython {sys.version}\n\n{''.join(traceback.format_exception(error))}"
     try:
         with tempfile.NamedTemporaryFile(

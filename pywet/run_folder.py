@@ -1,4 +1,4 @@
-"""The run directory: which of its files pywet wrote, and every deletion in it. Who may work in it is in run_lock.py.
+"""The run directory: which of its files pywet wrote, and every deletion in it. Access is controlled by run_lock.py.
 
 `.pywet-run` in a run directory lists what pywet wrote there, a line each: `+ path` written, `- path` removed, a folder that is
 pywet's with all it holds with a slash at its end. Nothing else in a run directory is deleted or overwritten, and a folder
@@ -89,7 +89,7 @@ def refuse_links(run_dir: Path) -> None:
     for name in (*FOLDERS, LIST, LOCK):
         if os.path.islink(Path(run_dir) / name):
             raise FileError(
-                f"{shown(Path(run_dir) / name)} is a symbolic link; expected a folder or file of the run's own: remove the link",
+                f"{shown(Path(run_dir) / name)} is a symbolic link; expected a regular folder or file: remove the link",
                 path=Path(run_dir) / name,
             )
 

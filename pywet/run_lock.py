@@ -80,7 +80,7 @@ def _locked(run_dir: Path, name: str, how: int) -> int:
         there = False
     if not there:  # held, or moved aside by a call that held it until now
         os.close(lock)
-        raise PywetError(f"another run is at work in {shown(run_dir)}; wait for it or stop it")
+        raise PywetError(f"another run is active in {shown(run_dir)}; wait for it or stop it")
     return lock
 
 
@@ -97,8 +97,7 @@ def check_held(run_dir: Path) -> None:
     lock = _held.get(_key(run_dir))
     if lock is not None and not _same(lock, Path(run_dir) / LOCK):
         raise PywetError(
-            f"{shown(run_dir)} was moved or removed while its run was at work; expected it to stay: call again with its new "
-            "path, and the run goes on"
+            f"{shown(run_dir)} was moved or removed during its run; call again with its new path, and the run resumes"
         )
 
 

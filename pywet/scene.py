@@ -24,7 +24,7 @@ from pywet.util.files import read_model
 def _title(text: str) -> str:
     """A name for people: it also stands in comments of decks and in file names' messages."""
     if not text or len(text) > 80 or not text.isprintable() or text != text.strip():
-        raise ValueError("a name is one line of 1 to 80 printable characters without blanks at its ends")
+        raise ValueError("a name is one line of 1 to 80 printable characters without leading or trailing blanks")
     return text
 
 
@@ -49,6 +49,8 @@ Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
+Across = Literal["x", "y"]
+"""An axis along which a box may repeat: ranks share it in columns, which do not repeat along z."""
 Bound = tuple[float | None, float | None, float | None]
 Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
 
@@ -302,6 +304,8 @@ class EngineScene(Strict):
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     box_low_m: Vector
     box_high_m: Vector
+    periodic: Across | None = None
+    """Axis along which the box repeats: spheres, contacts and bridges continue at the opposite face."""
     spheres_file: Inside
     """Parquet table of the spheres at the start: id, type, x, y, z [m] (and optional vx … wz)."""
     time_step_s: Positive
@@ -329,7 +333,7 @@ class EngineScene(Strict):
             )
         if self.steps / self.output_every > MOST_OUTPUTS:
             raise ValueError(
-                f"scene {self.name}: at most {MOST_OUTPUTS} outputs, not one each {self.output.interval_s:g} s: less often"
+                f"scene {self.name}: at most {MOST_OUTPUTS} outputs, not one each {self.output.interval_s:g} s; raise interval_s"
             )
         types = [c.type for c in self.classes]
         if types != list(range(1, len(types) + 1)):
@@ -340,7 +344,7 @@ class EngineScene(Strict):
             raise ValueError(f"scene {self.name}: no contact data for the pairs {sorted(want - have)} (0 is a wall)")
         if have - want:
             raise ValueError(
-                f"scene {self.name}: contact data for {sorted(have - want)}, which are no pairs of its types"
+                f"scene {self.name}: contact data for {sorted(have - want)}, which are not pairs of its types"
             )
         if self.hertz and (obstacle := self._not_hertzian(self.hertz)):
             raise ValueError(f"scene {self.name}: {obstacle}")
@@ -365,6 +369,7 @@ class EngineScene(Strict):
         if obstacle:
             raise ValueError(f"scene {self.name}: retire is on but {obstacle}; expected retire off")
         self._check_outlets()
+        self._check_periodic()
         if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
@@ -380,6 +385,19 @@ class EngineScene(Strict):
         if self.outlets and (obstacle := not_retirable(self.effects, self.output, down)):
             raise ValueError(f"scene {self.name}: there are outlets but {obstacle}; expected no outlets")
 
+    def _check_periodic(self) -> None:
+        """Refuse what does not continue at the opposite face of a periodic box."""
+        if self.periodic is None:
+            return
+        obstacles = {
+            "contacts are planes, which are not known there; expected batched or stock": self.contacts == "planes",
+            "a wall has analytic wires; expected triangles": any(w.prisms for w in self.walls),
+            "effects.shedding is on; expected it off": self.effects.shedding is not None,
+            "output.energy is on; expected it off": self.effects.bridges and self.output.energy,
+        }
+        if why := next((why for why, met in obstacles.items() if met), None):
+            raise ValueError(f"scene {self.name}: the box is periodic along {self.periodic} but {why}")
+
     def _not_hertzian(self, hertz: Hertz) -> str | None:
         """Return the reason why contacts of the scene cannot be Hertzian; None if they can."""
         least = min(p.restitution for p in self.pairs)
@@ -392,6 +410,15 @@ class EngineScene(Strict):
             f"restitution is {least:g} with hertz; expected above {LEAST_RESTITUTION:g}": least <= LEAST_RESTITUTION,
         }
         return next((why for why, met in obstacles.items() if met), None)
+
+    @property
+    def periods_m(self) -> Vector:
+        """Return the lengths of the box along x, y, z [m], 0 where it does not repeat."""
+        x, y, z = (
+            high - low if axis == self.periodic else 0.0
+            for axis, low, high in zip("xyz", self.box_low_m, self.box_high_m, strict=True)
+        )  # fmt: skip
+        return x, y, z
 
     @property
     def removes(self) -> bool:
@@ -429,7 +456,7 @@ class EngineScene(Strict):
         return (min(a for a, _ in times), min(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:
-        """Step from which on each sphere has weight and its liquid counts; `types` in the order of the spheres' numbers."""
+        """Step at which each sphere is released and its liquid is counted; `types` in the order of the spheres' numbers."""
         seen, steps = [0] * len(self.classes), []
         for kind in types:
             c, k = self.classes[kind - 1], seen[kind - 1]

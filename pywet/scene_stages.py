@@ -1,4 +1,4 @@
-"""What is done with a scene of one's own: read, plan, run, load, replay, view. These are the functions of `import pywet`."""
+"""Stages of a user-defined scene: read, plan, run, load, replay, view. These are the functions of `import pywet`."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
 
 
 def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> list[str]:
-    """Do the same, and return the objections: one sentence for every check that failed."""
+    """Run a scene like `run`, but return one sentence for every failed check instead of raising an error."""
     if not str(folder):
         raise PywetError("the folder of the run is empty; expected the path of a run directory", code="scene.no_folder")
     where, word = Path(folder), fingerprint(scene)
@@ -112,7 +112,7 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
 
 
 def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
-    """Hold a folder for the run of this scene, see `identity.held`."""
+    """Lock a folder for the run of this scene, see `identity.held`."""
     return identity.held(folder, fingerprint(scene))
 
 
@@ -123,7 +123,7 @@ def fingerprint(scene: Scene) -> str:
     files = [Path(law.rpartition(":")[0]) for law in laws if ".py:" in law]
     files += [scene.folder / wall.stl for wall in scene.walls if wall.stl]
     files += [scene.folder / feed.psd.file for feed in scene.feed if feed.psd.file]
-    texts = [hashlib.sha256(read_bytes(file, "mend its path in the scene")).hexdigest() for file in files]
+    texts = [hashlib.sha256(read_bytes(file, "fix its path in the scene")).hexdigest() for file in files]
     return identity.of(scene.model_dump(mode="json", exclude={"folder", "file"}), texts)
 
 

@@ -1,5 +1,4 @@
-"""What lies next to the package and yet is part of the program: configuration, deck templates, workflow, wet problems, scenes,
-pages of the documentation.
+"""Data files of the program outside the package: configuration, deck templates, workflow, wet problems, scenes, documentation.
 
 In a checkout they lie next to the package, where people look for them; `setup.py` puts them into the package of a wheel.
 """
@@ -139,7 +138,7 @@ def begin(folder: Path, example: str = "case") -> list[Path]:
     for top in tops:
         if whole or any(file.partition("/")[0] == top for file in left - begun):
             raise PywetError(
-                f"{shown(folder / top)} is there already; expected a folder without one: name another",
+                f"{shown(folder / top)} exists already; expected a folder without it: name another",
                 code="init.there",
                 where=folder / top,
             )

@@ -1,4 +1,4 @@
-"""Base of everything typed that is read from files: what is not expected is refused."""
+"""Base class of all typed data read from files; unexpected keys and types are refused."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from pywet.util.ranges import LIMITS, Range
 if TYPE_CHECKING:
     from studies.study import Study
 
-HELP = """Run a study of a checkout: accuracy, stability, effects, laws, cross-code, digests, search.
+HELP = """Run a study (only in a checkout): accuracy, stability, effects, laws, cross-code, digests, search.
 
 Example: pywet study stability --cases 20"""
 app = typer.Typer(

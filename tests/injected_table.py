@@ -113,7 +113,7 @@ description. The replay cannot detect {missed} kinds of fault ([below](#what-the
 |---|---|
 """
 UNSEEN = (
-    ("a formation that is missed between two outputs outside the sampling windows, and made up for before the next",
+    ("a formation that is missed between two outputs outside the sampling windows, but takes place before the second output",
      "missed formations are searched for at outputs and in windows"),
     ("errors of the exact bridge's tables below their stated limits",
      "a sample of the records is solved again: force within 1e-3 of that at touch, rupture distance within 2e-4"),
@@ -121,7 +121,7 @@ UNSEEN = (
     ("contact forces of the dry model, without recorded motion", "with `output.window_trajectories` Newton's law shows them"),
     ("a wrong reading of a paper that engine and reference share",
      "both use the same corrected equations ([shared readings](shared_readings.md))"),
-    ("words of the report that are exchanged, such as the heads of two columns or two labels of a legend",
+    ("interchanged words in the report, such as two column headings or two labels of a legend",
      "numbers are checked by the keys of report.json; a test compares the words with `tests/data/report`"),
 )  # fmt: skip
 """What the replay cannot see without a run to show it."""
@@ -151,7 +151,7 @@ makes this page and its CSV file from the tests.
 
 ## Limits
 
-The faults were chosen by hand. [Random faults](faults_by_chance.md) are the fairer test, and fewer of them are found.
+The faults were chosen by hand. [Random faults](faults_by_chance.md) are a fairer test; a smaller share of them is detected.
 """
 
 

@@ -52,7 +52,7 @@ def snakemake(folder: Path, *arguments: str) -> str:
     return done.stdout + done.stderr
 
 
-def own_law(folder: Path) -> None:
+def custom_law(folder: Path) -> None:
     for place in (folder, folder / "config"):
         (place / "own.py").write_text(OWN.replace("1.1", "1.2"))
 
@@ -107,7 +107,7 @@ EDITS: dict[str, tuple[Callable[[Path], None], set[str]]] = {
     "side wall": (edit("scales.yaml", "side_wall_height_mm: {value: 40", "side_wall_height_mm: {value: 41"), POM | GLASS),
     "a reason": (edit("scales.yaml", "five apertures of 8 mm", "five wide apertures of 8 mm"), set()),
     "seed": (edit("config.yaml", "seed: 10007", "seed: 10008"), POM | GLASS),
-    "an own law's code": (own_law, MOIST - {"case02_exact"}),
+    "an own law's code": (custom_law, MOIST - {"case02_exact"}),
     "a law": (edit("config.yaml", "preset: paper", "preset: paper\n  capillary: willett_simple"), MOIST - {"case02_exact"}),
 }  # fmt: skip
 REPORT_TOO = {"a case not asked for", "another scale's time", "a reason"}

@@ -96,7 +96,7 @@ def test_a_round_sieve_without_a_width_is_that_of_the_feed(folder: Path) -> None
     assert 356 / (0.25 * math.pi * 185**2 / 10**2) == pytest.approx(1.32, abs=0.01)
     scales = folder / "scales.yaml"
     scales.write_text(scales.read_text().replace("    shape: cylinder", "    shape: square"))
-    with pytest.raises(PywetError, match=r"scales.full.*expected width_mm beside shape: square"):
+    with pytest.raises(PywetError, match=r"scales.full.*expected width_mm together with shape: square"):
         load(folder)
 
 
@@ -149,7 +149,7 @@ def test_readings_of_equations_that_are_not_used_are_refused(folder: Path) -> No
     assert load(folder).settings.laws_as_read.capillary == "rabinovich_spheres_as_printed"
     path = folder / "config.yaml"
     path.write_text(path.read_text().replace("preset: paper", "preset: exact"))
-    with pytest.raises(PywetError, match="readings are of rabinovich, the law is young_laplace"):
+    with pytest.raises(PywetError, match="these readings apply to rabinovich, but the law is young_laplace"):
         load(folder)
 
 
@@ -405,7 +405,7 @@ def test_anchors_and_merged_keys_are_no_duplicates(folder: Path) -> None:
     assert (scales["wide"].width_mm.value, scales["wide"].wire_sides) == (70, scales["smoke"].wire_sides)
 
 
-def own_material(folder: Path) -> None:
+def custom_material(folder: Path) -> None:
     """A material of sizes that the paper's do not have, a liquid, and two cases, added to a copy of the configuration."""
     data = yaml.safe_load((folder / "materials.yaml").read_text())
     output_text = {"source": "measured"}
@@ -431,9 +431,9 @@ def own_material(folder: Path) -> None:
     (folder / "cases.csv").write_text("\n".join(rows) + "\n")
 
 
-def test_an_own_material_stands_beside_the_papers(folder: Path) -> None:
+def test_a_custom_material_is_added_to_the_papers(folder: Path) -> None:
     """Its feed is a mass or a volume of its own (300 g of 2 g/cm3), its liquid the case's; other cases stay as they were."""
-    own_material(folder)
+    custom_material(folder)
     before, loaded = load(ROOT / "config"), load(folder)
     by_mass, by_volume = (cases.ingredients(loaded, number, "full") for number in (50, 51))
     assert [c.count for c in by_mass.classes] == [c.count for c in by_volume.classes]
@@ -467,10 +467,10 @@ def test_the_material_of_the_page(folder: Path) -> None:
     assert cases.ingredients(loaded, 2, "smoke") == cases.ingredients(load(ROOT / "config"), 2, "smoke")
 
 
-def test_the_reference_counts_an_own_feed_as_the_configuration_says(folder: Path) -> None:
+def test_the_reference_counts_a_custom_feed_as_the_configuration_says(folder: Path) -> None:
     from reference_impl.scene import amounts
 
-    own_material(folder)
+    custom_material(folder)
     loaded = load(folder)
     for number in (2, 50, 51):
         found = amounts.classes(loaded.resolved(number, "smoke"))

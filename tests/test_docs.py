@@ -116,6 +116,25 @@ def test_command_of_the_documentation_exists_and_parses(command: str, tmp_path: 
         assert name == "cd" or shutil.which(program(name)), f"`{command}`: no program {name}"
 
 
+def shown_below(command: str) -> list[list[str]]:
+    """Lines that pages show below a command in its console blocks, words separated by one space."""
+    found = []
+    for page in PAGES:
+        for block in CONSOLE.findall(page.read_text()):
+            for given in re.split(r"^\s*\$ ", block.replace("\\\n", " "), flags=re.MULTILINE)[1:]:
+                first, *lines = [" ".join(line.split()) for line in given.splitlines() if line.strip()]
+                if first == command and lines:
+                    found.append(lines)
+    return found
+
+
+def check_shown(command: str, output: str) -> None:
+    """Each line that a page shows below the command is a line of its output."""
+    printed = {" ".join(line.split()) for line in output.splitlines()}
+    for lines in shown_below(command):
+        assert [line for line in lines if line not in printed] == [], output
+
+
 def is_cheap(arguments: list[str]) -> bool:
     return (
         arguments[0] in CHEAP and "config/my_bridge.json" not in arguments
@@ -130,6 +149,49 @@ def test_cheap_command_of_the_documentation_runs(command: str) -> None:
     done = call(program("pywet"), *words(command)[1])
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.strip()
+    check_shown(command, done.stdout)
+
+
+IN_A_FOLDER = (
+    ("pywet init mydeck --example deck",),
+    ("pywet init law",),
+    ("pywet init study",),
+    (
+        "pywet init mysweep --example sweep",
+        "pywet sweep mysweep/small_drum.yaml --check",
+    ),
+    ("pywet docs tutorial",),
+    ("pywet score viscous_pull --template",),
+    ("pywet collide wall examples/wall_wet.json",),
+    ("pywet collide wall examples/wall_sweep.json --table",),
+    ("pywet collide wall examples/wall_oblique_dry.json --csv results/oblique.csv",),
+    ("pywet collide spheres examples/three_equal_spheres.json",),
+    ("pywet collide spheres examples/four_spheres.json",),
+    (
+        "pywet kinetics docs/full_scale/data/case02-10007 docs/full_scale/data/case02-10009 "
+        "docs/full_scale/data/case02-10012",
+    ),
+    (".venv/bin/python -m reference_impl --help",),
+)
+"""Commands of the pages that are run one after another in a folder with the checkout's files."""
+
+
+@pytest.mark.parametrize("commands", IN_A_FOLDER, ids=lambda commands: commands[-1])
+def test_commands_of_the_documentation_run_in_a_folder(commands: tuple[str, ...], tmp_path: Path) -> None:
+    """They end without an error and print what the pages show below them."""
+    for name in ("examples", "docs", "config", "benchmarks", "reference_impl", "pywet"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "results").mkdir()
+    environment = {**os.environ, "COLUMNS": "200", "NO_COLOR": "1"}
+    for command in commands:
+        assert command in COMMANDS
+        name, arguments = words(command)
+        done = subprocess.run(
+            [program(name), *arguments], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert done.stdout.strip() or (tmp_path / "results" / "oblique.csv").exists()
+        check_shown(command, done.stdout)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

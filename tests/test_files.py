@@ -92,4 +92,4 @@ def test_messages_hold_one_printable_line() -> None:
 
 
 def test_a_byte_order_mark_is_no_fault() -> None:
-    assert parse_json(b'\xef\xbb\xbf{"a": 1}', "x", "mend it") == {"a": 1}
+    assert parse_json(b'\xef\xbb\xbf{"a": 1}', "x", "fix it") == {"a": 1}

@@ -121,7 +121,7 @@ def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
         folder = tmp_path / f"has {kept}"
         folder.mkdir()
         (folder / kept).touch()
-        with pytest.raises(PywetError, match=f"{kept} is there already"):
+        with pytest.raises(PywetError, match=f"{kept} exists already"):
             shipped.begin(folder)
         assert [path.name for path in folder.iterdir()] == [kept]
 
@@ -136,7 +136,7 @@ def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -
     scene = read_scene(tmp_path / "new" / f"{name}.yaml")
     assert Building(scene).scene().walls
     assert f"pywet run-scene {name}.yaml" in (tmp_path / "new" / "README.md").read_text()
-    with pytest.raises(PywetError, match="is there already"):
+    with pytest.raises(PywetError, match="exists already"):
         shipped.begin(tmp_path / "new", name)
 
 

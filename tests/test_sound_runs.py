@@ -65,6 +65,7 @@ THIN_PLATE: dict[str, Any] = {
 ONE_OF_EACH = {
     0: "a case whose bridges act every other step with semi-implicit drag, and form in a window",
     128: "a case whose films shed drops while its walls hold no films",
+    31: "a sphere that rolls over the rim of a vessel, from the inner side to the outer one",
     10: "a case with two touching spheres of which one's spin is lost in the rounding of the other's kick",
 }
 
@@ -141,7 +142,7 @@ def test_lives_of_no_bridges() -> None:
     whole = {name: np.zeros(0, np.int64) for name in ("step", "kind", "partner_kind", "i", "j")}
     real = {name: np.zeros(0) for name in ("volume", "rupture_distance", "speed")}
     lives = Lives(none(), pd.DataFrame({**whole, **real}), 0, -1)
-    assert len(lives.standing()) == len(lives.standing(3)) == len(lives.previous) == 0
+    assert len(lives.active()) == len(lives.active(3)) == len(lives.previous) == 0
 
 
 def test_a_component_that_counts_as_none_is_in_doubt() -> None:
@@ -157,7 +158,7 @@ def test_a_component_that_counts_as_none_is_in_doubt() -> None:
     state = {name: np.zeros((1, 1, 3)) for name in "xvf"} | {"w": (true + kick)[None, None], "t": torque[None, None]}
     found = window._window(setup, np.array([5]), state, None)
     assert kick[0] == pytest.approx(1e-2) and found.w_half[0, 0, 2] == 0.0
-    assert np.abs(found.w_half[0, 0] - true).max() <= found.w_room[0, 0] <= 2e-13 * kick[0]
+    assert np.abs(found.w_half[0, 0] - true).max() <= found.w_margin[0, 0] <= 2e-13 * kick[0]
 
 
 def test_rounding_of_positions_far_from_the_origin() -> None:

@@ -1,1 +1,1 @@
-"""Which surface tension, friction, film … reproduce what was measured, and how well that is known: `pywet calibrate`."""
+"""Calibrate surface tension, friction, film thickness … to measurements, with confidence intervals: `pywet calibrate`."""

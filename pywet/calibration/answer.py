@@ -1,4 +1,4 @@
-"""What `pywet calibrate` answers: numbers as JSON, sentences to read, a figure of responses, targets and likelihoods."""
+"""Format the answer of `pywet calibrate`: JSON, readable sentences, a figure of responses, targets and likelihoods."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def calibrate(
 
 
 def described(question: Question, found: Found) -> dict[str, Any]:
-    """Parameters with their intervals, targets with what is reached of them, what cannot be distinguished."""
+    """List parameters with their intervals, targets with the values reached, and indistinguishable parameters."""
     solved, names = found.problem, list(question.parameters)
     mean, variance, _ = solved.response(solved.best)
     parameters = {}
@@ -123,7 +123,7 @@ def sentences(question: Question, answer: dict[str, Any]) -> list[str]:
         )
     if not answer["reached"]:
         lines.append(
-            "no values between the bounds reproduce the targets: mend the bounds, or doubt experiment and model"
+            "no values between the bounds reproduce the targets: fix the bounds, or doubt experiment and model"
         )
     lines += [_unknown(group) for group in answer["not_told_apart"]]
     if "runs" in answer:

@@ -1,4 +1,4 @@
-"""Experiments that a target can come from: a bridge, a collision with a wall, a scene of one's own; and what is read off them.
+"""Experiments that give a target: a bridge, a wall collision or a user-defined scene, and the quantities read from them.
 
 A bridge and a collision are computed at once, without chance; a scene is run in the engine, from a seed.
 """
@@ -49,7 +49,7 @@ def _collision(problem: Problem, name: str) -> float:
 
 @dataclass(frozen=True)
 class Kind:
-    """Functions that make an experiment from a file and read quantities off it; `of_chance`: it needs runs of an engine."""
+    """Functions that build an experiment from a file and evaluate its quantities; `of_chance`: it needs runs of an engine."""
 
     read: Callable[[Path], dict[str, Any]]
     build: Callable[[dict[str, Any], Path], Any]
@@ -122,7 +122,7 @@ class Experiment:
         try:
             return KINDS[self.kind].build(content, self.file)
         except PywetError as error:
-            cure = f"with {_said(settings)}: mend the bounds of the parameters"
+            cure = f"with {_text(settings)}: fix the bounds of the parameters"
             raise ConfigError(f"{error} ({cure})", file=self.file) from error
 
     def value(self, quantity: str, settings: Mapping[str, float]) -> float:
@@ -132,7 +132,7 @@ class Experiment:
     def run(
         self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int
     ) -> StoredResult:
-        """Numbers of a run of the engine; one whose numbers are stored in the folder is not done again."""
+        """Return the quantities of an engine run; a run whose quantities are stored in the folder is not repeated."""
         scene = self.built(settings, seed)
         place = folder / _name(scene)
         stored = read_if_there(place / "calibration.json", shape=StoredResult)
@@ -167,13 +167,13 @@ def _program() -> bytes:
 def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float:
     if not math.isfinite(value):
         raise PywetError(
-            f"there is no {quantity} with {_said(settings)}; expected a number everywhere between the bounds: make them "
-            "narrower, or, where a heap is too small to have a slope, take more spheres"
+            f"there is no {quantity} with {_text(settings)}; expected a number everywhere between the bounds: narrow "
+            "them, or, if a heap is too small to have a slope, use more spheres"
         )
     return value
 
 
-def _said(settings: Mapping[str, float]) -> str:
+def _text(settings: Mapping[str, float]) -> str:
     return ", ".join(f"{key} {value:.6g}" for key, value in settings.items())
 
 

@@ -1,4 +1,4 @@
-"""From responses and targets to parameters: the best place, intervals by the profile likelihood, directions that stay unknown.
+"""Infer parameters from responses and targets: best values, profile-likelihood intervals, undetermined directions.
 
 Places are in the unit cube of the parameters' bounds. A residual is (response - target) over the standard error of both together.
 An interval holds all values of a parameter for which, the others chosen as well as can be, the sum of squared residuals exceeds
@@ -34,7 +34,7 @@ LEAST = 1e-9
 
 @dataclass(frozen=True)
 class Interval:
-    """Values of a parameter that fit, as shares of its bounds; an end is open where it is the window's and not the target's."""
+    """Interval of a parameter, as shares of its bounds; an end is open if it is set by the window, not by the targets."""
 
     low: float
     high: float
@@ -86,7 +86,7 @@ class Problem:
         return self.window[1] - self.window[0]
 
     def least(self, start: Floats, held: int | None = None) -> Floats:
-        """The place of least squares reached from a start, one parameter held or none."""
+        """Minimise the sum of squares from a starting point, with one parameter fixed or none."""
         free = [k for k in range(self.count) if k != held]
         if not free:
             return start
@@ -125,12 +125,12 @@ class Problem:
 
     @property
     def best(self) -> Floats:
-        """The place of the least sum."""
+        """Return the point with the smallest sum of squares."""
         return self.minima[0]
 
     @cached_property
     def quantile(self) -> float:
-        """Student's, two-sided; degrees of freedom after Welch and Satterthwaite, those of the least known target."""
+        """Two-sided Student quantile; degrees of freedom by Welch and Satterthwaite, those of the least certain target."""
         _, variance, freedom = self.response(self.best)
         squares = self.errors**4 / self.freedoms + variance**2 / freedom
         free = (self.errors**2 + variance) ** 2 / np.maximum(squares, 1e-300)
@@ -142,14 +142,14 @@ class Problem:
         return bool(stats.chi2.sf(self.sum(self.best), len(self.values)) >= 0.01)
 
     def profile(self, k: int, at: float) -> tuple[float, Floats]:
-        """Sum above the least one with parameter k held at a value, the others at their best; and the place."""
+        """Return the sum of squares above its minimum with parameter k fixed and the others optimised, and the point."""
         held = np.array(self.minima)
         held[:, k] = at
         place = self.least(min([*held, *self._grid(k, at)], key=self.sum), k)
         return self.sum(place) - self.sum(self.best), place
 
     def intervals(self, k: int) -> list[Interval]:
-        """Ranges of parameter k that fit, in their order; the profile is looked at in `PLACES` and where minima are."""
+        """Return the intervals of parameter k, in order; the profile is evaluated at `PLACES` and at the minima."""
 
         def beyond(at: float) -> float:
             return self.profile(k, at)[0] - self.quantile**2
@@ -170,7 +170,7 @@ class Problem:
         ]
 
     def unknown(self) -> list[list[int]]:
-        """Parameters of each direction of no slope: along it from end to end the residuals change by less than the quantile.
+        """Return the parameters of each flat direction: along it the residuals change by less than the quantile.
 
         Told from the slopes at the best place. A parameter belongs to a direction where changing it alone would matter; a
         direction without such is one parameter on which the targets do not depend.
@@ -216,7 +216,7 @@ class Surface:
 
     @classmethod
     def through(cls, places: Floats, values: Floats) -> Surface:
-        """Through runs at places (n, parameters) with values (n, quantities); more runs than terms."""
+        """Fit the surface to runs at points (n, parameters) with values (n, quantities); it needs more runs than terms."""
         known = terms(places)
         coefficients: Floats = np.asarray(np.linalg.lstsq(known, values, rcond=None)[0], dtype=float)
         freedom = len(known) - known.shape[1]
@@ -226,7 +226,7 @@ class Surface:
         return cls(coefficients, inverse, np.sqrt(squares / freedom), freedom, misfit)
 
     def at(self, place: Floats) -> tuple[Floats, Floats]:
-        """Mean of each quantity at a place, and the variance of that mean."""
+        """Return the mean of each quantity at a point, and the variance of that mean."""
         row = terms(place[None, :])[0]
         return row @ self.coefficients, self.deviation**2 * float(row @ self.inverse @ row)
 

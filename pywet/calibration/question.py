@@ -1,4 +1,4 @@
-"""What `pywet calibrate` is asked: targets that were measured, parameters with their bounds, how sure the answer is to be."""
+"""Input file of `pywet calibrate`: measured targets, parameters with bounds, confidence level, seeds and runs."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Parameter(Strict):
         return self
 
     def at(self, share: float) -> float:
-        """The value so far between the bounds, 0 to 1."""
+        """Convert a position between the bounds (0 to 1) to a value."""
         if self.log:
             return float(self.low * (self.high / self.low) ** share)
         return self.low + share * (self.high - self.low)
@@ -112,7 +112,7 @@ class Question(Strict):
 
 
 def read(file: Path) -> tuple[Question, list[Experiment]]:
-    """Question and the experiment of each target, tried at both ends of all bounds; a sentence for each mistake."""
+    """Read a question and the experiment of each target, and try both ends of all bounds; each mistake is one sentence."""
     content = read_yaml(file, Question, begun("calibration"))
     if "turned" in content:
         raise ConfigError(
@@ -125,8 +125,8 @@ def read(file: Path) -> tuple[Question, list[Experiment]]:
         for key in parameter.keys:
             if not any(holds(e.content, key) for e in experiments):
                 raise ConfigError(
-                    f"{file}: parameters.{name}.keys names {key}, which stands in none of the targets' files; expected a key "
-                    "that is written there, dotted, such as materials.glass.friction or spheres.0.film_um",
+                    f"{file}: parameters.{name}.keys names {key}, which is in none of the targets' files; expected a "
+                    "dotted key that is written there, such as materials.glass.friction or spheres.0.film_um",
                     file=file, key=f"parameters.{name}.keys",
                 )  # fmt: skip
     for end in (0.0, 1.0):

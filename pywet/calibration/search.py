@@ -1,4 +1,4 @@
-"""Finds the parameters: at once where nothing is of chance, else by rounds of runs in an engine that go where the answer is.
+"""Find the parameters: directly for deterministic experiments, else by rounds of engine runs that narrow the range.
 
 A round tries places all over a window with several seeds each; all runs inside the window give the response. Then, whichever
 holds first: the answer ends at a side of the window that is no bound: the window grows there; it fills less than a third of the
@@ -41,7 +41,7 @@ class Runs:
     seconds: list[float] = field(default_factory=list)
 
     def do(self, places: list[Floats], most: int) -> None:
-        """Runs at places, each with the next seed; what is predicted follows from the mean of those before."""
+        """Simulate points, each with the next seed; the predicted cost follows from the mean of earlier runs."""
         for k, place in enumerate(places):
             value, seconds = self.measure(place, len(self.places))
             self.places.append(place)
@@ -54,7 +54,7 @@ class Runs:
             )
 
     def inside(self, window: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-        """Places and values of those in a window."""
+        """Return points and values of the runs within a window."""
         places, values = np.array(self.places), np.array(self.values)
         here = ((places >= window[0] - 1e-9) & (places <= window[1] + 1e-9)).all(axis=1)
         return places[here], values[here]
@@ -71,7 +71,7 @@ class Found:
 
 
 def find(question: Question, experiments: list[Experiment], folder: Path, ranks: int, say: Report) -> Found:
-    """The answer to a question; runs are stored in the folder."""
+    """Solve a question and return the result; runs are stored in the folder."""
     scattered = [k for k, e in enumerate(experiments) if e.random_start]
     targets, names = question.targets, [t.quantity for t in question.targets]
 
@@ -112,7 +112,7 @@ def find(question: Question, experiments: list[Experiment], folder: Path, ranks:
 def rounds(
     problem: Callable[[Surface, tuple[Floats, Floats]], Problem], runs: Runs, errors: Floats, count: int, seeds: int, most: int
 ) -> Found:  # fmt: skip
-    """Rounds of runs until enough is known or `most` runs are spent."""
+    """Simulate rounds of runs until the standard error is small enough or `most` runs have been used."""
     window = np.zeros(count), np.ones(count)
     while True:
         runs.do(_round(window, seeds), most)

@@ -1,1 +1,1 @@
-"""Makers of scenes: screening cases, user-defined scenes, small scenes of a few bodies or a bed."""
+"""Construct scenes: screening cases, user-defined scenes, small scenes of a few bodies or a bed."""

@@ -81,7 +81,7 @@ def _version(asked: bool) -> None:
 def pywet_(
     ctx: typer.Context,
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version and end.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     """Screening of moist particles: simulate, cross-check, look. The documentation: pywet docs."""
@@ -90,7 +90,7 @@ def pywet_(
 
 @app.command()
 def init(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder without configuration; made where missing.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to write to; created if missing.")],
     example: Annotated[
         str,
         typer.Option(
@@ -100,7 +100,7 @@ def init(
         ),
     ] = "case",
 ) -> None:
-    """Write a folder with a screening study or a scene to begin with, ready to run.
+    """Create a folder with a screening study or an example scene, ready to run.
 
     Example: pywet init mydrum --example drum"""
     from pywet import shipped
@@ -112,10 +112,10 @@ def init(
 @app.command()
 def docs(
     page: Annotated[
-        str, typer.Argument(metavar="[PAGE]", help="Such as tutorial or own-scene; without: all.")
+        str, typer.Argument(metavar="[PAGE]", help="Name of a page, such as tutorial; default: list all pages.")
     ] = "README",
 ) -> None:
-    """Print a page of the documentation; without PAGE the list of pages.
+    """Print a page of the documentation, or, without PAGE, the list of pages.
 
     Example: pywet docs own-scene"""
     from pywet.cli import reference_pages
@@ -128,7 +128,7 @@ def docs(
 
 @app.command()
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the checks as JSON.")] = False) -> None:
-    """Say what was found on this machine, in which version, and what is missing."""
+    """Report the programs found on this machine, their versions, and what is missing."""
     from pywet.cli import doctor as module
 
     raise typer.Exit(module.main(as_json))
@@ -137,11 +137,12 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the check
 @app.command()
 def laws(
     check: Annotated[
-        str | None, typer.Option("--check", metavar="LAW", help="Check one law: a name, or FILE:NAME of yours.")
+        str | None,
+        typer.Option("--check", metavar="LAW", help="Check one law: its name, or FILE:NAME of a custom law."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the list, or the checks, as JSON.")] = False,
 ) -> None:
-    """List the laws by kind, with the first line of what each says of itself; or check one, against the exact bridge too."""
+    """List the laws by kind, each with a one-line description, or check one law, also against the exact bridge."""
     if check is not None:
         from pywet.cli import law_check
 

@@ -30,19 +30,19 @@ def scene(
     name: Annotated[str, typer.Argument(metavar="NAME", help="pull, collision, bed or drum.")],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/NAME.")] = None,
     moisture: Annotated[
-        float, number("--moisture", SCENE["moisture_percent"], "Liquid over the mass of the spheres")
+        float, number("--moisture", SCENE["moisture_percent"], "Liquid content by mass of the spheres")
     ] = 1.0,
     viscosity: Annotated[float, number("--viscosity", SCENE["viscosity_Pa_s"], "Viscosity of the liquid")] = 1e-3,
     spheres: Annotated[int, number("--spheres", SCENE["spheres"], "Number of spheres of bed and drum")] = 500,
     speed: Annotated[float | None, number("--speed", SCENE["speed_m_per_s"], "Speed of pull or collision")] = None,
-    rpm: Annotated[float, number("--rpm", SCENE["turns_per_minute"], "Turns of the drum")] = 20.0,
+    rpm: Annotated[float, number("--rpm", SCENE["turns_per_minute"], "Rotational speed of the drum")] = 20.0,
     seconds: Annotated[float | None, number("--seconds", SCENE["seconds"], "Simulated time")] = None,
     contact: Annotated[str, typer.Option("--contact", help="Dry contacts: linear springs, or hertz.")] = "linear",
     modulus: Annotated[
         float, number("--youngs-modulus", SCENE["youngs_modulus_Pa"], "With hertz, of spheres and walls")
     ] = 1e7,
     ranks: Ranks = 1,
-    seed: Annotated[int, number("--seed", SCENE["seed"], "Of the first places of the spheres of bed and drum")] = 1,
+    seed: Annotated[int, number("--seed", SCENE["seed"], "Seed of the initial positions in bed and drum")] = 1,
 ) -> None:
     """Run a small scene: two spheres pulled apart or colliding, a moist bed in a box, a rotating drum."""
     from pywet.cases.small import scenes
@@ -72,11 +72,11 @@ def run_scene(
     ],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
-    seeds: Annotated[int, number("--seeds", SEEDS, "So many runs, each with the next seed, in folders beside")] = 1,
+    seeds: Annotated[int, number("--seeds", SEEDS, "Number of runs with consecutive seeds, in adjacent folders")] = 1,
     trust: Trust = False,
     verbose: Verbose = False,
 ) -> None:
-    """Run a scene of your own: build, simulate, replay, results, time series, picture, report."""
+    """Run a user-defined scene: build, simulate, evaluate, replay, write time series, picture and report."""
     from pywet import scene_stages as commands
     from pywet.cases.custom import building
     from pywet.cli import ending
@@ -109,10 +109,11 @@ def bridge(
     engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts or lammps.")] = None,
     trust: Trust = False,
     as_table: Annotated[
-        bool, typer.Option("--table", help="A table with deviations from the exact bridge, not JSON.")
+        bool, typer.Option("--table", help="Print a table with deviations from the exact bridge instead of JSON.")
     ] = False,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="OUT", help="Draw force over gap with the exact one (.svg, .png).")
+        Path | None,
+        typer.Option("--plot", metavar="OUT", help="Plot force over gap, with the exact force (.svg, .png)."),
     ] = None,
 ) -> None:
     """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
@@ -151,7 +152,7 @@ def calibrate(
     out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; default results/calibrations/FILE.")] = None,
     ranks: Ranks = 1,
 ) -> None:
-    """Find surface tension, friction, film … that reproduce what was measured, and say how well they are known."""
+    """Find values of surface tension, friction, film thickness … that reproduce measurements, with confidence intervals."""
     from pywet.calibration.answer import calibrate
     from pywet.util import machine_code
 
@@ -172,15 +173,20 @@ def calibrate(
 def sweep(
     words: Annotated[
         list[str],
-        typer.Argument(metavar="FILE | plot FILE X Y [HUE]", help="YAML, see docs/sweep.md; columns to draw."),
+        typer.Argument(
+            metavar="FILE | plot FILE X Y [HUE]",
+            help="YAML file of the sweep (pywet docs sweep); or plot FILE X Y [HUE], columns to plot.",
+        ),
     ],
-    out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; of plot the figure's file.")] = None,
-    check: Annotated[bool, typer.Option("--check", help="Only say what it takes and what is wrong.")] = False,
-    cores: Annotated[int, number("--cores", CORES, "Runs at a time")] = os.cpu_count() or 1,
+    out_dir: Annotated[
+        Path | None, typer.Option("--out", help="Output folder; with plot, the file of the figure.")
+    ] = None,
+    check: Annotated[bool, typer.Option("--check", help="Report cost and errors only; run nothing.")] = False,
+    cores: Annotated[int, number("--cores", CORES, "Number of simultaneous runs")] = os.cpu_count() or 1,
     ranks: Ranks = 1,
-    more: Annotated[int, number("--more", MORE, "Points to add where the map is least known")] = 0,
+    more: Annotated[int, number("--more", MORE, "Number of points to add where the response is least certain")] = 0,
     trust: Annotated[
-        bool, typer.Option("--trust", help="Run the Python files that it names; read them first.")
+        bool, typer.Option("--trust", help="Execute the Python files named in the sweep; read them first.")
     ] = False,
 ) -> None:
     """Run a sweep over axes, designs and seeds, or draw columns of its table.
@@ -218,13 +224,20 @@ def sweep(
 def score(
     problem: Annotated[str, typer.Argument(metavar="PROBLEM", help=f"{', '.join(PROBLEMS)}, or all.")],
     file: Annotated[
-        Path | None, typer.Argument(metavar="FILE.csv", help="Answers: case, quantity, at, value; of all: a folder.")
+        Path | None,
+        typer.Argument(
+            metavar="FILE.csv", help="CSV of answers: case, quantity, at, value; with PROBLEM all, a folder."
+        ),
     ] = None,
-    template: Annotated[bool, typer.Option("--template", help="Print an empty table of what is asked.")] = False,
+    template: Annotated[
+        bool, typer.Option("--template", help="Print an empty table of the questions, to be filled in.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the score as JSON.")] = False,
-    within: Annotated[float, typer.Option("--within", help="Deviation up to which a problem is solved.")] = 0.1,
+    within: Annotated[
+        float, typer.Option("--within", help="Largest deviation at which a problem counts as solved.")
+    ] = 0.1,
 ) -> None:
-    """Score any program's answers to a wet benchmark problem; exit code 0 solved, 1 not, 2 not to be scored.
+    """Score any program's answers to a wet benchmark problem; exit code 0: solved, 1: not solved, 2: cannot be scored.
 
     Example: pywet score viscous_pull my_answers.csv"""
     import runpy
@@ -242,10 +255,10 @@ def score(
 @collide.command()
 def wall(
     file: JsonFile,
-    table: Annotated[bool, typer.Option("--table", help="A sweep as a table to read, not as JSON.")] = False,
-    csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write a sweep as CSV as well.")] = None,
+    table: Annotated[bool, typer.Option("--table", help="Print a sweep as a table instead of JSON.")] = False,
+    csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Also write the sweep as CSV.")] = None,
 ) -> None:
-    """A wet sphere against a wall; lists in place of numbers make a sweep."""
+    """Compute the collision of a wet sphere with a wall; lists instead of numbers make a sweep."""
     from pywet.collisions.wall import command
 
     command.wall(file, table, csv)
@@ -253,7 +266,7 @@ def wall(
 
 @collide.command()
 def spheres(file: JsonFile) -> None:
-    """Wet spheres in a plane (Davis 2023)."""
+    """Compute collisions of wet spheres in a plane (Davis 2023)."""
     from pywet.collisions.spheres import command as module
     from pywet.util import machine_code
 

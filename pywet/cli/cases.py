@@ -43,14 +43,21 @@ def plan(
     case: AnyCase = None,
     scale: ScaleName = None,
     config: ConfigDir = CONFIG,
-    accuracy: Annotated[str | None, typer.Option("--accuracy", help="Choose settings for it, such as 2%.")] = None,
-    of: Annotated[list[str] | None, typer.Option("--of", help="Quantity that counts; may be repeated.")] = None,
-    write: Annotated[Path | None, typer.Option("--write", metavar="DIR", help="Copy the config with them.")] = None,
-    why: Annotated[bool, typer.Option("--why", help="What each number is, and the reason.")] = False,
+    accuracy: Annotated[
+        str | None, typer.Option("--accuracy", help="Choose settings for this accuracy, such as 2%.")
+    ] = None,
+    of: Annotated[
+        list[str] | None, typer.Option("--of", help="Quantity to which the accuracy applies; repeatable.")
+    ] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option("--write", metavar="DIR", help="Write a copy of the configuration with these settings."),
+    ] = None,
+    why: Annotated[bool, typer.Option("--why", help="Print the meaning of each number and the reason.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
     trust: Trust = False,
 ) -> None:
-    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
+    """Print the effects that a case calls for (--why: with reasons); with --accuracy, the settings needed and their run time.
     Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
     from pywet.cases.screening import cases
@@ -92,16 +99,16 @@ def run(
     engine: Annotated[str, typer.Option(help="liggghts or yade.")] = "liggghts",
     config: ConfigDir = CONFIG,
     seed: Annotated[
-        int | None, number("--seed", LIMITS["seed"], "Of the first arrangement; default: that of config.yaml")
+        int | None, number("--seed", LIMITS["seed"], "Seed of the initial arrangement; default: that of config.yaml")
     ] = None,
-    seeds: Annotated[int, number("--seeds", SEEDS, "So many runs, each with the next seed, in folders beside")] = 1,
+    seeds: Annotated[int, number("--seeds", SEEDS, "Number of runs with consecutive seeds, in adjacent folders")] = 1,
     preset: Annotated[
-        str | None, typer.Option("--preset", help="paper or exact, in place of the laws of config.yaml.")
+        str | None, typer.Option("--preset", help="paper or exact, instead of the laws in config.yaml.")
     ] = None,
     trust: Trust = False,
     verbose: Verbose = False,
 ) -> None:
-    """Run one case: build, simulate, results, replay, report; with --seeds several times, for the spread."""
+    """Run one case: build, simulate, results, replay, report; with --seeds several times, for the scatter."""
     from pywet import stages
     from pywet.cases.screening import identity
     from pywet.cli import ending
@@ -150,13 +157,17 @@ def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks:
 
 @app.command()
 def replay(
-    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="One: a table; several: a line each.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON (of several runs a list).")] = False,
+    run_dirs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN_DIR …", help="Run directories; one gives a table, several one line each."),
+    ],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON (a list for several runs).")] = False,
     trust: Annotated[
-        bool, typer.Option("--trust", help="Run the second functions for own laws that they name; read them first.")
+        bool,
+        typer.Option("--trust", help="Execute the user's reference implementations of custom laws; read them first."),
     ] = False,
 ) -> None:
-    """Recompute runs by the independent reference and show how well they agree; 0 agree, 1 beyond a limit, 2 unreadable."""
+    """Recompute runs with the independent reference; exit code 0: agreement, 1: a deviation exceeds its limit, 2: unreadable."""
     from pywet.planning import audit
     from pywet.runs import second
     from reference_impl.replay import command
@@ -179,15 +190,15 @@ def view(
     step: Annotated[int | None, number("--step", STEP, "Output step of the picture or close-up")] = None,
     movie: Annotated[bool, typer.Option("--movie", help="Draw movie.mp4 and the loop movie.webp.")] = False,
     paraview: Annotated[
-        bool, typer.Option("--paraview", help="Write vtk/open_in_paraview.py: all of it, shown.")
+        bool, typer.Option("--paraview", help="Write vtk/open_in_paraview.py, which displays all time series.")
     ] = False,
     vtkhdf: Annotated[bool, typer.Option("--vtkhdf", help="Write one temporal VTKHDF file per kind.")] = False,
     ovito: Annotated[bool, typer.Option("--ovito", help="Write spheres and bonds for OVITO.")] = False,
     close_up: Annotated[
-        int | None, number("--close-up", SPHERE, "Draw this sphere's bridges: cuboids, true meridians")
+        int | None, number("--close-up", SPHERE, "Draw this sphere's bridges, as cuboids and as exact meridians")
     ] = None,
 ) -> None:
-    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it; or only what is named."""
+    """Write the VTK time series of a run, compare them with its logs, and draw a picture; with options, only what they name."""
     showing.need_run(run_dir)
     with run_lock.reading(run_dir):
         _view(run_dir, step, movie, paraview, vtkhdf, ovito, close_up)
@@ -229,7 +240,7 @@ def _view(
 
 @app.command()
 def report(run_dir: RunFolder) -> None:
-    """Write the page of one finished run, RUN_DIR/report.html: of a case with the seeds in folders next to it, or of a scene.
+    """Write RUN_DIR/report.html of a finished run; for a case, with the seeds in the folders next to it.
 
     Example: pywet report results/smoke/case02"""
     from pywet.report import scene_page as page
@@ -241,11 +252,15 @@ def report(run_dir: RunFolder) -> None:
 
 @app.command("app")
 def side_by_side(
-    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="Finished runs; two are seen at a time.")],
+    run_dirs: Annotated[
+        list[Path], typer.Argument(metavar="RUN_DIR …", help="Finished runs, displayed two at a time.")
+    ],
     port: Annotated[int, number("--port", PORT, "Port on 127.0.0.1; 0 takes a free one")] = 0,
-    to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
+    to: Annotated[
+        Path | None, typer.Option("--to", metavar="FILE", help="Write the page to this file instead of serving it.")
+    ] = None,
 ) -> None:
-    """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves next to them."""
+    """Show runs side by side in the browser: 3-D scenes with a common time and camera, and their curves."""
     from pywet.report import app as viewer
     from pywet.util.files import atomic_write
 
@@ -263,13 +278,16 @@ def side_by_side(
 
 @app.command()
 def plot(
-    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="CASE and CASE-SEED: one curve, a band.")],
+    run_dirs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN_DIR …", help="Run directories; CASE and CASE-SEED give one curve with a band."),
+    ],
     to: Annotated[Path, typer.Option("--out", metavar="FILE", help="Figure: .pdf, .svg or .png.")] = Path("curves.pdf"),
     width: Annotated[
         float, number("--width", WIDTH_MM, "Width in print in mm: 84 a journal's column, 150 A4 text")
     ] = 150.0,
 ) -> None:
-    """Draw fraction retained, partition and liquid of runs, as far as they have them.
+    """Plot fraction retained, partition and liquid of runs, where available.
 
     Example: pywet plot results/smoke/case02* --out fig.pdf --width 84"""
     from pywet.report import bands
@@ -282,7 +300,7 @@ def plot(
 
 @app.command()
 def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
-    """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
+    """Print the largest time steps that contact, capillary and viscous forces allow in a prepared run, and which governs."""
     from pywet.laws import own
     from pywet.planning import time_steps
     from pywet.scene import EngineScene

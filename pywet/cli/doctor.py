@@ -1,4 +1,4 @@
-"""What this machine has and what is missing: engine, compiler, MPI, Python packages, plugin, disk. It installs nothing."""
+"""Report what this machine has and lacks: engine, compiler, MPI, Python packages, plugin, disk. It installs nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a finished run prints: at most ten lines, the answer first; all numbers are in details.txt, and printed with --verbose."""
+"""Summary at the end of a run: at most ten lines, the answer first; details.txt, or stdout with --verbose, has all."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
     yield from _retained(folders)
     yield from _screen(folders)
     yield from _liquid(folders)
-    standings = [(verdict.standing(f), f) for f in folders]
+    standings = [(verdict.check_result(f), f) for f in folders]
     worst, where = min(standings, key=lambda s: ("no", "in part", "–", "yes").index(s[0].word))
     of = f" ({where.name})" if len(folders) > 1 else ""
     word = "nothing" if worst.word == "–" else worst.word

@@ -18,19 +18,21 @@ app = typer.Typer()
 def compare(
     runs: Annotated[list[Path] | None, typer.Argument(metavar="RUN_A RUN_B", help="Runs, or folders of seeds.")] = None,
     a: Annotated[list[Path] | None, typer.Option("--a", help="A run, or a folder of runs, of group A.")] = None,
-    b: Annotated[list[Path] | None, typer.Option("--b", help="The same of group B.")] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", metavar="OUT", help="Write the comparison.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Compare different cases as well.")] = False,
+    b: Annotated[list[Path] | None, typer.Option("--b", help="A run, or a folder of runs, of group B.")] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="OUT", help="Write the comparison to this JSON file.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Also compare different cases.")] = False,
     digest: Annotated[Path | None, typer.Option(help="Compare the runs with this stored digest.")] = None,
     across: Annotated[
         list[str] | None,
-        typer.Option("--across", metavar="SETTING", help="May differ: liquid, duration …; repeatable."),
+        typer.Option("--across", metavar="SETTING", help="Setting that may differ: liquid, duration …; repeatable."),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="OUT", help="Draw both with intervals (.pdf, .svg, .png).")
+        Path | None, typer.Option("--plot", metavar="OUT", help="Plot both groups with intervals (.pdf, .svg, .png).")
     ] = None,
 ) -> None:
-    """Compare two runs or two groups of seeds; exit code 0 no difference, 1 difference, 2 not comparable.
+    """Compare two runs or two groups of seeds; exit code 0: no difference, 1: difference, 2: not comparable.
 
     Example: pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf"""
     from pywet.compare import command
@@ -43,9 +45,9 @@ def digest(
     run_dirs: Annotated[
         list[Path], typer.Argument(metavar="RUN_DIR …", help="Runs of one scene, or folders of seeds.")
     ],
-    to: Annotated[Path | None, typer.Option("--out", help="File of the digest.")] = None,
+    to: Annotated[Path | None, typer.Option("--out", help="File to write the digest to.")] = None,
 ) -> None:
-    """Store a digest of runs, with which `pywet compare --digest` compares others.
+    """Store a digest of runs, for `pywet compare --digest`.
 
     Example: pywet digest results/smoke/case02 --out case02.json"""
     from pywet.compare import command
@@ -55,7 +57,7 @@ def digest(
 
 @app.command(add_help_option=False, context_settings={"ignore_unknown_options": True, "allow_extra_args": True})
 def study(context: typer.Context) -> None:
-    """Run a study of a checkout: accuracy, stability, effects, laws, cross-code, digests, search.
+    """Run a study (only in a checkout): accuracy, stability, effects, laws, cross-code, digests, search.
 
     Example: pywet study stability --cases 20"""
     if not shipped.open_studies():

@@ -1,4 +1,4 @@
-"""Commands of process engineers: what a screen did, and how fast a batch passes."""
+"""Commands for process engineers: evaluation of a screen, and batch kinetics."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def screen_numbers(
         list[Path], typer.Argument(metavar="RUN_DIR...", help="Finished runs of cases, or of scenes with outlets.")
     ],
     aperture: Annotated[
-        float | None, number("--aperture", LIMITS["aperture_mm"], "Size that parts undersize from oversize")
+        float | None, number("--aperture", LIMITS["aperture_mm"], "Size that separates undersize from oversize")
     ] = None,
-    from_s: Annotated[float | None, number("--from", FROM, "Take means from this time on")] = None,
-    deck: Annotated[int, number("--deck", DECK, "Of several decks the K-th from above")] = 1,
+    from_s: Annotated[float | None, number("--from", FROM, "Average from this time on")] = None,
+    deck: Annotated[int, number("--deck", DECK, "Deck to evaluate, counted from the top")] = 1,
 ) -> None:
-    """Cut size, efficiency, throughput, moisture of the products and pegging of screens, as tables and pages.
+    """Evaluate screens: cut size, efficiency, throughput, moisture of the products and pegging, as tables and pages.
 
     Example: pywet screen results/smoke/case02"""
     from pywet.products.partition import mean_and_half_width
@@ -50,9 +50,9 @@ def screen_numbers(
 @app.command()
 def kinetics(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR...", help="Seeds of a case: runs or stored tables.")],
-    file: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Write the table.")] = None,
+    file: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Write the table to this CSV file.")] = None,
 ) -> None:
-    """Laws of the fraction retained over time for each class, fitted, and ranked on the seeds that were not fitted.
+    """Fit laws of the fraction retained over time to each class, and rank them on seeds that were not fitted.
 
     Example: pywet kinetics docs/full_scale/data/case02-10007 docs/full_scale/data/case02-10009"""
     from pywet.products import kinetics as laws

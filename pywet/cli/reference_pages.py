@@ -1,4 +1,4 @@
-"""Pages of the documentation: those of docs/, and the references that are made from the classes and schemas of the program."""
+"""Pages of the documentation: those of docs/, and the references generated from the program's classes and schemas."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _kind(value: dict[str, Any], limited: bool = True) -> str:
 SCENE = """# A scene, key by key
 
 Made from the classes that check every scene: each key in YAML and each argument in Python, with its meaning, unit, default and
-range. A number outside its range needs `unusual: why` beside it.
+range. A number outside its range needs `unusual: why` next to it.
 How scenes are written: [a custom scene](own-scene.md).
 """
 

@@ -1,4 +1,4 @@
-"""The commands on scripts of the user's own, of LIGGGHTS and LAMMPS."""
+"""Commands for the user's LIGGGHTS and LAMMPS scripts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pywet.errors import PywetError
 app = typer.Typer()
 
 
-SCRIPT = typer.Option("-in", metavar="SCRIPT", help="Script with one line of fix pywet.")
+SCRIPT = typer.Option("-in", metavar="SCRIPT", help="Script with one `fix pywet` line.")
 CHECK = typer.Option(
     "--check", help="Print what was found, the stable time step and what is not supported; nothing runs."
 )
@@ -22,7 +22,7 @@ OTHERS = {"allow_extra_args": True, "ignore_unknown_options": True}
 
 @app.command(context_settings=OTHERS)
 def liggghts(ctx: typer.Context, script: Annotated[Path, SCRIPT], check: Annotated[bool, CHECK] = False) -> None:
-    """Run a LIGGGHTS script that has one line more, `fix wet all pywet liquid wet.yaml`; other options are the engine's.
+    """Run a LIGGGHTS script with one additional line, `fix wet all pywet liquid wet.yaml`; other options go to the engine.
 
     Example: pywet liggghts -in in.drum --check"""
     _script("liggghts", script, ctx.args, check)
@@ -30,7 +30,7 @@ def liggghts(ctx: typer.Context, script: Annotated[Path, SCRIPT], check: Annotat
 
 @app.command(context_settings=OTHERS)
 def lammps(ctx: typer.Context, script: Annotated[Path, SCRIPT], check: Annotated[bool, CHECK] = False) -> None:
-    """Run a LAMMPS script that has one line more, `fix wet all pywet liquid wet.yaml`; its walls stay dry, one process.
+    """Run a LAMMPS script with one additional line, `fix wet all pywet liquid wet.yaml`; its walls stay dry, one process.
 
     Example: pywet lammps -in in.packing"""
     _script("lammps", script, ctx.args, check)

@@ -1,4 +1,4 @@
-"""What the commands print of runs, and the few steps that several of them share."""
+"""Printed output of run commands, and the few steps that several commands share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Machine code made ahead, which the first question of each kind would otherwise wait for; `make setup` calls it.
+"""Compile machine code ahead of time, so that the first command of each kind does not wait; called by `make setup`.
 
 Each kind of question is asked once, so that whatever it compiles is stored. Quick where that is done.
 """

@@ -1,4 +1,4 @@
-"""After a kill: takes away the lock of a Snakemake that is gone, or names its processes that are not. `make run` asks it first.
+"""Remove the lock of a killed Snakemake, or list its processes that still run. `make run` calls this first.
 
 A Snakemake that was killed leaves its lock behind, and the jobs that it had begun work on to their end.
 """
@@ -40,7 +40,7 @@ def release(folder: Path) -> str | None:
     mains, jobs = at_work(folder)
     kill = f"`kill {' '.join(map(str, mains or jobs))}`"
     if mains:
-        return f"a Snakemake is at work in {folder.resolve()}; wait for it, or stop it by {kill}"
+        return f"a Snakemake is running in {folder.resolve()}; wait for it, or stop it by {kill}"
     if jobs:
         return (
             f"a Snakemake that worked in {folder.resolve()} was killed, but its jobs still work; wait for them, or stop "

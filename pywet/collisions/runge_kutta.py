@@ -1,4 +1,4 @@
-"""What the integrators of both models share, compiled: scipy's tableaus, a stage of a step, its error, where an event is in it.
+"""Compiled parts that both collision models share: scipy's tableaus, a stage of a step, its error, location of an event.
 
 An event is the root of a function over the length of a step, each trial being a step of its own from the same start: no
 interpolation error, and the state after an event is a state of the method.

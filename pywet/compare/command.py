@@ -1,4 +1,4 @@
-"""The commands `pywet compare` and `pywet digest`: what is printed and with which exit code."""
+"""The commands `pywet compare` and `pywet digest`: printed output and exit codes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def compare(
     across: Sequence[str] = (),
     plot: Path | None = None,
 ) -> int:
-    """Compare and print; the exit code."""
+    """Compare, print the result and return the exit code."""
     try:
         if against is not None:
             return _against(runs, against)
@@ -63,7 +63,7 @@ def _groups(runs: Sequence[Path], a: Sequence[Path], b: Sequence[Path]) -> tuple
 
 
 def show(comparison: verdict.Comparison) -> None:
-    """The sentence first, then the table, at most 80 columns wide."""
+    """Print the verdict and the table, at most 80 columns wide."""
     out.print(comparison.verdict, style="red" if comparison.different else "green", soft_wrap=True, markup=False)
     out.print(comparison.end, soft_wrap=True, markup=False)
     several = comparison.level is not None
@@ -104,7 +104,7 @@ def _difference(row: verdict.Row) -> str:
 def _against(runs: Sequence[Path], file: Path) -> int:
     """Compare runs with a stored digest."""
     if not runs:
-        raise PywetError(f"no run was given to hold against {file}; expected RUN_DIR …")
+        raise PywetError(f"no run was given to compare with {file}; expected RUN_DIR …")
     stored = digest.load(file)
     with run_lock.reading(*runs):
         rows = [row for run in runs for row in digest.check(stored, run)]
@@ -127,7 +127,7 @@ def _against(runs: Sequence[Path], file: Path) -> int:
 
 
 def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
-    """Digest of runs of one's own, or of folders of seeds; the exit code."""
+    """Write the digest of given runs or folders of seeds and return the exit code."""
     try:
         if out_file is None or out_file.suffix != ".json":
             raise PywetError(

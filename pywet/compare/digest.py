@@ -44,7 +44,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Digest:
-    """Numbers by name, over how many runs, with which numerical tolerance, made how and with what."""
+    """Stored numbers by name, with the number of runs, the numerical tolerance, the command and the versions."""
 
     name: str
     command: str
@@ -122,14 +122,14 @@ def make(
 
 
 def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
-    """Digest of finished runs of one scene; refused when one fails a check of its own, the replay above all."""
+    """Make the digest of finished runs of one scene; a run that fails a check or its replay is refused."""
     runs = [read_run(p) for p in paths]
     for run in runs:
         _same_scene(facts(runs[0].scene), run.scene, f"{runs[0].path} and {run.path}")
         for check, (ok, value) in run.checks.items():
             if not ok:
                 raise PywetError(
-                    f"{run.path} fails its check {check} ({value:.2g}); a digest is stored of good runs only"
+                    f"{run.path} fails its check {check} ({value:.2g}); expected a run without failed checks"
                 )
         if run.scene.effects.bridges and "replay" not in run.checks:
             raise PywetError(f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first")
@@ -164,7 +164,7 @@ def load(path: Path) -> Digest:
 
 
 def allowed(digest: Digest, number: Number) -> float:
-    """Largest deviation from the mean that is no alarm.
+    """Largest deviation from the mean that is accepted.
 
     >>> one = Number(1.0, 0.0, 2.0, "1")
     >>> allowed(Digest("x", "", "", 1, 1e-6, {}, {"a": one}), one)
@@ -178,7 +178,7 @@ def allowed(digest: Digest, number: Number) -> float:
 
 
 def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]]) -> list[Row]:
-    """Each stored number against a run's; a number that the run lacks is NaN, which is never within."""
+    """Compare each stored number with that of a run; a number that the run lacks is NaN, which always fails."""
     return [
         Row(run, key, values[key][0] if key in values else float("nan"), n.mean, allowed(digest, n), n.unit)
         for key, n in digest.numbers.items()
@@ -186,7 +186,7 @@ def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]
 
 
 def check(digest: Digest, run_dir: Path) -> list[Row]:
-    """A run directory against a digest; one of another scene is refused."""
+    """Compare a run directory with a digest; a run of another scene is refused."""
     if digest.scene is None:
         raise PywetError(f"the digest {digest.name} is of `{digest.command}`, which leaves no run directory")
     _same_scene(digest.scene, read_run(run_dir).scene, f"the digest {digest.name} ({digest.command}) and {run_dir}")

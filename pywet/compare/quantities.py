@@ -1,4 +1,4 @@
-"""What is compared of a run: curves over time and single numbers, from whatever tables its run directory has.
+"""Compared quantities of a run: curves over time and single numbers, from the tables in its run directory.
 
 Reads only the tables that every engine writes (results, history, trajectory, summary.json, replay.json); a run of which its
 scene planned more than is there is refused. Each quantity has a scale [its unit], against which deviations are measured.
@@ -49,7 +49,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class RunData:
-    """One run: where it is, what it simulated, its quantities and the checks it must pass by itself."""
+    """One run: its folder, the simulated case, its quantities and the results of its own checks."""
 
     path: Path
     scene: EngineScene

@@ -1,4 +1,4 @@
-"""Is the difference of two groups larger than their spread? One family of tests over all quantities and times at once.
+"""Test whether two groups differ by more than their scatter: one family of tests over all quantities and times.
 
 Groups large enough (2/(number of ways to deal the runs out) not above the level): a permutation test on the largest |t|, single
 step (Westfall & Young 1993): exact for exchangeable runs, whatever the distribution and however the quantities hang together.

@@ -1,4 +1,4 @@
-"""Comparison of two runs or two groups: are they comparable, what differs, and is a difference beyond the spread."""
+"""Comparison of two runs or groups: whether they are comparable, what differs, and whether it is significant."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAIN = "fraction retained"
 
 
 class NotComparable(PywetError):
-    """The two do not simulate the same thing."""
+    """Raised if two runs or groups do not simulate the same case."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All of a comparison; `verdict` is its one sentence."""
+    """Result of a comparison; `verdict` is its one-sentence summary."""
 
     a: list[str]
     b: list[str]
@@ -80,7 +80,7 @@ def runs_in(folder: Path) -> list[Path]:
 def read_groups(
     a: Sequence[Path], b: Sequence[Path], force: bool = False, across: Sequence[str] = ()
 ) -> list[list[RunData]]:
-    """Both groups, read; `NotComparable` unless `force` where they differ in more than the settings of `across`."""
+    """Read both groups; raise `NotComparable` unless `force` if they differ in more than the settings of `across`."""
     groups = [[read_run(p) for p in paths] for paths in (a, b)]
     if not force:
         _comparable(groups, across)

@@ -14,7 +14,7 @@ CLASS_NAMES = ("small", "near_mesh", "large")
 
 
 class Case(Limited):
-    """One screening case: what is screened on what, how moist, how strongly shaken."""
+    """One screening case: material, sizes, aperture, amplitude and moisture."""
 
     case: Annotated[int, Field(ge=1)]
     material: str
@@ -50,7 +50,7 @@ class Case(Limited):
 
     @property
     def own_feed(self) -> bool:
-        """Tell whether the case itself gives the amount that is screened."""
+        """Return whether the case itself gives the amount of its feed."""
         return self.class_mass_g is not None or self.class_volume_cm3 is not None
 
     @model_validator(mode="after")

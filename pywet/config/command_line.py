@@ -1,4 +1,4 @@
-"""What `snakemake --config KEY=VALUE` may replace of config.yaml, and a sentence for everything else."""
+"""Keys of config.yaml that `snakemake --config KEY=VALUE` may override; all others are refused in one sentence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REPLACED = ("scale", "cases", "ranks", "both_presets", "seed", "seeds")
 
 
 def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
-    """The settings with what the command line replaced; `given` is all of config.yaml with it. A single case is a list of one.
+    """Settings with the overrides of the command line; `given` is all of config.yaml with them. A single case is a list of one.
 
     Numbers in a list arrive as text. Raises `PywetError` for a wrong value and for a key that is not replaced.
     """
@@ -26,7 +26,7 @@ def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
         found = Settings.model_validate({**given, "cases": numbers})
     except ValidationError as error:
         raise mistake(error, Settings, "--config") from error
-    other = [name for name in Settings.model_fields if _said(found, name) != _said(configured, name)]
+    other = [name for name in Settings.model_fields if _text(found, name) != _text(configured, name)]
     for name in other:
         if name not in REPLACED:
             raise ConfigError(
@@ -38,7 +38,7 @@ def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
     return configured.model_copy(update={name: getattr(found, name) for name in REPLACED})
 
 
-def _said(settings: Settings, name: str) -> object:
+def _text(settings: Settings, name: str) -> object:
     """A setting as it is compared: without the folders of laws in own files, which are whole in `configured` only."""
     value = getattr(settings, name)
     if not isinstance(value, LawSettings):

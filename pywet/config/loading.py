@@ -1,4 +1,4 @@
-"""Reads the configuration folder; every mistake in it becomes one sentence."""
+"""Read the configuration folder and report every mistake in it in one sentence."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Config:
         return known[key]
 
     def with_preset(self, name: str) -> Config:
-        """Return a copy of the configuration with another preset of laws and no laws chosen one by one."""
+        """Return a copy of the configuration with another preset of laws and no individually chosen laws."""
         if name not in PRESETS:
             raise ConfigError(
                 f"there is no preset {name and one_line(name)!r}; expected one of {', '.join(PRESETS)}",
@@ -148,7 +148,7 @@ class Config:
 
 
 def texts(config: Config) -> dict[str, Any]:
-    """The files that a configuration still says, as text, and the keys of config.yaml that were set after reading it.
+    """Return the configuration's files as text, and the keys of config.yaml that were set after reading.
 
     A part that was replaced since is left out.
     """
@@ -231,7 +231,7 @@ def of_run(run_dir: Path) -> tuple[Config, int, str]:
 
 
 class Mistakes:
-    """Mistakes that do not keep others from being looked for."""
+    """Collect mistakes so that all are reported together."""
 
     def __init__(self) -> None:
         self._stored: list[ConfigError] = []
@@ -245,7 +245,7 @@ class Mistakes:
             return None
 
     def say(self) -> None:
-        """Raise all that were kept, a line each."""
+        """Raise all stored mistakes in one error, one line each."""
         if len(self._stored) == 1:
             raise self._stored[0]
         if self._stored:
@@ -270,7 +270,7 @@ CONFIGURATION = "a folder of the configuration has it, `pywet init DIR` writes o
 
 
 def begun(example: str) -> str:
-    """Say how a file of one's own is begun with, where it is missing."""
+    """Return the sentence that tells how to create a missing file."""
     return f"name one that exists, `pywet init DIR --example {example}` writes one to begin with"
 
 
@@ -280,7 +280,7 @@ def _read_text(path: Path, cure: str = CONFIGURATION) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(
-            f"{path} is not text (byte {error.start}), expected UTF-8: save it anew in that encoding",
+            f"{path} is not text (byte {error.start}), expected UTF-8: save it again in that encoding",
             file=path,
             code="config.not_text",
             expected="UTF-8",
@@ -336,7 +336,7 @@ def read_yaml(path: Path, model: type[BaseModel], cure: str = CONFIGURATION) -> 
         mark = getattr(error, "problem_mark", None)
         line = f" in line {mark.line + 1}" if mark is not None else ""
         raise ConfigError(
-            f"{path} is not YAML{line}: {getattr(error, 'problem', None) or one_line(error)}; mend it there",
+            f"{path} is not YAML{line}: {getattr(error, 'problem', None) or one_line(error)}; fix it there",
             file=path,
             code="config.not_yaml",
         ) from error
@@ -381,7 +381,7 @@ def _read_cases(path: Path) -> dict[int, Case]:
             case = wrong.keep(partial(parse, Case, given, where))
             if case is not None and case.case in found:
                 raise ConfigError(
-                    f"{where}: case {case.case} is given twice, expected another number for each row",
+                    f"{where}: case {case.case} is given twice, expected a different number in each row",
                     file=path,
                     code="config.case_twice",
                     key="case",
@@ -391,7 +391,7 @@ def _read_cases(path: Path) -> dict[int, Case]:
                 found[case.case] = case
     except csv.Error as error:
         raise ConfigError(
-            f"{path} line {rows.line_num} is not CSV ({error}); mend it there", file=path, code="config.not_csv"
+            f"{path} line {rows.line_num} is not CSV ({error}); fix it there", file=path, code="config.not_csv"
         ) from error
     wrong.say()
     if not found:

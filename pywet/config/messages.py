@@ -1,4 +1,4 @@
-"""Turns a pydantic validation error into sentences, one for each mistake: file, key, what was given, what was expected."""
+"""Turn a pydantic validation error into sentences, one for each mistake: file, key, what was given, what was expected."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST = 20
 
 
 def mistake(error: ValidationError, model: type[BaseModel], where: str) -> ConfigError:
-    """Every error on a line of its own, misspelt keys first; a missing key that one of them stands for is no other error."""
+    """Format one line per error, misspelt keys first; a missing key that a misspelt one explains is not reported."""
     problems: list[Any] = sorted(error.errors(), key=lambda p: p["type"] != "extra_forbidden")
     meant = {(*p["loc"][:-1], _meant(p, problems, model)) for p in problems if p["type"] == "extra_forbidden"}
     inside = {p["loc"][:n] for p in problems for n in range(len(p["loc"]))}  # a list is too short for want of these

@@ -1,4 +1,4 @@
-"""How a text that leaves something open is read: one key for each reading, the default is what runs without it.
+"""Alternative readings of passages that the paper leaves open: one key each, with the default.
 
 What the paper says at each place, and what a reading changes: docs/readings.md.
 """
@@ -52,7 +52,7 @@ class Readings(Strict):
 
     @property
     def laws(self) -> dict[str, str]:
-        """Kind of law -> the law that the readings make of the preset `paper`'s, where it is another."""
+        """Kind of law -> the law that the readings select, where it differs from that of the preset `paper`."""
         read = {
             "capillary": RABINOVICH[self.capillary_spheres, self.capillary_walls],
             "transfer": PARABOLA[self.wall_transfer],
@@ -61,7 +61,7 @@ class Readings(Strict):
 
     @property
     def stroke_share(self) -> float:
-        """Amplitude of the sine over the one that is given."""
+        """Amplitude of the sine divided by the configured amplitude."""
         return 0.5 if self.amplitude == "peak_to_peak" else 1.0
 
     def small_half_width(self, radius_m: float, sides: int) -> float:

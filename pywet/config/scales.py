@@ -1,4 +1,4 @@
-"""How large, how stiff and how long a case is run: scales.yaml. The apparatus' dimensions are common to all."""
+"""Size, stiffness and duration of a run: scales.yaml. The apparatus' dimensions are common to all scales."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Apparatus(Limited):
 
 
 class Scale(Limited):
-    """One scale. A square sieve's width is rounded to whole pitches of its screen; mass goes with the sieve's area."""
+    """One scale. A square sieve's width is rounded to whole pitches of its screen; the feed is proportional to its area."""
 
     shape: Literal["square", "cylinder"]
     width_mm: PositiveEntry | None = None
@@ -46,7 +46,9 @@ class Scale(Limited):
     @model_validator(mode="after")
     def _wide(self) -> Scale:
         if self.width_mm is None and self.shape == "square":
-            raise ValueError("width_mm beside shape: square (only a round sieve may be that of feed.sieve_diameter_mm)")
+            raise ValueError(
+                "width_mm together with shape: square (only a round sieve may be that of feed.sieve_diameter_mm)"
+            )
         return self
 
     @model_validator(mode="after")

@@ -34,7 +34,7 @@ class LawSettings(Laws):
         for kind, function in self.reference.items():
             law = getattr(self, kind)
             if law is None or not own.is_own(law):
-                raise ValueError(f"reference.{kind} beside a law of your own only ({kind} is {law or 'the preset'})")
+                raise ValueError(f"reference.{kind} only together with a custom law ({kind} is {law or 'the preset'})")
             if not own.is_own(function):
                 raise ValueError(f"reference.{kind} as path/to/file.py:function ({function} is none)")
         return self
@@ -124,8 +124,8 @@ class Settings(Limited):
     def _readings_of_its_laws(self) -> Settings:
         for kind in self.readings.laws.keys() - self._read.keys():
             raise ValueError(
-                f"the default readings of the {kind} law: readings are of {PRESETS['paper'][kind]}, the law is "
-                f"{self._used[kind]}"
+                f"the default readings of the {kind} law: these readings apply to {PRESETS['paper'][kind]}, but the law "
+                f"is {self._used[kind]}"
             )
         return self
 
@@ -141,7 +141,7 @@ class Settings(Limited):
 
     @property
     def laws_as_read(self) -> LawSettings:
-        """The laws, with what the readings make of those whose equations are read in more than one way."""
+        """Laws of the settings, after the readings have replaced those with alternative readings."""
         return self.laws.model_copy(update=self._read)
 
     @model_validator(mode="after")

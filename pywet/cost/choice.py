@@ -1,4 +1,4 @@
-"""From the stored table to settings: the cheapest combination whose errors add up to less than what one can live with.
+"""Choose settings from the stored table: the cheapest combination whose summed errors stay below the required accuracy.
 
 A level is charged, in each group of quantities, with the largest of its errors there. The burden of proof is on the cheaper
 level: one that is not dearer than the default in every round is charged with error and chance (its bound), the default and
@@ -40,7 +40,7 @@ GAIN, WORTH = 0.05, 1.3
 
 @dataclass(frozen=True)
 class Option:
-    """One level of a setting as the choice sees it."""
+    """One level of a setting, with its cost and errors."""
 
     setting: str
     level: knobs.Level
@@ -50,7 +50,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Chosen:
-    """The outcome: levels by setting, cost over that of the default, error by group."""
+    """Chosen settings: levels by setting, cost relative to the default, error by group."""
 
     levels: dict[str, knobs.Level]
     price: float
@@ -76,7 +76,7 @@ def parse(text: str) -> float:
 
 @cache
 def stored(path: Path = STORED) -> dict[str, Any]:
-    """The stored table of the study; a setting that came after it has no levels there, and stays where it is."""
+    """Read the stored table of the study; a setting that it does not contain keeps its default."""
     table: dict[str, Any] = read_json(
         path, "make the table of the accuracy study with `pywet study accuracy --store`", dict[str, Any]
     )
@@ -84,7 +84,7 @@ def stored(path: Path = STORED) -> dict[str, Any]:
 
 
 def for_scale(scale: str) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """The table of a scale and the knobs it may turn; without one of its own the nearest, with springs and wires left alone."""
+    """Return the table of a scale and the settings that may vary; without a table, the nearest one without springs and wires."""
     tables = stored()["scales"]
     if scale in tables:
         return tables[scale], CONFIGURABLE
@@ -151,7 +151,7 @@ def choose(
 
 
 def combinations(by_parameter: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
-    """Every combination of levels that is not worse than another of its setting in cost and in all wanted errors."""
+    """List the combinations of levels that no other level of their setting beats in both cost and all relevant errors."""
     for picked in product(*(_worth(levels, wanted) for levels in by_parameter.values())):
         error = {group: sum(o.charge[group] for o in picked) for group in wanted}
         yield Chosen({o.setting: o.level for o in picked}, math.prod(o.price for o in picked), error)
@@ -166,7 +166,7 @@ def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
 
 
 def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTED) -> Chosen:
-    """The default itself, as it is charged."""
+    """Return the default with its cost and errors."""
     base = table["default"]
     picked = [o for levels in options(table, moist).values() for o in levels if o.level == base[o.setting]]
     error = {group: sum(o.charge[group] for o in picked) for group in wanted}
@@ -174,7 +174,7 @@ def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTE
 
 
 def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
-    """Group -> the largest error of any level that chance alone may make: what the study can tell apart."""
+    """Group -> largest error of any level that is due to scatter alone, the resolution of the study."""
     scenes = SCENES["moist" if moist else "dry"]
     largest = dict.fromkeys(GROUPS, 0.0)
     for rows in table["knobs"].values():
@@ -249,7 +249,7 @@ def rank(table: dict[str, Any], setting: str, kind: str, group: str) -> Rank | N
 
 
 def bargain(table: dict[str, Any], setting: str, kind: str, group: str) -> str | None:
-    """A level that takes away much of the default's error for little more, as a sentence; None where there is none."""
+    """Describe a level that removes most of the default's error at little cost in a sentence; None if there is none."""
     levels = points(table, setting, kind, group)
     at_default = next((p for p in levels if p["level"] == table["default"][setting]), None)
     if at_default is None:

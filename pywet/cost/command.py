@@ -1,4 +1,4 @@
-"""What `pywet plan CASE --accuracy` does: settings for an accuracy, and how long a case will take on this machine."""
+"""`pywet plan CASE --accuracy`: settings for an accuracy, and the run time of a case on this machine."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pywet.util.notices import bar
 
 
 def habit(table: dict[str, Any]) -> cost.Habit:
-    """Prices that the table knows of screening in general."""
+    """Read the relative costs of screening from the table of the study."""
     laws, integrations = (
         {
             str(row["level"]): row["price"]["moist"]["ratio"]
@@ -37,7 +37,7 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     share, groups = choice.parse(accuracy), tuple(wanted) or choice.WANTED
     unknown = [g for g in groups if g not in choice.GROUPS]
     if unknown:
-        raise PywetError(f"--of {unknown[0]} given, expected some of {', '.join(choice.GROUPS)}")
+        raise PywetError(f"--of {unknown[0]} given, expected one or more of {', '.join(choice.GROUPS)}")
     if write is not None:
         edit.new_folder(write)
     table, turned = choice.for_scale(scale)

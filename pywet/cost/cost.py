@@ -1,4 +1,4 @@
-"""How long a run takes: what it asks for (`counts.py`) times what that costs on this machine (`trial.py`).
+"""Run time of a case: operation counts (`counts.py`) times the cost of each on this machine (`trial.py`).
 
     seconds = start + steps (step + touches touch + triangles triangle + near (mesh or prism))
               + evaluations of bridges (bridge) + lists (list)
@@ -93,7 +93,7 @@ def measured_here() -> Coefficients | None:
 
 
 def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
-    """The coefficients from the cache, or measured now, in about a minute, and kept there."""
+    """Return the coefficients from the cache, or measure them in about a minute and cache them."""
     held, done = measured_here(), 0
     if held is not None:
         return held
@@ -123,7 +123,7 @@ class Habit:
 
 
 def predict(config: Config, case: int, scale: str, machine: Coefficients, habit: Habit) -> tuple[float, Load]:
-    """Wall time of the engine's run on a quiet machine [s], with its start, and the load behind it."""
+    """Predict the wall time of the engine's run on an idle machine [s], including its start, and the operation counts."""
     load, retirement = load_of(config, case, scale), cases.ingredients(config, case, scale).retirement
     loop = machine.loop(load) * (1.0 - retirement.saves if retirement.on else 1.0)
     if not load.bridges:

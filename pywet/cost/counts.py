@@ -1,4 +1,4 @@
-"""What a screening run asks of a machine: steps, neighbour lists, spheres that touch or lie near wires, bridges.
+"""Operation counts of a screening run: steps, neighbour lists, spheres in contact or near wires, bridges.
 
 All of it follows from the scene before it is run, none from a fit to a case. In the feed bin and in the collecting bin spheres
 rest on each other; on the screen they fly, and touch only while they collide. How many are still there follows from the chance
@@ -74,19 +74,19 @@ def load_of(config: Config, case: int, scale: str) -> Load:
     on_screen = staying(scene, spec, time)
     spheres = sum(c.count for c in scene.classes)
     bridges = FILM_BRIDGES * spheres if scene.effects.bridges else 0.0
-    prisms = any(w.prisms for w in scene.walls)
+    analytic_wires = any(w.prisms for w in scene.walls)
     wires = next(w for w in scene.walls if w.holder == "wires")
     return Load(
         steps=steps,
         lists=float(scene.duration_s * np.mean(list_rate(scene, apparatus, time, on_screen.sum(axis=1)))),
         spheres=spheres,
-        triangles=0.0 if prisms else len(wires.triangle_part),
+        triangles=0.0 if analytic_wires else len(wires.triangle_part),
         near=float(np.mean(on_screen, axis=0) @ near_wires(scene, spec)),
         touches=float(np.mean(touching(scene, time, on_screen.sum(axis=1)))),
         bridges=bridges,
         evaluations=steps / scene.bridges_every * bridges,
         events=EVENTS * scene.duration_s * float(np.mean(on_screen.sum(axis=1))) if bridges else 0.0,
-        prisms=prisms,
+        prisms=analytic_wires,
     )
 
 

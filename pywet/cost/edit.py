@@ -1,4 +1,4 @@
-"""Chosen settings into a configuration: in memory for a prediction, or as a copy of the folder with the numbers replaced."""
+"""Apply chosen settings to a configuration: in memory for a prediction, or as a copy of the folder."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def law_names(level: str) -> dict[str, str | None]:
 
 
 def shown(parameter: str, level: Level) -> str:
-    """A level as it stands in the configuration, with its place."""
+    """Format a level as its key and value in the configuration."""
     if parameter == "capillary":
         text = "laws: {preset: exact}" if level == "exact" else f"laws: {{preset: paper, capillary: {level}}}"
         return f"{text}   (config.yaml)"
@@ -98,7 +98,7 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
 
 
 def put(part: Any, path: str, value: Any) -> Any:
-    """A part of the configuration with another value at a path."""
+    """Return a part of the configuration with another value at a path."""
     key, _, rest = path.partition(" ")
     if isinstance(part, dict):
         return {**part, key: put(part[key], rest, value) if rest else value}
@@ -106,7 +106,7 @@ def put(part: Any, path: str, value: Any) -> Any:
 
 
 def new_folder(target: Path) -> None:
-    """Refuse a folder that something would be lost in."""
+    """Refuse a folder whose content would be overwritten."""
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
         what = "not empty" if target.is_dir() else "a file"
         raise PywetError(f"{target} is {what}; expected a new folder for the configuration: name another")

@@ -1,4 +1,4 @@
-"""What is varied, one setting at a time: levels from coarse to fine, the last being the one the others are measured against."""
+"""Settings that the study of accuracy varies, one at a time: levels from coarse to the finest, which is the reference."""
 
 from __future__ import annotations
 

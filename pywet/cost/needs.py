@@ -1,4 +1,4 @@
-"""What a run asks of a machine before it is made: time, memory, disk; for jobs on a cluster and for `pywet plan`.
+"""Predicted time, memory and disk of a run, for cluster jobs and for `pywet plan`.
 
 Time is the prediction of `cost.py`, with the costs of this machine where it was measured, else with those of the machine that
 `machine.json` names. Memory and disk are counts of `counts.py` times what one of each took (docs/cluster.md).

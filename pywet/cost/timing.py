@@ -1,4 +1,4 @@
-"""Time that a run of the engine takes, and the machine on which it was measured."""
+"""Measured run time of an engine run, and the machine on which it was measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a step costs on this machine: short runs of spheres on a lattice, in which the clock all but stands still.
+"""Measure the cost of a step on this machine: short runs of spheres on a lattice with a negligible time step.
 
 In a time step of 1e-10 s nothing moves, so that counts are known and stay: spheres that touch or do not, in the feed bin or on
 the wires, dry or with bridges, with the neighbour list kept or made again in every tenth step. Differences of runs tell what
@@ -56,7 +56,7 @@ LATTICES = 9
 
 @dataclass(frozen=True)
 class Costs:
-    """Seconds with one number of spheres. Two programs make dry steps: the stock one, where wires are meshes, and the plugin."""
+    """Time per operation [s] for one number of spheres; dry steps for the stock program (mesh wires) and for the plugin."""
 
     spheres: float
     step: float
@@ -85,7 +85,7 @@ class Costs:
 
 @dataclass(frozen=True)
 class Lattice:
-    """A run: the case's wires as meshes or prisms, spheres on them or in the feed bin."""
+    """Trial run: the case's wires as meshes or analytic wires, with spheres on them or in the feed bin."""
 
     case: int
     screen: bool = False
@@ -96,7 +96,7 @@ class Lattice:
 
 @dataclass(frozen=True)
 class Timed:
-    """Seconds a step and before the first; what the lattice had of each kind."""
+    """Measured time per step and before the first step [s], with the operation counts of the lattice."""
 
     step: float
     start: float
@@ -108,7 +108,7 @@ class Timed:
 
 
 def measure(config: Config, case: int, width_mm: float, report: Callable[[], None]) -> Costs:
-    """Nine lattices with one number of spheres."""
+    """Measure nine lattices with one number of spheres."""
 
     def of(which: Lattice) -> Timed:
         return _timed(config, width_mm, which, report)

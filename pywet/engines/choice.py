@@ -1,4 +1,4 @@
-"""The engines that a scene can be run in, by name: what each can do, and how it is started."""
+"""Engines in which a scene can run, by name: supported features, and how each is started."""
 
 from __future__ import annotations
 

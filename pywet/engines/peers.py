@@ -1,4 +1,4 @@
-"""Builds the plugins of YADE and LAMMPS, where these are installed, for which a first run would wait; `make peers` calls it."""
+"""Build the plugins of YADE and LAMMPS ahead of the first run, where these are installed; called by `make peers`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every engine's driver needs: programs and their versions, one run at a time in a folder, a watched process, progress."""
+"""Functions that every engine's driver needs: programs, versions, the lock of a folder, a monitored process, progress."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def output_of(command: list[str], given: str = "", folder: Path | None = None) -
         os.killpg(child.pid, signal.SIGKILL)
         child.wait()
         raise EngineError(
-            f"{command[0]} did not answer within {ANSWER_S:g} s; expected its version at once: {MEND}"
+            f"{command[0]} did not answer within {ANSWER_S:g} s; expected it to print its version: {MEND}"
         ) from error
 
 

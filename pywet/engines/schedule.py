@@ -1,4 +1,4 @@
-"""What happens at which step of a scene: outputs, windows, checkpoints, the slide, and the pieces a run is cut into by them.
+"""Schedule of a scene by step: outputs, windows, checkpoints, the slide, and the pieces into which they divide a run.
 
 The one owner of these numbers for every engine; `reference_impl` derives them again from scene.json.
 """

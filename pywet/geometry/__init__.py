@@ -1,4 +1,4 @@
-"""Walls of the batch screening apparatus as closed triangulated surfaces, and the first arrangement of the spheres."""
+"""Walls of the batch screening apparatus as closed triangulated surfaces, and the initial arrangement of the spheres."""
 
 from pywet.geometry.apparatus import Apparatus, ApparatusSpec, build_apparatus
 from pywet.geometry.packing import FeedRegion, fill

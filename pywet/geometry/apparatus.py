@@ -1,4 +1,4 @@
-"""The whole batch screening apparatus from a dozen dimensions, with everything checked that depends on two of them."""
+"""The batch screening apparatus from a dozen dimensions, with a check of every relation between them."""
 
 from __future__ import annotations
 
@@ -118,43 +118,43 @@ def _check_numbers(spec: ApparatusSpec) -> None:
     for f in fields(spec):
         value = getattr(spec, f.name)
         if isinstance(value, (int, float)) and not (math.isfinite(value) and value > 0):
-            raise PywetError(f"apparatus: {_said(spec, f.name)}, expected a positive number; mend scales.yaml")
+            raise PywetError(f"apparatus: {_text(spec, f.name)}, expected a positive number; fix scales.yaml")
     if spec.shape not in ("square", "cylinder"):
-        raise PywetError(f"apparatus: shape is {spec.shape!r}, expected 'square' or 'cylinder'; mend scales.yaml")
+        raise PywetError(f"apparatus: shape is {spec.shape!r}, expected 'square' or 'cylinder'; fix scales.yaml")
     if spec.wire_sides % 2 or not 4 <= spec.wire_sides <= 32:
         raise PywetError(f"apparatus: wire_sides is {spec.wire_sides}, expected an even number from 4 to 32")
     if not 8 <= spec.cylinder_sides <= 96:
         raise PywetError(f"apparatus: cylinder_sides is {spec.cylinder_sides}, expected 8 to 96")
     if spec.aperture_m < spec.wire_diameter_m:
         raise PywetError(
-            f"apparatus: {_said(spec, 'aperture_m')}, smaller than {_said(spec, 'wire_diameter_m', '')}, "
-            "expected an aperture at least as wide as the wire; mend the case's screen"
+            f"apparatus: {_text(spec, 'aperture_m')}, smaller than {_text(spec, 'wire_diameter_m', '')}, "
+            "expected an aperture at least as wide as the wire; fix the case's screen"
         )
     if spec.wall_thickness_m < spec.wire_diameter_m:
         raise PywetError(
-            f"apparatus: {_said(spec, 'wall_thickness_m')}, less than {_said(spec, 'wire_diameter_m', '')}, "
-            "expected at least as much so that wires end inside the wall; mend scales.yaml"
+            f"apparatus: {_text(spec, 'wall_thickness_m')}, less than {_text(spec, 'wire_diameter_m', '')}, "
+            "expected at least that, so that wires end inside the wall; fix scales.yaml"
         )
 
 
 def _check_heights(spec: ApparatusSpec) -> None:
     pitch = spec.aperture_m + spec.wire_diameter_m
-    _at_least(spec, "width_m", max(2.0 * pitch, 5.0 * spec.aperture_m), f"for {_said(spec, 'aperture_m', '')}")
+    _at_least(spec, "width_m", max(2.0 * pitch, 5.0 * spec.aperture_m), f"for {_text(spec, 'aperture_m', '')}")
     lowest_slide = spec.feed_bin_bottom_m + spec.wall_thickness_m
     highest = spec.feed_bin_bottom_m + spec.feed_bin_height_m
     if not lowest_slide - 1e-9 <= spec.slide_height_m < highest:
         raise PywetError(
-            f"apparatus: {_said(spec, 'slide_height_m')}, not within the feed bin, expected {1e3 * lowest_slide:g} "
-            f"to {1e3 * highest:g}; mend scales.yaml"
+            f"apparatus: {_text(spec, 'slide_height_m')}, not within the feed bin, expected {1e3 * lowest_slide:g} "
+            f"to {1e3 * highest:g}; fix scales.yaml"
         )
     if not spec.impact_plate_angle_rad < math.radians(70.0):
         raise PywetError(
-            f"apparatus: {_said(spec, 'impact_plate_angle_rad')}, expected an angle below 70; mend scales.yaml"
+            f"apparatus: {_text(spec, 'impact_plate_angle_rad')}, expected an angle below 70; fix scales.yaml"
         )
     run = spec.width_m - spec.outlet_opening_m + spec.wall_thickness_m
     margin = 2.0 * spec.aperture_m + run * math.tan(spec.impact_plate_angle_rad) + spec.wall_thickness_m
     _at_least(
-        spec, "outlet_height_m", margin, f"to hold the impact plate at {_said(spec, 'impact_plate_angle_rad', '')}"
+        spec, "outlet_height_m", margin, f"to hold the impact plate at {_text(spec, 'impact_plate_angle_rad', '')}"
     )
     _at_least(spec, "collecting_bin_height_m", 3.0 * spec.aperture_m + BIN_OVERLAP_M, "for what falls into it")
 
@@ -162,11 +162,11 @@ def _check_heights(spec: ApparatusSpec) -> None:
 def _at_least(spec: ApparatusSpec, name: str, least: float, why: str) -> None:
     if getattr(spec, name) < least:
         raise PywetError(
-            f"apparatus: {_said(spec, name)}, too small {why}, expected at least {1e3 * least:.4g}; mend scales.yaml"
+            f"apparatus: {_text(spec, name)}, too small {why}, expected at least {1e3 * least:.4g}; fix scales.yaml"
         )
 
 
-def _said(spec: ApparatusSpec, name: str, verb: str = "is ") -> str:
+def _text(spec: ApparatusSpec, name: str, verb: str = "is ") -> str:
     """A dimension under the key and in the unit of the configuration."""
     stem, _, unit = name.rpartition("_")
     value = getattr(spec, name)

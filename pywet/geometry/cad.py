@@ -1,4 +1,4 @@
-"""Read STL files as CAD programs write them: what is unambiguous is repaired and reported, the rest refused with its place."""
+"""Read STL files written by CAD programs: unambiguous faults are repaired and reported, others refused with their position."""
 
 from __future__ import annotations
 
@@ -133,7 +133,9 @@ class _Mesh:
         _, label = scipy.sparse.csgraph.connected_components(links, directed=False)
         if (label[:n] == label[n:]).any():
             at = self._at(self.points[self.triangles[int(np.argmax(label[:n] == label[n:]))]].mean(axis=0))
-            raise PywetError(f"{self.path} has no inside and outside, such as at {at}; expected the surface of a solid")
+            raise PywetError(
+                f"{self.path} does not separate inside from outside, such as at {at}; expected the surface of a solid"
+            )
         body = np.unique(np.minimum(label[:n], label[n:]), return_inverse=True)[1]
         turned = label[:n] > label[n:]
         share = np.bincount(body, turned) / np.bincount(body)
@@ -171,7 +173,7 @@ class _Mesh:
         edges, _ = self._edges()
         if np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1].max() > 2:
             raise PywetError(
-                f"{self.path} is a shell in which more than two facets meet in an edge; expected one sheet a file"
+                f"{self.path} is a shell in which more than two facets meet in an edge; expected one sheet per file"
             )
         corners = self.points[self.triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -1,4 +1,4 @@
-"""Whether a closed surface cuts through itself: edges that pass through facets which they do not belong to."""
+"""Detect a closed surface that intersects itself: edges that pass through facets to which they do not belong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Divide a surface into the parts that bridges belong to: faces that end where the surface folds, and their half widths.
+"""Divide a surface into faces, which bridges belong to: a face ends where the surface folds; with half widths.
 
 A sphere has at most one bridge with a part. A curved face folds little from facet to facet and is one part.
 """

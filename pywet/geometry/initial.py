@@ -1,4 +1,4 @@
-"""All that a run starts from: scene, walls, spheres, and history/spheres, triangles and parts, numbered as schema.py says."""
+"""Initial state of a run: scene, walls, spheres, and history/spheres, triangles and parts, numbered as in schema.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How walls move: the screen's vibration, in closed form and exactly as LIGGGHTS does it.
+"""Motion of walls: the screen's vibration, in closed form and as LIGGGHTS integrates it.
 
 A `Vibration` is x_k(t) = a_k sin(2π f t + φ_k) for k = x, y, z. LIGGGHTS' `fix move/mesh … viblin`
 (mesh_mover_linear.cpp) sets in every step, with t = n Δt since the fix was given, n from 1,

@@ -1,4 +1,4 @@
-"""The first arrangement of the spheres: placed one after another at random in the feed bin, never overlapping.
+"""Initial arrangement of the spheres: placed one by one at random in the feed bin, without overlap.
 
 Random sequential placing, largest spheres first, at a solid fraction of 0.28: a loose, well mixed cloud above the
 slide, on which it settles. It is not a packed bed.

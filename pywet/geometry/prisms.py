@@ -1,4 +1,4 @@
-"""Closed parts of a surface read as prisms: a convex section drawn along x, y or z, as the wires of a screen are."""
+"""Detect closed parts of a surface that are prisms (a convex section drawn along x, y or z), such as the wires of a screen."""
 
 from __future__ import annotations
 

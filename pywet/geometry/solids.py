@@ -8,11 +8,14 @@ Nothing here knows of sieves.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
 from pywet.geometry.surface import Floats, flat_half_width
 
+WAVE = 6
+"""Straight pieces of a woven wire from one crossing to the next."""
 Part = tuple[Floats, float | None]
 
 
@@ -135,6 +138,27 @@ def wire(
             triangles.append([point(edge + side, step) for side, step in (a, b, c)])
     caps = [flip(fan(start + rim)), fan(end + rim)]
     return np.concatenate([flip(np.array(triangles)), *caps])
+
+
+def woven(start: Floats, end: Floats, radius: float, sides: int, pitch: float, crimp: float, first: float) -> Floats:
+    """Triangles of a wire that waves up and down by `crimp`, its sections across the axis polygons as those of `wire`.
+
+    The wave is a cosine of period 2 pitch whose crest is at the distance `first` from the start.
+    """
+    length = float(np.linalg.norm(end - start))
+    axis = (end - start) / length
+    across = np.cross([0.0, 0.0, 1.0], axis)
+    angle = 2.0 * math.pi * np.arange(sides) / sides
+    rim = radius * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * np.array([0.0, 0.0, 1.0]))
+    step = pitch / WAVE
+    nodes = first + step * np.arange(
+        math.ceil((0.25 * step - first) / step), math.floor((length - first) / step - 0.25) + 1
+    )
+    way = np.concatenate([[0.0], nodes, [length]])
+    rise = crimp * np.cos(math.pi * (way - first) / pitch)[:, None] * np.array([0.0, 0.0, 1.0])
+    loops = start + way[:, None, None] * axis + rim + rise[:, None]
+    sleeves = [np.concatenate(band(a, b)) for a, b in pairwise(loops)]
+    return np.concatenate([*sleeves, flip(fan(loops[0])), fan(loops[-1])])
 
 
 def _zip(first: list[int], second: list[int]) -> list[tuple[tuple[int, int], ...]]:

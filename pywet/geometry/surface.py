@@ -176,7 +176,7 @@ def _check_parts(surface: Surface) -> None:
 
 def _check_shape(surface: Surface) -> None:
     if not np.isfinite(surface.vertices).all():
-        raise PywetError(f"surface {surface.name}: a vertex is not finite; mend the mesh")
+        raise PywetError(f"surface {surface.name}: a vertex is not finite; fix the mesh")
     close = scipy.spatial.cKDTree(surface.vertices).query_pairs(SAME_POINT_M)
     if close:
         raise PywetError(
@@ -201,5 +201,5 @@ def _check_edges(name: str, vertices: Floats, triangles: Ints) -> None:
     if open_edges or (there > 1).any():
         raise PywetError(
             f"surface {name}: it is not closed and oriented ({open_edges} open or turned edges, "
-            f"{int((there > 1).sum())} used twice in one direction); mend the mesh so that it bounds a solid"
+            f"{int((there > 1).sum())} used twice in one direction); fix the mesh so that it bounds a solid"
         )

@@ -62,7 +62,7 @@ class Batch:
 
 @cache
 def batch(functions: tuple[ForceLaw, ...]) -> Batch:
-    """The loop over functions of one bridge, each with its array of results."""
+    """Compile one loop over bridges that evaluates several laws, each into its own array."""
     digest = hashlib.sha256(Path(batch_math.__file__).read_bytes() + Path(memory.__file__ or "").read_bytes())
     try:
         laws = [_inlined(f.prepared.evaluate if f.prepared else f.python, digest) for f in functions]

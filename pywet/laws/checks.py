@@ -1,4 +1,4 @@
-"""What `pywet laws --check NAME` reports of a law: sign, dimensions, symmetry, continuity, limits, and the exact bridge.
+"""Checks of `pywet laws --check NAME`: sign, dimensions, symmetry, continuity, limits, and the exact bridge.
 
 Sign and finite values are those of the probe grid, without which no law runs at all. The others are evaluated on bridges between
 equal spheres, unequal spheres, and a sphere and a wall. The deviation from the exact bridge is a number to judge, not a mistake.
@@ -54,7 +54,7 @@ VISIBLE = 1e-3
 
 @dataclass(frozen=True)
 class Finding:
-    """One check: what was tried, what came out, whether that is as it must be; None: a number to judge."""
+    """One check: what was tested, its result, and whether it passed; None: a number without a limit."""
 
     check: str
     found: str
@@ -77,7 +77,7 @@ class Compared:
 
 
 def kind_of(name: str) -> str:
-    """The kind of a law: of a user's own by its arguments, of a known one by where it is listed."""
+    """Return the kind of a law: of a custom law from its arguments, of a built-in one from the registry."""
     if own.is_own(name):
         return own.kind_of(name)
     for kind in KINDS:
@@ -87,7 +87,7 @@ def kind_of(name: str) -> str:
 
 
 def findings(kind: str, name: str) -> list[Finding]:
-    """All checks of a law; one that the probe grid refuses has that finding alone."""
+    """Run all checks of a law; a law that fails on the probe grid has only that finding."""
     try:
         functions = registry.get(kind, name).functions
     except LawError as error:

@@ -110,7 +110,7 @@ class ForceLaw:
             reason = reasons[0] if reasons else type(error).__name__
             raise LawError(
                 f"law {self.name} does not compile ({reason}); expected a function of floats that numba understands: "
-                f"mend {self.python.__code__.co_filename}",
+                f"fix {self.python.__code__.co_filename}",
                 law=self.name,
             ) from error
 
@@ -151,7 +151,7 @@ def force_law(given: Any, name: str = "") -> Any:
     if isinstance(given, str):
         return lambda function: _known(given, name, force_law(function))
     if not inspect.isfunction(given):
-        raise LawError(f"@force_law stands above {given!r}; expected a plain function of floats: mend it there")
+        raise LawError(f"@force_law decorates {given!r}; expected a plain function of floats")
     return ForceLaw(given)
 
 
@@ -166,12 +166,12 @@ REGISTERED: dict[str, dict[str, tuple[ForceLaw, ...]]] = {kind: {} for kind in K
 
 
 def register(kind: str, name: str, *functions: ForceLaw) -> None:
-    """Make a law known under a name, or add to its functions where it has fewer than its kind asks for."""
+    """Register a law under a name, or add a function to a law that needs several."""
     if kind not in KINDS:
         raise PywetError(f"@force_law: there is no kind of law named {kind}; expected one of {', '.join(KINDS)}")
     together = (*REGISTERED[kind].get(name, ()), *functions)
     if len(together) > len(KINDS[kind].parts):
-        raise PywetError(f"there is a {kind} law named {name} already; expected another name: mend the second one's")
+        raise PywetError(f"there is already a {kind} law named {name}; rename the second one")
     REGISTERED[kind][name] = together
 
 
@@ -201,11 +201,11 @@ FINITE: Sense = ("finite numbers", lambda value, at: np.isfinite(value))
 
 
 def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None) -> None:
-    """Refuse a law with other arguments than its kind has, or that gives NaN, inf or nonsense on the probe grid."""
+    """Refuse a law whose arguments differ from those of its kind, or that gives invalid values on the probe grid."""
     if law.arguments != arguments:
         raise LawError(
             f"law {law.name} takes ({', '.join(law.arguments)}); expected ({', '.join(arguments)}): "
-            f"mend {law.python.__code__.co_filename}",
+            f"fix {law.python.__code__.co_filename}",
             law=law.name,
         )
     grid = np.array(list(itertools.product(*(PROBE[name] for name in arguments)))).T
@@ -215,7 +215,7 @@ def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None)
         raise
     except Exception as error:  # whatever the user's law raises
         raise LawError(
-            f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; mend {law.python.__code__.co_filename}",
+            f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; fix {law.python.__code__.co_filename}",
             law=law.name,
         ) from error
     probed = dict(zip(arguments, grid, strict=True))
@@ -226,6 +226,6 @@ def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None)
             at = ", ".join(f"{name}={column[worst]:g}" for name, column in probed.items())
             value = f"{values[worst]:g}" if np.isfinite(values[worst]) else "a value that is not finite"
             raise LawError(
-                f"law {law.name} gives {value} at {at}; expected {expected}: mend {law.python.__code__.co_filename}",
+                f"law {law.name} gives {value} at {at}; expected {expected}: fix {law.python.__code__.co_filename}",
                 law=law.name,
             )

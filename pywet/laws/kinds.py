@@ -1,4 +1,4 @@
-"""The kinds of law, each said once: `KINDS`. Arguments, probe, slots of the plugin, switches and presets follow."""
+"""The kinds of law, each defined once in `KINDS`; arguments, probe grid, slots of the plugin, switches and presets follow."""
 
 from __future__ import annotations
 

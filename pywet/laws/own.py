@@ -1,4 +1,4 @@
-"""Laws in a file of the user's own, `path/to/file.py:function`: whose they are, and whether they come to an end.
+"""Custom laws in a user's file, `path/to/file.py:function`: whether they are trusted, and whether they terminate.
 
 A file may come from somebody else and name any other, so a law's file is run only if it lies in or below the folder of the
 configuration, scene or query that the user gave, the user's own Python code uses it, or `--trust` was given; what a run directory
@@ -27,7 +27,7 @@ from pywet.util.files import read_bytes, read_json
 
 TRIAL_S = 60
 """Longest that a file and its law on the probe grid may take, compilation included: processor time [s], ten times that in all."""
-CURE = "mend the law's name, path/to/file.py:function"
+CURE = "fix the law's name, path/to/file.py:function"
 
 
 def is_own(name: str) -> bool:
@@ -41,7 +41,7 @@ def _followed(path: Path | str) -> Path:
 
 
 def trust(names: Iterable[str | None], below: Path | None = None) -> None:
-    """Let the laws of a user's own files run, as these files are now; other names and missing files are passed over.
+    """Trust the law files named here with their present content; other names and missing files are ignored.
 
     `below`: only files that lie in or below this folder, that of the file which names them; links are followed first.
     """
@@ -52,7 +52,7 @@ def trust(names: Iterable[str | None], below: Path | None = None) -> None:
 
 
 def placed(name: str, folder: Path = Path()) -> str:
-    """The name with its file's whole path, so that it holds in another working folder; `folder`: of who names it."""
+    """Return the name with the absolute path of its file; `folder` is that of the file that names the law."""
     path, _, attribute = name.rpartition(":")
     return f"{os.path.abspath(Path(folder) / path)}:{attribute}" if is_own(name) else name
 
@@ -89,7 +89,7 @@ def _arguments(source: bytes, attribute: str) -> list[tuple[str, ...]]:
 
 
 def check_second(kind: str, name: str) -> None:
-    """Refuse a second function for the reference that is not there or has other arguments than its kind; it is not run."""
+    """Refuse a user reference implementation that does not exist or has the wrong arguments; it is not executed."""
     path, wanted = _path(name), KINDS[kind].parts[0].arguments
     if not path.is_file():
         raise LawError(f"reference {name}: the file {path} does not exist; expected path/to/file.py:function", law=name)
@@ -112,8 +112,8 @@ def functions(kind: str, name: str) -> Any:
     source = read_bytes(path, CURE)
     if not _mark(path, source).exists():
         raise LawError(
-            f"law {name} was not run: {path} is not in the folder of a file that you gave, or has changed since; read the file, "
-            "then move it below the file that names it, or give --trust",
+            f"law {name} was not run: {path} is not in or below the folder of a file that you passed, or has changed "
+            "since; read the file, then move it below the file that names it, or give --trust",
             law=name,
         )
     _try(kind, name, path, source)
@@ -129,7 +129,7 @@ def execute(name: str, source: bytes) -> Any:
         exec(compile(source, path, "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
         raise LawError(
-            f"law {name}: its file raises {type(error).__name__}: {one_line(error)}; mend {path}", law=name
+            f"law {name}: its file raises {type(error).__name__}: {one_line(error)}; fix {path}", law=name
         ) from error
     if not hasattr(module, attribute):
         raise LawError(
@@ -160,11 +160,9 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
         except subprocess.TimeoutExpired:
             code = -signal.SIGXCPU
         if code == -signal.SIGXCPU:
-            raise LawError(
-                f"law {name} does not come to an end within {TRIAL_S} s on the probe grid; mend {path}", law=name
-            )
+            raise LawError(f"law {name} does not finish within {TRIAL_S} s on the probe grid; fix {path}", law=name)
         if not answer.exists():
-            raise LawError(f"law {name} ends the program (exit code {code}); mend {path}", law=name)
+            raise LawError(f"law {name} ends the program (exit code {code}); fix {path}", law=name)
     refused = read_json(answer, "remove the file")
     if refused:
         answer.unlink(missing_ok=True)

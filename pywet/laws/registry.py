@@ -1,4 +1,4 @@
-"""Finds laws by kind and name: built in, published through the entry-point group `pywet.laws`, or `path/to/file.py:function`."""
+"""Find laws by kind and name: built in, published through the entry-point group `pywet.laws`, or `path/to/file.py:function`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Law:
     functions: tuple[ForceLaw, ...]
 
     def prepare(self, angles: Iterable[tuple[float, float]], progress: Progress | None = None) -> None:
-        """Have ready what compiled code will ask for: tables for pairs of contact angles (smaller body, larger body) [rad]."""
+        """Prepare the tables that compiled code needs for pairs of contact angles (smaller body, larger body) [rad]."""
         if any(isinstance(function, young_laplace.TableLaw) for function in self.functions):
             young_laplace.prepare(angles, progress)
 
@@ -81,13 +81,13 @@ def names(kind: str) -> list[str]:
 
 @cache
 def published() -> tuple[EntryPoint, ...]:
-    """Laws of installed packages, looked for once: to look takes milliseconds."""
+    """Laws of installed packages; the entry points are searched once."""
     return tuple(entry_points(group=GROUP))
 
 
 @cache
 def get(kind: str, name: str) -> Law:
-    """The law of that kind and name; a user's own law is checked on a probe grid first."""
+    """Return the law of a kind and name; a custom law is first checked on a probe grid."""
     _check_kind(kind)
     if name in BUILT_IN[kind]:
         return Law(name, kind, BUILT_IN[kind][name])
@@ -107,10 +107,10 @@ def get(kind: str, name: str) -> Law:
 
 
 def checked(kind: str, name: str, functions: Any) -> Law:
-    """A law made of what a file or a package gave, tried on the probe grid."""
+    """Make a law from the functions of a file or a package and test it on the probe grid."""
     law, wanted = Law(name, kind, functions if isinstance(functions, tuple) else (functions,)), KINDS[kind].parts
     if not wanted:
-        raise LawError(f"law {name}: a {kind} law cannot be a user's own; expected {', '.join(names(kind))}", law=name)
+        raise LawError(f"law {name}: a {kind} law cannot be user-defined; expected {', '.join(names(kind))}", law=name)
     if not all(isinstance(f, ForceLaw) for f in law.functions):
         raise LawError(
             f"law {name} is not decorated with @force_law (a tuple of such functions where a kind has many)", law=name
@@ -132,7 +132,7 @@ def _load(point: EntryPoint) -> Any:
         return point.load()
     except (Exception, SystemExit) as error:
         raise LawError(
-            f"law {point.name}: {point.value} raises {type(error).__name__}: {error}; mend or uninstall the package that "
+            f"law {point.name}: {point.value} raises {type(error).__name__}: {error}; fix or uninstall the package that "
             f"publishes it in the entry-point group {GROUP}",
             law=point.name,
         ) from error

@@ -1,4 +1,4 @@
-"""When a film lets a drop go: how large the drop is, and how fast the film answers to an acceleration. Spheres only."""
+"""Size of the drop that a film sheds, and response time of the film to an acceleration. Spheres only."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pywet.laws.force_law import force_law
 def tate_drop(
     film_volume_i: float, radius_i: float, acceleration: float, density: float, surface_tension: float
 ) -> float:
-    """Drop that leaves a sphere when its film is more than hangs on it; 0 while it holds.
+    """Volume of the drop that leaves a sphere when its film exceeds the largest pendant volume; 0 otherwise.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def tate_drop(
 
 @force_law("shedding", "tate")
 def rayleigh_time(film_volume_i: float, density: float, surface_tension: float) -> float:
-    """Time in which a film answers to a force: 1/ω of the slowest oscillation of a free drop of its volume.
+    """Response time of a film to a force: 1/ω of the slowest oscillation of a free drop of its volume.
 
     Parameters
     ----------

@@ -148,7 +148,7 @@ def transfer_table(
     if not (0.0 <= theta_i < math.pi / 2 and 0.0 <= theta_j < math.pi / 2):
         raise PywetError(
             f"contact angles of {math.degrees(theta_i):g} and {math.degrees(theta_j):g} deg given to the parabola model; "
-            "expected angles from 0 to below 90 deg: mend contact_angle_deg of the materials"
+            "expected angles from 0 to below 90 deg: fix contact_angle_deg of the materials"
         )
     if kind == SPHERE:
         return _ordered(radius_i, size_j, theta_i, theta_j, v_star)
@@ -196,7 +196,7 @@ def _march(pair: Pair, v_star: Floats, r: float, rupture_radius_j: float, stretc
 def halves(
     radius_i: float, size_j: float, theta_i: float, theta_j: float, kind: int, v_star: Floats = V_STAR_GRID
 ) -> Floats:
-    """Half of a broken bridge to either side, T_i = 1/2 whatever the sizes: sharing by size switched off.
+    """Half of a ruptured bridge to either body, T_i = 1/2 for all sizes: sharing by size switched off.
 
     Arguments as `transfer_table` [m, rad, -]. Exact for equal spheres; no source, a simplification to compare with.
 

@@ -1,4 +1,4 @@
-"""Tries a user's own law in a process of its own, started by `own.py`: a law may loop for ever or end the program."""
+"""Test a custom law in a child process, started by `own.py`, since a law may loop for ever or end the program."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ force), its spline over u. The sums over volume and radius ratio that make them 
 
 
 def prepare(angles: Iterable[tuple[float, float]], progress: Callable[[int, int], None] | None = None) -> None:
-    """Have the tables of these pairs (contact angle of the smaller body, of the larger) [rad] at hand."""
+    """Load or build the tables of these pairs (contact angle of the smaller body, of the larger) [rad]."""
     for small, large in angles:
         count = int(_BLOCKS[MOST_PAIRS])
         if (_ANGLES[:count] == (small, large)).all(axis=1).any():

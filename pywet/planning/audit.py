@@ -1,4 +1,4 @@
-"""The effect plan compared with what the replay measured: per effect predicted, measured, and whether the plan was right.
+"""Compare the effect plan with the replay's measurements: predicted and measured share, and whether the plan was correct.
 
 Reads plan.json and contributions.json of a run directory, writes audit.json next to them. A plan is wrong where it left out or
 called negligible what contributes more than its tolerance, or where a predicted share and the measured one differ by more than

@@ -1,4 +1,4 @@
-"""What each effect costs, as measured by `pywet study effects` and kept in costs.json with where and how."""
+"""Cost of each effect, measured by `pywet study effects` and stored in costs.json with its conditions."""
 
 from __future__ import annotations
 

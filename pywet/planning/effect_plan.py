@@ -82,7 +82,7 @@ class EffectRow:
 
 @dataclass(frozen=True)
 class EffectPlan:
-    """The outcome: rows to show, effects for the scene; sizes whose number follows from a mass, as asked for and as made."""
+    """Effect plan: printed rows, effects for the scene, and requested and simulated amounts of sizes given by mass."""
 
     rows: tuple[EffectRow, ...]
     effects: Effects
@@ -96,7 +96,7 @@ class EffectPlan:
 
     @property
     def table(self) -> list[str]:
-        """A head and one line per effect, then the amounts, in 80 columns."""
+        """Format a header, one line per effect and the amounts, in 80 columns."""
         head = f"{'effect':<24}{'number':>9}{'tolerance':>11}{'share':>8}{'cost':>8}  law"
         return [head, *(row.short for row in self.rows), *lines(self.amounts), *self.contact]
 

@@ -1,4 +1,4 @@
-"""One number per effect: the relative change of a wanted quantity to be feared when the effect is left out.
+"""One number per effect: the relative change of a quantity of interest that leaving the effect out may cause.
 
 Each is the ratio of two forces, lengths, speeds or energies, for equal spheres of each class at the state of the scene, taken
 on the safe side; docs/effects.md gives formulas and the test of each. They decide what may be left out, no more.
@@ -143,7 +143,7 @@ def class_groups(
     """Groups of the classes that have spheres."""
     present = [c for c in classes if c.count > 0]
     if not present:
-        raise PywetError("the scene has no spheres, expected at least one; mend the case's amounts")
+        raise PywetError("the scene has no spheres, expected at least one; fix the case's amounts")
     return [groups(c, pairs, liquid, speed, s.gravity_m_per_s2) for c in present]
 
 

@@ -1,4 +1,4 @@
-"""Whether spheres that lie in the collecting bin are taken out of a run (`retire` of config.yaml), why, and what that saves.
+"""Decide whether spheres at rest in the collecting bin are removed from a run (`retire` in config.yaml), and what it saves.
 
 What passes the screen, and where the liquid goes, does not need them: they go on being counted. What happens in the bin does.
 """
@@ -22,7 +22,7 @@ WORTH = 0.5
 
 @dataclass(frozen=True)
 class Retirement:
-    """The decision; `saves`: estimated part of the run's processor time, if it is on."""
+    """Decision on retirement; `saves` is the estimated share of processor time saved, if it is on."""
 
     on: bool
     why: str
@@ -46,7 +46,7 @@ def decide(
     plugin: bool,
     after_opening_s: float,
 ) -> Retirement:
-    """Decide it for a screening case; `plugin`: whether the run has the plugin anyway, without which nobody is retired.
+    """Decide on retirement for a screening case; `plugin`: whether the run uses the plugin, which retirement needs.
 
     Raises `PywetError` where it is on by hand and not possible.
     """

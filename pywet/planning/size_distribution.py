@@ -1,4 +1,4 @@
-"""From the masses asked for of each size to whole numbers of spheres, rounded over the whole distribution."""
+"""Convert the requested mass of each size into whole numbers of spheres, rounded over the whole distribution."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def amounts(
 
 
 def lines(made: Sequence[Amount]) -> list[str]:
-    """Asked and made side by side, one line for each size and one for all."""
+    """Format requested and simulated amounts side by side, one line for each size and one for the total."""
     rows = [(a.name, a.count, a.asked_kg, a.made_kg) for a in made]
     if len(rows) > 1:
         rows.append(("all", sum(r[1] for r in rows), sum(r[2] for r in rows), sum(r[3] for r in rows)))

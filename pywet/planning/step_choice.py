@@ -1,4 +1,4 @@
-"""Time steps that are chosen for a scene before it exists; `time_steps` then checks the step against every limit.
+"""Choose time steps before a scene exists; `time_steps` then checks the step against every limit.
 
 Two rules, on one drag: screening cases take a fraction of the shortest collision (as the paper does) or damping time, all other
 scenes a share of the stable step of a dense packing.
@@ -73,7 +73,7 @@ def of_packing(
 
 
 def cut(value: float, digits: int) -> float:
-    """A number cut, not rounded, to some digits.
+    """Truncate a number to the given number of digits.
 
     >>> cut(1.279e-5, 2)
     1.2e-05

@@ -1,4 +1,4 @@
-"""What an estimator knows of a scene next to spheres and liquid: how it moves, where its walls are, what is wanted."""
+"""Data that an estimator needs besides spheres and liquid: motion, walls, and the quantities of interest."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Surroundings:
         if not 0.0 <= self.wall_share <= 1.0 or not 0.0 <= self.solid_fraction < 0.75 or self.duration_s <= 0:
             raise PywetError(
                 f"wall_share {self.wall_share:g} must be within 0 and 1, solid_fraction {self.solid_fraction:g} within 0 "
-                f"and 0.75, duration_s {self.duration_s:g} above 0; mend the scene's surroundings"
+                f"and 0.75, duration_s {self.duration_s:g} above 0; fix the scene's surroundings"
             )
 
 
@@ -108,7 +108,7 @@ class Groups:
 
 
 def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, speed: float, gravity: float) -> Groups:
-    """The groups of a class against itself; zero liquid where there is none."""
+    """Compute forces, lengths and speeds of two equal spheres of a class; liquid quantities are zero without liquid."""
     same_class = next(p for p in pairs if p.a == p.b == c.type)
     r, m = c.radius_m, c.mass_kg
     sigma, eta, h = 0.0, 0.0, 0.0

@@ -127,7 +127,7 @@ def advise(scene: EngineScene) -> Advice:
     """Compute the largest time steps that contact, drag and capillary force of a scene allow."""
     limits = _limits(scene)
     if not limits:
-        raise PywetError(f"scene {scene.name} has no spheres to take a time step for; expected at least one")
+        raise PywetError(f"scene {scene.name} has no spheres, so it has no time step limit; expected at least one")
     return Advice(scene.time_step_s, tuple(sorted(limits, key=lambda limit: limit.time_step_s)))
 
 

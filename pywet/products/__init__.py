@@ -1,1 +1,1 @@
-"""What a plant asks of a screen: feed, outlets, partition curve, efficiency, throughput and moisture of the products."""
+"""Evaluation of screens: feed, outlets, partition curve, efficiency, throughput and moisture of the products."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 
 from pywet.geometry.motion import peak_speed, velocity
-from pywet.runs.rundir import Bools, Floats, RunDir
+from pywet.runs.rundir import Bools, Floats, Ints, RunDir
 from pywet.scene import Vibration, WallMesh
 
 SCREENS = ("wires", "screen", "deck")
@@ -22,7 +23,7 @@ screen: slower against it than this share of the screen's peak speed."""
 
 
 def of_deck(name: str, deck: int) -> str:
-    """Name of something of a deck, counted from above; of the uppermost the name alone.
+    """Name of an item of a deck, numbered from the top; that of the top deck has no number.
 
     >>> of_deck("screen", 1), of_deck("screen", 2)
     ('screen', 'screen_2')
@@ -38,13 +39,42 @@ def screen_of(run: RunDir, deck: int = 1) -> WallMesh | None:
 
 def extents(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:
     """Lower and upper corner of each part of a wall in its file [m], each of shape (parts, 3)."""
-    rows = run.triangles[run.triangles["mesh"] == wall.name]
-    corners = rows[[f"v{k}_{axis}" for k in range(3) for axis in "xyz"]].to_numpy(dtype=float).reshape(-1, 3, 3)
-    part = np.array(wall.triangle_part)
+    corners, part = _corners(run, wall), np.array(wall.triangle_part)
     low, high = (np.full((part.max() + 1, 3), fill) for fill in (np.inf, -np.inf))
     np.minimum.at(low, part, corners.min(axis=1))
     np.maximum.at(high, part, corners.max(axis=1))
     return low, high
+
+
+def _corners(run: RunDir, wall: WallMesh) -> Floats:
+    """Corners of the triangles of a wall in its file, shape (m, 3, 3) [m]."""
+    rows = run.triangles[run.triangles["mesh"] == wall.name]
+    corners = rows[[f"v{k}_{axis}" for k in range(3) for axis in "xyz"]].to_numpy(dtype=float)
+    return np.asarray(corners.reshape(-1, 3, 3))
+
+
+def holes(corners: Floats) -> int:
+    """Count the holes through bodies by Euler's characteristic; each open end, as at a periodic face, closes with a lid.
+
+    Parameters
+    ----------
+    corners : array (m, 3, 3)
+        Corners of triangles that meet at their nodes [m].
+    """
+    nodes, index = np.unique(np.round(corners.reshape(-1, 3), 8), axis=0, return_inverse=True)
+    triangles = index.reshape(-1, 3)
+    edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    lone = edges[count == 1]
+    ends = _groups(np.searchsorted(np.unique(lone), lone), len(np.unique(lone)))
+    characteristic = len(nodes) - len(edges) + len(triangles) + ends
+    return (2 * _groups(edges, len(nodes)) - characteristic) // 2
+
+
+def _groups(links: Ints, count: int) -> int:
+    """Count the groups of `count` nodes that hang together by links (n, 2)."""
+    graph = scipy.sparse.coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
+    return int(scipy.sparse.csgraph.connected_components(graph, directed=False)[0])
 
 
 def deck_of(run: RunDir) -> dict[str, Any] | None:
@@ -63,12 +93,18 @@ def area(run: RunDir, wall: WallMesh) -> float:
 
 
 def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
-    """Number of apertures between the wires or bars of a screen: gaps along x times gaps along y, of bars alone the slots."""
+    """Number of apertures: holes of a plate; of wires gaps along x times gaps along y, of bars alone the slots."""
+    if pierced := holes(_corners(run, wall)):
+        return pierced
     nets = [w for w in run.scene.walls if w.name in (wall.name, of_deck(CROSS, deck))]
     low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
     along_x = (high - low)[:, 0] > (high - low)[:, 1]
-    gaps = [max(1, int(side.sum()) - 1) for side in (along_x, ~along_x)]
-    return gaps[0] * gaps[1]
+    across, along = (
+        int(along_x.sum()),
+        int((~along_x).sum()),
+    )  # gaps across the deck are between wires along it, and so on
+    periodic = run.scene.periodic
+    return max(1, across - (periodic != "y")) * max(1, along - (periodic != "x"))
 
 
 def wedged(run: RunDir, wall: WallMesh) -> Bools:

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Excusable
+from pywet.geometry.punched import Punching
 from pywet.products.apertures import CROSS, DECKS, of_deck
 from pywet.scene import Positive, Vector
 
@@ -21,8 +22,13 @@ BELOW = 6.0
 """Depth of the outlet of the unders below the deck, over the aperture."""
 FALLEN = 0.25
 """Of the room under a deck with others: so far below it do its overs belong to it, at its end."""
+LEAST_LAND = 0.18
+"""Land between round holes over their diameter: the columns of a triangular pattern are nearer than its holes."""
 SIDE_MM = 5.0
 """Thickness of the side walls and of the back wall."""
+
+SLIT_MM = 0.1
+"""Between the back wall and the deck, and the back wall and the side walls."""
 
 
 class Stroke(Excusable):
@@ -56,37 +62,68 @@ class Stroke(Excusable):
         }
 
 
-class Beneath(Excusable):
-    """A further deck under another, as long and as wide, which moves with it; its overs are the middlings."""
+class Mesh(Excusable):
+    """Openings of a deck: wires, bars, or a punched plate."""
 
     aperture_mm: Positive
-    """Clear opening."""
+    """Clear opening: side or width, or diameter of a round hole."""
     wire_mm: Positive
-    """Diameter of a wire or bar."""
-    mesh: Literal["square", "slotted"] = "square"
-    """Wires along and across, or bars along the deck alone."""
-    below_mm: Positive
-    """Of its upper face below that of the deck above."""
+    """Diameter of a wire or bar; of a punched plate the land between two holes."""
+    mesh: Literal["square", "woven", "slotted", "punched_round", "punched_square"] = "square"
+    """Wires along and across in one plane, or woven; bars along the deck alone; a plate with round holes in staggered columns,
+    or with square ones."""
+    plate_mm: Positive | None = None
+    """Thickness of a punched plate; if not given that of the land."""
+
+    @model_validator(mode="after")
+    def _a_plate(self) -> Self:
+        if self.plate_mm is not None and not self.is_plate:
+            raise ValueError(f"deck: no plate_mm with mesh: {self.mesh}, which has wires")
+        if self.mesh == "punched_round" and self.wire_mm < LEAST_LAND * self.aperture_mm:
+            raise ValueError(
+                f"deck: wire_mm of at least {LEAST_LAND * self.aperture_mm:.4g} mm between round holes of "
+                f"{self.aperture_mm:g} mm, not {self.wire_mm:g}"
+            )
+        return self
 
     @property
     def pitch_mm(self) -> float:
-        """Distance between the axes of neighbouring wires [mm]."""
+        """Distance between the axes of neighbouring wires, or the middles of holes [mm]."""
         return self.aperture_mm + self.wire_mm
 
+    @property
+    def is_plate(self) -> bool:
+        """Return whether it is a punched plate."""
+        return self.mesh.startswith("punched")
 
-class Deck(Excusable):
+    @property
+    def across_mm(self) -> float:
+        """Distance at which apertures repeat across the deck, of a plate nearly [mm]."""
+        return self.pitch_mm * (math.sqrt(0.75) if self.mesh == "punched_round" else 1.0)
+
+    @property
+    def thick_mm(self) -> float:
+        """Height of it from its upper face down [mm]."""
+        plate = self.plate_mm or self.wire_mm
+        return plate if self.is_plate else self.wire_mm * (2.0 if self.mesh == "woven" else 1.0)
+
+
+class Beneath(Mesh):
+    """A further deck under another, as long and as wide, which moves with it; its overs are the middlings."""
+
+    below_mm: Positive
+    """Of its upper face below that of the deck above."""
+
+
+class Deck(Mesh):
     """An inclined vibrating deck with side walls, its upper face at z = 0, from x = 0 on; overs leave at its end."""
 
     length_mm: Positive
     """Along x, in the direction of transport."""
     width_mm: Positive
-    """Along y, between the side walls."""
-    aperture_mm: Positive
-    """Clear opening."""
-    wire_mm: Positive
-    """Diameter of a wire or bar."""
-    mesh: Literal["square", "slotted"] = "square"
-    """Wires along and across, or bars along the deck alone."""
+    """Along y, between the side walls, or of the strip that repeats."""
+    periodic: bool = False
+    """A strip of a wide deck: it repeats along y in place of side walls."""
     inclination_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
     """Downwards in the direction of transport."""
     side_mm: Positive = 40.0
@@ -103,22 +140,29 @@ class Deck(Excusable):
         if min(self.length_mm, self.width_mm) < self.pitch_mm:
             raise ValueError(f"deck: length_mm and width_mm of at least one aperture and wire, {self.pitch_mm:g} mm")
         decks: list[Deck | Beneath] = [self, *self.beneath]
+        for deck in decks if self.periodic else ():
+            if deck.is_plate:  # what the engine presses at a seam of a plate is not what the replay expects
+                raise ValueError(f"deck: mesh square, woven or slotted with periodic, not {deck.mesh}")
+            every = deck.pitch_mm * (
+                2.0 if deck.mesh == "woven" else 1.0
+            )  # neighbours of a woven wire go the other way
+            times = self.width_mm / every
+            if abs(times - round(times)) > 1e-6:
+                raise ValueError(
+                    f"deck: width_mm of whole apertures and wires with periodic, such as {max(1, round(times)) * every:g} mm "
+                    f"for a pitch of {deck.pitch_mm:g} mm and mesh: {deck.mesh}, not {self.width_mm:g}"
+                )
         for k, (above, under) in enumerate(pairwise(decks), start=1):
             if under.aperture_mm >= above.aperture_mm:
                 raise ValueError(
                     f"deck: beneath {k}: an aperture_mm below that of the deck above, {above.aperture_mm:g} mm"
                 )
-            least = 2.0 * above.aperture_mm + above.wire_mm
+            least = 2.0 * above.aperture_mm + above.thick_mm
             if isinstance(under, Beneath) and under.below_mm < least:
                 raise ValueError(
                     f"deck: beneath {k}: below_mm of at least two apertures and a wire of the deck above, {least:g} mm"
                 )
         return self
-
-    @property
-    def pitch_mm(self) -> float:
-        """Distance between the axes of neighbouring wires [mm]."""
-        return self.aperture_mm + self.wire_mm
 
     @property
     def gravity(self) -> Vector:
@@ -127,35 +171,97 @@ class Deck(Excusable):
         return G * math.sin(angle), 0.0, -G * math.cos(angle)
 
     @property
+    def strip(self) -> dict[str, Any]:
+        """Axis and faces of the scene that repeats [mm]."""
+        return {"axis": "y", "low_mm": -0.5 * self.width_mm, "high_mm": 0.5 * self.width_mm}
+
+    @property
     def levels(self) -> list[tuple[Deck | Beneath, float]]:
         """List the deck and those beneath it with the height of their upper faces [mm]."""
         heights = accumulate((-deck.below_mm for deck in self.beneath), initial=0.0)
         return list(zip((self, *self.beneath), heights, strict=True))
 
-    def _bars(self, deck: Deck | Beneath, height: float, axis: str) -> dict[str, Any]:
-        """Wires along an axis, so many that no gap at a side is wider than an aperture."""
-        along, across = (self.length_mm, self.width_mm) if axis == "x" else (self.width_mm, self.length_mm)
-        count = math.ceil((across - deck.aperture_mm) / deck.pitch_mm - 1e-9) + (axis == "y")
-        return {
-            "diameter_mm": deck.wire_mm, "pitch_mm": deck.pitch_mm, "length_mm": along, "count": max(1, count), "axis": axis,
-            "origin_mm": (0.5 * self.length_mm, 0.0, height - 0.5 * deck.wire_mm),
+    def _wires(self, deck: Mesh, axis: str) -> tuple[int, float]:
+        """Number of wires along an axis and position of the first, such that no gap at a border is wider than an aperture.
+
+        Those along the deck are about its middle, those across begin at its back.
+        """
+        if axis == "y":
+            return math.ceil(self.length_mm / deck.pitch_mm - 1e-9), 0.5 * deck.wire_mm
+        count = max(1, math.ceil((self.width_mm - deck.aperture_mm) / deck.pitch_mm - 1e-9))
+        if self.periodic:  # half an aperture at either face
+            count = round(self.width_mm / deck.pitch_mm)
+        return count, -0.5 * (count - 1) * deck.pitch_mm
+
+    def _bars(self, deck: Mesh, height: float, axis: str) -> dict[str, Any]:
+        """Wires along an axis."""
+        (count, first), (_, across) = self._wires(deck, axis), self._wires(deck, "y" if axis == "x" else "x")
+        middle = first + 0.5 * (count - 1) * deck.pitch_mm if axis == "y" else 0.5 * self.length_mm
+        found = {
+            "diameter_mm": deck.wire_mm, "pitch_mm": deck.pitch_mm, "count": count, "axis": axis,
+            "length_mm": self.length_mm if axis == "x" else self.width_mm,
+            "origin_mm": (middle, 0.0, height - 0.5 * deck.thick_mm),
         }  # fmt: skip
+        if deck.mesh != "woven":
+            return found
+        crimp = 0.5 * deck.wire_mm * (1.0 if axis == "x" else -1.0)
+        return {
+            **found,
+            "crimp_mm": crimp,
+            "first_crossing_mm": across if axis == "x" else across + 0.5 * self.width_mm,
+        }
+
+    def _plate(self, deck: Mesh, height: float) -> dict[str, Any]:
+        """A plate with as many columns of holes as fit."""
+        columns = int(self.width_mm / deck.across_mm + 1e-9)
+        staggered = deck.mesh == "punched_round"
+        return {
+            "hole_mm": deck.aperture_mm, "pitch_mm": deck.pitch_mm, "length_mm": self.length_mm, "width_mm": self.width_mm,
+            "columns": max(1, columns), "thickness_mm": deck.thick_mm, "hole": deck.mesh.removeprefix("punched_"),
+            "staggered": staggered, "origin_mm": (0.5 * self.length_mm, 0.0, height),
+        }  # fmt: skip
+
+    def punching(self, deck: Mesh) -> Punching:
+        """Return where the holes of a punched deck are, lengths in mm."""
+        plate = self._plate(deck, 0.0)
+        length, width, hole, pitch = (plate[key] for key in ("length_mm", "width_mm", "hole_mm", "pitch_mm"))
+        return Punching(length, width, hole, pitch, plate["columns"], plate["hole"], plate["staggered"])
+
+    def open_area(self, deck: Mesh) -> float:
+        """Return the open share of the area of one of its decks; of wires that of the net, at sides and ends too.
+
+        >>> stroke = {"amplitude_mm": 2, "frequency_Hz": 20}
+        >>> deck = Deck(length_mm=60, width_mm=35, aperture_mm=5, wire_mm=2, stroke=stroke)
+        >>> f"{deck.open_area(deck):.4f}"
+        '0.5102'
+        """
+        if not deck.is_plate:
+            return (deck.aperture_mm / deck.pitch_mm) ** (1 if deck.mesh == "slotted" else 2)
+        one = deck.aperture_mm**2 * (0.25 * math.pi if deck.mesh == "punched_round" else 1.0)
+        return len(self.punching(deck).centres) * one / (self.length_mm * self.width_mm)
 
     def walls(self) -> list[dict[str, Any]]:
         """Walls of the description: screen and cross wires of each deck, sides, back; all move with the deck."""
         half, lowest = 0.5 * self.width_mm, self.levels[-1]
-        end, low, high = self.length_mm, lowest[1] - lowest[0].wire_mm - 1.0, self.side_mm
+        end, low, high = self.length_mm, lowest[1] - lowest[0].thick_mm - 1.0, self.side_mm
         found: list[dict[str, Any]] = []
         for k, (deck, height) in enumerate(self.levels, start=1):
+            if deck.is_plate:
+                found.append({"name": of_deck("screen", k), "punched": self._plate(deck, height)})
+                continue
             found.append({"name": of_deck("screen", k), "bars": self._bars(deck, height, "x")})
-            if deck.mesh == "square":
+            if deck.mesh != "slotted":
                 found.append({"name": of_deck(CROSS, k), "bars": self._bars(deck, height, "y")})
+        slit = 0.0 if self.periodic else SLIT_MM
         blocks = {
             "left": ((-SIDE_MM, half, low), (end, half + SIDE_MM, high)),
             "right": ((-SIDE_MM, -half - SIDE_MM, low), (end, -half, high)),
-            "back": ((-2 * SIDE_MM - 0.1, -half, low), (-SIDE_MM - 0.1, half, high)),
+            "back": ((-SIDE_MM - SLIT_MM, slit - half, low), (-SLIT_MM, half - slit, high)),
         }
-        found += [{"name": name, "block": {"low_mm": a, "high_mm": b}} for name, (a, b) in blocks.items()]
+        names = ["back"] if self.periodic else [*blocks]
+        found += [
+            {"name": name, "block": dict(zip(("low_mm", "high_mm"), blocks[name], strict=True))} for name in names
+        ]
         moves = self.stroke.vibrates()
         return [{**wall, "vibrates": moves} for wall in found]
 
@@ -165,19 +271,20 @@ class Deck(Excusable):
         return [*(deck.below_mm for deck in self.beneath), BELOW * self.levels[-1][0].aperture_mm]
 
     def outlets(self) -> list[dict[str, Any]]:
-        """Overs beyond the end, unders below, by section; what jumps over a side or the back belongs to no product."""
+        """Outlets of a deck: overs beyond the end, unders below by section; spheres that leave over a side are no product."""
         away, (lowest, height) = 2.0 * self.aperture_mm, self.levels[-1]
         side, below = 0.5 * self.width_mm + SIDE_MM + away, height - BELOW * lowest.aperture_mm
-        found: list[dict[str, Any]] = [
+        sides: list[dict[str, Any]] = [
             {"name": "spilled_left", "low_mm": (None, side, None)},
             {"name": "spilled_right", "high_mm": (None, -side, None)},
-            {"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)},
         ]
+        found = [] if self.periodic else sides
+        found.append({"name": "spilled_back", "high_mm": (-2.0 * SIDE_MM - away, None, None)})
         if not self.beneath:
             found.append({"name": "overs", "low_mm": (self.length_mm + away, None, None)})
         for name, (deck, z), clearance in zip(DECKS, self.levels, self._clearances, strict=False):
             if self.beneath:  # taken at the end itself, before it falls to the height of the next deck
-                found.append({"name": name, "low_mm": (self.length_mm, None, z - deck.wire_mm - FALLEN * clearance)})
+                found.append({"name": name, "low_mm": (self.length_mm, None, z - deck.thick_mm - FALLEN * clearance)})
         for k in range(1, self.sections + 1):
             last = k == self.sections
             name = "unders" if self.sections == 1 else f"unders_{k}"

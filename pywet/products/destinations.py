@@ -1,4 +1,4 @@
-"""Where each size of a custom scene went: its shares by outlet, or by tray at the end."""
+"""Destination of each size of a custom scene: its shares by outlet, or by tray at the end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TRAY = "tray"
 
 
 def shares(run: RunDir) -> tuple[str, pd.DataFrame] | None:
-    """`outlet` or `tray`, and the share of the mass of each size that each of them got.
+    """Return `outlet` or `tray`, and the share of the mass of each size in each of them.
 
     Returns
     -------

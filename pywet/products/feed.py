@@ -1,4 +1,4 @@
-"""A feed as a plant knows it, size distribution, mass or rate, moisture, as entries of `spheres` of a custom scene."""
+"""A feed (size distribution, mass or rate, moisture) as entries of `spheres` of a custom scene."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class FeedAmount(Excusable):
         return w if w is None or self.moisture_of == "dry" else 100.0 * w / (100.0 - w)
 
     def dry_g(self, for_s: float | None) -> float:
-        """Dry mass [g] in all; of a rate what enters in `for_s`."""
+        """Total dry mass [g]; for a rate, the mass that enters in `for_s`."""
         if self.mass_g is not None:
             return self.mass_g
         assert self.rate_t_per_h is not None and for_s is not None

@@ -1,4 +1,4 @@
-"""A partition curve as process models take it: grade efficiency by size, and the curves of the screen of Dyssol, fitted.
+"""Partition curve for flowsheet simulation: grade efficiency by size, and Dyssol's screen models fitted to it.
 
 G(x) is the share of the mass of size x that goes to the overs, X the cut size, q = x/X. Each curve is a half at x = X, without
 offset. Equations as the documentation of Dyssol's screen gives them.

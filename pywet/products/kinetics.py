@@ -84,7 +84,7 @@ def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
     try:
         values, covariance = curve_fit(law, t, y, p0=start, bounds=(np.zeros(len(start)), high), max_nfev=20_000)
     except RuntimeError as error:
-        raise PywetError(f"kinetics: {law.name} could not be fitted ({error}); expected a curve that falls") from error
+        raise PywetError(f"kinetics: {law.name} could not be fitted ({error}); expected a decreasing curve") from error
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return values, np.asarray(student.ppf(0.975, max(len(t) - len(start), 1)) * spread)
 

@@ -78,7 +78,7 @@ def reach(speed: float, gravity: Vector) -> Floats:
 def with_reach(
     outlets: Sequence[typed.Outlet], low: Floats, high: Floats, speed: float, gravity: Vector
 ) -> tuple[Floats, Floats]:
-    """Corners of a box enlarged to hold what passes the borders of its outlets until it is taken out."""
+    """Enlarge the corners of a box for spheres that pass the border of an outlet before they are removed."""
     if not outlets:
         return low, high
     far = reach(speed, gravity)
@@ -90,7 +90,7 @@ def with_reach(
 
 
 def refuse_thin(scene: str, outlets: Sequence[Outlet], speed: float, gravity: Vector) -> None:
-    """Refuse an outlet through which spheres fall between two looks at it."""
+    """Refuse an outlet so thin that spheres can fall through it between two checks."""
     axis = int(np.argmax(np.abs(gravity)))
     way = 1e3 * reach(speed, gravity)[axis]
     for outlet in outlets:
@@ -99,5 +99,5 @@ def refuse_thin(scene: str, outlets: Sequence[Outlet], speed: float, gravity: Ve
             end, open_ = ("low_mm", low) if gravity[axis] < 0 else ("high_mm", high)
             raise ConfigError(
                 f"scene {scene}: outlet {outlet.name} is {high - low:.4g} mm deep along {'xyz'[axis]}, and spheres may fall "
-                f"{way:.3g} mm between two looks at it; expected it open below: null in place of {open_:g} in its {end}"
+                f"{way:.3g} mm between two checks of it; expected it open below: null in place of {open_:g} in its {end}"
             )

@@ -1,4 +1,4 @@
-"""What a screen makes of a feed, from masses by size class alone: partition curve, cut size, sharpness, efficiencies.
+"""Partition curve, cut size, sharpness and efficiencies of a screen, from masses by size class alone.
 
 All follow from two columns, the mass of each class in the overs and in the unders; how they are got is in `streams.py`.
 """

@@ -1,4 +1,4 @@
-"""Size distributions as a plant knows them: a sieve analysis, or Rosin-Rammler, log-normal, Gates-Gaudin-Schuhmann.
+"""Size distributions: a sieve analysis, or Rosin-Rammler, log-normal, Gates-Gaudin-Schuhmann.
 
 What comes out is a number of sizes with their shares of mass: each class of the distribution is one size or, divided into parts
 of equal mass, several.
@@ -57,7 +57,7 @@ class GaudinSchuhmann(Excusable):
 
 
 class Sizes(NamedTuple):
-    """Sizes of a feed, their shares of its mass, and what was cut off below and above, over the whole distribution."""
+    """Sizes of a feed, their shares of its mass, and the shares cut off below and above."""
 
     diameter_mm: Floats
     share: Floats

@@ -1,4 +1,4 @@
-"""Where a time series becomes steady, and the mean from there on with its uncertainty.
+"""Detect where a time series becomes steady, and its mean from there on with its uncertainty.
 
 The start-up is cut off where the standard error of the mean of what is left is least (marginal standard error rule, White 1997).
 A series whose minimum lies in its second half has not become steady. The interval is that of the means of blocks, which are

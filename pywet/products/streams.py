@@ -1,4 +1,4 @@
-"""What left a run where and when: every sphere with its product, its times and its liquid.
+"""Spheres that left a run: the product, times and liquid of each.
 
 Of a run with outlets the products are theirs. Of a screening case all that is in the collecting bin at the end is the unders, the
 rest the overs.
@@ -24,7 +24,7 @@ PRODUCTS = ("overs", "unders")
 
 @dataclass(frozen=True)
 class Streams:
-    """Spheres of a run by product, and the time over which means are taken."""
+    """Spheres of a run by product, and the averaging period."""
 
     spheres: pd.DataFrame
     """id, type, diameter_m, mass_kg, entered_s, left_s, product (overs, unders or empty), liquid_m3 at the end."""
@@ -38,7 +38,7 @@ class Streams:
 
     @property
     def counted(self) -> pd.DataFrame:
-        """The spheres of both products that left while the means are taken; of a batch all."""
+        """Spheres of both products that left during the averaging period; of a batch all."""
         with_product = self.spheres[self.spheres["product"] != ""]
         if not self.continuous:
             return with_product
@@ -68,7 +68,7 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
 
 
 def decks(run: RunDir) -> int:
-    """Number of decks whose overs leave apart."""
+    """Number of decks with separate overs."""
     collected = {o.product for o in run.scene.outlets}
     return max((k for k, product in enumerate(DECKS, start=1) if product in collected), default=1)
 

@@ -1,4 +1,4 @@
-"""Runs side by side in a browser on this machine: one page, served to nobody else.
+"""Show runs side by side in a browser on this machine: one page on a local server.
 
 The page holds the report's scene (`browser.py`) twice, with one slider; the standard library serves it. trame or panel would draw
 in Python and keep a connection for every turn of the scene; here nothing is left to do once the page is read.

@@ -1,4 +1,4 @@
-"""Curves of runs as figures for a thesis: fraction retained, liquid and partition, groups of seeds as mean and band."""
+"""Figures of runs for print: fraction retained, liquid and partition, groups of seeds as mean and band."""
 
 from __future__ import annotations
 

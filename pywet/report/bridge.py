@@ -1,4 +1,4 @@
-"""The answer of `pywet bridge` to look at: its forces against the exact bridge as a table, and drawn over the gap."""
+"""Print the answer of `pywet bridge` as a table against the exact bridge, and plot it over the gap."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.laws.contact import film_thickness
-from pywet.report import render, standing, vtk
+from pywet.report import active_bridges, render, vtk
 from pywet.report.movie import spread
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import turned
@@ -133,10 +133,10 @@ def _levels(values: Floats, most: float) -> NDArray[Any]:
 def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]], list[int]]:
     """Cuboids of the bridges of all times, one after the other: ends [m], side [m], place of both spheres in the list of spheres
     (-1 a large wall, -2 a wire); and where each time starts."""
-    tables = [vtk.standing_at(run, step) for step in steps]
+    tables = [vtk.active_at(run, step) for step in steps]
     starts = np.cumsum([0, *(len(table) for table in tables)]).tolist()
     table = pd.concat(tables)
-    box, kind = standing.corners(run, table), table["partner_kind"].to_numpy()
+    box, kind = active_bridges.corners(run, table), table["partner_kind"].to_numpy()
     i, j = (np.searchsorted(run.timeline.ids, table[name].to_numpy(dtype=int)) for name in "ij")
     arrays: dict[str, NDArray[Any]] = {
         "i": i.astype("<i4"),

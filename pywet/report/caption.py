@@ -1,4 +1,4 @@
-"""What stands below a picture of a run: legend, time, fraction retained and a scale bar, so that one knows what one looks at."""
+"""Caption below a picture of a run: legend, time, fraction retained and a scale bar."""
 
 from __future__ import annotations
 

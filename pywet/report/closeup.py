@@ -15,7 +15,7 @@ import pandas as pd
 from pywet.errors import PywetError, arguments, border
 from pywet.laws import exact_bridge
 from pywet.laws.exact_bridge.bridge import Bridge
-from pywet.report import caption, render, standing, vtk
+from pywet.report import active_bridges, caption, render, vtk
 from pywet.report.sketch import BRIDGE_COLOUR, METAL, blues, colour_limit
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import wall_corners
@@ -51,13 +51,13 @@ def _has(bridges: pd.DataFrame, sphere: int) -> Any:
 
 
 def _bridges(run: RunDir, sphere: int, step: int) -> pd.DataFrame:
-    here = vtk.standing_at(run, step)
+    here = vtk.active_at(run, step)
     return here[_has(here, sphere)]
 
 
 def exact(run: RunDir, bridges: pd.DataFrame) -> list[Bridge | None]:
     """The exact bridge of each row; None where there is none."""
-    b = standing.bodies(run, bridges)
+    b = active_bridges.bodies(run, bridges)
     rows = zip(bridges["separation"], bridges["volume"], b.radius_i, b.radius_j, b.angle_i, b.angle_j, strict=True)
     return [_solved(*map(float, row)) for row in rows]
 
@@ -116,7 +116,7 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
     near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & run.triangles["holder"].isin(render.SOLID)
     if near.any():
         plotter.add_mesh(vtk.grid("TRIANGLE", 3, corners[near].reshape(-1, 3)), color=METAL)
-    boxes = standing.corners(run, bridges)
+    boxes = active_bridges.corners(run, bridges)
     ends = (bridges[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
     for shape, box, first, second in zip(shapes, boxes, *ends, strict=True):
         if shape is None:

@@ -1,4 +1,4 @@
-"""Everything the report needs of all cases at one scale, read once; a case that failed is stored with its reason."""
+"""Collect everything the report needs of all cases at one scale; a case that failed is included with its reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Table of the report: what each effect contributed in each case, next to what the effect plan said."""
+"""Table of the report: the contribution of each effect in each case next to the effect plan's prediction."""
 
 from __future__ import annotations
 

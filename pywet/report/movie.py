@@ -1,4 +1,4 @@
-"""A run in motion: an MP4 and a short loop, drawn without a screen; next to the scene its fraction retained over time.
+"""Movie of a run: an MP4 and a short loop, rendered off screen, with the fraction retained over time.
 
 The camera and the colours are the same in all frames. Frames are drawn in a child process, as pictures are (`render.py`).
 """
@@ -107,7 +107,8 @@ def _refuse_cut_off(made: Path, frames: int, path: Path) -> None:
         found = 0
     if found != frames:
         raise FileError(
-            f"{shown(path)} could not be written whole ({found} of {frames} frames); expected a writable folder with free space",
+            f"{shown(path)} could not be written completely ({found} of {frames} frames); expected a writable folder with "
+            "free space",
             path=path,
         )
 

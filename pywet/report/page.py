@@ -1,4 +1,4 @@
-"""One look for the pages that stand next to the screening report: cards on top, then sections with pictures and tables.
+"""Common layout of the pages next to the screening report: cards on top, then sections with pictures and tables.
 
 A page is one HTML file with its pictures inside. What is said, and with which colour, is up to the caller.
 """

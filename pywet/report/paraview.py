@@ -1,4 +1,4 @@
-"""`vtk/open_in_paraview.py` of a run: what ParaView is told to show, written into a script that its own Python runs.
+"""Write `vtk/open_in_paraview.py` of a run, a script that ParaView's own Python runs.
 
 The script is `open_in_paraview.py` next to this file; here its first value, SHOWN, is filled in. Not run by pywet.
 """

@@ -1,4 +1,4 @@
-"""The look of all pictures, panels of a figure, and a figure as SVG text."""
+"""Common style of all pictures, panels of a figure, and a figure as SVG text."""
 
 from __future__ import annotations
 

@@ -187,7 +187,7 @@ def _data(artist: Any) -> dict[str, Any]:
             "x": np.asarray(x, float).tolist(), "y": np.asarray(y, float).tolist()}  # fmt: skip
 
 
-def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[dict[str, Any]]:
+def preset_curves(usual: CaseResult, comparison: CaseResult, preset: str) -> list[dict[str, Any]]:
     """Fraction retained of one case with two presets of laws, one panel."""
 
     def draw(axes: Axes, group: Sequence[CaseResult]) -> None:
@@ -197,12 +197,14 @@ def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[dict
             _curve(axes, result, "fraction_retained_near_mesh", **near)
         _end(axes, group)
 
-    names = {_run(usual): "paper", _run(twin): preset}
+    names = {_run(usual): "paper", _run(comparison): preset}
 
     def meaning(result: CaseResult, column: str) -> str:
         return " ".join(filter(None, (names[_run(result)], _class(column))))
 
-    sheet = Sheet([(f"(a) {title(usual)}", [usual, twin])], draw, 1, _label_fraction, configuration_value, meaning)
+    sheet = Sheet(
+        [(f"(a) {title(usual)}", [usual, comparison])], draw, 1, _label_fraction, configuration_value, meaning
+    )
     return apart(sheet, f"presets.{usual.case.name}")
 
 

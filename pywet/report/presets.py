@@ -9,16 +9,16 @@ from pywet.report.collect import CaseResult
 from pywet.report.report_numbers import PRESETS, Numbers, significance
 
 
-def shown(usual: CaseResult, twin: CaseResult, preset: str, numbers: Numbers) -> dict[str, Any]:
+def shown(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Numbers) -> dict[str, Any]:
     """Return the template's data for a case as configured and for its run with another preset; their numbers are put in."""
-    message = "; ".join(twin.problems)
-    both = usual.summary is not None and twin.summary is not None
+    message = "; ".join(comparison.problems)
+    both = usual.summary is not None and comparison.summary is not None
     return {
         "case": usual.case.name,
         "preset": preset,
         "problem": f"The run with {preset} is not done: {message}" if message else "",
-        "figure": plots.preset_curves(usual, twin, preset) if both else [],
-        "rows": _numbers(usual, twin, preset, numbers) if both else [],
+        "figure": plots.preset_curves(usual, comparison, preset) if both else [],
+        "rows": _numbers(usual, comparison, preset, numbers) if both else [],
     }
 
 
@@ -26,15 +26,15 @@ ENOUGH = 4
 """Seeds of each preset below which a difference is inconclusive: the spread of three is hardly known."""
 
 
-def _numbers(usual: CaseResult, twin: CaseResult, preset: str, numbers: Numbers) -> list[str]:
+def _numbers(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Numbers) -> list[str]:
     """Put in fraction retained, bridges and liquid at the end, and what the run took; returns the rows that both runs have."""
     key = f"presets.{usual.case.name}"
     numbers.put(f"{key}.case", usual.case.case)
-    found = {"paper": _values(usual), preset: _values(twin)}
+    found = {"paper": _values(usual), preset: _values(comparison)}
     for name, values in found.items():
         numbers.label(f"{key}.{name}", name, name)
         numbers.put(f"{key}.{name}.fraction_retained.seeds", len(values["fraction_retained"]))
-    significance(numbers, f"{key}.difference", usual.ends, twin.ends, ENOUGH)
+    significance(numbers, f"{key}.difference", usual.ends, comparison.ends, ENOUGH)
     rows = [row for row in PRESETS if all(of.get(row) for of in found.values())]
     for row in rows:
         numbers.label(f"presets.{row}", PRESETS[row], row)

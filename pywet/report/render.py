@@ -19,7 +19,7 @@ import numpy as np
 
 from pywet.ending import die_with_parent
 from pywet.errors import PywetError, arguments, border
-from pywet.report import caption, sketch, standing, vtk
+from pywet.report import active_bridges, caption, sketch, vtk
 from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import wall_corners
@@ -110,11 +110,11 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
 
 
 def telling_step(run: RunDir) -> int:
-    """The output step at which about a third of what passes in the whole run has passed; without passage, the last."""
+    """The output step at which a third of what passes in the whole run has passed; without passage, the last with spheres."""
     line = run.timeline
     passed = line.passed.sum(axis=1)
     if not passed[-1]:
-        return int(line.steps[-1])
+        return int(line.steps[max(np.flatnonzero(line.present.any(axis=1)), default=-1)])
     return int(line.steps[int(np.argmax(passed >= passed[-1] / 3.0))])
 
 
@@ -167,16 +167,16 @@ def camera(run: RunDir, centre: Floats, width: float) -> tuple[Floats, Floats, F
 
 
 def view(run: RunDir, step: int) -> tuple[Floats, float]:
-    """Middle and size [m] of what is worth seeing: the screen, the bed on it and the impact plate below; a drum, whole."""
+    """Middle and size [m] of what is worth seeing: the screen, the bed on it, the impact plate and the fines; a drum, whole."""
     turning = [wall.name for wall in run.scene.walls if wall.motion == "turns"]
     here = run.trajectory[run.trajectory["step"] == step]
     shown = (run.triangles["holder"].isin(SOLID) | run.triangles["mesh"].isin(turning)).to_numpy()
     corners = wall_corners(run, step)[shown]
-    above = here.loc[here["z"] > run.scene.screen_z_m, "z"]
     points = corners.reshape(-1, 3) if len(corners) else here[["x", "y", "z"]].to_numpy(dtype=float)
     low, high = points.min(axis=0), points.max(axis=0)
-    if len(above):
-        high[2] = max(high[2], float(above.quantile(0.95)))
+    if len(here):
+        few, most = here["z"].quantile([0.02, 0.98])
+        low[2], high[2] = min(low[2], few), max(high[2], most)
     return np.asarray((low + high) / 2.0), float((high - low).max())
 
 
@@ -184,6 +184,8 @@ def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float, facets: int
     import pyvista as pv
 
     mesh = vtk.particles(run, step)
+    if not mesh.n_points:
+        return
     cloud = pv.PolyData(mesh.points)
     cloud["diameter"] = 2.0 * mesh.point_data["radius"]
     cloud["film thickness in µm"] = 1e6 * mesh.point_data["film_thickness"]
@@ -212,11 +214,11 @@ def places(step: float) -> int:
 def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats, line: float) -> None:
     """Bridges as cuboids whose visible volume is the bridge's, with edges of so many pixels, so that a bridge is visible in a
     large bed too; those to cut-away walls are left out."""
-    here = vtk.standing_at(run, step)
+    here = vtk.active_at(run, step)
     place = here[["xj_x", "xj_y", "xj_z"]].to_numpy(dtype=float) - centre
     here = here[(here["partner_kind"] != LARGE_WALL) | (place @ frame(run)[1] > 0.0)]
     if len(here):
-        boxes = vtk.grid("HEXAHEDRON", 8, standing.corners(run, here).reshape(-1, 3))
+        boxes = vtk.grid("HEXAHEDRON", 8, active_bridges.corners(run, here).reshape(-1, 3))
         plotter.add_mesh(boxes, color=BRIDGE_COLOUR, ambient=0.5)
         plotter.add_mesh(boxes.extract_all_edges(), color=BRIDGE_COLOUR, line_width=line, lighting=False)
 

@@ -1,4 +1,4 @@
-"""The page of one run: what was run, what came out, and whether it was checked.
+"""The page of one run: what was run, its results, and whether they were checked.
 
 A case with its configuration gets the screening report; a custom scene, and a case without, the page that is made here.
 """
@@ -67,7 +67,7 @@ def write(folder: Path, picture: Path) -> Path:
     return page.write(folder / "report.html", run.scene.name, found.sentence, sections, _cards(runs, found))
 
 
-def _cards(runs: seeds.Runs, found: verdict.Standing) -> list[page.Card]:
+def _cards(runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
     summary = runs[0].summary
     computing = sum(run.summary["wall_s"] for run in runs)
     cards = [

@@ -1,4 +1,4 @@
-"""The picture for machines on which VTK cannot draw: shaded discs and wires in a slanted parallel projection, by matplotlib."""
+"""Picture for machines on which VTK cannot draw: shaded discs and wires in a slanted parallel projection, by matplotlib."""
 
 from __future__ import annotations
 

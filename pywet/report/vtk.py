@@ -17,7 +17,7 @@ import pandas as pd
 from pywet import run_folder
 from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
-from pywet.report import standing
+from pywet.report import active_bridges
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import wall_corners
 from pywet.schema import TABLES
@@ -30,7 +30,11 @@ def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells
     cells = {pv.CellType[shape]: np.arange(len(points)).reshape(-1, corners)}
     made = pv.UnstructuredGrid(cells, points) if len(points) else pv.UnstructuredGrid()
     made.points = points  # ParaView warns of files without points
-    made.point_data.update(dict(of_points))
+    for name, values in dict(of_points).items():
+        if len(values):
+            made.point_data[name] = np.array(values)
+        else:  # pyvista refuses vectors of no point
+            made.GetPointData().AddArray(pv.convert_array(values, name=name))
     made.cell_data.update(dict(of_cells))
     return made
 
@@ -56,7 +60,7 @@ def particles(run: RunDir, step: int) -> Any:
 
 def bridges(run: RunDir, step: int) -> Any:
     """Active bridges at one output step as lines from centre to centre (wall: to the closest point)."""
-    here = standing_at(run, step)
+    here = active_at(run, step)
     points = np.zeros((2 * len(here), 3))
     for k, end in enumerate(("xi", "xj")):
         points[k::2] = here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float)
@@ -65,8 +69,8 @@ def bridges(run: RunDir, step: int) -> Any:
 
 def cuboids(run: RunDir, step: int) -> Any:
     """Draw bridges as cuboids whose visible volume is that of the bridge (`cuboids.py`)."""
-    here = standing_at(run, step)
-    return grid("HEXAHEDRON", 8, standing.corners(run, here).reshape(-1, 3), of_cells=of_bridges(run, step, here))
+    here = active_at(run, step)
+    return grid("HEXAHEDRON", 8, active_bridges.corners(run, here).reshape(-1, 3), of_cells=of_bridges(run, step, here))
 
 
 def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
@@ -75,13 +79,13 @@ def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
         return {}
     return {
         **{name: here[name].to_numpy(dtype=float) for name in ("volume", "separation")},
-        "capillary_force": standing.capillary_force(run, here),
-        "age": standing.age(run, here, step),
+        "capillary_force": active_bridges.capillary_force(run, here),
+        "age": active_bridges.age(run, here, step),
         **{name: here[name].to_numpy(dtype=np.int32) for name in ("partner_kind", "i", "j")},
     }
 
 
-def standing_at(run: RunDir, step: int) -> pd.DataFrame:
+def active_at(run: RunDir, step: int) -> pd.DataFrame:
     """The rows of the bridges that stand at one output step; none of a dry run."""
     return run.at_step("history/bridges", step) if run.moist else pd.DataFrame(columns=list(TABLES["history/bridges"]))
 

@@ -1,1 +1,1 @@
-"""A run directory: raw files to tables, its reader, the shapes of its JSON."""
+"""Run directories: conversion of raw files to tables, reading, and the schema of their JSON files."""

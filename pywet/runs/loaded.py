@@ -1,4 +1,4 @@
-"""A finished run as tables with units: `pywet.load(folder)`, of the screening cases and of scenes of one's own."""
+"""A finished run as tables with units: `pywet.load(folder)`, for screening cases and user-defined scenes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _stored(name: str, what: str) -> cached_property[pd.DataFrame]:
 
 
 class Run:
-    """A run directory; tables are read when they are asked for, their `attrs` hold `units`, `meanings`, `codes` of columns."""
+    """A run directory; tables are read on access, and their `attrs` hold `units`, `meanings` and `codes` of the columns."""
 
     def __init__(self, folder: Path) -> None:
         self.path = Path(folder)
@@ -153,7 +153,7 @@ class Run:
         drums = [w for w in self._turning() if abs(np.dot(w.axis, up)) < 0.5 * float(np.linalg.norm(w.axis))]
         if not drums:
             raise PywetError(
-                f"{self.path} has no wall that turns about a lying axis; expected a drum: use angle_of_repose()"
+                f"{self.path} has no wall that turns about a horizontal axis; expected a drum: use angle_of_repose()"
             )
         drum = drums[0]
         start = 0.5 * self.scene.duration_s if from_s is None else from_s
@@ -226,7 +226,7 @@ class Run:
 
     def _table(self, name: str) -> pd.DataFrame:
         if name.startswith("history/") and not self._run.moist:
-            raise PywetError(f"{self.path} is a dry run and has no {name}; expected one with bridges: give it liquid")
+            raise PywetError(f"{self.path} is a dry run and has no {name}; expected a run with liquid")
         table = self._run.table(name)
         known = meanings(name)
         positions = [c for c, (_, meaning) in known.items() if meaning.startswith(CENTRE) and c in table]
@@ -245,7 +245,7 @@ UNITS = {"_m_per_s": "m/s", "_m3": "m3", "_kg": "kg", "_s": "s", "_m": "m"}
 
 
 def unit(column: str) -> str:
-    """Unit of a column that ends in it; - where it has none.
+    """Return the unit at the end of a column's name, or - if it has none.
 
     >>> unit("wall_hopper_m3"), unit("time_s"), unit("step")
     ('m3', 's', '-')

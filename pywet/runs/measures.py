@@ -1,4 +1,4 @@
-"""Numbers that are measured of positions: slope of a heap, angle of the bed in a drum, rate of discharge through a plane."""
+"""Quantities measured from positions: slope of a heap, angle of the bed in a drum, rate of discharge through a plane."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def steady_rate(time: Floats, passed: Floats) -> float:
     inside = (passed >= STEADY[0] * passed[-1]) & (passed <= STEADY[1] * passed[-1])
     if inside.sum() < 3:
         raise PywetError(
-            f"the discharge has {int(inside.sum())} outputs between 10 and 90 % of what passes; expected three: "
+            f"the discharge has {int(inside.sum())} outputs between 10 and 90 % of what passes; expected at least three: "
             "more outputs (results.interval_s)"
         )
     return float(np.polyfit(time[inside], passed[inside], 1)[0])

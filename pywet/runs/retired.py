@@ -1,4 +1,4 @@
-"""Spheres that were retired during a run, in the tables of its outputs: at rest where they were, with the liquid they left with.
+"""Retired spheres in the tables at outputs: at rest at their last position, with the liquid they had.
 
 So every table goes on holding all spheres, and whoever reads it need not know of retirement.
 """

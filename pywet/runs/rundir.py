@@ -1,4 +1,4 @@
-"""A run directory, read back: scene, tables, and the liquid and place of every sphere at every output step.
+"""Read a run directory: scene, tables, and the liquid and position of every sphere at every output step.
 
 Reads only; `cases/screening/results.py` computes from it. Which liquid belongs to whom: a sphere owns its film and its side of
 every active bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).

@@ -1,4 +1,4 @@
-"""Second functions of the user's for laws of the user's own: which ones a run's replay takes, kept next to its scene.
+"""User reference implementations of custom laws: those that a run's replay uses, stored next to its scene.
 
 They change no simulation, only what the replay can say of it: a change of them asks for the replay alone.
 """

@@ -1,4 +1,4 @@
-"""What must be in the JSON files of a run directory that are read back; further keys are allowed. For `files.read_json`."""
+"""Required content of the JSON files of a run directory, for `files.read_json`; further keys are allowed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What summary.json of any run says: what was run, with which versions, how fast, its liquid, events, energy."""
+"""Write summary.json of any run: what was run, versions, speed, liquid, events, energy."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _energy(run: RunDir) -> dict[str, float | None]:
     )
     sums = at.groupby("step")[["kinetic", "spin", "gravity"]].sum()
     change = sums.iloc[-1] - sums.iloc[0]
-    change["gravity"] -= _way_of_fed(scene, at[at["step"] == steps[0]], int(steps[-1]))
+    change["gravity"] -= _path_of_inserted(scene, at[at["step"] == steps[0]], int(steps[-1]))
     rest = float(change["kinetic"] + change["spin"] - change["gravity"])
     return {
         "kinetic": float(sums["kinetic"].iloc[-1]),
@@ -116,7 +116,7 @@ def _energy(run: RunDir) -> dict[str, float | None]:
     }
 
 
-def _way_of_fed(scene: EngineScene, start: pd.DataFrame, last: int) -> float:
+def _path_of_inserted(scene: EngineScene, start: pd.DataFrame, last: int) -> float:
     """Return the work [J] that gravity would have done on spheres before their insertion along their straight path."""
     waited = np.minimum(scene.enters(start["type"].tolist()), last) * scene.time_step_s
     mass = start["type"].map({c.type: c.mass_kg for c in scene.classes}).to_numpy(dtype=float)

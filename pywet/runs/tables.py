@@ -1,4 +1,4 @@
-"""Raw record files of the plugin -> Parquet tables (schema.py). Reading the tables back is left to pandas."""
+"""Convert the plugin's raw record files into Parquet tables (schema.py)."""
 
 from __future__ import annotations
 

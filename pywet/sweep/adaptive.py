@@ -1,4 +1,4 @@
-"""Adaptive sampling: the next points where the map of a result is least known.
+"""Adaptive sampling: the next points where the response is least certain.
 
 The rule, as no Gaussian process is among the pinned packages: candidates are a Sobol set in the ranges of the axes. The score of
 one is its distance to the nearest point in the unit cube, times 1 + the difference of a linear and a cubic radial-basis
@@ -44,7 +44,7 @@ def _next(plan: Plan, made: pd.DataFrame, count: int) -> list[Point]:
     means = rows.groupby("point").agg({**dict.fromkeys(axes, "first"), result: "mean"})
     if len(means) < len(axes) + FEWEST:
         raise PywetError(
-            f"{plan.file}: {len(means)} points have {result}, expected at least {len(axes) + FEWEST} before others are sought"
+            f"{plan.file}: {len(means)} points have {result}, expected at least {len(axes) + FEWEST} before points are added"
         )
     places = _shares(axes, means[[*axes]].to_numpy(float))
     return least_known(places, means[result].to_numpy(float), count, axes, parsed(plan.sweep, plan.file))
@@ -80,7 +80,7 @@ def _shares(axes: dict[str, Axis], values: Floats) -> Floats:
 def least_known(
     places: Floats, values: Floats, count: int, axes: dict[str, Axis], rules: list[Constraint]
 ) -> list[Point]:
-    """So many points, the least known first; candidates that a constraint leaves out are none."""
+    """Return the given number of points, the least certain first, among candidates that satisfy the constraints."""
     shares = qmc.Sobol(len(axes), rng=1).random(CANDIDATES)
     points = [{key: axis.at(float(u)) for (key, axis), u in zip(axes.items(), row, strict=True)} for row in shares]
     allowed = [k for k, point in enumerate(points) if all(rule.holds(point) for rule in rules)]

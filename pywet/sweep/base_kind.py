@@ -1,4 +1,4 @@
-"""What every kind of base gives a sweep: checked points with fingerprints, runs, predicted costs, names of results."""
+"""Interface of every kind of base to a sweep: checked points with fingerprints, runs, predicted costs, names of results."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Numbers = dict[str, float | None]
 
 
 class Built(NamedTuple):
-    """A point as it is run: the name of its folder in the store, made from its fingerprint, and what is run."""
+    """A point ready to run: the name of its folder in the store, made from its fingerprint, and the object to run."""
 
     name: str
     given: Any

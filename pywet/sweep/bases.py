@@ -1,4 +1,4 @@
-"""What is run at a point: case, scene, script, collision with a wall, bridge; each from its file and the point's values."""
+"""What runs at a point of a sweep: case, scene, script, wall collision or bridge, each from its file and the point's values."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CURE = (
 
 
 class Wall(Kind):
-    """A wet sphere against a wall, at once."""
+    """Collision of a wet sphere with a wall as a base, computed immediately."""
 
     engine = seeded = False
     results = ("e_n", "e_t", "e_omega")
@@ -66,7 +66,7 @@ class Wall(Kind):
 
 
 class Bridge(Kind):
-    """One bridge by the capillary law that its file or an axis names, at once."""
+    """One bridge with the capillary law that its file or an axis names as a base, computed immediately."""
 
     engine = seeded = False
     results = ("pull_off_force_N", "rupture_distance_m")
@@ -159,7 +159,7 @@ def _code(package: str) -> str:
 
 
 def kind(base: Base, folder: Path, trust: bool = False) -> Kind:
-    """The base of a sweep whose file is in a folder."""
+    """Return the base of a sweep whose file is in a folder."""
     of: Mapping[str, type[Kind]] = {
         "case": OfCase,
         "scene": OfScene,

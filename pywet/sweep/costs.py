@@ -1,4 +1,4 @@
-"""What a run of a sweep is predicted to take: that of a case as `pywet plan` has it, of a scene from its steps and spheres."""
+"""Predicted cost of a run of a sweep: of a case as in `pywet plan`, of a scene from its steps and spheres."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def of_case(config: Config, number: int, scale: str) -> Cost:
 
 
 def of_scene(building: Building) -> Cost:
-    """An estimate from steps and spheres, as of a bed at rest, with the costs of this machine; refused as by its run."""
+    """Estimate the cost from steps and spheres, as for a bed at rest on this machine; an invalid scene is refused."""
     scene, asked = building.user_scene, building.plan.effects
     spheres, steps = sum(c.count for c in building.classes), scene.duration_s / building.time_step
     bridges = FILM_BRIDGES * spheres if asked.bridges else 0.0

@@ -94,7 +94,7 @@ class Axis(Strict):
                 raise ValueError(f"{name}: [first, last, count] with two different ends and a count of at least 2")
         least = min(self.logspace[:2]) if self.logspace else self.low
         if (self.logspace or (self.is_range and self.log)) and least is not None and least <= 0.0:
-            raise ValueError("ends above 0 on a logarithmic scale")
+            raise ValueError("bounds above 0 on a logarithmic scale")
         if self.values is not None:
             self._check_values(self.values)
         return self
@@ -129,7 +129,7 @@ class Axis(Strict):
         return tuple(dict.fromkeys(self.rounded(v) for v in found))
 
     def at(self, share: float) -> Value:
-        """The value of a range so far between its ends, 0 to 1."""
+        """Convert a position in a range (0 to 1) to a value."""
         assert self.low is not None and self.high is not None
         between = self.low * (self.high / self.low) ** share if self.log else self.low + share * (self.high - self.low)
         return self.rounded(float(f"{between:.12g}"))
@@ -158,7 +158,7 @@ class Design(Strict):
 
 
 class Function(Strict):
-    """A result that a function in a user's file reads off a run, `path/to/file.py:name`.
+    """A result computed from a run by a function in a user's file, `path/to/file.py:name`.
 
     It runs if it is below the sweep's folder, or with --trust.
     """

@@ -33,7 +33,7 @@ def drawn(sweep: Sweep, made: pd.DataFrame, results: list[str], x: str, y: str, 
     columns = [*sweep.axes, *results]
     for name in (x, y, *([hue] if hue else [])):
         if name not in columns:
-            raise PywetError(f"{name} is no column of the sweep; expected one of {', '.join(columns)}")
+            raise PywetError(f"{name} is not a column of the sweep; expected one of {', '.join(columns)}")
     rows = made[made["status"] == DONE]
     if rows.empty:
         raise PywetError("no run of the sweep has results yet; expected some: run `pywet sweep FILE`")

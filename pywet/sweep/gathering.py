@@ -1,4 +1,4 @@
-"""The results that a sweep gathers of a point: named ones from the store, those on request and of functions from its run."""
+"""Results that a sweep gathers from a point: stored ones by name, others on request and from functions of its run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keys of an axis: where a dotted path leads in the content of a file."""
+"""Resolve the dotted key of an axis in the content of a file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def dotted(key: str) -> str:
 
 
 def filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """A copy with other values at dotted paths; what may be there is checked by who reads the content."""
+    """Return a copy with other values at dotted paths; the values are checked when the content is read."""
     changed = copy.deepcopy(content)
     for key, value in values.items():
         _put(changed, key, value)

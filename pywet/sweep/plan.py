@@ -1,4 +1,4 @@
-"""The whole of a sweep before anything runs: every point checked and named, mistakes, number of runs, core-hours, disk."""
+"""Plan of a sweep before anything runs: points checked and named, mistakes, number of runs, core-hours, disk."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Plan:
 
     @cached_property
     def runs(self) -> list[Run]:
-        """All runs; the mistakes of all points in one error, the first ones with their point, the others counted."""
+        """List all runs; mistakes of all points are one error, which names the first ones with their points."""
         found, wrong = [], []
         for point in self.points:
             try:
@@ -101,7 +101,7 @@ class Plan:
         return cost if cost.known else self.store.typical(run.built.name) or cost
 
     def cost(self, report: Report = lambda done, of: None) -> list[tuple[Run, Cost]]:
-        """Predicted cost of every missing run; the scene of each missing point is built once, and refused as by its run."""
+        """Predict the cost of every missing run; the scene of each missing point is built once, and refused if it is invalid."""
         missing, by_point, wrong = self.missing, {}, []
         first = {run.point.number: run for run in reversed(missing)}
         for k, run in enumerate(first.values()):
@@ -130,7 +130,7 @@ def _refuse(file: Path, wrong: list[tuple[Numbered, PywetError]]) -> None:
 
 
 def read_file(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
-    """A sweep from its file, with the folder of its table and the store; refused where the file itself is wrong."""
+    """Read a sweep from its file, with the folders of its table and of the store; a file with a mistake is refused."""
     sweep = description.read(file)
     kind = bases.kind(sweep.base, file.parent, trust)
     if sweep.seeds > 1 and not kind.seeded:
@@ -181,7 +181,7 @@ def path_of(file: Path, function: Function) -> str:
 
 
 def called(name: str, source: bytes) -> Callable[[Any], Any]:
-    """The function of a trusted file's text."""
+    """Return the function defined in a trusted file."""
     function: Callable[[Any], Any] = user_laws.execute(name, source)
     return function
 
@@ -197,7 +197,7 @@ def _check_function(file: Path, function: Function, trust: bool) -> None:
 
 
 def refuse_untrusted(file: Path, function: Function) -> None:
-    """Refuse a function whose file, as it is now, may not run."""
+    """Refuse a function whose file is not trusted with its present content."""
     if not user_laws.may_run(path_of(file, function)):
         raise ConfigError(
             f"{file}: gather names {function.function}, which was not run: it is not below the folder of the sweep; read it, "

@@ -1,4 +1,4 @@
-"""The runs of a sweep: what is missing in the store, on several cores; killed at any moment, the next call does the rest."""
+"""Run the missing points of a sweep on several cores; after a kill the next call completes the rest."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Report = Callable[..., None]
 
 
 def do(kind: Kind, run: Run, store: Store, ranks: int = 1) -> bool:
-    """Run a point unless it is in the store; whether it has results then. Why not is in its folder.
+    """Run a point unless it is in the store, and return whether it has results; the reason for a failure is in its folder.
 
     A folder in which another call is at work is left to it, with a notice.
     """
@@ -62,7 +62,7 @@ def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int) -> bo
 def carry_out(
     plan: Plan, runs: Sequence[Run], cores: int = 1, ranks: int = 1, report: Report = lambda done, of: None
 ) -> None:
-    """Do runs; on several cores in processes that end with this one. Points that fail stop no other."""
+    """Carry out runs, on several cores in processes that end with this one; a failed point does not stop others."""
     if not plan.kind.engine or cores == 1 or len(runs) < 2:
         for k, run in enumerate(runs):
             report(k, len(runs))
@@ -77,7 +77,7 @@ def carry_out(
                 report(k + 1, len(runs))
         except BrokenProcessPool as error:
             raise PywetError(
-                "a process of the sweep was ended from outside, as for want of memory; call again, with fewer --cores"
+                "a process of the sweep was killed from outside, perhaps for lack of memory; call again, with fewer --cores"
             ) from error
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)

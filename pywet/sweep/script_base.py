@@ -95,7 +95,7 @@ class OfScript(Kind):
             if name not in there:
                 known = ", ".join(there) or "none"
                 raise ConfigError(
-                    f"{self.file} has no variable {name} of style index, equal or string; expected one of it: {known}"
+                    f"{self.file} has no variable {name} of style index, equal or string; expected one of {known}"
                 )
             if isinstance(value, bool) or not PLAIN.fullmatch(str(value)):
                 raise ConfigError(f"the variable {name} of {self.file} is given {value!r}; expected a number or a word")
@@ -131,7 +131,7 @@ class OfScript(Kind):
             raise PywetError(f"{self.file.name}: {process.last_words(printed, status)}")
         ledger = script_folder.ledger(work / line.log)
         if ledger.empty:
-            raise PywetError(f"{self.file.name} wrote no output of its liquid; expected `every` shorter than its runs")
+            raise PywetError(f"{self.file.name} wrote no output of the liquid; expected `every` shorter than its runs")
         last = ledger.iloc[-1]
         initial = float(last["initial"]) or math.nan
         found: Numbers = {name: float(last[name]) for name in ("formations", "ruptures")}
@@ -153,7 +153,7 @@ class OfScript(Kind):
         return list(RESULTS)
 
     def subject(self, folder: Path) -> Path:
-        """A function of a script's run gets the folder in which it ran."""
+        """Return the argument of a user's function: the folder in which the script ran."""
         return folder / WORK
 
 
@@ -165,7 +165,7 @@ def _named(script: Path) -> Iterator[str]:
             if not path.is_absolute() and path.is_file():
                 if not _below(path):
                     raise ConfigError(
-                        f"{script} names {word}; expected its files below its folder, or by their whole path"
+                        f"{script} names {word}; expected its files below its folder, or given by absolute paths"
                     )
                 yield word
 

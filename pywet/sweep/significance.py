@@ -1,4 +1,4 @@
-"""What matters in a sweep: main effects and interactions by F tests, and the points that do not differ from the best one.
+"""Significance in a sweep: main effects and interactions by F tests, and points that do not differ from the best one.
 
 A numerical axis enters by a polynomial of second order (of first where it has two values) on its scale, text by its levels; two
 axes interact by the products of their first terms. The F of a term compares the least-squares fits with and without it; the error
@@ -47,7 +47,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Effects:
-    """The terms of a result, what the error is taken from, and what the design does not allow."""
+    """Terms of a result, the source of the error estimate, and the effects that the design cannot resolve."""
 
     terms: list[Term]
     error: str
@@ -152,7 +152,7 @@ def _error(rows: pd.DataFrame, result: str, residual: float, count: int) -> tupl
 
 @dataclass(frozen=True)
 class Optimum:
-    """The best point of a result, its mean, half width of its 95 % interval (scatter of all seeds), and what is like it."""
+    """The best point of a result, its mean, half width of its 95 % interval, and points that do not differ from it."""
 
     result: str
     sense: str

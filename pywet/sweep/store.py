@@ -1,4 +1,4 @@
-"""The store that all sweeps share: a folder for each fingerprint, with the run and `point.json`, the numbers that it gave.
+"""The store shared by all sweeps: a folder for each fingerprint, with the run and its results in `point.json`.
 
 A point without `point.json` is run again; one whose run failed has the reason in `failed.json` meanwhile.
 """
@@ -48,7 +48,7 @@ class Store:
         return self.folder / name
 
     def numbers(self, name: str, engine: bool) -> dict[str, float | None] | None:
-        """Results of a point; None where it is to be run: not there, damaged, or without its run's summary."""
+        """Return the results of a point; None if they are missing, damaged, or without the summary of the run."""
         if engine and not (self.place(name) / "summary.json").exists():
             return None
         try:
@@ -62,7 +62,7 @@ class Store:
         write_json(self.place(name) / DONE, {"numbers": numbers})
 
     def note(self, name: str, seconds: float) -> None:
-        """Store what the run of a point took."""
+        """Store the cost of the run of a point."""
         files = self.place(name).rglob("*")
         write_json(
             self.place(name) / COST, {"seconds": seconds, "disk_B": sum(p.stat().st_size for p in files if p.is_file())}
@@ -77,7 +77,7 @@ class Store:
         return None if found is None else Cost(found["seconds"], found["disk_B"])
 
     def typical(self, name: str) -> Cost | None:
-        """The mean of what runs took whose names begin as this one's does; None where there are none."""
+        """Return the mean cost of runs whose names begin like this one's; None if there are none."""
         folders = self.folder.glob(f"{name.rpartition('-')[0]}-*")
         found = [cost for cost in (self.took(folder.name) for folder in folders) if cost is not None]
         return Cost(*(sum(part) / len(found) for part in zip(*(c[:2] for c in found), strict=True))) if found else None

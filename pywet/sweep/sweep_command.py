@@ -1,4 +1,4 @@
-"""`pywet sweep FILE` and `pywet sweep plot FILE X Y [HUE]`: what they print, and the order of the work."""
+"""`pywet sweep FILE` and `pywet sweep plot FILE X Y [HUE]`: printed output and order of the steps."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SUFFIXES = (".svg", ".png", ".pdf")
 
 
 def check(asked: Plan, cores: int, say: Say) -> Costs:
-    """Check the whole of a sweep and print what it takes; the runs that are missing with their predicted costs."""
+    """Check a whole sweep, print its cost, and return the missing runs with their predicted costs."""
     with bar("checking points") as move:
         costs = asked.cost(move)
     for line in plan.lines(asked, costs, cores):

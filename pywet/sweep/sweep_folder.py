@@ -1,4 +1,4 @@
-"""The folder of a sweep's table and page, which belongs to one file: two files of one name have two folders."""
+"""Folder of a sweep's table and page, which belongs to one file: two files of one name have two folders."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Owner(TypedDict):
 
 
 def owner(folder: Path) -> Path | None:
-    """The file whose sweep is in a folder; None where there is none, or no such file any more."""
+    """Return the file whose sweep is in a folder; None if there is none or the file no longer exists."""
     found = read_if_there(folder / OWNER, CURE, Owner)
     path = None if found is None else (folder.resolve() / found["file"]).resolve()
     return path if path is not None and path.exists() else None
@@ -43,7 +43,7 @@ def of(file: Path) -> Path:
 
 
 def claim(folder: Path, file: Path) -> None:
-    """Make a folder that of a file's sweep; refused where another file's sweep is in it, or files that it would overwrite."""
+    """Assign a folder to a file's sweep; refused if it holds another file's sweep or files that would be overwritten."""
     make_folder(folder)
     there = owner(folder)
     if not os.path.lexists(folder / OWNER) and (found := [n for n in WRITTEN if os.path.lexists(folder / n)]):

@@ -24,7 +24,7 @@ PURE = ("e_n", "e_t", "e_omega", *AT_END)
 
 
 def units(plan: Plan) -> dict[str, str]:
-    """Unit of every axis and result; 1 for a number without, empty where none is known."""
+    """Return the unit of every axis and result: 1 if dimensionless, empty if unknown."""
     found = {key: unit_of(key) for key in plan.sweep.axes}
     for name in plan.gather:
         if isinstance(name, Function):

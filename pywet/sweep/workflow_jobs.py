@@ -1,4 +1,4 @@
-"""A sweep as jobs of Snakemake: which there are, what each needs, what each does (workflow/rules/sweep.smk).
+"""A sweep as jobs of Snakemake: list of jobs, resources and execution of each (workflow/rules/sweep.smk).
 
 A job is named by point, seed and fingerprint, so that a job on a cluster finds its point without checking all others.
 """
@@ -23,7 +23,7 @@ LEAST_MB = 1500
 
 
 class Jobs:
-    """The jobs of a sweep's file; only what is asked for is worked out, since every job reads the Snakefile again."""
+    """Jobs of a sweep's file; each property is computed on access, since every job reads the Snakefile again."""
 
     def __init__(self, file: Path) -> None:
         self.plan: Plan = plan.read(file)
@@ -66,25 +66,25 @@ class Jobs:
         return self._costs[job]
 
     def memory_mb(self, job: str, attempt: int) -> int:
-        """Memory to ask for [MB]: doubled with each attempt."""
+        """Memory to request [MB]: doubled with each attempt."""
         return max(LEAST_MB, math.ceil(1.5 * self._cost(job).memory_B / 1e6)) * 2 ** (attempt - 1)
 
     def minutes(self, job: str, attempt: int) -> int:
-        """Wall time to ask for [min]; the same."""
+        """Wall time to request [min]: doubled with each attempt."""
         cost = self._cost(job)
         return max(needs.LEAST_MIN, math.ceil(needs.SAFE * cost.seconds / 60.0) if cost.known else 0) * 2 ** (
             attempt - 1
         )
 
     def run(self, job: str, done: Path) -> None:
-        """Do a job; its file says how many runs have results, and a failed run is no failure of the job."""
+        """Carry out a job and write how many runs have results; a failed run does not fail the job."""
         runs = self.plan.missing if job == ALL else [self._run(job)]
         sweep_folder.claim(self.folder, self.plan.file)
         good = sum(running.do(self.plan.kind, run, self.plan.store) for run in runs)
         write_json(done, {"runs": len(runs), "with_results": good})
 
     def show(self) -> None:
-        """Table and page of what is in the store."""
+        """Write table and page from the results in the store."""
         sweep_folder.claim(self.folder, self.plan.file)
         for line in sweep_command.finish(self.plan, table.frame(self.plan)):
             print(line)

@@ -1,4 +1,4 @@
-"""The one folder of what is made once and kept: plugin, tables, machine code, the user's own laws that may run.
+"""The cache folder: plugin, tables, machine code, and custom laws that are trusted.
 
 What lies there is loaded as code, so it is private: made with mode 700, owned by whoever runs this, checked before use.
 """
@@ -66,11 +66,11 @@ def _private(path: Path) -> Path:
             f"the cache {shown(path)} could not be made ({reason}); expected a writable folder: {CURE}"
         ) from error
     if not {there.st_uid, link.st_uid} <= {os.getuid()}:
-        raise PywetError(f"the cache {shown(path)} belongs to somebody else; expected a folder of your own: {CURE}")
+        raise PywetError(f"the cache {shown(path)} belongs to another user; expected a folder that you own: {CURE}")
     if there.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise PywetError(
-            f"the cache {shown(path)} can be written by others (mode {stat.S_IMODE(there.st_mode):o}), so that what it "
-            f"holds cannot be trusted; expected mode 700: remove it or {CURE}"
+            f"the cache {shown(path)} can be written by others (mode {stat.S_IMODE(there.st_mode):o}), so that its "
+            f"contents cannot be trusted; expected mode 700: remove it or {CURE}"
         )
     if not os.access(path, os.R_OK | os.W_OK | os.X_OK):
         raise PywetError(f"the cache {shown(path)} cannot be written; expected a writable folder: {CURE}")

@@ -1,4 +1,4 @@
-"""Whole files or none: everything is written under a temporary name in the same folder and renamed at the end.
+"""Atomic writing: every file is written under a temporary name in the same folder and renamed when complete.
 
 And the one way to read a file back: `read_json`, `read_model`, `read_table` end a wrong one in a sentence, never a traceback.
 Tables carry check sums, so that a flipped bit is found. pandas and pydantic are imported where they are used: every command
@@ -64,7 +64,9 @@ def atomic_write(path: Path) -> Iterator[Path]:
     except ValueError as error:
         if "\0" not in str(path):
             raise
-        raise FileError(f"{shown(path)} is no path ({error}); expected one without a zero byte", path=path) from error
+        raise FileError(
+            f"{shown(path)} is not a path ({error}); expected one without a zero byte", path=path
+        ) from error
     finally:
         with suppress(OSError, ValueError):
             if temporary:
@@ -171,7 +173,7 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         return int(digits) if digits.lstrip("-").isdigit() else value
 
     def constant(word: str) -> float:
-        raise ValueError(f"{word} is not a number that can be worked with")
+        raise ValueError(f"{word} is not a finite number")
 
     try:
         content = text.decode("utf-8-sig") if isinstance(text, bytes) else text
@@ -201,7 +203,7 @@ def read_bytes(path: Path, cure: str) -> bytes:
             f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}", path=path
         ) from error
     except ValueError as error:  # a path with a zero byte
-        raise FileError(f"{shown(path)} is no path ({error}); expected a file: {cure}", path=path) from error
+        raise FileError(f"{shown(path)} is not a path ({error}); expected a file: {cure}", path=path) from error
     if len(content) > MOST_B:
         raise FileError(
             f"{shown(path)} is larger than {MOST_B / 1e6:g} MB; expected a file of that size: {cure}", path=path

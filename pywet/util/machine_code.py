@@ -1,4 +1,4 @@
-"""numba, with its machine code kept in this package's private cache. Modules that ask it to be kept take `numba` from here.
+"""numba with its machine code in this package's private cache. Modules that cache their code import `numba` from here.
 
 numba itself looks only at the file of the function it keeps, not at those of the functions that are compiled into it, and
 loads what it finds. Here the folder's name stands for all sources that are compiled, for where they lie (by which numba names

@@ -1,4 +1,4 @@
-"""What the program says of its work while it is at it: notices of the logger `pywet`, apart from what a command answers.
+"""Progress messages of the logger `pywet`, separate from the answer of a command.
 
 A program that uses pywet shows or drops them as it likes; the command line shows them on standard error, the workflow's scripts
 write them into the log of their job.

@@ -1,4 +1,4 @@
-"""Arguments and options that commands share; numbers each with its range, refused in one sentence that names it."""
+"""Arguments and options shared by commands; numbers have ranges and are refused in one sentence that names the range."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ CaseNumber = Annotated[
 AnyCase = Annotated[
     int | None,
     typer.Argument(
-        metavar="[CASE]", parser=reader("CASE", LIMITS["case"]), help="Number of a case; without: all cases."
+        metavar="[CASE]", parser=reader("CASE", LIMITS["case"]), help="Number of a case; default: all cases."
     ),
 ]
 Ranks = Annotated[int, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine")]
 ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]
 ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configuration.")]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Run directory, such as results/smoke/case02.")]
-JsonFile = Annotated[Path, typer.Argument(metavar="FILE", help="JSON description; the answer is JSON as well.")]
-Trust = Annotated[bool, typer.Option("--trust", help="Run the Python files of laws that it names; read them first.")]
-Verbose = Annotated[bool, typer.Option("--verbose", help="Print all that details.txt of the run holds.")]
+JsonFile = Annotated[Path, typer.Argument(metavar="FILE", help="JSON description; the answer is also JSON.")]
+Trust = Annotated[bool, typer.Option("--trust", help="Execute the Python files of custom laws; read them first.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Print everything that is in details.txt of the run.")]

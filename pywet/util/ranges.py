@@ -1,4 +1,4 @@
-"""Which numbers can be meant: one `Range` for each key of configuration and JSON, for each option of the command line.
+"""Plausible ranges of numbers: one `Range` for each key of configuration and JSON, for each option of the command line.
 
 A value outside the range of its key is most often a mistake of units (mN/m for N/m, g/cm3 for kg/m3), so it is refused unless
 `unusual` next to it says why it is meant (`config.entries.Limited`).

@@ -1,4 +1,4 @@
-"""The program's own source files: which of them a run follows from, and which are compiled. One list for every fingerprint."""
+"""The program's source files: which of them a run depends on, and which are compiled. One list for every fingerprint."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from reference_impl.diagnosis import chain as links_chain
 from reference_impl.diagnosis import viscous as links_viscous
 from reference_impl.diagnosis.diagnosis import Link, Suspect, length
 from reference_impl.diagnosis.suspects import Formula, factor, formulas, gaps, middle
-from reference_impl.replay import capillary, coverage, forces, laws, standing
+from reference_impl.replay import active_bridges, capillary, coverage, forces, laws
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
@@ -83,7 +83,7 @@ def volume(c: Contacts, formed: pd.DataFrame, drawn: Floats) -> Link:
         yield from factor(c.volume, expected, rows)
         yield Suspect(links_chain.CHANGES, np.where(c.volume != expected, c.volume, np.nan), general=True)
 
-    return Link("contact_volume", "volume of a standing bridge", c.table, c.volume, expected, expected, suspects, 0.0,
+    return Link("contact_volume", "volume of an active bridge", c.table, c.volume, expected, expected, suspects, 0.0,
                 excuses=(np.where(np.abs(drawn - expected) > 1e-9 * expected, drawn, np.nan),), marks=marks(c))  # fmt: skip
 
 
@@ -189,7 +189,7 @@ def expected_or_logged(link: Link | None, logged: Floats) -> Floats:
 
 def links(run: Run, drawn: Floats) -> Iterator[Link]:
     """All equations of the contact log, causes before what follows; `drawn`: what each event's volume should be."""
-    c, formed = forces.contacts(run), standing.formed(run)
+    c, formed = forces.contacts(run), active_bridges.formed(run)
     if len(c.table) == 0:
         return
     sets = inputs(c, formed)

@@ -19,7 +19,7 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor, gaps, middle
 from reference_impl.motion import budget, nearest, window
 from reference_impl.motion.wall_motion import Motion
-from reference_impl.replay import bridge_ends, felt, io, kept_tables, whole
+from reference_impl.replay import bridge_ends, felt, io, stored_tables, whole
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import RUPTURE
@@ -73,8 +73,8 @@ def felt_films(run: Run) -> Iterator[Link]:
 
 def walls(setup: window.Setup) -> Link:
     """Diagnose the positions of the meshes at the outputs."""
-    table, expected = kept_tables.wall_shifts(setup)
-    logged, size = table[kept_tables.SHIFT].to_numpy(float), np.full(len(table), kept_tables.reach(setup))
+    table, expected = stored_tables.wall_shifts(setup)
+    logged, size = table[stored_tables.SHIFT].to_numpy(float), np.full(len(table), stored_tables.reach(setup))
     motion, names = Motion(setup), table["mesh"].to_numpy()
     last, step = round(setup.scene["duration_s"] / setup.step), table["step"].to_numpy(np.int64)
     mesh = pd.Index([w.name for w in setup.walls]).get_indexer(pd.Index(names))
@@ -122,7 +122,7 @@ def _one_axis(logged: Floats, expected: Floats, rows: Floats) -> Iterator[Suspec
 
 def times(run: Run, setup: window.Setup) -> Link:
     """Diagnose column `time` of every table against its steps."""
-    rows = kept_tables.all_times(setup, True)
+    rows = stored_tables.all_times(setup, True)
     logged, expected = rows["time"].to_numpy(float), rows["step"].to_numpy(float) * setup.step
 
     def suspects(broken: Floats) -> Iterator[Suspect]:
@@ -160,7 +160,7 @@ def places(run: Run) -> Iterator[Link]:
 
 def speeds(setup: window.Setup) -> Iterator[Link]:
     """Speeds and spins of the trajectory."""
-    both, logged, expected = kept_tables.both_velocities(setup)
+    both, logged, expected = stored_tables.both_velocities(setup)
     for n, what in ((0, "speed"), (3, "spin")):
         columns = slice(n, n + 3)
 
@@ -175,10 +175,10 @@ def speeds(setup: window.Setup) -> Iterator[Link]:
 
 def ledger(run: Run) -> Iterator[Link]:
     """Counts, and the liquid of each sort of reservoir by the films, bridges and wall films of the snapshots."""
-    table, (counts, recomputed_counts), (held, recomputed_held), size = kept_tables.Count(run).values(run)
+    table, (counts, recomputed_counts), (held, recomputed_held), size = stored_tables.Count(run).values(run)
     for names, logged, expected, quantity, what, scale, limit in (
         (
-            kept_tables.COUNTED,
+            stored_tables.COUNTED,
             counts,
             recomputed_counts,
             "ledger_counts",
@@ -186,7 +186,7 @@ def ledger(run: Run) -> Iterator[Link]:
             np.ones(len(table)),
             0.0,
         ),
-        (kept_tables.HELD, held, recomputed_held, "ledger_held", "liquid in the ledger:", size, 1e-12),
+        (stored_tables.HELD, held, recomputed_held, "ledger_held", "liquid in the ledger:", size, 1e-12),
     ):
         yield from links_works.columns(table, logged, expected, names, quantity, what, scale, limit)
 
@@ -254,7 +254,7 @@ def ends(run: Run) -> Iterator[Link]:
 def rows_missing(run: Run) -> Iterator[Link]:
     """Bridges that act in a window without a row of the contact log, and on which side of the bed they are."""
     recorded = io.where(run.folder, "window_states").exists()  # else nobody knows where the bed was
-    table = kept_tables.bridges_in_windows(run) if recorded else pd.DataFrame()
+    table = stored_tables.bridges_in_windows(run) if recorded else pd.DataFrame()
     if not len(table):
         return
     lacking = table["missing"].to_numpy(float)

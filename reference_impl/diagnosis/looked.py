@@ -64,6 +64,6 @@ def _part(run: Run, at: Before, steps: Floats) -> tuple[Run, int]:
     ledger = ledger[ledger["step"] <= last]
     tables = {name: table for name, table in run.tables.items() if name not in io.LOGS}
     # of bridges that are gone the formation alone may be left: no part of a life that goes on
-    lives = np.append(np.isin(rows, at.standing), np.ones(len(events) - len(rows), dtype=bool))
+    lives = np.append(np.isin(rows, at.active), np.ones(len(events) - len(rows), dtype=bool))
     known = {**run.known, "lives": lives}
     return replace(run, tables={**tables, **there, "events": events, "ledger": ledger}, since=before, known=known), last

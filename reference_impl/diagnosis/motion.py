@@ -123,7 +123,7 @@ def _suspects(
                 continue
             f = 1.0 + middle(((rest * term).sum(axis=1)[there]) / size[there])
             if np.isfinite(f):
-                yield Suspect(_said(name, f), expected + (f - 1.0) * term, f)
+                yield Suspect(_text(name, f), expected + (f - 1.0) * term, f)
         yield from _several(rest, expected, terms, rows)
         if mass is not None:
             g = np.median((rest / mass[:, None])[rows], axis=0)
@@ -151,11 +151,11 @@ def _several(rest: Floats, expected: Floats, terms: dict[str, Floats], rows: Flo
         if len(left) and left[0] < best[0]:
             best = float(left[0]), pair, more / scale
     if best[1]:
-        words = " and ".join(_said(n, 1.0 + f) for n, f in zip(best[1], best[2], strict=True))
+        words = " and ".join(_text(n, 1.0 + f) for n, f in zip(best[1], best[2], strict=True))
         yield Suspect(words, expected + sum(f * terms[n] for n, f in zip(best[1], best[2], strict=True)))
 
 
-def _said(name: str, f: float) -> str:
+def _text(name: str, f: float) -> str:
     if name == parts.EVERY[1] and f > 0:
         return f"{name} is {f:.6g} times what it should be, as if the mass were {1.0 / f:.6g} times its value"
     plain = next((words for value, words in PLAIN.items() if abs(f - value) < 1e-6), None)

@@ -154,9 +154,9 @@ class Between:
         low, high = low - slack, high + slack
         self.total.add(np.abs(logged))
         self.bounded.add(np.minimum(np.abs(low), np.abs(logged)))
-        own = np.clip(logged, low, high)
+        expected = np.clip(logged, low, high)
         found = compare(
-            "between_capillary", "largest by the bounds", logged, own, np.maximum(high, 1e-300), rows, TOLERANCE
+            "between_capillary", "largest by the bounds", logged, expected, np.maximum(high, 1e-300), rows, TOLERANCE
         )
         wall = rows["partner_kind"].to_numpy() != laws.SPHERE
         self._keep(found, rows[["step", "i", "j"]].assign(wall=wall, logged=logged, low=low, high=high))
@@ -221,8 +221,8 @@ class Between:
         """Change of momentum of spheres that touched nothing from one output to the next."""
         rows = momentum.free_spheres(self.run, self.setup, both)
         columns = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
-        logged, own, scale = (rows[n].to_numpy(float) for n in (*columns, "scale"))
-        quantity = compare("between_momentum", "momentum, weight and impulse", logged, own, scale, rows, TOLERANCE)
+        logged, expected, scale = (rows[n].to_numpy(float) for n in (*columns, "scale"))
+        quantity = compare("between_momentum", "momentum, weight and impulse", logged, expected, scale, rows, TOLERANCE)
         self._keep(quantity, rows)
         return quantity
 
@@ -236,9 +236,9 @@ def ratios(run: Run, rows: pd.DataFrame, before: Floats, gap: Floats) -> Floats:
         return np.asarray(-laws.VISCOUS_NORMAL[name](s, volume, p.ri, p.rj, p.wall, 1.0 + 0.0 * s, eta))
 
     low, high = (np.sqrt(np.maximum(s, 0.0)) for s in (before, gap))
-    own = drag(0.0 * gap) * (np.minimum(gap, 0.0) - np.minimum(before, 0.0))
+    expected = drag(0.0 * gap) * (np.minimum(gap, 0.0) - np.minimum(before, 0.0))
     for node, weight in zip(NODES, WEIGHTS, strict=True):
         u = low + (high - low) * 0.5 * (1.0 + node)
-        own += 0.5 * weight * (high - low) * 2.0 * u * drag(u**2)
+        expected += 0.5 * weight * (high - low) * 2.0 * u * drag(u**2)
     with np.errstate(all="ignore"):
-        return np.asarray(-rows["viscous_impulse"].to_numpy(float) / own)
+        return np.asarray(-rows["viscous_impulse"].to_numpy(float) / expected)

@@ -84,14 +84,14 @@ class Budget:
         m, free = self.setup.mass, self.setup.free
         fall, way, doubt = self._fall(outputs, x, v, events)
         margin = float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6
-        own: dict[str, Any] = {
+        expected: dict[str, Any] = {
             "step": outputs,
             "kinetic": 0.5 * ((v**2).sum(axis=2) * m * free).sum(axis=1),
             "spin": 0.2 * ((w**2).sum(axis=2) * m * self.setup.radius**2 * free).sum(axis=1),
             "gravity": fall.sum(axis=1),
             "gravity_size": way + doubt + margin,
         }
-        self.rows.append(pd.DataFrame({**own, **of_bridges}))
+        self.rows.append(pd.DataFrame({**expected, **of_bridges}))
 
     def _fall(self, outputs: Floats, x: Floats, v: Floats, events: pd.DataFrame) -> tuple[Floats, Floats, Floats]:
         """Work of gravity on every sphere at the outputs [J], since the start or since it entered; of all spheres the sum of
@@ -159,14 +159,14 @@ class Budget:
         distance = np.append(lives.all.rupture_distance, np.nan)[at]
         stored = depth(part, shots, shots["separation"].to_numpy(float), distance)
         found["capillary_stored"] = np.bincount(np.searchsorted(outputs, shots["step"]), stored, len(outputs))
-        found["steps"] = found["steps"] + summed.standing(part, self.setup, shots, outputs, v)
+        found["steps"] = found["steps"] + summed.active(part, self.setup, shots, outputs, v)
         return found
 
     def both(self) -> tuple[pd.DataFrame, Floats]:
         """history/energy with the own values next to it (`_own`), and all that was turned over up to each output [J]."""
-        own = pd.concat(self.rows, ignore_index=True)
+        expected = pd.concat(self.rows, ignore_index=True)
         log = io.columns(where(self.run.folder, "energy"), ["step", "half_kick", *OF_STATE, *WORKS]).sort_values("step")
-        both = log.merge(own, on="step", suffixes=("", "_own"))
+        both = log.merge(expected, on="step", suffixes=("", "_own"))
         turned = both[[*WORKS]].abs().sum(axis=1) + both["kinetic"] + both["spin"]
         return both, np.maximum(np.maximum.accumulate(turned.to_numpy(float)), 1e-300)
 
@@ -262,22 +262,22 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
         if any(one.step <= s <= two.step for s in setup.broken):
             continue
         at = power[np.searchsorted(steps, one.step) : np.searchsorted(steps, two.step) + 1]
-        own = setup.step * 0.5 * (at[1:] + at[:-1]).sum(axis=0)
+        expected = setup.step * 0.5 * (at[1:] + at[:-1]).sum(axis=0)
         turned = float(setup.step * 0.5 * np.abs(at[1:] + at[:-1]).sum())
         lost = setup.step * float(doubt[np.searchsorted(steps, one.step) : np.searchsorted(steps, two.step) + 1].sum())
-        parts.append((two.step, [getattr(two, n) - getattr(one, n) for n in WORKS], own, turned, lost))
+        parts.append((two.step, [getattr(two, n) - getattr(one, n) for n in WORKS], expected, turned, lost))
     if not parts:
         return None
     rows = pd.DataFrame({"step": [p[0] for p in parts]})
-    logged, own, size, margin = (np.array([p[k] for p in parts]) for k in (1, 2, 3, 4))
+    logged, expected, size, margin = (np.array([p[k] for p in parts]) for k in (1, 2, 3, 4))
     if not setup.scene["effects"].get("wall_films", True):  # the plugin has no forces on walls: contact holds both
         contact, wall = WORKS.index("contact"), WORKS.index("wall_motion")
-        for works in (logged, own):
+        for works in (logged, expected):
             works[:, contact] += works[:, wall]
             works[:, wall] = 0.0
     # the logged works are differences of sums over the whole run
     least = 1e-6 * float(log[list(WORKS)].abs().to_numpy().max())
-    return logged, own, np.maximum(size, least) + margin / LIMITS["windows"], rows
+    return logged, expected, np.maximum(size, least) + margin / LIMITS["windows"], rows
 
 
 def _of_rounding(setup: Setup, f: Forces) -> Floats:
@@ -297,5 +297,5 @@ def in_window(setup: Setup, f: Forces, run: Run) -> list[Quantity]:
     if works is None:
         return []
     run.known.setdefault("works_in_windows", []).append(works)
-    logged, own, size, rows = works
-    return [compare("energy_windows", "work of all effects", logged, own, size, rows, LIMITS["windows"])]
+    logged, expected, size, rows = works
+    return [compare("energy_windows", "work of all effects", logged, expected, size, rows, LIMITS["windows"])]

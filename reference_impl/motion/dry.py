@@ -91,7 +91,7 @@ def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Fl
     direction = turn / np.where(rate > 0.0, rate, 1.0)[:, None]
     direction = direction - dot(direction, t.n)[:, None] * t.n
     rolling = -(length * elastic)[:, None] * direction
-    margin = window.w_room[t.k, t.a] + np.where(t.wall, 0.0, window.w_room[t.k, partner])
+    margin = window.w_margin[t.k, t.a] + np.where(t.wall, 0.0, window.w_margin[t.k, partner])
     doubt = np.abs(length * elastic) * np.minimum(2.0, margin / np.maximum(rate, 1e-300))
     return Contacts(
         elastic, damping, side, spring, slid, overlap, vn, slip, arm_a, arm_b, rolling, lost, doubt

@@ -11,7 +11,7 @@ from typing import Any
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis import motion as links_motion
 from reference_impl.motion import budget, contributions, newton, window
-from reference_impl.replay import between_nodes, io, kept_tables, whole
+from reference_impl.replay import between_nodes, io, stored_tables, whole
 from reference_impl.replay.compare import Quantity, merged
 
 NOT_RECORDED = (
@@ -38,10 +38,10 @@ def check(
         else:
             more["transfer_interpolation"] = {**between[0].as_dict(), "note": between_nodes.note(between[0])}
     setup = window.read(folder)
-    found += [*kept_tables.mesh_motion(setup), *kept_tables.times(setup, run is not None)]
+    found += [*stored_tables.mesh_motion(setup), *stored_tables.times(setup, run is not None)]
     if not window.recorded(folder):
         return found, more
-    found += kept_tables.velocities(setup)
+    found += stored_tables.velocities(setup)
     works = run is not None and not setup.foreign and budget.judged(run)
     shares, counts = contributions.Shares(setup, run), Counter[str]()
     parts: dict[str, list[Quantity]] = {}
@@ -99,9 +99,9 @@ def beyond(shares: dict[str, float]) -> list[str]:
     if "bridges" not in shares or shares["steps"] == 1.0:
         return []
     return [
-        f"forces and motion: seen step by step were {100.0 * shares['steps']:.2g} % of the steps, "
+        f"forces and motion: checked step by step: {100.0 * shares['steps']:.2g} % of the steps, "
         f"{100.0 * shares['bridges']:.3g} % of the bridges and {100.0 * shares['impulse_in_windows']:.2g} % of the capillary "
-        f"impulse; between outputs {100.0 * shares['impulse_by_bounds']:.3g} % of it by bounds"
+        f"impulse; {100.0 * shares['impulse_by_bounds']:.3g} % of the impulse by bounds between outputs"
     ]
 
 

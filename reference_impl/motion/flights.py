@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from reference_impl.motion import impulses
 from reference_impl.motion.budget import VELOCITY
 from reference_impl.motion.window import Setup
-from reference_impl.replay import capillary, coverage, io, laws, script
+from reference_impl.replay import capillary, coverage, images, io, laws, script
 from reference_impl.replay.arrays import Floats, cross, dot
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -152,13 +152,13 @@ class Hangar:
             return []
         x, v, w, whole = fly(self.run, self.setup, flights)
         rows = pd.DataFrame({"step": flights.step, "i": flights.id})[whole].reset_index(drop=True)
-        r = flights.radius[whole]
+        r, x_end = flights.radius[whole], x + images.of(self.run.folder).nearest(flights.x_end - x)
         speed = np.sqrt((flights.v_end[whole] ** 2).sum(axis=1))
         logged = np.concatenate([flights.v_end, flights.radius[:, None] * flights.w_end], axis=1)[whole]
-        own = np.concatenate([v, flights.radius[:, None] * w], axis=1)[whole]
+        expected = np.concatenate([v, flights.radius[:, None] * w], axis=1)[whole]
         return [
-            compare("flight_place", "radius", flights.x_end[whole], x[whole], r, rows, LIMIT),
-            compare("flight_velocity", "itself, or 1 cm/s", logged, own, np.maximum(speed, 1e-2), rows, LIMIT),
+            compare("flight_place", "radius", x_end[whole], x[whole], r, rows, LIMIT),
+            compare("flight_velocity", "itself, or 1 cm/s", logged, expected, np.maximum(speed, 1e-2), rows, LIMIT),
         ]
 
 
@@ -204,7 +204,7 @@ def forces(
 ) -> tuple[Floats, Floats, Floats]:
     """Forces and torques of the bridges on all spheres, and the gaps."""
     ri, rj, wall = f.radius[f.i], f.radius[f.j], np.zeros(len(f.i), dtype=bool)
-    d = x[f.i] - x[f.j]
+    d = images.of(run.folder).nearest(x[f.i] - x[f.j])
     apart = np.sqrt(dot(d, d))
     n, gap, eta, sigma = d / apart[:, None], apart - ri - rj, run.meta["viscosity"], run.meta["surface_tension"]
     relative = v[f.i] - v[f.j]

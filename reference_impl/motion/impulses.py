@@ -43,5 +43,5 @@ def check(run: Run, table: Table) -> list[Quantity]:
     """The logged weights; bridges at their steps only."""
     if "weight" not in table:
         return []
-    own = weights(run, table)
-    return [compare("contact_weight", "itself", column(table, "weight"), own, own, table, 0.0)]
+    expected = weights(run, table)
+    return [compare("contact_weight", "itself", column(table, "weight"), expected, expected, table, 0.0)]

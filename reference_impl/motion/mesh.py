@@ -8,7 +8,8 @@ are inactive. So next to a convex edge the face of one and the edge of the other
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -76,6 +77,19 @@ def topology(corners: Floats, apart: bool = False) -> Topology:
         corners, edge, length, normal, active, corner, obtuse, bound,
         _planes({} if apart else at_node, normal, len(corners)),
     )  # fmt: skip
+
+
+def repeated(corners: Floats, ways: Sequence[Floats], apart: bool = False) -> Topology:
+    """Work out one mesh in a box that repeats: its triangles, then those of its copies in the same order.
+
+    The engine joins no triangle to one of a copy: the border where a wall continues at a face has active edges.
+    """
+    one = topology(corners, apart)
+    if not len(ways):
+        return one
+    arrays = {f.name: getattr(one, f.name) for f in fields(Topology) if f.name not in ("corners", "plane")}
+    tiled = {name: np.concatenate([values] * (1 + len(ways))) for name, values in arrays.items()}
+    return Topology(corners=np.concatenate([corners, *(corners + way for way in ways)]), plane=one.plane, **tiled)
 
 
 def _nodes(corners: Floats) -> list[list[int]]:

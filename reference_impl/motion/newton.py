@@ -25,7 +25,7 @@ from reference_impl.motion import dry, mesh, pushes, touching, wet
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
 from reference_impl.motion.window import Setup, Wall, Window, springs, windows
-from reference_impl.replay import arrays, coverage
+from reference_impl.replay import arrays, coverage, images
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
@@ -69,7 +69,8 @@ def forces(setup: Setup, run: Run | None) -> list[Forces]:
 def each(setup: Setup, run: Run | None) -> Iterator[Forces]:
     """Recompute all forces window by window, without holding all windows in memory."""
     motion = Motion(setup)
-    shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.analytic) for w in setup.walls}
+    copies = images.of_scene(setup.scene).others()
+    shapes = {w.name: mesh.repeated(setup.corners[w.first : w.last], copies, apart=w.analytic) for w in setup.walls}
     logs = touching.Springs(springs(setup, "pair_springs"), len(setup.ids) + len(setup.corners))
     walls = touching.Springs(springs(setup, "wall_springs"), len(setup.ids) + len(setup.corners))
     for w in windows(setup, carried(run).at if run is not None else None):
@@ -274,11 +275,11 @@ def limit(setup: Setup) -> float:
 
 
 def _quantity(setup: Setup, name: str, parts: list[tuple[Any, ...]]) -> Quantity:
-    logged, own, scale = (np.concatenate([p[k] for p in parts]) for k in range(3))
+    logged, expected, scale = (np.concatenate([p[k] for p in parts]) for k in range(3))
     rows = pd.concat([p[3] for p in parts], ignore_index=True)
     summed = ("newton_force", "newton_torque", "window_push", "window_spin_push")
     most = limit(setup) if name in summed else SCALES[name][1]
-    return compare(name, SCALES[name][0], logged, own, scale, rows, most)
+    return compare(name, SCALES[name][0], logged, expected, scale, rows, most)
 
 
 def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
@@ -299,11 +300,11 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     rows = pd.DataFrame({"step": w.steps[at], "i": setup.ids[who]})
     scale = np.maximum(0.5 * (f.sizes[at, who] + f.sizes[at + 1, who]), m * STANDARD_WEIGHT)
     dv, dw = w.v[at + 1, who] - w.v[at, who], w.w[at + 1, who] - w.w[at, who]
-    own, turn = (0.5 * (s[at, who] + part[:, None] * s[at + 1, who]) for s in (f.force, f.torque))
+    expected, turn = (0.5 * (s[at, who] + part[:, None] * s[at + 1, who]) for s in (f.force, f.torque))
     doubt = 0.5 * (f.doubt[at, who] + f.doubt[at + 1, who])
     halves = [0.5 * dt / w.mass[k, who][:, None] * w.force[k, who] for k in (at, at + 1)]
     kick = halves[0] + halves[1]
-    drift = w.x[at + 1, who] - w.x[at, who]
+    drift = images.of_scene(setup.scene).nearest(w.x[at + 1, who] - w.x[at, who])
     middle = dt * w.v[at, who] + 0.5 * dt**2 / m[:, None] * w.force[at, who]
     summed = np.ones(len(at), dtype=bool)
     if setup.foreign:
@@ -316,7 +317,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
         **{
             name: (found[summed], wanted[summed], size[summed], rows[summed])
             for name, found, wanted, size in (
-                ("newton_force", m[:, None] * dv / dt, own, scale),
+                ("newton_force", m[:, None] * dv / dt, expected, scale),
                 ("newton_torque", inertia[:, None] * dw / dt, turn, r * scale + doubt / limit(setup)),
             )
         },

@@ -41,9 +41,9 @@ def against_log(
     ends = (np.arange(len(b.k)), b.a, 1.0), (pair, b.b, -1.0)
     linear = np.where(setup.free, setup.step / window.mass, 0.0)
     turning = linear / (0.4 * setup.radius**2)
-    own = {name: np.zeros((len(b.k), 3)) for name in ("window_push", "window_spin_push")}
-    of_second = {name: np.zeros((len(b.k), 3)) for name in own}
-    scale = {name: np.full(len(b.k), 1e-300) for name in own}
+    expected = {name: np.zeros((len(b.k), 3)) for name in ("window_push", "window_spin_push")}
+    of_second = {name: np.zeros((len(b.k), 3)) for name in expected}
+    scale = {name: np.full(len(b.k), 1e-300) for name in expected}
     shared = np.zeros((len(b.k), 2))
     for mine, later, broken in ((~new, new, broke), (new, np.zeros_like(new), np.zeros_like(broke))):
         if not mine.any():
@@ -60,7 +60,7 @@ def against_log(
             on, r = (b.k[at], who[at]), setup.radius[who[at]]
             of_second["window_push"][at] = sign * linear[on][:, None] * pushed_by[on]
             of_second["window_spin_push"][at] = (r * turning[on])[:, None] * turned_by[on]
-            for name, pushed in own.items():
+            for name, pushed in expected.items():
                 pushed[at] += of_second[name][at]
             scale["window_push"][at] += linear[on] * sizes[on]
             scale["window_spin_push"][at] += r * turning[on] * (r * sizes[on] + doubt[on])
@@ -68,7 +68,7 @@ def against_log(
     logged = {"window_push": vectors(b.table, "push"), "window_spin_push": vectors(b.table, "spin_push")}
     for pushed in of_second.values():
         pushed[b.wall] = 0.0  # of the first alone
-    found: dict[str, tuple[Any, ...]] = {n: (logged[n], own[n], scale[n], b.table, of_second[n]) for n in own}
+    found: dict[str, tuple[Any, ...]] = {n: (logged[n], expected[n], scale[n], b.table, of_second[n]) for n in expected}
     message = b.table[["sharing_i", "sharing_j"]].to_numpy(float)
     return {**found, "window_sharing": (message, shared, np.ones(len(message)), b.table, shared * [0.0, 1.0])}
 

@@ -3,7 +3,7 @@
 The engine takes the force of a step at the speed in the middle of its kick, so that from one step to the next it counts
 dt/2 (F(n) v(n) + F(n+1) v(n+1)). With v(n) = v(n+1/2) - a(n) dt/2 that is the trapezoidal rule over the gap, and dt^2/4 F a at
 the end less that at the start: zero at events, where no force acts, so that it is left of the bridges that stand at an output
-(`standing`). What the trapezoidal rule misses, and the half steps at events, is in `of_events`.
+(`active`). What the trapezoidal rule misses, and the half steps at events, is in `of_events`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def drag_at_touch(run: Run, table: pd.DataFrame, p: Pairs) -> Floats:
     return np.abs(laws.VISCOUS_NORMAL[name](zero, volume, p.ri, p.rj, p.wall, zero + 1.0, run.meta["viscosity"]))
 
 
-def standing(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Floats) -> Floats:
+def active(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Floats) -> Floats:
     """At each output the sum of every dt^2/4 F a over the bridges [J], `v` being the speeds of all spheres.
 
     The acceleration of a sphere is at most the sum of all forces on it over its mass: of its bridges, with normal drag twice for

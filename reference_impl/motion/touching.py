@@ -15,6 +15,7 @@ from reference_impl.motion import mesh
 from reference_impl.motion.nearest import closest_point
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.window import Setup, Wall, Window
+from reference_impl.replay import images
 from reference_impl.replay.arrays import Floats, dot
 from reference_impl.replay.images import Images
 
@@ -99,19 +100,20 @@ def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, F
     return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
 
 
-def travel(x: Floats) -> float:
+def travel(x: Floats, box: Images) -> float:
     """How far anything gets from where it was at the window's start [m], at most."""
-    return float(np.sqrt(((x - x[0]) ** 2).sum(axis=2)).max()) if len(x) else 0.0
+    return float(np.sqrt((box.nearest(x - x[0]) ** 2).sum(axis=2)).max()) if len(x) else 0.0
 
 
 def of_pairs(setup: Setup, window: Window) -> Touches:
     """Find pairs of spheres that overlap."""
-    reach = setup.radius + travel(window.x) * 1.01
-    a, b = near_pairs(window.x[0], reach)
+    box = images.of_scene(setup.scene)
+    reach = setup.radius + travel(window.x, box) * 1.01
+    a, b = near_copies(window.x[0], reach, box)
     touch = setup.radius[a] + setup.radius[b]
     rows = []
     for k, x in enumerate(window.x):
-        d = x[a] - x[b]
+        d = box.nearest(x[a] - x[b])
         square = (d**2).sum(axis=1)
         at = np.flatnonzero(square < touch**2)
         apart = np.sqrt(square[at])
@@ -126,16 +128,18 @@ def of_pairs(setup: Setup, window: Window) -> Touches:
 
 def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mesh.Topology]) -> list[Touches]:
     """Spheres that overlap walls, one table per mesh: triangles by the engine's rules, prisms by their closest point."""
-    found = []
+    found, box = [], images.of_scene(setup.scene)
     for wall in setup.walls:
         shape = shapes[wall.name]
         rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
-        a, t = near_triangles(rest[0], setup.radius + travel(rest) * 1.01, shape.corners)
+        a, t = near_triangles(rest[0], setup.radius + travel(rest, box) * 1.01, shape.corners)
         one_step = _prism_step if wall.analytic else _wall_step
         rows = []
         for k, step in enumerate(window.steps.tolist()):
-            at, b, apart, point, face = one_step(setup, wall, shape, rest[k], a, t)
-            place, some = motion.to_world(wall, step, point), np.ones(len(at), dtype=bool)
+            y = rest[0] + box.nearest(rest[k] - rest[0]) if box.any else rest[k]  # next to the copies that were near
+            at, b, apart, point, face = one_step(setup, wall, shape, y, a, t)
+            place = motion.to_world(wall, step, point) + (rest[k] - y)[at]
+            some = np.ones(len(at), dtype=bool)
             n, vb = (window.x[k][at] - place) / apart[:, None], motion.velocity(wall, step, place)
             rows.append(Touches(np.full(len(at), k), at, b, some, n, apart, vb, face))
         found.append(join(rows))
@@ -146,7 +150,7 @@ def _wall_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Flo
     """Select touching pairs of spheres and triangles: sphere, triangle, distance, point at rest, whether on the face."""
     apart, point, kind = mesh.resolve(shape, t, y[a])
     at = np.flatnonzero(apart - setup.radius[a] <= 0.0)
-    return a[at], t[at] + wall.first, apart[at], point[at], kind[at] == mesh.FACE
+    return a[at], t[at] % (wall.last - wall.first) + wall.first, apart[at], point[at], kind[at] == mesh.FACE
 
 
 def _prism_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats) -> tuple[Floats, ...]:

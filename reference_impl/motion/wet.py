@@ -13,7 +13,7 @@ import pandas as pd
 
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.window import Setup, Window
-from reference_impl.replay import capillary, coverage, laws
+from reference_impl.replay import capillary, coverage, images, laws
 from reference_impl.replay.arrays import Floats, cross, dot, size, vectors
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.implicit import relative_kick
@@ -73,7 +73,7 @@ def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
         step = window.steps[k[at]]
         point[at] = parts.closest(step, window.x[k[at], a[at]], b[at]).point
         vb[at] = parts.velocity(step, point[at], b[at])
-    d = window.x[k, a] - point
+    d = images.of(run.folder).nearest(window.x[k, a] - point)
     apart = size(d)
     n = d / apart[:, None]
     rb = np.where(wall, 0.0, setup.radius[other])

@@ -140,7 +140,7 @@ class Window:
     v_half: Floats
     """Velocity with which the forces of the step were taken, half a step before its end."""
     w_half: Floats
-    w_room: Floats
+    w_margin: Floats
     """By how much `w_half` may be off [rad/s]: rounding, and components that count as none; shape (steps, spheres)."""
     mass: Floats
     """With which the spheres move [kg], shape (steps, spheres)."""

@@ -27,18 +27,18 @@ split, whose slope is infinite where the bridge's way of breaking changes: there
 def check(run: Run) -> list[Quantity]:
     """Logged share_i over volume of some ruptures (of one pair of bodies in rising order of volume)."""
     name = str(coverage.law(run, "transfer"))
-    logged, own, rows = [], [], []
+    logged, expected, rows = [], [], []
     for _, table in _shapes(run, run.table("events")).groupby(["partner_kind", "ri", "rj", "ti", "tj"]):
         picked = table.sort_values("v_star")
         kind, *shape_of = (float(table[c].iloc[0]) for c in ("partner_kind", "ri", "rj", "ti", "tj"))
         found = _own(name, int(kind), shape_of, picked["v_star"].to_numpy(float))
         keep = np.isfinite(found)
         logged.append(picked["ratio"].to_numpy(float)[keep])
-        own.append(found[keep])
+        expected.append(found[keep])
         rows.append(picked[keep])
     if not rows:
         return []
-    values, mine = np.concatenate(logged), np.concatenate(own)
+    values, mine = np.concatenate(logged), np.concatenate(expected)
     return [
         compare(
             "transfer_interpolation", "one", values, mine, np.ones(len(mine)), pd.concat(rows), BOUND.get(name, 0.0)

@@ -60,13 +60,13 @@ class Ends:
     def _at_walls(self, run: Run, step: Floats, part: Floats) -> None:
         parts, w = nearest.parts(run), np.flatnonzero(self.wall)
         triangle = self.table["triangle"].to_numpy(np.int64)[w]
-        own = parts.closest(step[w], self.xi[w], part[w])
+        expected = parts.closest(step[w], self.xi[w], part[w])
         distance, point = parts.to(step[w], self.xi[w], triangle)
         right = parts.setup.part[triangle] == part[w]
         # of several as near the logged one has the point that is meant
-        same = right & (distance <= own.distance * (1.0 + nearest.SAME))
-        self.xj[w] = np.where(same[:, None], point, own.point)
-        self.off[w] = np.where(right, distance - own.distance, STRANGE)
+        same = right & (distance <= expected.distance * (1.0 + nearest.SAME))
+        self.xj[w] = np.where(same[:, None], point, expected.point)
+        self.off[w] = np.where(right, distance - expected.distance, STRANGE)
 
     def triangle(self, name: str) -> Quantity:
         """The logged triangle is one of the part, and none of it is nearer."""

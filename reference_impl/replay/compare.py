@@ -125,12 +125,12 @@ def number(value: Any) -> Any:
 
 
 def compare(
-    name: str, scale: str, logged: Floats, own: Floats, size: Floats, rows: Table, tolerance: float = TOLERANCE
+    name: str, scale: str, logged: Floats, expected: Floats, size: Floats, rows: Table, tolerance: float = TOLERANCE
 ) -> Quantity:
     """|logged − own|/size row by row; vectors (n, 3) by the length of the difference. A value that is not finite is infinite."""
     if len(logged) == 0:
         return Quantity(name, scale, 0, 0.0, tolerance)
-    apart = logged - own
+    apart = logged - expected
     difference = np.abs(apart) if logged.ndim == 1 else length(apart)
     with np.errstate(divide="ignore", invalid="ignore"):
         deviation = difference / size
@@ -141,7 +141,7 @@ def compare(
     if largest > tolerance and "step" in rows:
         first = int(np.asarray(rows["step"])[np.argmax(deviation > tolerance)])
     row = {str(name): np.asarray(column)[at] for name, column in rows.items()}  # pandas is slow to make a row
-    row |= {"reference": own[at].tolist(), "logged": logged[at].tolist()}
+    row |= {"reference": expected[at].tolist(), "logged": logged[at].tolist()}
     return Quantity(name, scale, len(logged), largest, tolerance, row, deviations=Deviations(deviation), first=first)
 
 

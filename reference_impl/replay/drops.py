@@ -55,7 +55,7 @@ class Places:
         self.at: dict[int, Floats] = {}
         self.down = self._setup.gravity / np.linalg.norm(self._setup.gravity)
         first, classes = self._setup.scene["liquid"]["initial_film_thickness_m"], self._setup.scene["classes"]
-        self._room = ROOM * first / min(c["radius_m"] for c in classes)
+        self._margin = ROOM * first / min(c["radius_m"] for c in classes)
 
     def show(self, trajectory: pd.DataFrame) -> None:
         """The output steps of a part of the log."""
@@ -71,7 +71,7 @@ class Places:
         along = d @ self.down
         beside = np.linalg.norm(d - along[:, None] * self.down, axis=1)
         held = film[ids] + drop.volume
-        takes = (3.0 * held / (4.0 * np.pi) + radius**3) ** (1.0 / 3.0) - radius <= self._room * radius
+        takes = (3.0 * held / (4.0 * np.pi) + radius**3) ** (1.0 / 3.0) - radius <= self._margin * radius
         hit = (along > 0.0) & (beside < radius) & (ids != drop.i) & takes
         ways = np.where(hit, along - np.sqrt(np.maximum(radius**2 - beside**2, 0.0)), np.inf)
         best = int(np.argmin(ways))

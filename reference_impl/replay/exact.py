@@ -101,9 +101,9 @@ def check_force(
         (sigma * force(float(gap[n]), body(n)), sigma * force(0.0, body(n)))
         for n in shown(rows, len(rows), "exact forces")
     ]
-    own, touch = np.array(pairs, dtype=float).reshape(-1, 2).T
+    expected, touch = np.array(pairs, dtype=float).reshape(-1, 2).T
     logged = table["capillary"].to_numpy(float)
-    return compare("capillary", "force at touch", logged, own, touch, table, FORCE_TOLERANCE)
+    return compare("capillary", "force at touch", logged, expected, touch, table, FORCE_TOLERANCE)
 
 
 def check_rupture(events: pd.DataFrame, wall: Floats, ri: Floats, rj: Floats, ti: Floats, tj: Floats) -> Quantity:
@@ -111,7 +111,7 @@ def check_rupture(events: pd.DataFrame, wall: Floats, ri: Floats, rj: Floats, ti
     volume, logged = events["volume"].to_numpy(float), events["rupture_distance"].to_numpy(float)
     body = _bodies(volume, ri, rj, wall, ti, tj)
     ends = [end(counted(body(n))) for n in shown(range(len(events)), len(events), "exact ruptures")]
-    own = np.array([math.nan if e is None else e.separation for e in ends])
+    expected = np.array([math.nan if e is None else e.separation for e in ends])
     mean = np.where(wall, 2.0 * ri, 2.0 * ri * rj / (ri + rj))
-    size = own * np.where(volume < TABLE_FROM * mean**3, BELOW_TABLE / RUPTURE_TOLERANCE, 1.0)
-    return compare("rupture_distance", "itself", logged, own, size, events, RUPTURE_TOLERANCE)
+    size = expected * np.where(volume < TABLE_FROM * mean**3, BELOW_TABLE / RUPTURE_TOLERANCE, 1.0)
+    return compare("rupture_distance", "itself", logged, expected, size, events, RUPTURE_TOLERANCE)

@@ -34,11 +34,11 @@ def check(run: Run) -> list[Quantity]:
     _refuse(run, table)
     if not len(table):
         return []
-    own = recomputed(run, table)
+    expected = recomputed(run, table)
     logged = vectors(table, "felt")
-    scale = np.maximum(size(own), STANDARD)
-    found = compare("felt_force", "itself, at least 9.81 m/s2", logged, own, scale, table)
-    fell, due = drops(run, table, own)
+    scale = np.maximum(size(expected), STANDARD)
+    found = compare("felt_force", "itself, at least 9.81 m/s2", logged, expected, scale, table)
+    fell, due = drops(run, table, expected)
     of_drops = compare("felt_drops", "the larger drop", fell, due, np.maximum(np.maximum(due, fell), 1e-300), table)
     return [found, of_drops, _velocity(run, table)]
 
@@ -61,27 +61,27 @@ def recomputed(run: Run, table: pd.DataFrame) -> Floats:
     scene = io.scene(run.folder)
     density, tension = scene["liquid"]["density_kg_per_m3"], scene["liquid"]["surface_tension_N_per_m"]
     gravity, dt = np.array(scene["gravity_m_per_s2"], dtype=float), float(scene["time_step_s"])
-    own = np.zeros((len(table), 3))
+    expected = np.zeros((len(table), 3))
     v, film, step = vectors(table, "v"), table["film"].to_numpy(float), table["step"].to_numpy(np.int64)
     for rows in table.groupby("id").indices.values():
         for before, now in pairwise(rows):
-            own[now] = own[before]
+            expected[now] = expected[before]
             if film[now] <= 0.0:
                 continue
             span = (step[now] - step[before]) * dt
             force = (v[now] - v[before]) / span - gravity
             time = np.sqrt(3.0 * density * film[now] / (32.0 * np.pi * tension))
-            own[now] += (1.0 - np.exp(-span / time)) * (force - own[before])
-    return own
+            expected[now] += (1.0 - np.exp(-span / time)) * (force - expected[before])
+    return expected
 
 
-def drops(run: Run, table: pd.DataFrame, own: Floats) -> tuple[Floats, Floats]:
+def drops(run: Run, table: pd.DataFrame, expected: Floats) -> tuple[Floats, Floats]:
     """Volume that let go at each look by the log of drops, and that which must, none included."""
     liquid, radius = io.scene(run.folder)["liquid"], bodies(run).radius
     density, tension = liquid["density_kg_per_m3"], liquid["surface_tension_N_per_m"]
     due = np.array([
         falls(film, radius[i], float(a), density, tension) if film > 0.0 else 0.0
-        for i, film, a in zip(table["id"], table["film"], size(own), strict=True)
+        for i, film, a in zip(table["id"], table["film"], size(expected), strict=True)
     ])  # fmt: skip
     logged = run.shed.set_index(["step", "i"])["volume"]
     fell = logged.reindex(pd.MultiIndex.from_frame(table[["step", "id"]])).fillna(0.0).to_numpy(float)
@@ -92,11 +92,11 @@ def _velocity(run: Run, table: pd.DataFrame) -> Quantity:
     """Logged velocities against the trajectory at output steps, in the median: they are half a step old."""
     columns = ["step", "id", "vx", "vy", "vz"]
     both = table.merge(io.columns(where(run.folder, "trajectory"), columns), on=["step", "id"])
-    own = both[["vx", "vy", "vz"]].to_numpy(float)
+    expected = both[["vx", "vy", "vz"]].to_numpy(float)
     if not len(both):
         none = np.zeros(0)
         return compare("felt_velocity", "median velocity", none, none, none, both, HALF_STEP)
-    off, typical = float(np.median(size(vectors(both, "v") - own))), float(np.median(size(own)))
-    one = both.iloc[[int(np.argmax(size(vectors(both, "v") - own)))]]
+    off, typical = float(np.median(size(vectors(both, "v") - expected))), float(np.median(size(expected)))
+    one = both.iloc[[int(np.argmax(size(vectors(both, "v") - expected)))]]
     scale = np.array([max(typical, 0.01)])
     return compare("felt_velocity", "median velocity, or 1 cm/s", np.array([off]), np.zeros(1), scale, one, HALF_STEP)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from reference_impl.replay import capillary, coverage, images, laws, standing
+from reference_impl.replay import active_bridges, capillary, coverage, images, laws
 from reference_impl.replay.arrays import Floats, Table, apart, column, cross, dot, size, vectors
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -81,17 +81,17 @@ def capillary_term(run: Run, c: Contacts) -> Term:
     name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
     if coverage.solved(run, "capillary") or not coverage.known(run, "capillary"):
         return Term(logged, np.abs(logged), [])  # of the exact bridge see sampled.py
-    own = np.zeros(len(c.table))
-    whole = own + TINY
+    expected = np.zeros(len(c.table))
+    whole = expected + TINY
     if name is not None:
-        own = capillary.LAWS[name](c.gap, c.volume, c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
-        whole = np.abs(own)
+        expected = capillary.LAWS[name](c.gap, c.volume, c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
+        whole = np.abs(expected)
         # some fits pass through zero; of the others two cosines are spared
         low = np.flatnonzero(~(whole > 2e-3 * np.pi * sigma * capillary.limit_radius(c.ri, c.rj, c.wall)))
         ri, rj, wall, ti, tj = (values[low] for values in (c.ri, c.rj, c.wall, c.ti, c.tj))
         whole[low] = np.maximum(whole[low], 1e-3 * capillary.limit_at_touch(ri, rj, wall, ti, tj, sigma))
     scale = "itself, or 1e-3 of the small-volume limit at touch"
-    return Term(own, np.abs(own), [compare("capillary", scale, logged, own, whole, c.table)])
+    return Term(expected, np.abs(expected), [compare("capillary", scale, logged, expected, whole, c.table)])
 
 
 def normal_term(run: Run, c: Contacts) -> Term:
@@ -103,21 +103,21 @@ def normal_term(run: Run, c: Contacts) -> Term:
     if not coverage.known(run, "viscous_normal"):
         return Term(logged, np.abs(logged), [])
     zero = np.zeros(len(c.table))
-    own, bare, whole, bare_size, factor = zero, zero, zero + TINY, zero + TINY, 1.0 + zero
+    expected, bare, whole, bare_size, factor = zero, zero, zero + TINY, zero + TINY, 1.0 + zero
     if name is not None:
         law, eta, (_, along, pushed) = laws.VISCOUS_NORMAL[name], run.meta["viscosity"], c.push
         bare = law(c.gap, c.volume, c.ri, c.rj, c.wall, c.vn, eta)
         bare_size = np.abs(law(c.gap, c.volume, c.ri, c.rj, c.wall, np.maximum(c.speed, TINY), eta))
         drag = -law(c.gap, c.volume, c.ri, c.rj, c.wall, 1.0 + zero, eta)
         factor = 1.0 / (1.0 + drag * relative_kick(run, c.table))
-        own = -drag * (c.vn + along) * factor
+        expected = -drag * (c.vn + along) * factor
         whole = drag * factor * np.maximum(c.speed + pushed, TINY)
     found = [
         compare("viscous_law", "its value at |v|", c.column("viscous_law"), bare, bare_size, c.table),
         compare("factor_normal", "itself", c.column("factor_normal"), factor, factor, c.table),
-        compare("viscous_normal", "its value at |v|", logged, own, whole, c.table),
+        compare("viscous_normal", "its value at |v|", logged, expected, whole, c.table),
     ]
-    return Term(own, whole, found)
+    return Term(expected, whole, found)
 
 
 def tangential_term(run: Run, c: Contacts) -> Term:
@@ -125,26 +125,26 @@ def tangential_term(run: Run, c: Contacts) -> Term:
     name, logged = coverage.law(run, "viscous_tangential"), vectors(c.table, "viscous_tangential")
     if not coverage.known(run, "viscous_tangential"):
         return Term(logged, size(logged), [])
-    own, whole, factor = np.zeros((len(c.table), 3)), np.full(len(c.table), TINY), np.ones(len(c.table))
+    expected, whole, factor = np.zeros((len(c.table), 3)), np.full(len(c.table), TINY), np.ones(len(c.table))
     if name is not None:
         slide, roll = laws.VISCOUS_TANGENTIAL[name](c.gap, c.ri, c.rj, c.wall, run.meta["viscosity"])
         (push, along, pushed), spin_push = c.push, vectors(c.table, "spin_push")
         factor = 1.0 / (1.0 + (slide + 2.5 * roll) * relative_kick(run, c.table))
         slip = c.sideways + push - along[:, None] * c.n
         turn = cross(c.spin + spin_push, c.n)
-        own = -factor[:, None] * (slide[:, None] * slip - roll[:, None] * turn)
+        expected = -factor[:, None] * (slide[:, None] * slip - roll[:, None] * turn)
         pulled, turning = c.speed + pushed, size(c.spin) + size(spin_push)
         whole = factor * (np.abs(slide) * pulled + np.abs(roll) * turning)
     found = [
         compare("factor_tangential", "itself", c.column("factor_tangential"), factor, factor, c.table),
-        compare("viscous_tangential", "its value at |v|", logged, own, whole, c.table),
+        compare("viscous_tangential", "its value at |v|", logged, expected, whole, c.table),
     ]
-    return Term(own, whole, found)
+    return Term(expected, whole, found)
 
 
 def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
     """Limits of all bridges, and the checks of the contact log against the event log."""
-    volume, static = lives.formed_with(*standing.when(run, c.table))
+    volume, static = lives.formed_with(*active_bridges.when(run, c.table))
     name, logged = coverage.law(run, "rupture"), c.column("rupture_distance")
     if name in laws.RUPTURE:
         static = laws.RUPTURE[name](c.volume, c.ri, c.rj, c.wall, c.ti, c.tj)
@@ -154,7 +154,7 @@ def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
         if coverage.law(run, "dynamic_rupture"):
             limit = static * laws.pitois_factor(c.speed, run.meta["viscosity"], run.meta["surface_tension"])
         found = [compare("rupture_limit", "itself", logged, limit, limit, c.table)]
-    return [*found, *standing.check(c.table, static, limit, c.gap, volume)]
+    return [*found, *active_bridges.check(c.table, static, limit, c.gap, volume)]
 
 
 def check(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:

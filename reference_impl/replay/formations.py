@@ -123,24 +123,32 @@ def _born(run: Run) -> Floats:
 
 
 def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
-    """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that has a corner in common with
-    the event's or runs through its triangle: where both have one closest point, a sphere has one bridge."""
-    parts, fixed = nearest.parts(run), bodies(run)
-    corners, part, own = parts.setup.corners, parts.setup.part, int(event["j"])
-    same_wall = (parts.wall[part] == parts.wall[own]) & (part != own)
-    points = corners[part == own].reshape(-1, 3)
-    others = corners[same_wall].reshape(-1, 3)
-    if not len(others):
-        return False
-    near = np.reshape(cKDTree(points).query(others)[0], (-1, 3)).min(axis=1) < CORNER
-    triangle, boxes = corners[int(event["triangle"])], corners[same_wall]
-    through = (boxes.min(axis=1) <= triangle.max(axis=0) + CORNER) & (
-        boxes.max(axis=1) >= triangle.min(axis=0) - CORNER
+    """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that meets the event's, or that
+    meets one which does: where parts meet in one closest point a sphere has one bridge, and a part whose place is taken so, as
+    the rim between two sides, takes the place of the part beyond it."""
+    parts, fixed, own = nearest.parts(run), bodies(run), int(event["j"])
+    next_to = _meeting(parts, np.array([own]), int(event["triangle"]))
+    reached = np.setdiff1d(np.union1d(next_to, _meeting(parts, next_to)), own)
+    kind = np.where(fixed.half_width[reached] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
+    rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": reached})
+    return bool((lives.at(keys(rows), np.full(len(reached), max(look, lives.start)), strictly=False) >= 0).any())
+
+
+def _meeting(parts: nearest.Parts, of: Floats, triangle: int | None = None) -> Floats:
+    """Other parts of the same wall that have a corner in common with some parts, or run through a triangle."""
+    corners, part = parts.setup.corners, parts.setup.part
+    mine = np.isin(part, of)
+    others = np.isin(parts.wall[part], parts.wall[of]) & ~mine
+    if not others.any() or not mine.any():
+        return np.zeros(0, np.int64)
+    boxes = corners[others]
+    there = (
+        np.reshape(cKDTree(corners[mine].reshape(-1, 3)).query(boxes.reshape(-1, 3))[0], (-1, 3)).min(axis=1) < CORNER
     )
-    beside = np.unique(part[same_wall][near | through.all(axis=1)])
-    kind = np.where(fixed.half_width[beside] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
-    rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": beside})
-    return bool((lives.at(keys(rows), np.full(len(beside), max(look, lives.start)), strictly=False) >= 0).any())
+    if triangle is not None:
+        low, high = corners[triangle].min(axis=0) - CORNER, corners[triangle].max(axis=0) + CORNER
+        there |= ((boxes.min(axis=1) <= high) & (boxes.max(axis=1) >= low)).all(axis=1)
+    return np.unique(part[others][there])
 
 
 def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float:

@@ -1,16 +1,18 @@
-"""Copies of a box that repeats along some axes, as a user's script may have it: of two places the shortest way, of a wall the
-nearest copy. script.json says how long the box is along each of these axes."""
+"""Copies of a box that repeats along some axes: of two places the shortest way, of a wall the nearest copy. Of a user's script
+script.json says how long the box is along each of these axes, of a scene the faces of its box."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from reference_impl.replay import script
+from reference_impl.replay import io, script
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError
 
@@ -41,9 +43,17 @@ class Images:
         return [np.array(n) * self.length for n in product(*steps) if any(n)]
 
 
+def of_scene(scene: Mapping[str, Any]) -> Images:
+    """The copies of a scene's box, which repeats along one axis at most."""
+    sides = np.array(scene["box_high_m"], float) - np.array(scene["box_low_m"], float)
+    return Images(np.where([axis == scene.get("periodic") for axis in "xyz"], sides, 0.0))
+
+
 def of(folder: Path) -> Images:
-    """The copies of a run's box; none where the run is that of a scene."""
-    noted = script.of(folder) or {}
+    """The copies of a run's box."""
+    noted = script.of(folder)
+    if noted is None:
+        return of_scene(io.scene(folder))
     length = noted.get(KEY, [0.0] * 3)
     if not (
         isinstance(length, list) and len(length) == 3

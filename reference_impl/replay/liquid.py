@@ -105,7 +105,7 @@ def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
     ):
         logged, size = table["film"].to_numpy(), np.full(len(table), mean)
         found.append(compare(f"final_film_{name}", MEAN, logged, held[reservoir] * part, size, table))
-    here, mine = keys(active), lives.standing(last)
+    here, mine = keys(active), lives.active(last)
     order = np.argsort(mine.key)
     place = order[np.minimum(np.searchsorted(mine.key[order], here), len(order) - 1)] if len(order) else 0 * here
     volumes = np.where(np.isin(here, mine.key), np.append(mine.own, np.nan)[place], np.nan)

@@ -23,7 +23,7 @@ def keys(table: Table) -> Floats:
 
 
 @dataclass(frozen=True)
-class Standing:
+class ActiveBridges:
     """Bridges that stand: what the log says of their formation, and the volume that they should have."""
 
     key: Floats
@@ -39,28 +39,28 @@ class Standing:
     def __len__(self) -> int:
         return len(self.key)
 
-    def of(self, at: Floats) -> Standing:
+    def of(self, at: Floats) -> ActiveBridges:
         """Select some of the active bridges."""
-        return Standing(*(getattr(self, name)[at] for name in Standing.__dataclass_fields__))
+        return ActiveBridges(*(getattr(self, name)[at] for name in ActiveBridges.__dataclass_fields__))
 
 
-def none() -> Standing:
+def none() -> ActiveBridges:
     """Make an empty list of active bridges, as at the start of a run."""
     whole, real = np.zeros(0, np.int64), np.zeros(0)
-    return Standing(whole, whole, whole, real, real, real, real)
+    return ActiveBridges(whole, whole, whole, real, real, real, real)
 
 
 class Lives:
-    """Standing bridges and events as one list `all`: first those that stood at the start, then every event in its order."""
+    """Active bridges and events as one list `all`: first those active at the start, then every event in its order."""
 
-    def __init__(self, before: Standing, events: pd.DataFrame, first_row: int, start: int) -> None:
+    def __init__(self, before: ActiveBridges, events: pd.DataFrame, first_row: int, start: int) -> None:
         n, self.start = len(events), start
         key, step = keys(events), events["step"].to_numpy(np.int64)
         kind = events["kind"].to_numpy()
         columns = (key, step, np.arange(first_row, first_row + n), events["volume"].to_numpy(float),
                    events["rupture_distance"].to_numpy(float), events["speed"].to_numpy(float), np.full(n, np.nan))  # fmt: skip
-        earlier = (getattr(before, name) for name in Standing.__dataclass_fields__)
-        self.all = Standing(*(np.concatenate(both) for both in zip(earlier, columns, strict=True)))
+        earlier = (getattr(before, name) for name in ActiveBridges.__dataclass_fields__)
+        self.all = ActiveBridges(*(np.concatenate(both) for both in zip(earlier, columns, strict=True)))
         self.formation = np.concatenate([np.ones(len(before), dtype=bool), kind == FORMATION])
         self._order = np.argsort(self.all.key, kind="stable")
         sorted_key = self.all.key[self._order]
@@ -120,7 +120,7 @@ class Lives:
         there = (place >= 0) & (self._code[place_or_0] >= first) & (self._keys[rank] == key) & self._formed[place_or_0]
         return place_or_0, there
 
-    def standing(self, step: int | None = None) -> Standing:
+    def active(self, step: int | None = None) -> ActiveBridges:
         """The bridges that stand after a step (None: at the end)."""
         if step is None:
             last = self._order[self._ends]

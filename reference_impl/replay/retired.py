@@ -62,7 +62,7 @@ def rule(folder: Path) -> Rule | outlets.Regions | None:
         return None
     planned = plans.plan(folder)
     every = plans.checkpoints_every(scene, planned.steps)
-    at = np.arange(every, planned.steps, every)
+    at = np.arange(every, planned.steps + 1, every)  # the end too, where it is one
     inside = np.zeros(len(at), dtype=bool)
     for first, last in planned.windows:
         inside |= (at >= first) & (at < last)

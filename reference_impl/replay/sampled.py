@@ -18,10 +18,10 @@ from reference_impl.replay.lives import FORMATION
 from reference_impl.replay.stream import taken
 from reference_impl.replay.transfer import SMALLEST
 
-Kept = list[tuple[Floats, ...]]
+Parts = list[tuple[Floats, ...]]
 
 
-def joined(parts: Kept, count: int) -> list[Floats]:
+def joined(parts: Parts, count: int) -> list[Floats]:
     """Columns over all parts; the parts are emptied."""
     found = [np.concatenate([np.zeros(0), *(p[k] for p in parts)]) if not parts else
              np.concatenate([p[k] for p in parts]) for k in range(count)]  # fmt: skip
@@ -34,9 +34,9 @@ class Samples:
 
     def __init__(self, run: Run) -> None:
         self.run, self.events, self.ruptures, self.contacts = run, 0, 0, 0
-        self._limits: Kept = []
-        self._ratios: Kept = []
-        self._pulls: Kept = []
+        self._limits: Parts = []
+        self._ratios: Parts = []
+        self._pulls: Parts = []
 
     def add_events(self, events: pd.DataFrame, p: Pairs, first: int) -> None:
         """A part of the event log, of which `first` is the number of the first row."""

@@ -1,4 +1,4 @@
-"""A second function of the user's, beside a law of the user's own: with it the replay recomputes what it else takes as logged.
+"""A second function of the user's, alongside a law of the user's own: with it the replay recomputes what it else takes as logged.
 
 `path/to/file.py:function` with the arguments of the law, in numbers; at a wall radius_j is infinite. The file must not import
 pywet: two functions that share a helper are one. A law of two parts (viscous_tangential) has one function that gives both.
@@ -59,7 +59,7 @@ def _in_numbers(kind: str, name: str) -> Function:
             return function(*map(float, values))
         except Exception as error:
             raise ReplayError(
-                f"{name} raises {type(error).__name__} ({error}) for {', '.join(f'{v:g}' for v in values)}; mend its file"
+                f"{name} raises {type(error).__name__} ({error}) for {', '.join(f'{v:g}' for v in values)}; fix its file"
             ) from error
 
     return np.vectorize(one, otypes=[float, float] if kind == "viscous_tangential" else [float])

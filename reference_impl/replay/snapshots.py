@@ -12,7 +12,7 @@ from reference_impl.replay.lives import Lives, keys
 from reference_impl.replay.transfer import Tables
 
 
-def standing_at_outputs(run: Run, tables: Tables, lives: Lives) -> list[Quantity]:
+def active_at_outputs(run: Run, tables: Tables, lives: Lives) -> list[Quantity]:
     """Volumes and shares of the bridges at every output."""
     bridges, fixed = run.table("bridges"), bodies(run)
     at = lives.at(keys(bridges), bridges["step"].to_numpy(np.int64), strictly=False)
@@ -41,4 +41,4 @@ def films_at_outputs(run: Run, outputs: Floats, shots: Floats) -> list[Quantity]
 
 def check(run: Run, tables: Tables, lives: Lives, outputs: Floats, shots: Floats) -> list[Quantity]:
     """All of these, of a part of the log."""
-    return [*films_at_outputs(run, outputs, shots), *standing_at_outputs(run, tables, lives)]
+    return [*films_at_outputs(run, outputs, shots), *active_at_outputs(run, tables, lives)]

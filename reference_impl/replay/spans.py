@@ -18,13 +18,13 @@ from reference_impl.replay import (
     drops,
     forces,
     formations,
-    kept_tables,
     liquid,
     missing,
     plans,
     retired,
     sampled,
     snapshots,
+    stored_tables,
     whole,
 )
 from reference_impl.replay.arrays import Columns, Floats
@@ -53,7 +53,7 @@ class Before:
 
     step: int
     rows: Floats
-    standing: Floats
+    active: Floats
 
 
 @dataclass
@@ -106,7 +106,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     held, outputs, found, samples = fixed.liquid(), plans.plan(run.folder).outputs, Found(), sampled.Samples(run)
     by_log, falling = formations.Held(run), drops.Falling(run)
     run.known["carried"] = carried = weight.Carried(run)
-    counts, setup, gone = kept_tables.Count(run), window.read(run.folder), retired.Count(run)
+    counts, setup, gone = stored_tables.Count(run), window.read(run.folder), retired.Count(run)
     works, hangar = budget.Budget(run, setup), flights.Hangar(run, setup, outputs)
     run.known["budget"] = works
     run.known["between"] = unseen = between.Between(run, setup, outputs)
@@ -149,7 +149,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         for reservoir in holders(events, p, fixed):
             np.maximum.at(last_row, reservoir, rows)
         found.events += len(events)
-        before, start = lives.standing(), step
+        before, start = lives.active(), step
         found.seconds["events"] += contacts_began - began
         found.seconds["contacts"] += time.process_time() - contacts_began
     found.contacts = logs["contacts"].taken

@@ -227,7 +227,7 @@ def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
     solved = coverage.solved(run, "transfer")
     table, bodies = run.table("transfer"), bodies_of_rows(run)
     held = Tables(table).rows()
-    rows, logged, own = [], [], []
+    rows, logged, expected = [], [], []
     for (kind, i, other), (nodes, values) in exact.shown(held.items(), len(held), "transfer rows"):
         ri, rj, ti, tj = bodies[kind, i, other]
         first = int(np.searchsorted(nodes, SMALLEST))
@@ -244,8 +244,8 @@ def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
             if solved or np.isfinite(v):
                 rows.append({"partner_kind": kind, "type_i": i, "other": other, "v_star": float(nodes[n])})
                 logged.append(values[n])
-                own.append(v)
-    return pd.DataFrame(rows), np.array(logged), np.array(own), EXACT_TOLERANCE if solved else TABLE_TOLERANCE
+                expected.append(v)
+    return pd.DataFrame(rows), np.array(logged), np.array(expected), EXACT_TOLERANCE if solved else TABLE_TOLERANCE
 
 
 def of_law(run: Run, where: pd.DataFrame, law: str) -> Floats:
@@ -261,6 +261,6 @@ def check(run: Run) -> list[Quantity]:
     """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
     if not coverage.known(run, "transfer"):
         return []
-    where, logged, own, tolerance = solved_nodes(run)
-    result = compare("transfer_table", "one", logged, own, np.ones(len(own)), where, tolerance)
+    where, logged, expected, tolerance = solved_nodes(run)
+    result = compare("transfer_table", "one", logged, expected, np.ones(len(expected)), where, tolerance)
     return [replace(result, sample_of=len(run.table("transfer")))]

@@ -284,6 +284,10 @@ def places(run: io.Run) -> pd.DataFrame:
 def trajectory(place: pd.DataFrame, table: pd.DataFrame) -> list[Quantity]:
     """Places of spheres by another log (`step`, `id`, x, y, z) against rows of the trajectory at the steps that both have."""
     both = place.merge(table[["step", "id", *"xyz"]], on=["step", "id"], suffixes=("", "_dump"))
-    own, dump = (both[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_dump"))
-    size = np.maximum(np.abs(own).max(axis=1, initial=0.0), 1e-3)
-    return [compare("trajectory", "largest coordinate, or 1 mm", dump, own, size, both, TOLERANCE)] if len(both) else []
+    expected, dump = (both[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_dump"))
+    size = np.maximum(np.abs(expected).max(axis=1, initial=0.0), 1e-3)
+    return (
+        [compare("trajectory", "largest coordinate, or 1 mm", dump, expected, size, both, TOLERANCE)]
+        if len(both)
+        else []
+    )

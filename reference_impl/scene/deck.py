@@ -45,6 +45,9 @@ def _globals(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
         yield Held(
             f"deck: gravity.{axis}", words[0] * words[k + 1], scene["gravity_m_per_s2"][k], "scene.json: gravity", 9.81
         )
+    faces = re.search(r"^boundary\s+(\S) (\S) (\S)", setup, re.MULTILINE)
+    sides = " ".join("p" if axis == scene.get("periodic") else "f" for axis in "xyz")
+    yield Held("deck: boundary", " ".join(faces.groups()) if faces else None, sides, "scene.json: periodic")
     files = dict(re.findall(r"^fix\s+(\S+) all mesh/surface\S* file (\S+)", setup, re.MULTILINE))
     for wall in scene["walls"]:
         want = (f"../{wall['stl']}", f"{wall['name']}.moves.stl") if wall.get("prisms") else f"../{wall['stl']}"

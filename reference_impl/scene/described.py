@@ -55,6 +55,7 @@ def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> 
     given = {**flat(scene), **_given_outlets(scene)}
     wanted = {
         **_general(written, scene),
+        **_faces(written),
         **_classes(written, scene),
         **_pairs(written),
         **_liquid(written, scene),
@@ -206,6 +207,17 @@ def _walls(written: Mapping[str, Any]) -> Expected:
         if not any(w[m] for m in MOTIONS):
             found[f"{at}.motion"], found[f"{at}.own_motion"] = ("fixed", key), (None, key)
     return found
+
+
+def _faces(written: Mapping[str, Any]) -> Expected:
+    """The axis along which the scene repeats, and its faces in the single precision of walls."""
+    periodic = written.get("periodic")
+    if not periodic:
+        return {"periodic": (None, "periodic")}
+    k = "xyz".index(periodic["axis"])
+    ends = {b: float(np.float32(MM * (periodic[f"{b}_mm"] - written["origin_mm"][k]))) for b in ("low", "high")}
+    found: Expected = {f"box_{b}_m.{'xyz'[k]}": (v, f"periodic {b}_mm") for b, v in ends.items()}
+    return {"periodic": (periodic["axis"], "periodic axis"), **found}
 
 
 def _outlets(written: Mapping[str, Any]) -> Expected:

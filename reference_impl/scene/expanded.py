@@ -36,6 +36,9 @@ def in_full(written: Description, scene: Description) -> dict[str, Any]:
     if deck := written.get("deck"):
         found["walls"] = [*_walls(deck), *written["walls"]]
         found["outlets"] = [*_outlets(deck), *found["outlets"]]
+        if deck.get("periodic"):
+            half = 0.5 * deck["width_mm"]
+            found["periodic"] = {"axis": "y", "low_mm": -half, "high_mm": half}
         if not _given_gravity(written, scene):
             found["gravity_m_per_s2"] = _gravity(deck)
     return found
@@ -74,10 +77,17 @@ def _walls(deck: Description) -> Iterator[dict[str, Any]]:
     names = []
     for k, level in enumerate(_levels(deck)):
         number = f"_{k + 1}" if k else ""
-        names += [f"screen{number}", f"cross_wires{number}"][: 1 + (level["mesh"] == "square")]
-    names += ["left", "right", "back"]
+        names += [f"screen{number}", f"cross_wires{number}"][: 1 + (level["mesh"] in ("square", "woven"))]
+    names += ["back"] if deck.get("periodic") else ["left", "right", "back"]
     for name in names:
         yield {"name": name, "contact_angle_deg": ANGLE_DEG, **NO_MOTION, "vibrates": _stroke(deck["stroke"])}
+
+
+def _thick(level: Description) -> float:
+    """Height of a deck: of its wires, two of them where these are woven, or of its plate."""
+    if level["mesh"].startswith("punched"):
+        return float(level.get("plate_mm") or level["wire_mm"])
+    return float(level["wire_mm"]) * (2.0 if level["mesh"] == "woven" else 1.0)
 
 
 def _stroke(stroke: Description) -> dict[str, Any]:
@@ -100,8 +110,9 @@ def _outlets(deck: Description) -> Iterator[dict[str, Any]]:
     holds what no earlier one does. Overs of several decks leave just at their end, above a quarter of the room below."""
     away, sections = 2.0 * deck["aperture_mm"], deck["sections"]
     edge = 0.5 * deck["width_mm"] + SIDE_MM + away
-    yield {**OPEN, "name": "spilled_left", "low_mm": [None, edge, None]}
-    yield {**OPEN, "name": "spilled_right", "high_mm": [None, -edge, None]}
+    if not deck.get("periodic"):
+        yield {**OPEN, "name": "spilled_left", "low_mm": [None, edge, None]}
+        yield {**OPEN, "name": "spilled_right", "high_mm": [None, -edge, None]}
     yield {**OPEN, "name": "spilled_back", "high_mm": [-2.0 * SIDE_MM - away, None, None]}
     levels, top, clearance = _levels(deck), 0.0, 6.0 * _levels(deck)[-1]["aperture_mm"]
     if len(levels) == 1:
@@ -109,7 +120,7 @@ def _outlets(deck: Description) -> Iterator[dict[str, Any]]:
     for k, level in enumerate(levels if len(levels) > 1 else ()):
         top -= level["below_mm"] if k else 0.0
         under = levels[k + 1]["below_mm"] if k + 1 < len(levels) else clearance
-        least = top - level["wire_mm"] - under / 4.0
+        least = top - _thick(level) - under / 4.0
         yield {**OPEN, "name": ("overs", "middlings", "lower_middlings")[k], "low_mm": [deck["length_mm"], None, least]}
     ends = [deck["length_mm"] * k / sections for k in range(1, sections)]
     for k, end in enumerate([*ends, None], start=1):

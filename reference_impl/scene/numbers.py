@@ -166,6 +166,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
         "hertz": (None, "contacts of a case are linear springs"),
         "retire": (_retires(config), "config.yaml: retire"),
         "outlets": ([], "a case has a collecting bin"),
+        "periodic": (None, "a case has no periodic faces"),
         "contacts": (config["settings"].get("contacts", "planes"), "config.yaml: contacts"),
         "wall_film": (reading(config, "wall_film", "triangle"), "config.yaml: readings"),
     }

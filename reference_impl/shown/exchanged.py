@@ -13,45 +13,45 @@ from reference_impl.replay.arrays import Floats
 UNITS = {1e3: "mm for m", 1e-3: "m for mm", 1e6: "µm for m", 1e9: "mm³ for m³"}
 
 
-def suspects(shown: Floats, own: Floats, broken: Floats) -> Iterator[Suspect]:
+def suspects(shown: Floats, expected: Floats, broken: Floats) -> Iterator[Suspect]:
     """Values as they would be shown with one fault, given what is shown, what should be, and which rows disagree."""
     yield Suspect("it is not in the file", np.where(np.isnan(shown), shown, np.inf), general=True)
-    if own.ndim == 2:
-        yield from _axes(own)
+    if expected.ndim == 2:
+        yield from _axes(expected)
     for factor, name in (
         (2.0, "twice the value (a diameter for a radius)"),
         (0.5, "half the value"),
         (-1.0, "the sign is turned"),
     ):
-        yield Suspect(name, factor * own)
-    yield Suspect("it is zero", 0.0 * own)
-    yield Suspect("yes and no are exchanged", 1.0 - own, general=True)
-    yield from _moved(shown, own, broken)
+        yield Suspect(name, factor * expected)
+    yield Suspect("it is zero", 0.0 * expected)
+    yield Suspect("yes and no are exchanged", 1.0 - expected, general=True)
+    yield from _moved(shown, expected, broken)
 
 
-def _axes(own: Floats) -> Iterator[Suspect]:
+def _axes(expected: Floats) -> Iterator[Suspect]:
     """Components exchanged, or one of them turned or lost."""
     for order in permutations(range(3)):
         if order != (0, 1, 2):
             moved = [k for k in range(3) if order[k] != k]
             names = " and ".join("xyz"[k] for k in moved)
-            yield Suspect(f"components {names} are exchanged", own[:, order])
+            yield Suspect(f"components {names} are exchanged", expected[:, order])
     for k, (factor, name) in product(range(3), ((-1.0, "has the other sign"), (0.0, "is lost"))):
         sign = np.ones(3)
         sign[k] = factor
-        yield Suspect(f"component {'xyz'[k]} {name}", own * sign)
+        yield Suspect(f"component {'xyz'[k]} {name}", expected * sign)
 
 
-def _moved(shown: Floats, own: Floats, broken: Floats) -> Iterator[Suspect]:
+def _moved(shown: Floats, expected: Floats, broken: Floats) -> Iterator[Suspect]:
     """By one factor or one shift everywhere, or each in another row."""
     with np.errstate(all="ignore"):
-        ratio = np.median((shown[broken] / own[broken])[np.abs(own[broken]) > 0])
+        ratio = np.median((shown[broken] / expected[broken])[np.abs(expected[broken]) > 0])
         unit = next((f" ({name})" for value, name in UNITS.items() if abs(ratio / value - 1.0) < 1e-9), "")
-        yield Suspect(f"it is {ratio:.9g} times what it should be{unit}", ratio * own, float(ratio))
-    by = np.atleast_1d(np.median(shown[broken] - own[broken], axis=0))
+        yield Suspect(f"it is {ratio:.9g} times what it should be{unit}", ratio * expected, float(ratio))
+    by = np.atleast_1d(np.median(shown[broken] - expected[broken], axis=0))
     by = np.where(np.abs(by) > 1e-9 * np.abs(by).max(), by, 0.0)  # what round-off moved
     words = ", ".join(f"{v:.6g}" for v in by)
-    yield Suspect(f"it is moved by {words}", own + by)
+    yield Suspect(f"it is moved by {words}", expected + by)
     for rows, name in ((1, "the row before"), (-1, "the row after")):
-        yield Suspect(f"it is that of {name}", np.roll(own, rows, axis=0))
-    yield Suspect("the order of rows is turned", own[::-1])
+        yield Suspect(f"it is that of {name}", np.roll(expected, rows, axis=0))
+    yield Suspect("the order of rows is turned", expected[::-1])

@@ -58,7 +58,7 @@ class Logs:
             self.poses = script.Poses(folder) if script.of(folder) else None
             motion = io.columns(folder / "mesh_motion.parquet", ["step", "mesh", "dx", "dy", "dz"])
             self.motion = {(row.step, row.mesh): [row.dx, row.dy, row.dz] for row in motion.itertuples()}
-        self._standing, self._booked = none(), -1
+        self._active, self._booked = none(), -1
         self._streams: dict[str, tuple[Rows, int]] = {}
         self.at = lru_cache(maxsize=4)(self._at)
 
@@ -105,13 +105,13 @@ class Logs:
     def ages(self, bridges: pd.DataFrame, step: int) -> Floats:
         """Time since the formation of bridges that stand at a step [s], by the event log; NaN of one that it does not have."""
         if step <= self._booked:
-            self._standing, self._booked = none(), -1
+            self._active, self._booked = none(), -1
             self._streams.pop("events", None)
         names = ["step", "kind", "partner_kind", "i", "j", "volume", "rupture_distance", "speed"]
         stream, _ = self._streams.get("events") or (Rows(io.where(self.folder, "events"), "events", names), -1)
         self._streams["events"] = stream, step
-        lives = Lives(self._standing, stream.until(step), 0, self._booked)
-        self._standing, self._booked = lives.standing(), step
+        lives = Lives(self._active, stream.until(step), 0, self._booked)
+        self._active, self._booked = lives.active(), step
         formed = np.append(lives.all.step.astype(float), np.nan)
         at = lives.at(keys(bridges), np.full(len(bridges), step), strictly=False)
         return np.asarray((step - formed[at]) * self.scene["time_step_s"])

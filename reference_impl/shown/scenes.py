@@ -74,8 +74,8 @@ class Scene:
     def steps(self) -> list[int]:
         """The output step nearest to each time shown."""
         outputs = np.asarray(self.logs.outputs)
-        own = outputs * self.logs.scene["time_step_s"]
-        return [int(outputs[np.abs(own - time).argmin()]) for time in self.head["times"]]
+        expected = outputs * self.logs.scene["time_step_s"]
+        return [int(outputs[np.abs(expected - time).argmin()]) for time in self.head["times"]]
 
     def wrong(self) -> Iterator[str]:
         """Describe the errors of the 3-D scenes in sentences, the first of each kind."""
@@ -87,8 +87,8 @@ class Scene:
 
     def _all(self) -> Iterator[tuple[str, str]]:
         step = self.logs.scene["time_step_s"]
-        own = np.array(self.steps) * step
-        if np.abs(np.array(self.head["times"]) - own).max() > SINGLE * max(own[-1], step):
+        expected = np.array(self.steps) * step
+        if np.abs(np.array(self.head["times"]) - expected).max() > SINGLE * max(expected[-1], step):
             yield "times are not those of the outputs", ""
         for what in self._bodies():
             yield what, ""
@@ -125,11 +125,11 @@ class Scene:
         if (wrong := _off(place, moment.place, ROUNDED * head["quantum"])).any():
             yield f"places are wrong{self._elsewhere(place, step)}, of {wrong.any(axis=1).sum()} spheres"
         film, speed = thickness(moment.film, moment.radius), np.linalg.norm(moment.speed, axis=1)
-        for name, own in (("film", film), ("speed", speed)):
+        for name, expected in (("film", film), ("speed", speed)):
             most = head[f"{name}_most"]
             shown = self._of(name, frame)[here] * (most / LEVELS)
-            if (wrong := _off(shown, own, (ROUNDED / LEVELS + SINGLE) * most + 1e-15)).any():
-                yield f"{name} is wrong{_factor(shown, own)}, of {wrong.sum()} spheres"
+            if (wrong := _off(shown, expected, (ROUNDED / LEVELS + SINGLE) * most + 1e-15)).any():
+                yield f"{name} is wrong{_factor(shown, expected)}, of {wrong.sum()} spheres"
 
     def _elsewhere(self, place: Floats, step: int) -> str:
         """A phrase where the places are those of the output, or of the time shown, before or after."""
@@ -142,16 +142,16 @@ class Scene:
         return ""
 
     def _bridges(self, frame: int, step: int) -> Iterator[str]:
-        own = self.logs.at(step).bridges
+        expected = self.logs.at(step).bridges
         first, last = (self.head["starts"][k] if k < len(self.head["starts"]) else 0 for k in (frame, frame + 1))
-        if last - first != len(own):
-            yield f"{last - first} bridges are shown; expected {len(own)}"
+        if last - first != len(expected):
+            yield f"{last - first} bridges are shown; expected {len(expected)}"
             return
-        if not len(own):
+        if not len(expected):
             return
-        ends = [own[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(float) for end in ("xi", "xj")]
-        kind = own["partner_kind"].to_numpy()
-        i, j = (np.searchsorted(self.logs.ids, own[end].to_numpy()) for end in "ij")
+        ends = [expected[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(float) for end in ("xi", "xj")]
+        kind = expected["partner_kind"].to_numpy()
+        i, j = (np.searchsorted(self.logs.ids, expected[end].to_numpy()) for end in "ij")
         j = np.where(kind == 0, j, np.where(kind == WIRES, WIRE, OTHER_WALL))
         mine, theirs = (
             np.stack(pair) for pair in ((i, j), (self.arrays["i"][first:last], self.arrays["j"][first:last]))
@@ -162,9 +162,9 @@ class Scene:
         side = self.arrays["side"][first:last].astype(float)
         ri = self.logs.radius[i]
         rj = np.where(kind == 0, self.logs.radius[np.maximum(j, 0)], np.inf)
-        apart = own["separation"].to_numpy(float) + ri + np.where(kind == 0, rj, 0.0)
+        apart = expected["separation"].to_numpy(float) + ri + np.where(kind == 0, rj, 0.0)
         free = side < (1.0 - SINGLE) * np.sqrt(2.0) * np.minimum(ri, rj)  # else it is as wide as its sphere
-        volume = own["volume"].to_numpy(float)
+        volume = expected["volume"].to_numpy(float)
         if _off(_seen(side, apart, ri, rj)[free], volume[free], SEEN * volume[free]).any():
             yield "bridges have another volume to be seen than they hold"
         along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0], axis=1)[:, None]
@@ -178,31 +178,31 @@ class Scene:
     def _walls(self, frame: int, step: int) -> Iterator[str]:
         if not len(self.logs.triangles):
             return
-        own, rest = self.logs.corners(step), self.places("corners").reshape(-1, 3, 3)
-        shown = np.full_like(own, np.nan)
+        expected, rest = self.logs.corners(step), self.places("corners").reshape(-1, 3, 3)
+        shown = np.full_like(expected, np.nan)
         for mesh in self.head["meshes"]:
             rows, moved = mesh["triangles"], np.reshape(mesh["moved"][frame], (3, 4))
             shown[rows] = rest[rows] @ moved[:, :3].T + moved[:, 3]
             reservoirs = set(self.logs.triangles["holder"].iloc[rows])
             if (mesh["solid"], mesh["hidden"]) != (reservoirs <= SOLID, reservoirs <= HIDDEN):
                 yield f"walls of {', '.join(sorted(reservoirs))} are drawn as others are"
-        if np.isnan(shown).any() or _off(shown, own, 2.0 * self.head["quantum"]).any():
+        if np.isnan(shown).any() or _off(shown, expected, 2.0 * self.head["quantum"]).any():
             yield "walls are not where the log says"
 
     def _curves(self) -> Iterator[str]:
         """Values at the times of the scene, and all times."""
         outputs = np.asarray(self.logs.outputs) * self.logs.scene["time_step_s"]
-        own = {"fraction_retained_spheres": self._retained()}
+        expected = {"fraction_retained_spheres": self._retained()}
         if self.logs.plan.moist:
-            own["liquid_in_bridges_percent"] = [self._in_bridges(self.logs.at(step)) for step in self.steps]
-        if [c["quantity"] for c in self.head["curves"]] != list(own):
-            yield f"curves are of {[c['quantity'] for c in self.head['curves']]}; expected {list(own)}"
+            expected["liquid_in_bridges_percent"] = [self._in_bridges(self.logs.at(step)) for step in self.steps]
+        if [c["quantity"] for c in self.head["curves"]] != list(expected):
+            yield f"curves are of {[c['quantity'] for c in self.head['curves']]}; expected {list(expected)}"
             return
         for curve in self.head["curves"]:
             if len(curve["x"]) != len(outputs) or not np.allclose(curve["x"], outputs, rtol=SINGLE, atol=1e-12):
                 yield f"times of the curve {curve['quantity']} are not those of the outputs"
                 continue
-            for step, right in zip(self.steps, own[curve["quantity"]], strict=True):
+            for step, right in zip(self.steps, expected[curve["quantity"]], strict=True):
                 value = curve["y"][int(np.searchsorted(self.logs.outputs, step))]
                 if abs(value - right) > SINGLE * max(1.0, abs(value)):
                     yield f"the curve {curve['quantity']} is wrong at t = {step * self.logs.scene['time_step_s']:.4g} s"
@@ -226,16 +226,16 @@ class Scene:
         return float(100.0 * moment.bridges["volume"].sum() / self.logs.film.sum()) if len(moment.bridges) else 0.0
 
 
-def _off(shown: Floats, own: Floats, limit: Any) -> np.ndarray[Any, Any]:
-    return np.asarray(~(np.abs(shown - own) <= limit))
+def _off(shown: Floats, expected: Floats, limit: Any) -> np.ndarray[Any, Any]:
+    return np.asarray(~(np.abs(shown - expected) <= limit))
 
 
-def _factor(shown: Floats, own: Floats) -> str:
+def _factor(shown: Floats, expected: Floats) -> str:
     """A phrase where all are off by one factor."""
-    known = own > 0.05 * own.max() if len(own) else np.zeros(0, bool)
+    known = expected > 0.05 * expected.max() if len(expected) else np.zeros(0, bool)
     if not known.any():
         return ""
-    ratio = shown[known] / own[known]
+    ratio = shown[known] / expected[known]
     return f": {np.median(ratio):.4g} times what it is" if np.ptp(ratio) < 1e-2 * abs(np.median(ratio)) else ""
 
 

@@ -120,9 +120,9 @@ def _fields(logs: Logs, outputs: Outputs, single: float) -> Iterator[Field]:
             yield Field(f"vtk_{kind}_outputs", f"number of files of {kind}", count, np.array([len(times)]),
                         np.array([len(steps)]), np.ones(1))  # fmt: skip
             continue
-        own = np.array(steps) * logs.scene["time_step_s"]
-        latest = np.full(len(own), max(own[-1], 1e-30))
-        yield Field(f"vtk_{kind}_time", f"time stamps of {kind}", table, times, own, latest, single or Field.limit)
+        expected = np.array(steps) * logs.scene["time_step_s"]
+        latest = np.full(len(expected), max(expected[-1], 1e-30))
+        yield Field(f"vtk_{kind}_time", f"time stamps of {kind}", table, times, expected, latest, single or Field.limit)
     for k, step in enumerate(steps):
         for kind, shown_of in MAKERS.items():
             if len(entries[kind]) == len(steps):
@@ -140,10 +140,11 @@ def own_values(logs: Logs, step: int, kind: str) -> dict[str, Floats]:
 def _particles(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iterator[Field]:
     here = logs.at(step)
     rows = pd.DataFrame({"step": step, "i": here.ids})
-    order = _order(shown.of_points.get("id"), here.ids)
+    seen = shown.of_points.get("id") if len(shown.points) else np.zeros(0, int)
+    order = _order(seen, here.ids)
     if not blind:
-        yield _whole("vtk_spheres", "spheres that are shown", step, order, shown.of_points.get("id"))
-    if order is None and not blind:
+        yield _whole("vtk_spheres", "spheres that are shown", step, order, seen)
+    if (order is None or not len(order)) and not blind:
         return
     fields: list[tuple[str, str, Floats]] = [
         ("position", "place of a sphere", here.place + logs.origin), ("velocity", "velocity of a sphere", here.speed),
@@ -184,9 +185,9 @@ def _bridges(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> It
         fields.append(("capillary_force", what, pulls))
     elif logs.exact and step == logs.outputs[-1] and order is not None:
         few = np.unique(np.linspace(0, len(here) - 1, EXACT_PULLS).astype(int))
-        own, touch = logs.exact_pulls(here.iloc[few])
+        expected, touch = logs.exact_pulls(here.iloc[few])
         shown_here = every.get("capillary_force", np.full(len(here), np.nan))[order][few]
-        yield Field("vtk_bridge_capillary_force", what, rows.iloc[few], shown_here, own, touch, FORCE_TOLERANCE)
+        yield Field("vtk_bridge_capillary_force", what, rows.iloc[few], shown_here, expected, touch, FORCE_TOLERANCE)
     yield from _each("bridge", fields, every, order, rows)
 
 
@@ -202,7 +203,7 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
             return
         names, codes = shown.words.get("holder_from_0", []), shown.of_cells["holder"].astype(int)
         known = dict(enumerate(names))
-        same = np.array([known.get(c) == own for c, own in zip(codes, here["holder"], strict=True)])
+        same = np.array([known.get(c) == expected for c, expected in zip(codes, here["holder"], strict=True)])
         rows = pd.DataFrame({"step": step, "holder": here["triangle"].to_numpy()})
         yield Field("vtk_wall_holder", "name of a triangle's holder", rows, same.astype(int), np.ones(count, int),
                     np.ones(count))  # fmt: skip
@@ -220,14 +221,19 @@ def _each(
     kind: str, fields: list[Any], shown: dict[str, Floats], order: Floats | None, rows: pd.DataFrame
 ) -> Iterator[Field]:
     """Every field in the order of the logs; one that the file lacks is shown as nothing."""
-    for name, what, own in fields:
-        as_shown = shown[name][order] if name in shown and order is not None else np.full(own.shape, np.nan)
-        if own.dtype.kind in "iu" and np.isfinite(as_shown).all():
+    for name, what, expected in fields:
+        as_shown = shown[name][order] if name in shown and order is not None else np.full(expected.shape, np.nan)
+        if expected.dtype.kind in "iu" and np.isfinite(as_shown).all():
             as_shown = np.rint(as_shown).astype(int)
-        length = diagnosis.length(own.astype(float))
+        length = diagnosis.length(expected.astype(float))
         size = np.maximum(length, length.max(initial=0.0) * 1e-3) + 1e-300
         yield Field(
-            f"vtk_{kind}_{name}", what, rows, as_shown, own, np.ones(len(own)) if own.dtype.kind in "iu" else size
+            f"vtk_{kind}_{name}",
+            what,
+            rows,
+            as_shown,
+            expected,
+            np.ones(len(expected)) if expected.dtype.kind in "iu" else size,
         )
 
 
@@ -238,12 +244,12 @@ def _key(kind: Any, i: Any, j: Any) -> Floats:
     return np.asarray((np.asarray(kind, np.int64) << 60) | (np.asarray(i, np.int64) << 30) | np.asarray(j, np.int64))
 
 
-def _order(shown: Floats | None, own: Floats) -> Floats | None:
+def _order(shown: Floats | None, expected: Floats) -> Floats | None:
     """Places among those shown, in the order of the logs; None where they are not the same."""
-    if shown is None or len(shown) != len(own):
+    if shown is None or len(shown) != len(expected):
         return None
     order = np.argsort(shown, kind="stable")
-    return order if np.array_equal(shown[order], np.sort(own)) else None
+    return order if np.array_equal(shown[order], np.sort(expected)) else None
 
 
 def _whole(name: str, what: str, step: int, order: Floats | None, shown: Floats | None) -> Field:
@@ -255,7 +261,9 @@ def _whole(name: str, what: str, step: int, order: Floats | None, shown: Floats 
 def _link(logs: Logs, fields: list[Field]) -> Link:
     """The first output steps that disagree, as the diagnosis takes them."""
     rows = pd.concat([f.rows for f in fields], ignore_index=True)
-    shown, own, size = (np.concatenate([getattr(f, n) for f in fields]).astype(float) for n in ("shown", "own", "size"))
+    shown, expected, size = (
+        np.concatenate([getattr(f, n) for f in fields]).astype(float) for n in ("shown", "own", "size")
+    )
     name, steps = fields[0].name, logs.outputs.tolist()
     kind = name.split("_")[1] if not name.endswith("_time") else ""
 
@@ -279,6 +287,6 @@ def _link(logs: Logs, fields: list[Field]) -> Link:
                 yield Suspect(f"it is the {field.split('_', 2)[2].replace('_', ' ')}", elsewhere(field, lambda k: k))
 
     def tried(broken: Floats) -> Iterator[Suspect]:
-        return chain(others(), suspects(shown, own, broken))
+        return chain(others(), suspects(shown, expected, broken))
 
-    return Link(name, fields[0].what, rows, shown, own, size, tried, 1e-12)
+    return Link(name, fields[0].what, rows, shown, expected, size, tried, 1e-12)

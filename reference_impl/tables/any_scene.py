@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
-from reference_impl.replay import io, retired
+from reference_impl.motion.touching import near_copies
+from reference_impl.replay import images, io, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.tables import at_walls
 from reference_impl.tables.recomputed import ALL_THERE, Bodies, Output, Recomputed, accounted, outputs, slug
@@ -84,7 +84,7 @@ def _held(of: Bodies, o: Output, booked: Mapping[str, float], gone: Floats) -> d
         **row,
         "left_m3": o.left,
         "total_m3": total,
-        "standing_bridges_m3": o.standing,
+        "standing_bridges_m3": o.in_bridges,
         "initial_m3": of.film[~o.waits].sum(),
     }
 
@@ -96,9 +96,9 @@ def _contacts(
     if not len(o.at):
         return dict.fromkeys(STATISTICS, 0.0)
     at, v = (o.places[names].to_numpy(float) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
-    pairs = cKDTree(at).query_pairs(2.0 * float(r.max()), output_type="ndarray")
-    a, b = pairs[:, 0], pairs[:, 1]
-    depth = (r[a] + r[b] - np.sqrt(((at[a] - at[b]) ** 2).sum(axis=1))) / np.minimum(r[a], r[b])
+    box = images.of_scene(scene)
+    a, b = near_copies(at, r, box)
+    depth = (r[a] + r[b] - np.sqrt((box.nearest(at[a] - at[b]) ** 2).sum(axis=1))) / np.minimum(r[a], r[b])
     depth, speed, g = depth[depth > 0.0], np.sqrt((v**2).sum(axis=1)), np.array(scene["gravity_m_per_s2"], float)
     pull, n, mass = float(np.sqrt((g**2).sum())), len(at), of.mass[o.at]
     height = (at + origin) @ (-g / pull) if pull else np.zeros(n)

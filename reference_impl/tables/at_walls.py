@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from reference_impl.motion import nearest, window
+from reference_impl.replay import images
 from reference_impl.replay.arrays import Floats
 
 EDGE = 1e-9
@@ -22,7 +23,7 @@ class Walls:
 
     def __init__(self, folder: Path) -> None:
         setup = window.read(folder)
-        self.parts = nearest.Parts(setup)
+        self.parts = nearest.Parts(setup, images.of_scene(setup.scene))
         self.none = np.zeros(len(setup.corners))
         self.thickness = np.array([thickness(setup.corners[w.first : w.last]) for w in setup.walls])
 

@@ -88,7 +88,7 @@ class Output:
     """Belonging to every sphere."""
     walls: Floats
     """On every row of walls."""
-    standing: float
+    in_bridges: float
     """In active bridges, of which there are `bridges`."""
     bridges: int
     left: float
@@ -137,8 +137,8 @@ def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequenc
         at, here = of.at(places["id"], path), np.zeros(len(of.ids), bool)
         here[at] = True
         dry = (of.film, np.zeros(len(of.walls)), 0.0, 0)
-        on, walls, standing, bridges = _liquid(folder, of, logs, step) if moist else dry
-        yield Output(step, places, at, here, on, walls, standing, bridges, gone, step < start)
+        on, walls, in_bridges, bridges = _liquid(folder, of, logs, step) if moist else dry
+        yield Output(step, places, at, here, on, walls, in_bridges, bridges, gone, step < start)
 
 
 def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tuple[Floats, Floats, float, int]:

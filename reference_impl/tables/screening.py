@@ -59,7 +59,7 @@ def _held(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
         total += row[f"{name}_m3"]
         row |= {f"{name}_{slug(c)}_m3": o.on[rows & (of.kind == kind)].sum() for kind, c in of.names.items()}
     row |= {f"{name}_m3": amount for name, amount in zip(of.walls, o.walls, strict=True)}
-    all_of = {"left": o.left, "total": total, "standing_bridges": o.standing, "initial": of.film.sum()}
+    all_of = {"left": o.left, "total": total, "standing_bridges": o.in_bridges, "initial": of.film.sum()}
     return {**row, **{f"{name}_m3": amount for name, amount in all_of.items()}}
 
 

@@ -124,7 +124,7 @@ def _dry_near(runs: Runs, folder: Path) -> str:
     )
 
 
-def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[Runs, Path], str]:
+def _within_scatter(cases: Sequence[int], end: float, seeded: int) -> Callable[[Runs, Path], str]:
     """Describe the differences of Y from 2 s to `end` over the liquid content, and the scatter of the seeds of a case."""
 
     def sentence(runs: Runs, folder: Path) -> str:
@@ -220,8 +220,8 @@ def _of_laws(sentence: str) -> Callable[[Runs, Path], str]:
 
 
 REASONS: dict[int, Callable[[Runs, Path], str]] = {
-    1: _at_once, 2: _slower, 5: _glass_pegs, 6: _wider, 7: _early, 8: _within_chance((4, 5, 6), 15.0, 2),
-    11: _within_chance((10, 11, 12), 10.0, 11), 12: _closer, 17: _small_first, 19: _few_left, 20: _nothing_left, 21: _dry_near,
+    1: _at_once, 2: _slower, 5: _glass_pegs, 6: _wider, 7: _early, 8: _within_scatter((4, 5, 6), 15.0, 2),
+    11: _within_scatter((10, 11, 12), 10.0, 11), 12: _closer, 17: _small_first, 19: _few_left, 20: _nothing_left, 21: _dry_near,
     26: _side_wall, 28: _still_changing, 32: _too_little_left,
     40: _of_laws("Rabinovich deviates from the exact bridge by up to 18 % at 0.7 to 0.9 of the rupture distance, where the force "
                  "is small."),

@@ -74,7 +74,7 @@ def test_ten_hidden_viscosities(tmp_path: Path) -> None:
     assert sum(held(file, {"viscosity": v}, random)[0] for v in random.uniform(1e-3, 3e-3, 10)) >= 9
 
 
-def test_two_parameters_of_one_target_are_reported_not_to_be_told_apart(tmp_path: Path) -> None:
+def test_two_parameters_of_one_target_are_reported_indistinguishable(tmp_path: Path) -> None:
     """Surface tension and contact angle of one pull-off force; each pair of values that fit alike gives that force."""
     angle = {"keys": ["bodies.0.contact_angle_deg", "bodies.1.contact_angle_deg"], "low": 0.0, "high": 60.0}
     file = ask(tmp_path, {**PULL, "parameters": {**PULL["parameters"], "contact angle": angle}})  # type: ignore[dict-item]
@@ -208,11 +208,11 @@ def test_mistakes_of_the_file(tmp_path: Path) -> None:
         "no file": ({"targets": [{**target, "bridge": "none.json"}]}, "none.json could not be read"),
         "no scatter": ({"targets": [{**target, "scatter": 0}]}, "targets.0.scatter is 0"),
         "changes": ({"targets": [{**target, "changes": {"lawz": []}}]}, "changes names lawz, which is not in"),
-        "several laws": ({"targets": [{**target, "changes": {}}]}, "expected one capillary law: mend laws"),
+        "several laws": ({"targets": [{**target, "changes": {}}]}, "expected one capillary law: fix laws"),
         "bounds": ({"parameters": {"s": {**tension, "low": 0.2}}}, "low less than high"),
         "logarithm": ({"parameters": {"s": {**tension, "low": 0.0, "log": True}}}, "more than 0, as log is true"),
-        "key": ({"parameters": {"s": {**tension, "keys": ["sigma"]}}}, "sigma, which stands in none of the targets' files"),
-        "range": ({"parameters": {"s": {**tension, "high": 7e6}}}, "mend the bounds of the parameters"),
+        "key": ({"parameters": {"s": {**tension, "keys": ["sigma"]}}}, "sigma, which is in none of the targets' files"),
+        "range": ({"parameters": {"s": {**tension, "high": 7e6}}}, "fix the bounds of the parameters"),
         "few runs": ({"most_runs": 5}, "most_runs of at least 10"),
         "no key": ({"seed": 3}, "key seed is not known"),
     }.values():  # fmt: skip

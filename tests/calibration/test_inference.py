@@ -52,7 +52,7 @@ def test_a_response_that_turns_gives_two_ranges() -> None:
     assert (high.low, high.high) == pytest.approx((0.5 + inner, 0.5 + outer), abs=1e-5)
 
 
-def test_what_cannot_be_told_is_named() -> None:
+def test_what_is_inconclusive_is_named() -> None:
     """A product of two; a response to one alone; both distinguished by a second target."""
     product = problem(lambda u: [u[0] * (0.5 + u[1])], [0.5], [0.01], count=2)
     assert product.unknown() == [[0, 1]]

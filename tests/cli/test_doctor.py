@@ -78,7 +78,7 @@ def test_a_library_that_does_not_load_is_missing(monkeypatch: pytest.MonkeyPatch
     assert (library.ok, library.found) == (False, None)
 
 
-def test_a_python_package_of_another_version_is_told_with_the_pinned_one(
+def test_a_python_package_of_another_version_is_reported_with_the_pinned_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     constraints = tmp_path / "constraints.txt"
@@ -88,7 +88,7 @@ def test_a_python_package_of_another_version_is_told_with_the_pinned_one(
     assert (numpy.ok, numpy.needed) == (False, "0.0.1")
 
 
-def test_too_little_space_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_little_space_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "FREE_GB", 1e9)
     disk = by_name()["free disk"]
     assert not disk.ok

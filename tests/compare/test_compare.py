@@ -172,7 +172,7 @@ def replayed(folder: Path, change: float = 0.0) -> Path:
     return folder
 
 
-def test_digest_of_runs_of_ones_own(tmp_path: Path) -> None:
+def test_digest_of_given_runs(tmp_path: Path) -> None:
     """Four seeds: one like them is as stored, one far off is changed; another scene is refused with exit code 2, nothing said
     of it. Numbers have their units."""
     seeds = [replayed(tmp_path / "seeds" / str(k), 0.01 * k) for k in range(1, 5)]

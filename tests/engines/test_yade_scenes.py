@@ -254,7 +254,7 @@ def test_restitution_beyond_one_damping_per_material(tmp_path: Path) -> None:
     """Coefficients that differ between pairs of spheres as no two materials' mean can."""
     pairs = [p.model_copy(update={"restitution": 0.3 if (p.a, p.b) == (1, 2) else 0.95}) for p in PAIRS]
     scene = small.prepare(tmp_path, CLASSES, [small.Sphere(1, (0.0, 0.0, 0.01))], pairs, effects=DRY, time_step_s=1e-6)
-    with pytest.raises(PywetError, match="coefficients of restitution of scene small are beyond YADE"):
+    with pytest.raises(PywetError, match="coefficients of restitution of scene small cannot be represented in YADE"):
         contacts.contacts(scene)
 
 

@@ -17,7 +17,7 @@ BEFORE = "before"
 HEAD = """# Random faults
 
 Of {faults} random changes of the program that are faults and do not crash it, **{found} are detected**, {early} of them before
-checks were added because of this study.
+this study added further checks.
 
 {table}
 

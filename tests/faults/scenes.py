@@ -59,6 +59,6 @@ def configure(config: Path, scene: str) -> None:
         SETTINGS | (SCENES[scene] if not law else {"preset: paper ": f"{kind}: {law}\n  preset: paper "})
     ).items():
         if old not in text:
-            raise SystemExit(f"config.yaml has no {old!r} any more: mend tests/faults/scenes.py")
+            raise SystemExit(f"config.yaml has no {old!r} any more: fix tests/faults/scenes.py")
         text = text.replace(old, new, 1)
     settings.write_text(text)

@@ -127,7 +127,7 @@ def test_what_has_no_inside_is_refused(tmp_path: Path) -> None:
     a, b = middle + across, middle - across
     a[-1], b[-1] = b[0], a[0]
     band = [t for k in range(12) for t in ([a[k], b[k], a[k + 1]], [b[k], b[k + 1], a[k + 1]])]
-    with pytest.raises(PywetError, match=r"no inside and outside, such as at \("):
+    with pytest.raises(PywetError, match=r"does not separate inside from outside, such as at \("):
         read(tmp_path, text(np.array(band)))
 
 

@@ -145,7 +145,7 @@ def typed(text: str) -> ForceLaw:
     return force_law(space["own"])
 
 
-def test_a_law_of_ones_own_takes_part() -> None:
+def test_a_custom_law_takes_part() -> None:
     law = typed("return math.sin(volume**0.5) * surface_tension / (1.0 + math.exp(separation))")
     rows = bridges(BATCH, 3)
     assert batch((law,)).inlined

@@ -95,7 +95,7 @@ def test_a_second_function_goes_to_the_reference(followed: Path) -> None:
     (followed / "my_reference.py").write_text(text + "\n")
     assert not second.same(followed, loaded.settings.laws.reference) and second.of_run(followed) == {}
     file.write_text(file.read_text().replace("capillary: my_law.py:constant_neck", "capillary: willett"))
-    with pytest.raises(PywetError, match=r"reference\.capillary beside a law of your own only"):
+    with pytest.raises(PywetError, match=r"reference\.capillary only together with a custom law"):
         config.load(followed)
 
 
@@ -202,7 +202,7 @@ def test_the_drawing_holds_the_law_and_the_exact_force(followed: Path) -> None:
     assert done.exit_code == 0 and picture.read_text().startswith("<?xml")
 
 
-def test_a_law_of_other_arguments_is_told_what_its_kind_expects(followed: Path) -> None:
+def test_a_law_of_other_arguments_is_refused_with_what_its_kind_expects(followed: Path) -> None:
     (followed / "laws.py").write_text(LAWS)
     name = f"{followed / 'laws.py'}:nearly"
     assert own.kind_of(name) == "rupture"

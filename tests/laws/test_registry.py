@@ -76,7 +76,7 @@ def test_law_from_a_file(own: Path) -> None:
         ("dynamic_rupture", "{own}:undecorated", "not decorated with @force_law"),
         ("capillary", "{own}:steady", r"takes \(speed, viscosity, surface_tension\); expected \(separation, volume"),
         ("viscous_tangential", "{own}:moving", "has 1 functions; expected 2"),
-        ("transfer", "{own}:steady", "cannot be a user's own; expected half, parabola"),
+        ("transfer", "{own}:steady", "cannot be user-defined; expected half, parabola"),
     ],
 )
 def test_wrong_names_are_answered_in_one_sentence(own: Path, kind: str, name: str, says: str) -> None:
@@ -89,7 +89,7 @@ def test_file_that_cannot_be_read_as_python(tmp_path: Path) -> None:
     path = tmp_path / "broken.py"
     path.write_text("def law(:\n")
     files.trust([f"{path}:law"])
-    with pytest.raises(PywetError, match=r"its file raises SyntaxError.*mend .*broken\.py"):
+    with pytest.raises(PywetError, match=r"its file raises SyntaxError.*fix .*broken\.py"):
         registry.get("capillary", f"{path}:law")
 
 
@@ -211,7 +211,7 @@ def test_a_law_makes_itself_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     pair = registry.get("viscous_tangential", "both_ways").functions
     assert [f(0.0, 1.0, 1.0, 5.0) for f in pair] == [10.0, -15.0]
     (tmp_path / "named_again.py").write_text(NAMED)
-    with pytest.raises(PywetError, match="there is a dynamic_rupture law named calm already; expected another name"):
+    with pytest.raises(PywetError, match="there is already a dynamic_rupture law named calm; rename the second one"):
         import_module("named_again")
     (tmp_path / "named_badly.py").write_text(NAMED.replace("dynamic", "static"))
     with pytest.raises(

@@ -138,7 +138,7 @@ def test_no_solution_holds_the_nearest_one() -> None:
 
 @pytest.mark.parametrize(("theta_i", "theta_j"), [(175, 170), (40, 90), (-1, 40), (math.nan, 40)])
 def test_angles_the_model_cannot_take_are_refused(theta_i: float, theta_j: float) -> None:
-    with pytest.raises(PywetError, match="expected angles from 0 to below 90 deg: mend contact_angle_deg"):
+    with pytest.raises(PywetError, match="expected angles from 0 to below 90 deg: fix contact_angle_deg"):
         transfer_table(2e-3, 3e-3, theta_i * DEG, theta_j * DEG, SPHERE)
 
 

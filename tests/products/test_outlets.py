@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+import pyvista
 
 import pywet
 from pywet.cases.custom import building
@@ -16,8 +17,12 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.checkpoint import saved as saved_name
 from pywet.errors import ConfigError
+from pywet.report import browser, ovito, render, sketch, vtk, vtkhdf
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import ledger_error
+from reference_impl.shown import ovito as ovito_read
+from reference_impl.shown import vtk as vtk_read
+from reference_impl.shown import vtkhdf as vtkhdf_read
 from tests.cases.custom.conftest import beads
 from tests.engines.liggghts.test_restart import killed, same_bits
 
@@ -106,13 +111,35 @@ def test_killed_and_on_two_ranks(run: pywet.Run, tmp_path: Path) -> None:
     assert ledger_error(RunDir(two).ledger) < 1e-12
 
 
+def falling(**changes: Any) -> pywet.Scene:
+    """Three beads that fall into an outlet, one after the other."""
+    falls = [{"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": [(0, 0, 0), (0, 0, 10), (5, 0, 20)]}]
+    outlets = [{"name": "below", "high_mm": (None, None, -10)}]
+    given = {"spheres": falls, "walls": [], "outlets": outlets, "duration_s": 0.15, "gravity_m_per_s2": (0, 0, -9.81)}
+    return scene(**given, **changes)
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("liquid", [None, {"percent": 3.0}])
+def test_a_time_at_which_nobody_is_left_is_drawn(tmp_path: Path, liquid: dict[str, float] | None) -> None:
+    """Files for ParaView and OVITO agree with the logs at every output; the picture shows the last time with spheres."""
+    pywet.run(falling(liquid=liquid), tmp_path)
+    run = RunDir(tmp_path)
+    empty, last = int(run.timeline.steps[-1]), int(run.trajectory["step"].max())
+    assert empty > last == render.telling_step(run)
+    for drawn, read in ((vtk, vtk_read), (vtkhdf, vtkhdf_read), (ovito, ovito_read)):
+        drawn.write(tmp_path)
+        assert read.disagreement(tmp_path) is None
+    assert len(pyvista.read(tmp_path / "vtk" / f"particles_{empty:09d}.vtu").points) == 0
+    assert render.write(tmp_path, tmp_path / "picture.png", empty) in ("vtk", "matplotlib")
+    sketch.draw(run, empty, tmp_path / "sketch.png")
+    assert browser.packed(run)
+
+
 @pytest.mark.engine
 def test_dry_spheres_fall_into_an_outlet_until_nobody_is_left(tmp_path: Path) -> None:
     """Without walls or liquid all leave; whoever is left out of outputs afterwards is not missing."""
-    falls = [{"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": [(0, 0, 0), (0, 0, 10), (5, 0, 20)]}]
-    outlets = [{"name": "below", "high_mm": (None, None, -10)}]
-    found = pywet.run(scene(spheres=falls, liquid=None, walls=[], outlets=outlets, duration_s=0.15,
-                            gravity_m_per_s2=(0, 0, -9.81)), tmp_path)  # fmt: skip
+    found = pywet.run(falling(liquid=None), tmp_path)
     left = gone(tmp_path).sort_values("id")
     looked = 0.02 * np.arange(1, 8)
     want = [looked[0.5 * 9.81 * looked**2 > 0.010 + z][0] for z in (0.0, 0.010, 0.020)]

@@ -22,7 +22,7 @@ COUNTED = tuple(dict.fromkeys(kind.quantity for kind in nothing.KINDS))
 LAW = {"between_spheres": 7, "at_walls": 5, "on mantle": 4, "on cloth": 3}
 
 
-def said(law: dict[str, int], *left_out: str) -> list[str]:
+def unchecked(law: dict[str, int], *left_out: str) -> list[str]:
     """Sentences of a drum's replay in which nothing of `left_out` was compared."""
     quantities = [Quantity(name, "itself", 0 if name in left_out else 9, 0.0, 1e-9) for name in COUNTED]
     return nothing.compared(DRUM, quantities, {"newton": law}, [])
@@ -31,18 +31,18 @@ def said(law: dict[str, int], *left_out: str) -> list[str]:
 @pytest.mark.parametrize("name", LAW)
 def test_contacts_of_a_kind(name: str) -> None:
     """Turning walls too: their spin enters nothing but the forces of what is in contact with them."""
-    assert said(LAW) == []
+    assert unchecked(LAW) == []
     words = {
         "between_spheres": "between spheres", "at_walls": "with walls", "on mantle": "wall mantle", "on cloth": "wall cloth",
     }[name]  # fmt: skip
-    (sentence,) = said({**LAW, name: 0})
+    (sentence,) = unchecked({**LAW, name: 0})
     assert words in sentence
 
 
 @pytest.mark.parametrize("kind", nothing.KINDS, ids=lambda kind: kind.quantity)
 def test_every_kind_without_a_record_is_listed(kind: nothing.Kind) -> None:
     """One sentence where the scene has the kind; none where it has not."""
-    assert said(LAW, kind.quantity) == [kind.sentence]
+    assert unchecked(LAW, kind.quantity) == [kind.sentence]
     dry = {
         "effects": {"bridges": False}, "output": {}, "classes": [{"count": 60}],
         "walls": [{"name": "floor", "motion": "fixed"}],

@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from reference_impl.replay import io
-from reference_impl.replay.kept_tables import added_up
 from reference_impl.replay.replay import replay
+from reference_impl.replay.stored_tables import added_up
 
 pytestmark = pytest.mark.engine
 

@@ -157,7 +157,7 @@ def reach(volume, ri, rj, ti, tj):
 """
 
 
-def test_law_of_ones_own_is_named_and_the_rest_is_checked(tmp_path: Path) -> None:
+def test_custom_law_is_named_and_the_rest_is_checked(tmp_path: Path) -> None:
     """No judgement on the own force and rupture distance; totals, torques, liquid and viscous terms in full."""
     law_file = tmp_path / "own.py"
     law_file.write_text(OWN)
@@ -193,7 +193,7 @@ def test_law_of_ones_own_is_named_and_the_rest_is_checked(tmp_path: Path) -> Non
     assert set(far(replay(run))) == {"force", "rupture_limit"}
 
 
-def test_every_law_may_be_ones_own(exact_dir: Path, tmp_path: Path) -> None:
+def test_every_law_may_be_custom(exact_dir: Path, tmp_path: Path) -> None:
     """With no law known, momentum, torques, volumes and the ledger are still checked."""
     shutil.copytree(exact_dir, tmp_path, dirs_exist_ok=True)
     path = tmp_path / "history" / "meta.json"

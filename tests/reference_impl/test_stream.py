@@ -121,12 +121,12 @@ def test_of_a_part_of_a_log_only_active_bridges_go_on() -> None:
     tables = {"events": pd.DataFrame([before, *then], columns=columns), "ledger": pd.DataFrame({"step": [30]}),
               "bridges": pd.DataFrame(columns=columns, dtype=np.int64)}  # fmt: skip
 
-    def missing(standing: bool) -> int:
-        known = {"lives": np.array([standing, True, True])}
+    def missing(active: bool) -> int:
+        known = {"lives": np.array([active, True, True])}
         part = SimpleNamespace(table=tables.__getitem__, since=10, known=known)
         return sum(map(len, chain.broken_lives(part).values()))  # type: ignore[arg-type]
 
-    assert (missing(standing=False), missing(standing=True)) == (0, 1)
+    assert (missing(active=False), missing(active=True)) == (0, 1)
 
 
 def test_each_bridge_is_found_as_one_after_the_other_says() -> None:
@@ -140,7 +140,7 @@ def test_each_bridge_is_found_as_one_after_the_other_says() -> None:
     events = pd.DataFrame(rows, columns=names)
     first, then = events[events["step"] < 15], events[events["step"] >= 15]
     earlier = Lives(none(), first, 0, -1)
-    lives = Lives(earlier.standing(), then, len(first), 14)
+    lives = Lives(earlier.active(), then, len(first), 14)
     for step, j, strictly in itertools.product(range(15, 45), [*range(2, 8), 9], (True, False)):
         mine = events[(events["j"] == j) & (events["step"] < step + (not strictly))]
         want = mine["volume"].iloc[-1] if len(mine) and mine["kind"].iloc[-1] == 0 else np.nan

@@ -36,7 +36,7 @@ ROOT = Path(__file__).parents[2]
 FEW, MANY = 60, 400
 LIMIT_S = 300
 HINTS = re.compile(
-    r"expected|mend|Usage|usage:|run the case|make it again|see |is missing|no scene\.json|is not|cannot|could not|No such",
+    r"expected|fix|Usage|usage:|run the case|make it again|see |is missing|no scene\.json|is not|cannot|could not|No such",
     re.IGNORECASE,
 )
 

@@ -150,7 +150,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 def text(bench: Bench, given: bytes | str) -> None:
     """Any bytes and any text as JSON."""
-    sentence(lambda: parse_json(given, "given", "mend it"))
+    sentence(lambda: parse_json(given, "given", "fix it"))
 
 
 def query(bench: Bench, given: tuple[str, tuple[float, str, Any]]) -> None:

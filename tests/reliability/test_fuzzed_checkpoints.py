@@ -96,5 +96,5 @@ def test_no_damaged_file_of_a_checkpoint_is_gone_on_from(unbroken: Path, tmp_pat
 def test_a_state_that_is_cut_off_is_a_sentence(tmp_path: Path) -> None:
     for size in (0, 50, 104, 111, 112, 150):
         (tmp_path / "state.5").write_bytes(b"\x01" * size)
-        with pytest.raises(PywetError, match=r"says that it holds .* records where there is room for"):
+        with pytest.raises(PywetError, match=r"claims to hold .* records but has space for"):
             state_file.places(tmp_path / "state.5")

@@ -163,7 +163,7 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
         os.read(reader, 1)
         for name, words in calls.items():
             code, output_text = call(*words)
-            assert code == 1 + (name in ("compare", "digest")) and "another run is at work in" in output_text, (
+            assert code == 1 + (name in ("compare", "digest")) and "another run is active in" in output_text, (
                 name,
                 output_text,
             )
@@ -187,7 +187,7 @@ def test_evaluations_go_side_by_side(tmp_path: Path) -> None:
                 with run_lock.hold(tmp_path):
                     os._exit(3)
             except PywetError as error:
-                os._exit(0 if "another run is at work" in str(error) else 4)
+                os._exit(0 if "another run is active" in str(error) else 4)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 
 
@@ -197,7 +197,7 @@ def test_a_folder_that_is_moved_is_noticed(tmp_path: Path) -> None:
     with run_lock.hold(run):
         run_lock.check_held(run)
         run.rename(tmp_path / "elsewhere")
-        with pytest.raises(PywetError, match="was moved or removed while its run was at work"):
+        with pytest.raises(PywetError, match="was moved or removed during its run"):
             run_lock.check_held(run)
     assert not run.exists()
 
@@ -283,7 +283,7 @@ def test_what_a_run_promises(tmp_path: Path) -> None:
     assert status.missing(run) == "history/events.parquet"
 
 
-def test_snakemake_is_told_of_another_configuration(tmp_path: Path) -> None:
+def test_snakemake_is_notified_of_another_configuration(tmp_path: Path) -> None:
     """The fingerprint's file is as old as a run of the same configuration, newer than one of another, whatever the clock says."""
     run, file = tmp_path / "case02", tmp_path / "fingerprints" / "case02"
     identity.leave(run, "five")
@@ -305,7 +305,7 @@ def test_init_goes_on_over_its_own_leftovers(tmp_path: Path) -> None:
     assert (tmp_path / "a" / "config" / "scales.yaml").exists()
     for change in (lambda: None, lambda: (tmp_path / "a" / "config" / "cases.csv").write_text("mine")):
         change()
-        with pytest.raises(PywetError, match="is there already"):
+        with pytest.raises(PywetError, match="exists already"):
             shipped.begin(tmp_path / "a")
     assert (tmp_path / "a" / "config" / "cases.csv").read_text() == "mine"
 

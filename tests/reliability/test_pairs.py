@@ -25,7 +25,7 @@ from tests.reliability.kills import assert_same, tables_of
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[2]
 SCENES = ROOT / "tests" / "data" / "inputs"
-AT_WORK = "another run is at work in"
+AT_WORK = "another run is active in"
 Words = tuple[str, ...]
 SIMULATES: dict[str, Words] = {
     "run": ("run", "2", "--config", "{config}", "--out", "{run}"),

@@ -160,7 +160,7 @@ def test_a_folder_moved_aside_while_it_is_asked_for(tmp_path: Path, monkeypatch:
         real(lock, how)
 
     monkeypatch.setattr(run_lock.fcntl, "flock", late)
-    with pytest.raises(PywetError, match="another run is at work"), run_lock.hold(run):
+    with pytest.raises(PywetError, match="another run is active"), run_lock.hold(run):
         raise AssertionError("the folder was held")
 
 

@@ -35,7 +35,7 @@ def test_the_scale_bar_is_as_long_as_it_says() -> None:
     assert (pixels == (255, 0, 0)).all(axis=2).any()
 
 
-def test_what_is_said_of_a_moment(run: Path) -> None:
+def test_caption_of_a_moment(run: Path) -> None:
     """At step 100 one of two spheres of 2 mm is in the bin, next to one of 4 mm: 9 of 10 parts of the mass are retained."""
     assert caption.said(RunDir(run), 100) == "case02   t = 0.010 s   retained 90.0 % of the spheres' mass"
     assert [text for _, text in caption.entries(RunDir(run))] == [
@@ -60,7 +60,7 @@ def test_the_movie_has_every_output_and_its_loop_too(run: Path) -> None:
     assert blue[0] > blue[1] > blue[2] > 0
 
 
-def test_without_a_codec_it_is_said_what_to_install(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_codec_the_message_names_what_to_install(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
     with pytest.raises(PywetError, match=r"pip install pywet\[movie\]"):
         movie.write(run)

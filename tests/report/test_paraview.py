@@ -53,7 +53,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_script_is_told_what_the_run_is(run: Path) -> None:
+def test_the_script_knows_its_run(run: Path) -> None:
     shown = paraview.shown(RunDir(run))
     assert [(name, wall["code"]) for name, wall in shown["walls"].items()] == [
         ("wires", 0), ("side_wall", 1), ("collecting_bin", 2),

@@ -55,13 +55,13 @@ run = RunDir(Path(sys.argv[1]))
 centre, width = render.view(run, 200)
 plotter = render.plotter((900, 750))
 render._add_bridges(plotter, run, 200, centre, 2.0)
-pixels, _ = render.pixels(plotter, run, centre, 16 * width, (900, 750))
+pixels, _ = render.pixels(plotter, run, centre, 8 * width, (900, 750))
 print(int(((pixels[..., 0] > 180) & (pixels[..., 2] < 120)).sum()))
 """
 
 
 def test_bridges_are_seen_in_a_large_bed(run: Path) -> None:
-    """Seen from 16 times as far: the cuboids of the synthetic run cover one pixel, with edges two pixels wide over five."""
+    """Seen from 8 times as far: the cuboids of the synthetic run cover five pixels, with edges two pixels wide more."""
     environment = {**os.environ, "VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}
     command = [sys.executable, "-c", FAR, str(run)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)

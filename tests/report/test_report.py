@@ -217,7 +217,7 @@ def test_the_caveat_of_the_scale_stands_first(config: settings.Config, folder: P
     assert text.index("the curves of the paper are for the full scale") < text.index('<p class="proof">')
 
 
-def test_laws_that_were_not_checked_are_said(config: settings.Config, folder: Path) -> None:
+def test_laws_that_were_not_checked_are_listed(config: settings.Config, folder: Path) -> None:
     """Amber on the first screen, on the card and in the case's row; the kind held against a second function is named too."""
     replayed = folder / "case02" / "replay.json"
     own = {"effect": "capillary", "law": "/home/somebody/my_law.py:neck", "instead": "taken as logged"}
@@ -232,7 +232,7 @@ def test_laws_that_were_not_checked_are_said(config: settings.Config, folder: Pa
     assert "/home/somebody" not in text
 
 
-def test_kinds_of_which_nothing_was_compared_are_said(config: settings.Config, folder: Path) -> None:
+def test_kinds_of_which_nothing_was_compared_are_listed(config: settings.Config, folder: Path) -> None:
     """In the sentence on the check, below it and in the case's row; the verdict of the run is `in part`."""
     sentence = "dry contacts with walls: there is none in the sampling windows"
     (folder / "case02" / "replay.json").write_text(json.dumps({**REPLAY, "nothing_compared": [sentence]}))
@@ -240,7 +240,7 @@ def test_kinds_of_which_nothing_was_compared_are_said(config: settings.Config, f
     assert answer.outcome(collect(folder, [config.case(2)])) == "agrees in part"
     assert f'<span class="fair">case 2 nothing compared: {sentence}</span>' in text
     assert f'<span class="fair">done; nothing compared: {sentence}</span>' in text
-    outcome = verdict.standing(folder / "case02")
+    outcome = verdict.check_result(folder / "case02")
     assert (outcome.word, outcome.grade) == ("in part", "fair") and sentence in outcome.sentence
 
 

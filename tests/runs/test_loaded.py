@@ -30,7 +30,7 @@ def test_a_layer_has_no_slope() -> None:
     assert math.isnan(heap_angle(flat, np.full(25, 1e-3)))
 
 
-def test_units_are_told_by_the_end_of_a_name() -> None:
+def test_units_are_read_from_the_end_of_a_name() -> None:
     assert [unit(c) for c in ("wall_tray_m3", "time_s", "largest_speed_m_per_s", "mean_overlap")] == [
         "m3",
         "s",
@@ -68,7 +68,7 @@ def test_a_steady_flow_has_its_rate() -> None:
     assert steady_rate(time, passed) == pytest.approx(2e-3, rel=1e-9)
     with pytest.raises(PywetError, match="no sphere has passed"):
         steady_rate(time, np.zeros(201))
-    with pytest.raises(PywetError, match="expected three"):
+    with pytest.raises(PywetError, match="expected at least three"):
         steady_rate(time[::100], passed[::100])
 
 

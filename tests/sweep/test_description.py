@@ -33,7 +33,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"axes": {"friction": [0.1, 0.2, 0.1]}}, "expected each value once (0.1 is there 2 times)"),
     ({"axes": {"friction": [0.1, "much"]}}, "expected only numbers or only text"),
     ({"axes": {"friction": {"linspace": [0.1, 0.5, 1]}}}, "expected linspace: [first, last, count]"),
-    ({"axes": {"friction": {"logspace": [0.0, 0.5, 3]}}}, "expected ends above 0 on a logarithmic scale"),
+    ({"axes": {"friction": {"logspace": [0.0, 0.5, 3]}}}, "expected bounds above 0 on a logarithmic scale"),
     ({"axes": {"friction": {"low": 0.5, "high": 0.1}}, "design": {"sobol": 8}}, "expected low less than high"),
     ({"axes": {"friction": {"low": 0.1, "high": 0.5}}}, "expected a design with the range of friction"),
     ({"axes": {"friction": [0.1]}, "design": {"sobol": 8}}, "expected an axis with low and high for the design"),

@@ -220,7 +220,7 @@ def test_the_command_checks_runs_and_draws(tmp_path: Path, monkeypatch: pytest.M
         assert "<svg" in Path(drawn.stdout.strip()).read_text()
     for words, sentence in (
         (["plot", file, "friction"], "plot was given 2 words; expected FILE X Y or FILE X Y HUE"),
-        (["plot", file, "frict", "e_n"], "frict is no column of the sweep; expected one of friction"),
+        (["plot", file, "frict", "e_n"], "frict is not a column of the sweep; expected one of friction"),
         ([file, "more.yaml"], "expected one file, or plot FILE X Y"),
         (["none.yaml"], "none.yaml could not be read"),
     ):
@@ -282,7 +282,7 @@ def test_a_run_of_another_call_is_left_to_it(tmp_path: Path, caplog: pytest.LogC
     finally:
         done.set()
         thread.join()
-    assert "another run is at work" in caplog.text and store.reason(runs[0].built.name) == "it was not run to the end"
+    assert "another run is active" in caplog.text and store.reason(runs[0].built.name) == "it was not run to the end"
     assert running.do(kind, runs[0], store) and store.numbers(runs[0].built.name, engine=True) == {"b": 1.0}
 
 

@@ -67,7 +67,7 @@ def test_a_script_costs_what_its_runs_in_the_store_took(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"axes": {"script.frict": [1, 2]}}, "no variable frict of style index, equal or string; expected one of it: friction"),
+        ({"axes": {"script.frict": [1, 2]}}, "no variable frict of style index, equal or string; expected one of friction"),
         ({"axes": {"script.friction": ["1\nshell rm", "2"]}}, "expected a number or a word"),
         ({"axes": {"liquid.percentage": [1, 2]}}, "percentage"),
         ({"axes": {"liquid.percent": [-1.0, 2.0]}}, "liquid.percent is -1"),

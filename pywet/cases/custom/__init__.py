@@ -1,1 +1,1 @@
-"""A scene of one's own, described once and the same in Python and YAML: checked, built, run, read back."""
+"""User-defined scenes, with the same description in Python and YAML: checked, built, run and read."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import wall_corners
+from pywet.scene import Vector
 
 PRESSED = 0.5
 """Overlap over a wall's thickness from which on a sphere may come out at the far side."""
@@ -37,7 +38,7 @@ class AtWalls:
 
         corners, found = wall_corners(self.run, step), [np.zeros((0, 2))]
         for n, (rows, wall) in enumerate(zip(self.rows, self.run.scene.walls, strict=True)):
-            here = corners[rows]
+            here = _with_copies(corners[rows], self.run.scene.periods_m)
             low, high = here.min(axis=(0, 1)), here.max(axis=(0, 1))
             near = ((at > low - radius[:, None]) & (at < high + radius[:, None])).all(axis=1)
             if not near.any():
@@ -54,8 +55,14 @@ class AtWalls:
         return both[:, 0], both[:, 1]
 
 
+def _with_copies(corners: Floats, periods: Vector) -> Floats:
+    """Triangles of a wall and of its copies on both sides where the box repeats."""
+    ways = [sign * np.array(periods) for sign in (-1.0, 1.0)] if any(periods) else []
+    return np.concatenate([corners, *(corners + way for way in ways)])
+
+
 def thickness(corners: Floats) -> float:
-    """Least way [m] inward from the middle of a triangle to one that faces it, for corners (t, 3, 3); inf of an open sheet."""
+    """Smallest distance [m] inwards from the centre of a triangle to an opposite one, for corners (t, 3, 3); inf for a sheet."""
     mesh, middle = _mesh(corners), corners.mean(axis=1)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1)[:, None]

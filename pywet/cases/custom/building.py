@@ -1,4 +1,4 @@
-"""From a description to what an engine runs: classes, contacts, films, surfaces, first places, time step, run directory."""
+"""Build what an engine runs from a description: classes, contacts, films, surfaces, initial positions, time step."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from pydantic import ValidationError
-from scipy.spatial import cKDTree
 
 from pywet import run_folder
 from pywet import scene as typed
-from pywet.cases.custom import extent
+from pywet.cases.custom import extent, repeating
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
 from pywet.cases.custom.description import WALLS, Scene, Spheres
 from pywet.cases.custom.feeding import times, waiting, ways
@@ -34,9 +33,10 @@ from pywet.cases.screening.amounts import common_film_thickness, liquid_volume, 
 from pywet.cases.small import bodies
 from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
+from pywet.engines.liggghts.deck import listed, skin
 from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
-from pywet.geometry import Surface, fill
+from pywet.geometry import Surface, fill, periodic
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.surface import Floats
 from pywet.laws.contact import film_volume, reduced_radius
@@ -89,7 +89,7 @@ class Building:
 
     @cached_property
     def amounts(self) -> tuple[Amount, ...]:
-        """Masses asked for and simulated of entries with `mass_g`; those of one material and region are distributed together."""
+        """Requested and simulated masses of entries with `mass_g`; those of one material and region are distributed together."""
         groups: dict[Any, list[Spheres]] = defaultdict(list)
         for s in self.user_scene.spheres:
             if s.mass_g is not None:
@@ -112,7 +112,7 @@ class Building:
 
     @cached_property
     def hertz(self) -> Hertz | None:
-        """Moduli of the classes and of the walls, and the speed of impact that planning goes by; None: linear springs."""
+        """Moduli of classes and walls, and the impact speed used for planning; None for linear springs."""
         if self.user_scene.contact == "linear":
             return None
         found = []
@@ -168,7 +168,10 @@ class Building:
             ask_unit(wall, surface, [2.0 * s.radius_m for s in self.user_scene.spheres])
             mention_bars(wall, surface)
             mention_crossing(wall, surface)
-        return found
+        return tuple(
+            repeating.continued(self.user_scene, wall.name, surface, wall.own_motion(surface.vertices))
+            for wall, surface in zip(self.user_scene.walls, found, strict=True)
+        )
 
     @cached_property
     def motions(self) -> tuple[OwnMotion | None, ...]:
@@ -177,8 +180,9 @@ class Building:
 
     @cached_property
     def spheres(self) -> pd.DataFrame:
-        """id, type, place, velocity and film of every sphere at the start; overlaps are refused."""
+        """id, type, position, velocity and film of every sphere at the start; overlaps are refused."""
         table = _first_places(self)
+        repeating.refuse_beyond(self.user_scene, table)
         films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
         table["film"] = table["type"].map(dict(enumerate(films, start=1)))
         refuse_far(self.user_scene, [table[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])
@@ -197,7 +201,7 @@ class Building:
 
     @cached_property
     def wall_speed(self) -> float:
-        """The fastest that a wall moves [m/s]."""
+        """Largest speed of any wall [m/s]."""
         return max([0.0, *(extent.speed(s.vertices, m) for s, m in zip(self.surfaces, self.motions, strict=True))])
 
     @cached_property
@@ -206,8 +210,12 @@ class Building:
         scene, cell = self.user_scene, 2.0 * max(c.radius_m for c in self.classes)
         low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
         extent.refuse_vast(scene.name, low, high, cell)
-        space = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
-        return extent.with_room(low, high, *space, cell)
+        below, above = extent.thrown(self.wall_speed, scene.gravity_m_per_s2, scene.duration_s)
+        if scene.periodic is not None:
+            k = repeating.axis_of(scene.periodic)
+            low[k], high[k] = repeating.faces_m(scene.periodic)
+            below[k] = above[k] = 0.0
+        return extent.with_margin(low, high, below, above, cell)
 
     @cached_property
     def outlets(self) -> tuple[typed.Outlet, ...]:
@@ -217,7 +225,7 @@ class Building:
 
     @property
     def speed(self) -> float:
-        """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
+        """Speed of approach used by the plan [m/s]: that of the walls, or of a fall through the whole scene."""
         heights = np.concatenate([self._released, *(s.vertices for s in self.surfaces)]) @ np.array(
             self.user_scene.gravity_m_per_s2
         )
@@ -250,7 +258,7 @@ class Building:
 
     @property
     def interval(self) -> float:
-        """Time between outputs where none is given [s]: a fiftieth of the duration, at outlets short enough to see who leaves."""
+        """Default time between outputs [s]: a fiftieth of the duration, or less if the scene has outlets."""
         scene = self.user_scene
         return min(scene.duration_s / 50.0, OUTLET_EVERY_S if scene.outlets else math.inf)
 
@@ -303,6 +311,7 @@ class Building:
             "gravity_m_per_s2": user_scene.gravity_m_per_s2 if effects.gravity else (0.0, 0.0, 0.0),
             "box_low_m": tuple(low.tolist()),
             "box_high_m": tuple(high.tolist()),
+            **({"periodic": user_scene.periodic.axis, "contacts": "batched"} if user_scene.periodic else {}),
             "spheres_file": Path("spheres.parquet"),
             "time_step_s": self.time_step,
             "duration_s": user_scene.duration_s,
@@ -312,15 +321,17 @@ class Building:
                 contact_window_steps=user_scene.results.window_steps,
                 checkpoints=user_scene.results.checkpoints,
                 window_trajectories=user_scene.results.windows > 0,
-                energy=not user_scene.outlets,
+                energy=not user_scene.outlets and user_scene.periodic is None,
             ),
             "outlets": self.outlets,
             "bin_z_m": float(low[2]),
         }
         try:
-            return typed.EngineScene(**given)
+            scene = typed.EngineScene(**given)
         except ValidationError as error:
             raise mistake(error, typed.EngineScene, f"scene {self.user_scene.name}") from error
+        repeating.refuse_short(user_scene, 2.0 * max(c.radius_m for c in self.classes) + listed(scene) + skin(scene))
+        return scene
 
 
 def write(user_scene: Scene, run_dir: Path) -> typed.EngineScene:
@@ -390,13 +401,15 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
     at, kind = table[[*"xyz"]].to_numpy(), table["type"].to_numpy() - 1
     radius = np.array([c.radius_m for c in made.classes])[kind]
     names = [c.name for c in made.classes]
-    close = cKDTree(at).query_pairs(2.0 * radius.max(), output_type="ndarray")
-    gap = np.linalg.norm(at[close[:, 0]] - at[close[:, 1]], axis=1) - TOUCHING * radius[close].sum(axis=1)
+    low, period = repeating.period_m(made.user_scene)
+    close = periodic.near_pairs(at, 2.0 * radius.max(), low, period)
+    away = periodic.nearest(at[close[:, 0]] - at[close[:, 1]], period)
+    gap = np.linalg.norm(away, axis=1) - TOUCHING * radius[close].sum(axis=1)
     if (gap < 0.0).any():
         a, b = close[int(np.argmin(gap))]
         raise ConfigError(
             f"scene {made.user_scene.name}: {int((gap < 0).sum())} pairs of spheres overlap at the start, such as one of "
-            f"{names[kind[a]]} and one of {names[kind[b]]}; expected room between them: mend their regions or places",
+            f"{names[kind[a]]} and one of {names[kind[b]]}; expected no overlap: fix their regions or positions",
             code="scene.overlap",
             key="spheres",
             given=int((gap < 0).sum()),
@@ -414,7 +427,7 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
             first = placed(at[inside][0], made.origin_mm)
             raise ConfigError(
                 f"scene {made.user_scene.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
-                f"{first} mm; expected all outside: mend the region or the wall",
+                f"{first} mm; expected all outside: fix the region or the wall",
                 code="scene.in_wall",
                 key=f"walls.{wall.name}",
                 expected="all outside",

@@ -1,4 +1,4 @@
-"""What a user says of a scene: materials, spheres, liquid, walls, motions. The YAML of `pywet run-scene` has the same keys.
+"""Description of a user-defined scene: materials, spheres, liquid, walls, motions. `pywet run-scene` reads the same keys.
 
 Lengths in mm, angles in degrees, all else in SI units, as the keys say. What becomes of it is in `building.py`.
 """
@@ -22,7 +22,7 @@ from pywet.products.deck import Deck
 from pywet.products.feed import FeedAmount, entries
 from pywet.products.outlets import Outlet
 from pywet.products.size_classes import Sizes
-from pywet.scene import NonNegative, Positive, Profile, Title, Vector
+from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
 
 WALLS = "walls"
 """Of a contact: with every wall, which are one material in the engine."""
@@ -61,7 +61,7 @@ class Dry(Excusable):
 
 
 class Material(Dry):
-    """A material of spheres; its dry contact is that with itself and, where `contacts` says nothing else, with walls."""
+    """A material of spheres, with its dry contact with itself and, unless `contacts` gives another one, with walls."""
 
     density_kg_per_m3: Positive
     """Of a sphere."""
@@ -120,7 +120,7 @@ class Cylinder(Excusable):
 
 
 class Fed(Excusable):
-    """Spheres enter one after the other, at random places of their region, with their `velocity_m_per_s`.
+    """Insertion of spheres one after the other at random positions in their region, with their `velocity_m_per_s`.
 
     Until then they come along on a straight way, without weight, from where that velocity has them wait: keep it free.
     """
@@ -144,7 +144,7 @@ class Fed(Excusable):
 
 
 class Spheres(Excusable):
-    """Spheres of one size and material: so many, or so much, at random in a region or at given places, with their liquid."""
+    """Spheres of one size and material: their number or mass, a region or given positions, and their liquid."""
 
     name: Title
     """Of this size class, in tables and on the page."""
@@ -177,10 +177,12 @@ class Spheres(Excusable):
         if self.at_mm is None:
             chosen(self, "count", "mass_g")
         elif self.count is not None or self.mass_g is not None:
-            raise ValueError(f"spheres {self.name}: no count and no mass_g beside at_mm, which says how many there are")
+            raise ValueError(
+                f"spheres {self.name}: no count and no mass_g together with at_mm, which gives the number of spheres"
+            )
         chosen(self, "percent", "film_um", needed=False)
         if self.fed and (self.at_mm is not None or not any(self.velocity_m_per_s)):
-            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s beside fed")
+            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s together with fed")
         return self
 
     @property
@@ -214,11 +216,28 @@ class Feed(FeedAmount):
         return self
 
     def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:
-        """The entries that it becomes, and its sizes."""
+        """Return the entries of `spheres` that the feed becomes, and its sizes."""
         keys = {k: k for k in ("material", "box", "cylinder", "velocity_m_per_s")} | {"insertion": "fed"}
         common = {to: getattr(self, k) for k, to in keys.items() if getattr(self, k) is not None}
         found, sizes = entries(self.name, self, folder, self.insertion.for_s if self.insertion else None, common)
         return tuple(_made(Spheres, entry, f"feed {self.name}") for entry in found), sizes
+
+
+class Periodic(Excusable):
+    """A scene that repeats along an axis: what leaves at one face comes in at the other; contacts and bridges reach across."""
+
+    axis: Across
+    """Along which it repeats."""
+    low_mm: float
+    """Position of its lower face."""
+    high_mm: float
+    """Position of its upper face."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low_mm < self.high_mm:
+            raise ValueError(f"periodic: low_mm below high_mm ({self.low_mm:g} is not below {self.high_mm:g})")
+        return self
 
 
 class TimeStep(Excusable):
@@ -246,7 +265,7 @@ class Results(Excusable):
 
 
 class Scene(Excusable):
-    """A scene of one's own: `pywet.run(scene, folder)` simulates it, `pywet.plan(scene)` says which effects it calls for.
+    """User-defined scene: `pywet.run(scene, folder)` simulates it, `pywet.plan(scene)` lists the effects it calls for.
 
     A mistake raises `pywet.errors.ConfigError`, all mistakes in one go, a sentence each.
     """
@@ -275,6 +294,8 @@ class Scene(Excusable):
     """A vibrating deck: its walls, outlets and the direction of gravity follow from a few numbers."""
     outlets: tuple[Outlet, ...] = ()
     """Regions in which spheres leave the run, with their films; none: a sphere that leaves the box stops the run."""
+    periodic: Periodic | None = None
+    """The scene repeats along an axis; a deck that is periodic repeats across its width."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     """Acceleration; 0, 0, 0: none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
@@ -311,7 +332,7 @@ class Scene(Excusable):
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise ConfigError(
-            f"scene {self.name}: {name} cannot be set, a scene does not change; expected a new one: "
+            f"scene {self.name}: {name} cannot be set, since a scene is immutable; make a new one: "
             f"scene.with_({name}=…)",
             code="scene.frozen",
             key=name,
@@ -323,6 +344,8 @@ class Scene(Excusable):
             raise ValueError("spheres, or a feed")
         wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
         wrong += _doubled("outlets", [o.name for o in self.outlets])
+        if self.periodic and self.deck and self.deck.periodic:
+            wrong.append("no periodic together with a deck with periodic: true")
         if (self.outlets or self.deck) and self.results.checkpoints == 0:
             wrong.append("results.checkpoints of at least 1 beside outlets: spheres leave at checkpoints")
         known = ", ".join(self.materials) or "none"
@@ -390,6 +413,8 @@ class Scene(Excusable):
         if deck := self.deck:
             changes["walls"] = (*(_made(Wall, wall, "deck") for wall in deck.walls()), *self.walls)
             changes["outlets"] = (*(_made(Outlet, one, "deck") for one in deck.outlets()), *self.outlets)
+            if deck.periodic:
+                changes["periodic"] = _made(Periodic, deck.strip, "deck")
             if "gravity_m_per_s2" not in self.model_fields_set:
                 changes["gravity_m_per_s2"] = deck.gravity
         return self.with_(**changes)

@@ -1,4 +1,4 @@
-"""Where moving walls get to, how fast they are, and how far they throw spheres: what the simulated box must hold."""
+"""Extent of moving walls, their speeds and the throw of spheres, from which the simulated box follows."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
 
 
 def speed(at: Floats, motion: OwnMotion | None) -> float:
-    """The fastest that corners of a wall move [m/s]."""
+    """Largest speed of the corners of a wall [m/s]."""
     if isinstance(motion, Slide):
         return math.hypot(*motion.velocity_m_per_s)
     if isinstance(motion, Vibration):
@@ -69,16 +69,16 @@ def refuse_vast(name: str, low: Floats, high: Floats, diameter: float) -> None:
         size = " x ".join(f"{1e3 * x:.4g}" for x in sides)
         raise ConfigError(
             f"scene {name}: spheres and walls, wherever they move, take a box of {size} mm, {cells:.2g} cells of the largest "
-            f"sphere's diameter ({1e3 * diameter:.3g} mm); expected at most {MOST_CELLS:.0e}: bring them nearer to each other, "
-            "or mend lengths, speeds and stl_unit",
+            f"sphere's diameter ({1e3 * diameter:.3g} mm); expected at most {MOST_CELLS:.0e}: move them closer together, "
+            "or fix lengths, speeds and stl_unit",
             code="scene.box",
             given=float(cells),
             expected=MOST_CELLS,
         )
 
 
-def with_room(low: Floats, high: Floats, below: Floats, above: Floats, cell: float) -> tuple[Floats, Floats]:
-    """The box with room for what is thrown, or with the share of that room which `CELLS` cells of this size [m] allow."""
+def with_margin(low: Floats, high: Floats, below: Floats, above: Floats, cell: float) -> tuple[Floats, Floats]:
+    """Enlarge the box for thrown spheres, as far as `CELLS` cells of this size [m] allow."""
 
     def excess(share: float) -> float:
         sides = high - low + share * (below + above)

@@ -1,4 +1,4 @@
-"""Where spheres that are fed wait: as far back on their way as they have to come until they enter."""
+"""Initial positions of inserted spheres: as far back along their path as they travel until they enter."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TRIES = 2000
 def waiting(
     classes: Sequence[SphereClass], entries: Sequence[Spheres], films: Sequence[float], seed: int
 ) -> pd.DataFrame:
-    """type, x, y, z of all that is fed: a place at random in its region, less the way until the sphere enters.
+    """type, x, y, z of all inserted spheres: a random position in their region, minus the path until they enter.
 
     `entries` and the thickness of the first films [m] are those of `classes`.
     """
@@ -46,7 +46,7 @@ def waiting(
                 break
         else:
             raise ConfigError(
-                f"spheres {entry.name}: {n} fit on their way, the next does not; expected fewer, a larger region, a longer "
+                f"spheres {entry.name}: {n} fit into their path, the next does not; expected fewer, a larger region, a longer "
                 "fed.for_s or a larger velocity_m_per_s",
                 code="scene.crowded_feed",
                 key=f"spheres.{entry.name}",
@@ -65,7 +65,7 @@ def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
     if least <= 2.0 * sphere.radius_m:
         raise ConfigError(
             f"spheres {entry.name}: their region is {1e3 * least:g} mm wide or high, the sphere {2e3 * sphere.radius_m:g} mm; "
-            "expected room for one: a larger box or cylinder",
+            "expected a box or cylinder that holds a sphere",
             code="scene.narrow_region",
             key=f"spheres.{entry.name}",
             given=least,
@@ -83,7 +83,7 @@ def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
 
 
 def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, Floats]:
-    """Places (n, 3) on the ways of all that is fed, at most a diameter apart, and the radius of the sphere at each."""
+    """Positions (n, 3) along the paths of all inserted spheres, at most a diameter apart, and the sphere's radius at each."""
     found, size = [np.zeros((0, 3))], [np.zeros(0)]
     for c in classes:
         rows = table[table["type"] == c.type]

@@ -1,4 +1,4 @@
-"""Sizes and positions of a description that can hardly be meant, asked back; and a scene moved to an origin of its own."""
+"""Refuse implausible sizes and positions of a description, and shift a scene to an origin near its walls."""
 
 from __future__ import annotations
 
@@ -38,7 +38,12 @@ def from_origin(scene: Scene) -> Scene:
     spheres = tuple(_moved(s, origin) for s in scene.spheres)
     walls = tuple(_moved(w, origin) for w in scene.walls)
     outlets = tuple(outlet.moved(origin) for outlet in scene.outlets)
-    changes = {"spheres": spheres, "walls": walls, "outlets": outlets, "origin_mm": (0.0, 0.0, 0.0)}
+    changes: dict[str, Any] = {"spheres": spheres, "walls": walls, "outlets": outlets, "origin_mm": (0.0, 0.0, 0.0)}
+    if periodic := scene.periodic:
+        off = origin["xy".index(periodic.axis)]
+        changes["periodic"] = periodic.model_copy(
+            update={"low_mm": periodic.low_mm - off, "high_mm": periodic.high_mm - off}
+        )
     return scene.model_copy(update=changes)
 
 
@@ -86,7 +91,7 @@ def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
 
 
 def mention_crossing(wall: Wall, surface: Surface) -> None:
-    """Report where a body of an STL file cuts through itself; bodies may overlap each other."""
+    """Report where a body of an STL file intersects itself; bodies may overlap each other."""
     if wall.stl is None:
         return
     count, body = surface.components()
@@ -102,7 +107,7 @@ def mention_crossing(wall: Wall, surface: Surface) -> None:
 
 
 def mention_bars(wall: Wall, surface: Surface) -> None:
-    """Report bodies of an STL file that look like wires or bars but are taken as faces."""
+    """Report bodies of an STL file that look like wires or bars but are treated as faces."""
     if wall.stl is None or wall.half_width_mm is not None:
         return
     count, body = surface.components()
@@ -153,7 +158,7 @@ def _far(corners: Sequence[Floats]) -> tuple[float, float, Vector] | None:
 
 
 def refuse_far(scene: Scene, corners: Sequence[Floats]) -> None:
-    """Refuse a scene so far from the origin that it gives that positions would lose digits, and name another."""
+    """Refuse a scene so far from its origin that positions would lose digits; the message names a suitable origin."""
     if (found := _far(corners)) is not None:
         away, size, (x, y, z) = found
         raise ConfigError(

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from pywet.cases.custom.at_walls import PRESSED, AtWalls
 from pywet.cases.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most, column
+from pywet.geometry import periodic
 from pywet.products import screening_report
 from pywet.products.streams import PRODUCTS, decks
 from pywet.runs.retired import taken_out
 from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.runs.summary import general
+from pywet.scene import EngineScene
 from pywet.util.files import write_json, write_table
 from pywet.util.notices import notice
 
@@ -78,7 +79,7 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
             continue
         at, kind = here[[*"xyz"]].to_numpy(), here["type"].to_numpy() - 1
         speed = np.linalg.norm(here[["vx", "vy", "vz"]].to_numpy(), axis=1)
-        overlap = _overlaps(at, radius_of[kind])
+        overlap = _overlaps(at, radius_of[kind], run.scene)
         at_walls, pressed = walls.overlaps(step, at, radius_of[kind])
         rows.append(
             {
@@ -100,11 +101,11 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _overlaps(at: Floats, radius: Floats) -> Floats:
+def _overlaps(at: Floats, radius: Floats, scene: EngineScene) -> Floats:
     """Overlap over the smaller radius of every pair of spheres that touches."""
-    pairs = cKDTree(at).query_pairs(2.0 * radius.max(), output_type="ndarray")
-    i, j = pairs.T
-    depth = (radius[i] + radius[j] - np.linalg.norm(at[i] - at[j], axis=1)) / np.minimum(radius[i], radius[j])
+    i, j = periodic.near_pairs(at, 2.0 * radius.max(), scene.box_low_m, scene.periods_m).T
+    apart = np.linalg.norm(periodic.nearest(at[i] - at[j], scene.periods_m), axis=1)
+    depth = (radius[i] + radius[j] - apart) / np.minimum(radius[i], radius[j])
     return np.asarray(depth[depth > 0.0])
 
 
@@ -117,7 +118,7 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
         at_most("no_particle_lost", missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
         at_most(
             "liquid_accounted_for", error, LIQUID_TOLERANCE,
-            f"spheres and walls together differ from the liquid put in by {error:.3g} of it at most",
+            f"the sum over spheres and walls differs from the total liquid by at most {error:.3g} of it",
         ),
     ]  # fmt: skip
 

@@ -11,12 +11,12 @@ from pywet.runs.spread import with_interval
 from pywet.util.files import AGAIN, read_if_there
 
 ORDER = ("no", "in part", "–", "yes")
-"""Words of a standing, the worst first."""
+"""Words of a check result, the worst first."""
 Runs = Sequence[Run]
 
 
 def of_scene(folder: Path) -> list[Run]:
-    """The run, and behind it every finished run in a folder FOLDER-SEED whose description differs in the seed alone."""
+    """List the run and every finished run in a folder FOLDER-SEED whose description differs only in the seed."""
     folder = folder.resolve() if folder.name in ("", "..") else folder
     description = _but_seed(folder)
     found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
@@ -30,7 +30,7 @@ def _but_seed(folder: Path) -> object:
 
 
 def over(values: Sequence[float], digits: int = 4) -> str:
-    """A number of every run as mean ± half width of its 95 % interval; as it is where all runs have the same.
+    """Format a number of all runs as mean ± half width of its 95 % interval, or as it is if all runs agree.
 
     >>> over([3.0, 3.0]), over([2.0, 3.0, 4.0])
     ('3', '3.0 ± 2.5')
@@ -38,9 +38,9 @@ def over(values: Sequence[float], digits: int = 4) -> str:
     return with_interval(values[:1] if len(set(values)) == 1 else values, digits)
 
 
-def worst(runs: Runs) -> verdict.Standing:
-    """The worst standing of the runs, with the name of its run; and what the numbers of several runs are."""
-    found = [(verdict.standing(run.path), run.path.name) for run in runs]
+def worst(runs: Runs) -> verdict.CheckResult:
+    """Return the worst status of the runs with the name of its run, and how the numbers of several runs are given."""
+    found = [(verdict.check_result(run.path), run.path.name) for run in runs]
     lowest, name = min(found, key=lambda entry: ORDER.index(entry[0].word))
     if len(runs) == 1:
         return lowest
@@ -49,11 +49,11 @@ def worst(runs: Runs) -> verdict.Standing:
         f"{len(runs)} seeds ({names}): numbers are their mean ± 95 % confidence interval of the mean, curves their mean with "
         f"that interval as a band; the picture is of the first. {name}: {lowest.sentence}"
     )
-    return verdict.Standing(lowest.word, lowest.grade, sentence)
+    return verdict.CheckResult(lowest.word, lowest.grade, sentence)
 
 
 def agreement(runs: Runs) -> list[verdict.Agreement]:
-    """The replays as one: of every quantity all values, and the row of the run where the deviation is largest."""
+    """Combine the replays: all values of every quantity, and the row of the run with the largest deviation."""
     rows: dict[str, list[verdict.Agreement]] = {}
     for run in runs:
         for row in verdict.agreement(run.replay) if run.replay else []:
@@ -66,7 +66,7 @@ def agreement(runs: Runs) -> list[verdict.Agreement]:
 
 
 def lines_of(runs: Runs, sentences: Callable[[Run], Sequence[str]]) -> list[str]:
-    """Sentences of all runs, each once; where runs differ, with the names of those that it is of."""
+    """Collect the sentences of all runs, each once, with the names of its runs if they differ."""
     found: dict[str, list[str]] = {}
     for run in runs:
         for sentence in sentences(run):

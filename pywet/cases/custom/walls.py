@@ -1,4 +1,4 @@
-"""Walls of a scene of one's own: an STL file or one of a few solids, fixed or moving."""
+"""Walls of a user-defined scene: an STL file or one of a few solids, fixed or moving."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from pywet.config.entries import Excusable
 from pywet.geometry.cad import corners_in, read_cad
 from pywet.geometry.faces import BODIES_DEG, FEATURE_ANGLE_DEG, faces
 from pywet.geometry.packing import FeedRegion
-from pywet.geometry.solids import Part, bin_solid, plate, polygon, tube, wire
+from pywet.geometry.punched import SIDES, Punching
+from pywet.geometry.solids import Part, bin_solid, plate, polygon, tube, wire, woven
 from pywet.geometry.surface import Floats, Motion, Surface, make_surface
 from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Title, Vector, Vibration
 from pywet.util.notices import notice
@@ -38,6 +39,8 @@ Direction = Annotated[Vector, AfterValidator(_given)]
 Sides = Annotated[int, Field(ge=3, le=96)]
 BAR_DEG, MOST_FACETS = 1.1, 200_000
 """Least angle of a bar's triangles, and how many triangles bars may have."""
+LAND = 1.02
+"""Least distance between the middles of two holes of a plate, over their diameter."""
 ORDER = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
 """Coordinates of a solid drawn along z, put along another axis."""
 
@@ -151,6 +154,10 @@ class Bars(Excusable):
     """Middle of their plane."""
     sides: Annotated[int, Field(ge=4, le=32, multiple_of=2)] = 8
     """Faces around a bar."""
+    crimp_mm: float = 0.0
+    """Amplitude of a woven wire, whose period is two pitches: up at its first crossing, neighbours down, or the reverse."""
+    first_crossing_mm: NonNegative = 0.0
+    """Of a woven wire: from its lower end to the middle of the first wire that it crosses; the others follow a pitch apart."""
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
@@ -173,8 +180,59 @@ class Bars(Excusable):
             for point in (start, end):
                 point[1 - along] += (k - 0.5 * (self.count - 1)) * MM * self.pitch_mm
             radius = 0.5 * MM * self.diameter_mm
-            found.append((wire(start, end, radius, self.sides, BAR_DEG), radius))
+            if self.crimp_mm:
+                rise = MM * self.crimp_mm * (-1) ** k
+                solid = woven(start, end, radius, self.sides, MM * self.pitch_mm, rise, MM * self.first_crossing_mm)
+            else:
+                solid = wire(start, end, radius, self.sides, BAR_DEG)
+            found.append((solid, radius))
         return found
+
+
+class Punched(Excusable):
+    """A punched plate with round or square holes in columns along x. `origin_mm` is the middle of its upper face."""
+
+    hole_mm: Positive
+    """Diameter or side of a hole."""
+    pitch_mm: Positive
+    """Between the middles of neighbours in a column."""
+    length_mm: Positive
+    """Of the plate, along x."""
+    width_mm: Positive
+    """Of the plate, along y."""
+    columns: Annotated[int, Field(ge=1, le=1000)]
+    """Number of columns, which share the width evenly."""
+    thickness_mm: Positive
+    """Of the plate."""
+    hole: Literal["round", "square"] = "round"
+    """Shape of a hole."""
+    staggered: bool = True
+    """Every other column is set off by half a pitch."""
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its upper face."""
+
+    @model_validator(mode="after")
+    def _solid(self) -> Self:
+        least, space = LAND * self.hole_mm, min(self.pitch_mm, self.width_mm / self.columns)
+        if space < least:
+            raise ValueError(
+                f"pitch_mm and width_mm/columns of at least {LAND:g} hole_mm, {least:.4g} mm ({space:.4g} is less)"
+            )
+        if self.punching.count < 1:
+            raise ValueError(f"length_mm of a pitch_mm, half of one more where staggered ({self.length_mm:g} is less)")
+        if 8 * SIDES * self.columns * self.punching.count > MOST_FACETS:
+            raise ValueError(f"fewer or larger holes, which take at most {MOST_FACETS} triangles")
+        return self
+
+    @property
+    def punching(self) -> Punching:
+        """Where its holes are."""
+        length, width, hole, pitch = (MM * x for x in (self.length_mm, self.width_mm, self.hole_mm, self.pitch_mm))
+        return Punching(length, width, hole, pitch, self.columns, self.hole, self.staggered)
+
+    def parts(self) -> list[Part]:
+        """Make the faces, holes and rim of the plate."""
+        return _placed(self.punching.parts(-MM * self.thickness_mm, 0.0), "z", self.origin_mm)
 
 
 class Vibrates(Excusable):
@@ -195,7 +253,7 @@ class Vibrates(Excusable):
 
 
 class Turns(Excusable):
-    """Turns from the start, right-handed about an axis through `origin_mm`."""
+    """Rotation from the start of the run, right-handed about an axis through `origin_mm`."""
 
     turns_per_minute: Positive
     """Right-handed about the axis."""
@@ -211,7 +269,7 @@ class Turns(Excusable):
 
 
 class Moves(Excusable):
-    """Moves at constant velocity, from a time on, for a time; then it rests where it is."""
+    """Motion at constant velocity from a given time for a given duration; then the wall is at rest."""
 
     velocity_m_per_s: Vector
     """Constant."""
@@ -226,7 +284,7 @@ class Moves(Excusable):
 
 
 class Removed(Excusable):
-    """Is drawn away at a time, as a gate is: along a direction, twice as far as it is long, and rests there."""
+    """Removal of a wall at a given time, such as a gate: it moves twice its length along a direction and stays there."""
 
     at_s: NonNegative
     """Time at which it starts."""
@@ -243,7 +301,7 @@ class Removed(Excusable):
         return Slide(velocity_m_per_s=(x, y, z), opens_at_s=self.at_s, travel_s=travel / self.speed_m_per_s)
 
 
-SHAPES = ("stl", "block", "tube", "disc", "vessel", "bars")
+SHAPES = ("stl", "block", "tube", "disc", "vessel", "bars", "punched")
 MOTIONS: dict[str, Motion] = {"vibrates": "vibrates", "turns": "turns", "moves": "slides", "removed": "slides"}
 """Key of a motion -> the engine's word for it."""
 
@@ -275,6 +333,8 @@ class Wall(Excusable):
     """Shape: an open-topped vessel."""
     bars: Bars | None = None
     """Shape: parallel round bars."""
+    punched: Punched | None = None
+    """Shape: a plate with holes."""
     contact_angle_deg: Annotated[float, Field(ge=0, lt=90)] = 40.0
     """Of the liquid on it."""
     vibrates: Vibrates | None = None
@@ -325,14 +385,14 @@ class Wall(Excusable):
         return unit * corners_in(folder / self.stl).reshape(-1, 3) - MM * np.array(self.origin_mm)
 
     @property
-    def _shape(self) -> Block | Tube | Disc | Vessel | Bars:
-        shape = self.block or self.tube or self.disc or self.vessel or self.bars
+    def _shape(self) -> Block | Tube | Disc | Vessel | Bars | Punched:
+        shape = self.block or self.tube or self.disc or self.vessel or self.bars or self.punched
         assert shape is not None
         return shape
 
     @property
     def fold_deg(self) -> float:
-        """The feature angle that its parts follow from."""
+        """Feature angle [deg] at which a face of the wall ends."""
         return BODIES_DEG if self.bars or self.half_width_mm is not None else self.feature_angle_deg
 
     def _of_file(self, folder: Path) -> list[Part]:
@@ -350,7 +410,7 @@ class Wall(Excusable):
 
 
 def word_of(name: str) -> str:
-    """The word that stands for a wall's name in tables and decks.
+    """Convert a wall's name to the word used in tables and decks.
 
     >>> word_of("drum"), word_of("Rüttelsieb 2"), word_of("漏斗")
     ('drum', 'Ruttelsieb_2_5de194', 'wall_895948')
@@ -363,7 +423,7 @@ def word_of(name: str) -> str:
 
 
 def chosen(of: BaseModel, *keys: str, needed: bool = True) -> str | None:
-    """The one key that is given; more than one, or none where one is `needed`, is refused."""
+    """Return the only key that is given; several keys, or none if one is `needed`, are refused."""
     given = [key for key in keys if getattr(of, key) is not None]
     if len(given) > 1 or (needed and not given):
         raise ValueError(

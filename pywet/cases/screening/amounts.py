@@ -65,6 +65,6 @@ def refuse_too_thin(film_m: float, classes: Sequence[SphereClass]) -> None:
     radius = max(c.radius_m for c in classes)
     if 0.0 < film_m < THINNEST * radius:
         raise PywetError(
-            f"the liquid makes a film of {film_m:.3g} m on spheres of {2e3 * radius:g} mm, which round-off swallows; expected "
+            f"the liquid makes a film of {film_m:.3g} m on spheres of {2e3 * radius:g} mm, which is below round-off; expected "
             f"none or at least {THINNEST * radius:.2g} m: more liquid, or none"
         )

@@ -1,4 +1,4 @@
-"""What a run of a case depends on, as one word: the resolved scene, its apparatus, the code of its laws and of the plugin.
+"""Fingerprint of everything that a case's run depends on: resolved scene, apparatus, code of its laws and of the plugin.
 
 Two runs with the same word give the same numbers. Sources, reasons and comments of the configuration are not in it.
 """

@@ -157,7 +157,7 @@ def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Ch
         ),
         at_most(
             "liquid_accounted_for", error, LIQUID_TOLERANCE,
-            f"all holders together differ from the liquid put in by {error:.3g} of it at most",
+            f"the sum of all liquid reservoirs differs from the total liquid by at most {error:.3g} of it",
         ),
     ]  # fmt: skip
 

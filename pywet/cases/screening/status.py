@@ -1,4 +1,4 @@
-"""How far a case has come: the status file of each of its stages, and why it does not count as done."""
+"""Status file of each stage of a case, and the reasons why a case does not count as done."""
 
 from __future__ import annotations
 

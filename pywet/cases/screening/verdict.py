@@ -1,4 +1,4 @@
-"""Whether a finished run may be believed: its own checks, its liquid ledger, and the independent replay.
+"""Decide whether a finished run is trusted: its own checks, its liquid ledger, and the independent replay.
 
 The only module that knows the layout of replay.json, which `reference_impl` writes.
 """
@@ -55,7 +55,7 @@ def unchecked_laws(replay: dict[str, Any]) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Standing:
+class CheckResult:
     """Verdict on a run at the top of its page: a word, its colour and a sentence."""
 
     word: str
@@ -63,18 +63,18 @@ class Standing:
     sentence: str
 
 
-def standing(run_dir: Path) -> Standing:
+def check_result(run_dir: Path) -> CheckResult:
     """`no` where anything objects, `in part` where something was not checked, `yes` where all was, `–` where nothing was."""
     if objected := objections(run_dir):
-        return Standing("no", "bad", "; ".join(objected))
+        return CheckResult("no", "bad", "; ".join(objected))
     replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
     if not replay:
-        return Standing("–", "", "Its checks agree; nothing of it could be replayed.")
+        return CheckResult("–", "", "Its checks agree; nothing of it could be replayed.")
     if left := not_checked(dict(replay)):
-        return Standing(
+        return CheckResult(
             "in part", "fair", f"Recomputed and agrees, but for {len(left)} not checked: {'; '.join(left)}."
         )
-    return Standing("yes", "good", "Its checks, its liquid ledger and the independent replay agree.")
+    return CheckResult("yes", "good", "Its checks, its liquid ledger and the independent replay agree.")
 
 
 def nothing_compared(replay: dict[str, Any]) -> list[str]:
@@ -99,7 +99,7 @@ def recomputed(run_dir: Path) -> str:
         largest = f", largest deviation {max(exact):.1g}" if exact else ""
         parts.append(f"{len(rows)} quantities in {sum(r.count for r in rows)} values recomputed{largest}")
     if summary and summary["ledger_error"] is not None:
-        parts.append(f"liquid ledger off by {summary['ledger_error']:.1g} of the liquid put in")
+        parts.append(f"liquid ledger closes to {summary['ledger_error']:.1g} of the total liquid")
     return "; ".join(parts) or "nothing of it could be replayed"
 
 

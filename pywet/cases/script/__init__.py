@@ -1,1 +1,1 @@
-"""Liquid in a LIGGGHTS script of the user's own: one line `fix ID all pywet liquid wet.yaml` more."""
+"""Liquid in the user's LIGGGHTS script, by one additional line `fix ID all pywet liquid wet.yaml`."""

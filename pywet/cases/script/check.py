@@ -1,4 +1,4 @@
-"""What `pywet liggghts --check` prints: script and liquid as found, the stable time step, effects and why, what is in the way."""
+"""Output of `pywet liggghts --check`: script and liquid, stable time step, effects with reasons, and what is unsupported."""
 
 from __future__ import annotations
 

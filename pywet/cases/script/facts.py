@@ -1,4 +1,4 @@
-"""What the text of a script gives before it runs: spheres, walls, materials, contact models, time step and skin, gravity.
+"""Facts read from the text of a script: spheres, walls, materials, contact models, time step, skin, gravity.
 
 What variables, loops or restart files hide is left out: the engine knows it at the line of fix pywet.
 """

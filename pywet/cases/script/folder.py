@@ -1,4 +1,4 @@
-"""The folder of a script's run, laid out as that of a scene: what it starts from, and tables made of the raw logs at its end."""
+"""Run directory of a script, laid out like that of a scene: initial state, and tables made from the raw logs at the end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a script with liquid cannot do, by code, and how that shows in what the engine says of itself."""
+"""Unsupported features of a script with liquid, by code, and how each is recognised in the engine's output."""
 
 from __future__ import annotations
 

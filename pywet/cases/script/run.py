@@ -1,4 +1,4 @@
-"""Runs a script with liquid: the engine reads it by itself, at the line of fix pywet the plugin is set up.
+"""Run a script with liquid: the engine reads it, and the plugin is set up at the line of fix pywet.
 
 An error of the engine ends its process, as it ends the stock program: what waits for it makes tables of what was logged.
 """

@@ -1,4 +1,4 @@
-"""What is known of a script before the engine reads it: its commands in order, with those of included files.
+"""Commands of a script in order, including those of included files, before the engine reads it.
 
 Jumps are not followed, and of variables only those that hold numbers and words are filled in: what the others hide is found by
 the engine itself, at the line or before a run.

@@ -1,4 +1,4 @@
-"""What the plugin and the replay take from a script's engine: classes of spheres, walls of its meshes, how far lists see."""
+"""Data that plugin and replay take from a script's engine: sphere classes, mesh walls, range of the neighbour lists."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `wet.yaml` says of the liquid in a script, and what the words of the line `fix ID all pywet …` say."""
+"""Keys of `wet.yaml`, the liquid of a script, and arguments of the line `fix ID all pywet …`."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Wet(Strict):
     @model_validator(mode="after")
     def _amount(self) -> Self:
         if self.liquid.percent is None and self.liquid.film_um is None:
-            raise ValueError("liquid.percent or liquid.film_um, how much of it there is (0: none)")
+            raise ValueError("liquid.percent or liquid.film_um, the amount of liquid (0: none)")
         return self
 
     @property

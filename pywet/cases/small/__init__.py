@@ -1,1 +1,1 @@
-"""The work bench: bodies and ready scenes for every study, comparison and test."""
+"""Small test scenes: bodies and ready-made scenes for studies, comparisons and tests."""

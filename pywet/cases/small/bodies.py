@@ -134,7 +134,7 @@ def in_drum(count: int, sphere_radius: float, radius: float, width: float, seed:
     if len(at) < count:
         raise PywetError(
             f"{count} spheres do not fit into their drum of {radius:g} m, only {len(at)}; expected {FIT_IN_DRUM} "
-            "or more: mend spheres"
+            "or more: fix spheres"
         )
     return at_places(at + np.random.default_rng(seed).uniform(-0.05, 0.05, at.shape) * sphere_radius)
 

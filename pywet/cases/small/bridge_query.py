@@ -83,7 +83,7 @@ class Query(Excusable):
         smaller = 4.0 / 3.0 * math.pi * min(body.radius for body in self.bodies) ** 3
         if self.volume_m3 > smaller:
             raise ValueError(
-                f"volume_m3 at most that of the smaller sphere ({smaller:.3g} m3), which a bridge would swallow"
+                f"volume_m3 at most that of the smaller sphere ({smaller:.3g} m3), which the bridge would enclose"
             )
         return self
 
@@ -121,12 +121,12 @@ def checked(given: Any, path: Path) -> Query:
     for name in query.laws:
         if own.is_own(name) and own.kind_of(name) not in (*DEFAULT, *BESIDE):
             raise PywetError(
-                f"{path}: {name} is a law of {own.kind_of(name)}, which a standing bridge does not ask; expected one of "
-                f"{', '.join((*DEFAULT, *BESIDE))}: mend laws"
+                f"{path}: {name} is a law of {own.kind_of(name)}, which a static bridge does not use; expected one of "
+                f"{', '.join((*DEFAULT, *BESIDE))}: fix laws"
             )
         if name not in known and not own.is_own(name):
             raise PywetError(
-                f"{path}: there is no law named {one_line(name)}; expected some of {', '.join(sorted(known))}: mend laws"
+                f"{path}: there is no law named {one_line(name)}; expected names from {', '.join(sorted(known))}: fix laws"
             )
     return query
 
@@ -198,7 +198,7 @@ def pull_off(query: Query) -> float:
     """Largest force [N] over the separations by the one capillary law that the query names."""
     names = query.named("capillary")
     if len(names) != 1:
-        raise PywetError(f"a pull-off force is asked of {', '.join(names)}; expected one capillary law: mend laws")
+        raise PywetError(f"a pull-off force is requested for {', '.join(names)}; expected one capillary law: fix laws")
     ri, rj, ti, tj = query.pair
     if names[0] == EXACT:
         return max((force for force in exact_force(query) if force is not None), default=0.0)
@@ -228,7 +228,7 @@ def film(query: Query, name: str) -> float:
     while drawn(top) < query.volume_m3:
         top *= 2.0
         if top > 1e9 * ri:
-            raise PywetError(f"law {name} draws {query.volume_m3:g} m3 from no film, however thick; mend volume_m3")
+            raise PywetError(f"law {name} draws {query.volume_m3:g} m3 from no film, however thick; fix volume_m3")
     return float(brentq(lambda h: drawn(h) / query.volume_m3 - 1.0, 0.0, top, xtol=1e-18, rtol=1e-15))
 
 
@@ -241,7 +241,7 @@ def _until(rupture: float, gaps: np.ndarray, values: np.ndarray, name: str) -> l
 def _finite(value: float, name: str) -> float:
     if not math.isfinite(value):
         raise PywetError(
-            f"law {name} gives {value} for this bridge; expected a number: mend the bodies, or leave it out"
+            f"law {name} gives {value} for this bridge; expected a number: fix the bodies, or leave it out"
         )
     return value
 

@@ -1,4 +1,4 @@
-"""Two bodies and a bridge between them, without an engine: what laws, the exact bridge and a question to a program say of it."""
+"""Two bodies with a bridge, without an engine: the results of laws and of the exact bridge, and a query for other programs."""
 
 from __future__ import annotations
 

@@ -1,2 +1,1 @@
-"""N wet spheres in a plane (Davis 2023): dynamics, integrators, events, outcomes; the public face is
-`pywet.collisions.spheres.command`."""
+"""Collisions of N wet spheres in a plane (Davis 2023); the public interface is `pywet.collisions.spheres.command`."""

@@ -1,4 +1,4 @@
-"""Collisions of N wet spheres in a plane after Davis 2023: the public face.
+"""Public interface to collisions of N wet spheres in a plane (Davis 2023).
 
 Model, contact law, accuracy and limits: docs/sphere_collisions.md. Not a discrete element engine: hard contacts, every event
 located, a few spheres, adaptive steps.

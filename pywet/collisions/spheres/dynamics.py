@@ -1,4 +1,4 @@
-"""Forces and equations of motion of N wet spheres in a plane, compiled (Davis 2023, eqs. 1-18, misprints mended).
+"""Forces and equations of motion of N wet spheres in a plane, compiled (Davis 2023, eqs. 1-18, misprints corrected).
 
 Forces come from the pairs' polar variables, energies from the spheres' Cartesian ones: the energy budget tests one against
 the other. The variables are those of `state`.

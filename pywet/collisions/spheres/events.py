@@ -1,4 +1,4 @@
-"""Where events are, compiled: films that touch or part, solid contacts, resting contacts that would pull.
+"""Locate events, compiled: films that touch or separate, solid contacts, resting contacts that would pull.
 
 An event is suspected where the cubic through the ends of a step crosses its level, the start of a bounce inside a single
 step included, and located by repeating the step with other lengths: its place is as accurate as a step.

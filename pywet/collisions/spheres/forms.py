@@ -1,4 +1,4 @@
-"""The two JSON descriptions of `pywet collide spheres`, typed; a mistake is answered in one sentence that names the key."""
+"""The two JSON input forms of `pywet collide spheres`, typed; a mistake is reported in one sentence that names the key."""
 
 from __future__ import annotations
 

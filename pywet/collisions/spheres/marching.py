@@ -1,4 +1,4 @@
-"""From the first state to the last, compiled: steps, events, flight without contact in closed form.
+"""Integrate from the initial to the final state, compiled: steps, events, flight without contact in closed form.
 
 Where events are is the business of `events`, what happens at them that of `contacts`.
 """

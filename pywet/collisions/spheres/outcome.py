@@ -1,4 +1,4 @@
-"""What became of a collision: who sticks, who parted when and how fast, by which mechanism; as plain data for JSON."""
+"""Outcome of a collision: which spheres stick, when and how fast others separate, by which mechanism; plain data for JSON."""
 
 from __future__ import annotations
 

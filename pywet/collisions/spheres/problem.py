@@ -1,4 +1,4 @@
-"""What collides: spheres, films, liquid, contact, and the scales in which the equations are solved; any consistent units."""
+"""Definition of a collision: spheres, films, liquid, contact, and the scales of the solution; any consistent units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs a `Problem` and gives back what happened, in the problem's own units."""
+"""Solve a `Problem` and return the result in the units of the problem."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a march works on, compiled: constants of a problem, the state, counters, what was noted. Units: those of `System`.
+"""Working data of the integration, compiled: constants, state, counters, recorded events. Units: those of `System`.
 
 The state holds, for each sphere, x, y, vx, vy, ω; then four works (viscous, capillary, gravity, friction of resting contacts);
 then, for each pair whose films overlap, four polar variables: q = ln h, θ, u = −dh/dt and w = (v_i − v_j)·t = −r dθ/dt.

@@ -1,1 +1,1 @@
-"""A wet sphere against a wall (Buck et al. 2018): force balance, sweeps, figures; two modules alone know the engine."""
+"""Collision of a wet sphere with a wall (Buck et al. 2018): force balance, sweeps, figures."""

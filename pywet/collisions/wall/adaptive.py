@@ -1,4 +1,4 @@
-"""A collision by `scipy.integrate.solve_ivp`, any of its methods; slower than `compiled` and the yardstick for it.
+"""Solve a collision by `scipy.integrate.solve_ivp`, with any of its methods; slower than `compiled` and its reference.
 
 Also the one that keeps the path, for pictures of a collision and for integrals over it.
 """

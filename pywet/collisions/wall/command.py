@@ -1,4 +1,4 @@
-"""`pywet collide wall FILE`: reads the file, runs one collision or a sweep, prints the answer."""
+"""`pywet collide wall FILE`: read the file, run one collision or a sweep, print the answer."""
 
 from __future__ import annotations
 
@@ -32,7 +32,9 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
     content = sweep.read(file)
     if not sweep.swept(content):
         if as_table or csv is not None:
-            raise PywetError(f"{file} describes one collision, expected a list somewhere for --table or --csv")
+            raise PywetError(
+                f"{file} describes one collision, expected at least one list of values for --table or --csv"
+            )
         problem = parse(Problem, content, str(file))
         with compiling("wall"), err.status("one collision"):
             answer = collide(problem)

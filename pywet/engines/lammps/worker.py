@@ -1,4 +1,4 @@
-"""Runs one script with the plugin inside this process: MPI's library, LAMMPS's, plugin, compiled laws. Started by driver.py."""
+"""Run one script with the plugin in this process: libraries of MPI and LAMMPS, plugin, compiled laws. Started by driver.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What files say, before the plugin takes it for true: numbers of spheres, types, films, triangles, transfer tables.
+"""Check numbers read from files before they reach the plugin: spheres, types, films, triangles, transfer tables.
 
 The plugin indexes its arrays by these numbers and checks none of them.
 """

@@ -1,4 +1,4 @@
-"""Builds the plugin (a shared library against libliggghts-dev) and caches it by a hash of sources and versions.
+"""Build the plugin (a shared library against libliggghts-dev) and cache it by a hash of sources and versions.
 
 Not here: loading it into an engine (worker.py) or what it computes (plugin/).
 """

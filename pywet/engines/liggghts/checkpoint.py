@@ -1,4 +1,4 @@
-"""Checkpoints of a run: when one is whole, which one a run may go on from, and how the logs are cut back to it.
+"""Checkpoints of a run: completeness, choice of the one to resume from, truncation of the logs to it.
 
 `engine.partial/checkpoint/` holds `engine.<step>` (LIGGGHTS' restart file: spheres, contact histories, mesh positions), in a
 run with the plugin `state.<step>` (its films, bridges, springs, work done, forces), and `sums.<step>.json`: sizes and check

@@ -1,4 +1,4 @@
-"""From the raw files of a finished run to the run directory's tables, so that a kill at any moment loses and mixes nothing.
+"""Convert the raw files of a finished run into tables; a kill at any moment neither loses nor mixes data.
 
 Tables are made in `engine.partial/tables`, then what an earlier run left is removed, the tables take their places,
 `engine.partial` becomes `engine`, and only then the raw files go. Until that last name everything can be done again from the

@@ -1,4 +1,4 @@
-"""The dry contact of a scene in the engine's words: contact model, its settings, properties of types and of pairs of types."""
+"""Dry contact of a scene in LIGGGHTS commands: contact model, its settings, properties of types and pairs of types."""
 
 from __future__ import annotations
 

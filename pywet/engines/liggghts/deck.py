@@ -1,4 +1,4 @@
-"""Writes the LIGGGHTS deck of a scene: data file, set-up script, run script, from the templates in liggghts_inputs/."""
+"""Write the LIGGGHTS deck of a scene: data file, set-up script, run script, from the templates in liggghts_inputs/."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def write_data(scene: EngineScene, spheres: pd.DataFrame, path: Path) -> None:
     """The engine's data file: box and spheres (id, type, diameter, density, position), velocities where given."""
     inside = np.ones(len(spheres), dtype=bool)
     for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
-        inside &= (spheres[axis] > low) & (spheres[axis] < high)
+        inside &= (spheres[axis] > low) & (spheres[axis] < high) | (spheres[axis] == low) & (axis == scene.periodic)
     if not inside.all():
         first = spheres.loc[~inside].iloc[0]
         raise PywetError(f"sphere {int(first['id'])} starts outside the box of scene {scene.name}; enlarge the box")
@@ -196,7 +196,7 @@ def from_folder(path: Path, folder: Path) -> str:
     way = os.path.relpath(path.resolve(), folder.resolve())
     if not re.fullmatch(r"[A-Za-z0-9_./-]+", way):
         raise PywetError(
-            f"the path {shown(Path(way))} cannot stand in the engine's script; expected letters, digits, _, - and . "
+            f"the path {shown(Path(way))} cannot be used in the engine's script; expected letters, digits, _, - and . "
             "between slashes: rename what is below the run directory"
         )
     return way
@@ -245,6 +245,7 @@ def write_deck(
         "scene": scene,
         # the plugin's worker says them, at each checkpoint again
         "columns": "${columns}" if attached(scene) else grid.words(scene, spheres[["x", "y"]], ranks),
+        "boundary": " ".join("p" if axis == scene.periodic else "f" for axis in "xyz"),
         "types": len(scene.classes) + 1,
         "properties": contact_model.property_matrices(scene),
         "materials": contact_model.of_materials(scene),

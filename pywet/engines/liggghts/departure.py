@@ -1,4 +1,4 @@
-"""Where a sphere left the simulated box, from the last output that holds it: the engine itself names no place."""
+"""Find where a sphere left the simulated box from the last output that contains it, since the engine reports no position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs a prepared scene in LIGGGHTS and turns what it wrote into tables.
+"""Run a prepared scene in LIGGGHTS and convert its output into tables.
 
 A dry scene runs on the stock program; a moist one, or one whose wires are prisms, in worker.py with the plugin. Everything is
 written into `engine.partial` first and renamed when the run is complete, so a failed run never looks like a finished one.

@@ -1,4 +1,4 @@
-"""What a moist run and its replay read beside the scene: transfer tables, constants of the laws; the laws' own tables made ready.
+"""Inputs of a moist run and its replay besides the scene: transfer tables, constants of the laws, the laws' own tables.
 
 A law's table is solved here once, with progress, and stored in the cache.
 """

@@ -1,4 +1,4 @@
-"""The raw files that a run appends to, and how far each is whole: sizes and check sums up to a step.
+"""Raw log files of a run, and up to which step each is complete: sizes and checksums.
 
 Trajectory and window dumps are the engine's text, the `.bin` logs the plugin's records (pywet/schema.py).
 """

@@ -1,4 +1,4 @@
-"""ctypes face of the plugin: hands it the liquid, the laws, the transfer tables, the walls and the films of a scene.
+"""ctypes interface of the plugin: passes liquid, laws, transfer tables, walls and films of a scene to it.
 
 Python's integers and truth values are C's int to ctypes as they are; all others are converted here.
 """

@@ -1,4 +1,4 @@
-"""Starts LIGGGHTS, watches what it writes, and says in one sentence why it stopped."""
+"""Start LIGGGHTS, monitor its output, and report in one sentence why it stopped."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _refuse_flood(folder: Path, scene: EngineScene) -> None:
             message = log.read(4096).decode(errors="replace").strip().splitlines()
         raise StoppedRun(
             f"{scene.name}: LIGGGHTS was ended at step {last_step(folder)} of {scene.steps}: it wrote more than "
-            f"{LARGEST_LOG // 10**6} MB into {path}, where some hundred lines were expected; the first is: "
+            f"{LARGEST_LOG // 10**6} MB into {path}, where a few hundred lines were expected; the first is: "
             f"{message[0][:200] if message else ''!r}",
             step=last_step(folder),
         )

@@ -1,4 +1,4 @@
-"""The engine's restart file: whether it is whole, which the engine does not ask."""
+"""Check that the engine's restart file is complete, which the engine itself does not check."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def _numbers(state: Path, start: int, n: int, kind: np.dtype = COUNT) -> np.ndar
     there = (state.stat().st_size - start) // kind.itemsize
     if not 0 <= n <= there:
         raise FileError(
-            f"{shown(state)} says that it holds {n} records where there is room for {max(there, 0)}; expected a whole "
+            f"{shown(state)} claims to hold {n} records but has space for {max(there, 0)}; expected a complete "
             "checkpoint: remove engine.partial and call again",
             path=state,
         )

@@ -1,4 +1,4 @@
-"""Motion, forces and contact springs of all spheres in every step of the windows: deck lines, and what they wrote as tables.
+"""Motion, forces and contact springs of all spheres in each step of the sampling windows: deck lines and tables.
 
 The engine's own dumps, made only in the windows; without `output.window_trajectories` the deck holds none of it.
 """

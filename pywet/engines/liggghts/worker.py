@@ -1,4 +1,4 @@
-"""Runs one deck with the plugin inside this process: engine library, plugin, compiled laws. Started by driver.py.
+"""Run one deck with the plugin in this process: engine library, plugin, compiled laws. Started by driver.py.
 
 A child process because an engine error ends in MPI_Abort, which kills the process it happens in. Under `mpirun -np N` each
 rank runs this program.

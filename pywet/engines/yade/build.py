@@ -1,4 +1,4 @@
-"""Where YADE's modules are, and the plugin built for it: the sources of engines/liggghts but for what asks the engine."""
+"""Find YADE's modules and build the plugin for it from the engine-independent sources of engines/liggghts."""
 
 from __future__ import annotations
 

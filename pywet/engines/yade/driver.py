@@ -1,4 +1,4 @@
-"""Runs a prepared scene in YADE with the plugin, and leaves the same tables as a run in LIGGGHTS.
+"""Run a prepared scene in YADE with the plugin and write the same tables as a run in LIGGGHTS.
 
 Contacts, neighbours and integration are YADE's; bridges, films and rolling resistance the plugin's. Everything is written into
 `engine.partial` first and renamed when the run is complete. A run has one process and does not resume.
@@ -55,6 +55,8 @@ def refuse(scene: EngineScene) -> None:
     reasons = []
     if scene.removes:
         reasons.append("taking spheres out of a run (`retire`, outlets)")
+    if scene.periodic is not None:
+        reasons.append("walls in a box that is periodic")
     if scene.effects.liquid_weight:
         reasons.append("spheres whose mass changes (`liquid_weight`)")
     if scene.hertz is not None:
@@ -66,7 +68,7 @@ def refuse(scene: EngineScene) -> None:
     if reasons:
         raise PywetError(
             f"the engine yade cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected a scene without: "
-            "take the engine liggghts"
+            "use the engine liggghts"
         )
 
 

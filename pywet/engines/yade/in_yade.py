@@ -1,4 +1,4 @@
-"""The bodies and engines of a scene in YADE, from its task, which is plain numbers. Imported by the worker where YADE can be."""
+"""Create the bodies and engines of a scene in YADE from plain numbers. Imported by the worker where YADE is installed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where YADE's numbers lie in memory, for the plugin's host: Debian's package has no headers of it. Runs inside YADE.
+"""Memory layout of YADE's data for the plugin, since Debian's package has no headers. Runs inside YADE.
 
 What is assumed of the objects of this version is compared with what YADE itself says of a made-up scene, before any run: where it
 differs, or cannot be read at all, the run is refused.

@@ -1,4 +1,4 @@
-"""Walls as YADE needs them: every closed surface cut into convex solids.
+"""Walls for YADE: every closed surface cut into convex solids.
 
 YADE's facets are counted one by one: a sphere on the edge that two of them share, flat or convex, gets both their forces
 (measured: twice the stiffness and damping). Most contacts with a wire of six sides are on edges. A convex polyhedron is one

@@ -1,4 +1,4 @@
-"""Runs one task with the plugin inside this process: YADE's modules, plugin, compiled laws. Started by driver.py.
+"""Run one task with the plugin in this process: YADE's modules, plugin, compiled laws. Started by driver.py.
 
 YADE's packages are Debian's, and come after those of this program: nothing of theirs takes the place of one of ours.
 """

@@ -1,4 +1,4 @@
-"""Follows the stable branch of a bridge: Newton's method, continuation in volume and separation, the limit of stability.
+"""Follow the stable branch of a bridge: Newton's method, continuation in volume and separation, the limit of stability.
 
 The branch starts at touching bodies and ends at the first zero of the Jacobian's determinant: a fold, or for equal bodies of
 large contact angle the loss of symmetry shortly before it. A negative r_j is a hollow (its φ_j is negative too): tables need

@@ -1,4 +1,4 @@
-"""Where a bridge parts, and how much liquid stays on either side. Compiled; lengths in any one unit."""
+"""Position at which a bridge ruptures, and the liquid that stays on either side. Compiled; lengths in any one unit."""
 
 from __future__ import annotations
 

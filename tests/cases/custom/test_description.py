@@ -44,7 +44,7 @@ def test_all_mistakes_of_a_file_are_reported_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"walls": [{"name": "floor"}]}, "one of stl, block, tube, disc, vessel, bars, not none"),
+        ({"walls": [{"name": "floor"}]}, "one of stl, block, tube, disc, vessel, bars, punched, not none"),
         ({"walls": [{"name": "w", "block": {"low_mm": (0, 0, 0), "high_mm": (1, 1, 0)}}]}, "low_mm to be less"),
         (
             {"materials": {"glass": {"density_kg_per_m3": 2500, "rolling_friction": 0.1, "rolling_friction_m": 1e-5}}},
@@ -104,7 +104,7 @@ def test_a_scene_does_not_change_but_gives_another() -> None:
     """Setting a key is refused in a sentence that names the way; the other scene is checked as any."""
     scene = pywet.Scene(**beads(liquid={"percent": 5}))
     with pytest.raises(
-        ConfigError, match=r"seed cannot be set, a scene does not change; expected .* scene.with_\(seed=…\)"
+        ConfigError, match=r"seed cannot be set, since a scene is immutable; make a new one: scene.with_\(seed=…\)"
     ):
         scene.seed = 2
     other = scene.with_(liquid=pywet.Liquid(percent=7), seed=2)
@@ -121,7 +121,7 @@ def test_a_scene_does_not_change_but_gives_another() -> None:
         ({"cylinder": {"diameter_mm": 20, "height_mm": 20}}, "cylinder: .* raise height_mm or diameter_mm"),
     ],
 )
-def test_spheres_that_do_not_fit_are_told_of_keys_that_the_scene_has(region: dict[str, Any], words: str) -> None:
+def test_spheres_that_do_not_fit_are_refused_by_keys_that_the_scene_has(region: dict[str, Any], words: str) -> None:
     entry = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 5000, **region}
     with pytest.raises(PywetError, match=words) as error:
         _ = Building(pywet.Scene(**beads(spheres=[entry]))).spheres

@@ -103,6 +103,6 @@ def test_room_for_what_is_thrown(v: Any, speed: float, gravity: Any, duration: f
 def test_room_for_what_is_thrown_is_bounded_by_the_cells_of_the_box() -> None:
     """A wall of 100 m/s would throw 2 km high."""
     below, above = extent.thrown(100.0, (0.0, 0.0, -9.81), 1e3)
-    low, high = extent.with_room(np.zeros(3), np.full(3, 0.05), below, above, 0.003)
+    low, high = extent.with_margin(np.zeros(3), np.full(3, 0.05), below, above, 0.003)
     assert np.prod((high - low) / 0.003) <= extent.CELLS * (1 + 1e-9)
     assert low[2] == 0.0 and high[2] > 0.05

@@ -42,11 +42,11 @@ def test_a_sphere_waits_as_far_back_as_it_has_to_come() -> None:
 @pytest.mark.parametrize(
     ("entry", "walls", "words"),
     [
-        ({"velocity_m_per_s": (0, 0, 0)}, [], "velocity_m_per_s beside fed"),
+        ({"velocity_m_per_s": (0, 0, 0)}, [], "velocity_m_per_s together with fed"),
         ({"fed": {"for_s": 0.2}}, [], "to be fed before the end"),
         ({"fed": {"for_s": 0.05, "pulses": 2}}, [], "pulses with profile: pulsed, and only then"),
         ({"fed": {"for_s": 0.05, "profile": "pulsed"}}, [], "pulses with profile: pulsed, and only then"),
-        ({"count": 3000}, [], "fit on their way, the next does not"),
+        ({"count": 3000}, [], "fit into their path, the next does not"),
         (
             {},
             [{"name": "lid", "block": {"low_mm": (-20, -20, 28), "high_mm": (20, 20, 30)}}],

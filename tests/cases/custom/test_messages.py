@@ -79,20 +79,20 @@ NO_KEY = (of_models(EngineScene) | SCREENING) - OWN
 UNSTABLE = {"time_step": {"time_step_s": 1e-3}, "walls": [BLOCK], "liquid": {"percent": 1}, "duration_s": 0.01}
 
 
-def told(of: dict[str, Any], folder: Path) -> str:
+def message_of(of: dict[str, Any], folder: Path) -> str:
     with pytest.raises(PywetError) as error:
         write(pywet.Scene(**beads(**of), folder=folder), folder / "run")
     return str(error.value)
 
 
 @pytest.mark.parametrize("name", FAULTY)
-def test_a_scene_is_told_of_keys_that_a_scene_has(name: str, tmp_path: Path) -> None:
-    output_text = told(FAULTY[name], tmp_path)
+def test_a_scene_is_refused_by_keys_that_a_scene_has(name: str, tmp_path: Path) -> None:
+    output_text = message_of(FAULTY[name], tmp_path)
     assert not set(WORD.findall(output_text)) & NO_KEY, output_text
     assert "the box" not in output_text, output_text
 
 
-def test_an_unstable_step_is_told_in_words_of_a_scene(tmp_path: Path) -> None:
+def test_an_unstable_step_is_reported_in_words_of_a_scene(tmp_path: Path) -> None:
     """It is refused when all is written and before the engine starts."""
     with pytest.raises(PywetError, match=r"time_step_s|time step") as error:
         pywet.run(pywet.Scene(**beads(**UNSTABLE)), tmp_path / "run")
@@ -108,7 +108,7 @@ def test_an_unstable_step_is_told_in_words_of_a_scene(tmp_path: Path) -> None:
         ("config.yaml", r"seed: ", "sead: "),
     ],
 )
-def test_a_screening_case_is_told_of_keys_that_it_has(
+def test_a_screening_case_is_refused_by_keys_that_it_has(
     tmp_path: Path, file: str, pattern: str, replacement: str
 ) -> None:
     folder = Path(shutil.copytree(ROOT / "config", tmp_path / "config"))

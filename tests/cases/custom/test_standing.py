@@ -33,7 +33,7 @@ def test_the_head_is_green_only_where_all_was_checked(changes: dict, word: str, 
     (run / "summary.json").write_text(json.dumps(summary))
     replay = {"ok": True, "quantities": {"capillary": ROW}, "unchecked": [], "not_checked": [], **changes}
     (run / "replay.json").write_text(json.dumps(replay))
-    outcome = verdict.standing(run)
+    outcome = verdict.check_result(run)
     assert (outcome.word, outcome.grade) == (word, grade)
     listed = verdict.not_checked(replay)
     assert grade == "bad" or all(sentence in outcome.sentence for sentence in listed)

@@ -170,7 +170,7 @@ A_WALL = {"wall": "large", "contact_angle_deg": 30}
         (changed(bodies=[SMALLEST["bodies"][0]]), ["bodies", "2"]),
         (changed(volume_m3=0.0), ["volume_m3", "greater than"]),
         (changed(separations_m=[]), ["separations_m", "1"]),
-        (changed(laws=["rabinowitsch"]), ["no law named rabinowitsch", "rabinovich", "mend laws"]),
+        (changed(laws=["rabinowitsch"]), ["no law named rabinowitsch", "rabinovich", "fix laws"]),
         (changed(viscosity_mPas=1.0), ["viscosity_mPas", "not known", "viscosity_Pa_s"]),
         ("{bodies: 2}", ["is not the JSON", "line 1", "docs/bridge.md"]),
         ("[]", ["content"]),

@@ -175,11 +175,15 @@ MOTION: dict[str, tuple[str, str]] = {
 }
 """Faults that only the recorded motion shows (`output.window_trajectories`), and how they are named."""
 UNSEEN: dict[str, tuple[str, bool, str]] = {
-    "forces that act": ("half of it acts", True, "half of each force acts, all of it is logged, no motion is recorded"),
+    "forces that act": (
+        "half of it acts",
+        True,
+        "half of each force acts, the whole force is logged, no motion is recorded",
+    ),
     "forces outside the contact log": (
         "viscous sign",
         False,
-        "the sign of a force is turned where no contact is logged",
+        "the sign of a force is reversed where no contact is logged",
     ),
 }
 """What the replay of the logs does not see: fault, whether contacts are logged, in words."""

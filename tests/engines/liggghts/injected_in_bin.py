@@ -43,7 +43,7 @@ def lost_share(events: pd.DataFrame) -> pd.DataFrame:
     return events
 
 
-def kept_bridge(events: pd.DataFrame) -> pd.DataFrame:
+def retained_bridge(events: pd.DataFrame) -> pd.DataFrame:
     """A bridge of a retired sphere does not end."""
     return events.drop(events.index[events["kind"] == 2][3]).reset_index(drop=True)
 
@@ -73,7 +73,7 @@ FAULTS: dict[str, tuple[str, Callable[[pd.DataFrame], pd.DataFrame], str, str]] 
     "a sphere that is too fast": ("history/retired", scaled("v_z", 1e4), "retired_who", "does not qualify"),
     "a sphere left out": ("history/retired", lambda t: t.drop(t.index[-1]), "retired_missed", "qualifies and was not retired"),
     "a share lost": ("history/events", lost_share, "share_j", "all liquid goes to i"),
-    "a bridge kept": ("history/events", kept_bridge, "final_bridges_missing", "missing from the log"),
+    "a bridge kept": ("history/events", retained_bridge, "final_bridges_missing", "missing from the log"),
     "a retirement called rupture": ("history/events", called_rupture, "rupture_due", "rupture"),
     "a rupture called retirement": ("history/events", called_retirement, "retired_events", "no sphere of it is retired"),
     "a place not kept": ("trajectory", moved, "retired_rest", "moves"),

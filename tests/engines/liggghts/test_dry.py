@@ -33,7 +33,7 @@ def bodies(partner: str, radius: float, time_step: float) -> tuple[list[small.Sp
     return spheres, [small.floor(0.08)] if partner == "wall" else []
 
 
-def own_pair(pairs: tuple[ContactPair, ...]) -> list[ContactPair]:
+def pairs_of_one_type(pairs: tuple[ContactPair, ...]) -> list[ContactPair]:
     """Contacts of type 1 with itself and with the walls."""
     return [p for p in pairs if p.a == 1 and p.b in (0, 1)]
 
@@ -48,7 +48,7 @@ def test_restitution_is_the_configured_one(tmp_path: Path, case: int, scale: str
     made = cases.ingredients(CONFIG, case, scale)
     first: SphereClass = made.classes[0]
     spheres, walls = bodies(partner, first.radius_m, made.time_step_s)
-    pairs = own_pair(made.pairs)
+    pairs = pairs_of_one_type(made.pairs)
     pair = next(p for p in pairs if p.b == (0 if partner == "wall" else 1))
     steps = round(4e-4 / made.time_step_s) + 60
     small.prepare(

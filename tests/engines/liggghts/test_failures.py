@@ -187,7 +187,7 @@ def test_two_runs_in_one_folder(tmp_path: Path) -> None:
     program = f"import time; from pathlib import Path; from pywet import run_lock\n{held}"
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE) as other:
         assert other.stdout is not None and other.stdout.readline()
-        with pytest.raises(PywetError, match="another run is at work"):
+        with pytest.raises(PywetError, match="another run is active"):
             small.run(tmp_path, spheres)
         other.kill()
 

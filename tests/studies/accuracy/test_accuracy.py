@@ -434,7 +434,7 @@ def test_plan_says_settings_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert lines[0].startswith("settings for 20 % in fraction retained (dry)")
     assert any("time of the engine's run" in line for line in lines)
     assert config.load(tmp_path / "new").settings.laws == config.load(tmp_path / "new").settings.laws
-    with pytest.raises(PywetError, match="expected some of fraction retained"):
+    with pytest.raises(PywetError, match="expected one or more of fraction retained"):
         command.plan(CONFIG, 1, "smoke", "20%", ["colour"], None)
 
 

@@ -69,7 +69,7 @@ def test_the_documentation_shows_the_stored_rows() -> None:
     assert all(given.source in page for given in scatter.INPUTS.values())
 
 
-def test_no_row_of_the_documentation_is_told_from_chance() -> None:
+def test_no_row_of_the_documentation_is_significant() -> None:
     """Find the bound of friction for the dry mean, its mean and half width, in the text."""
     cells = [cell for row in blocks.scatter_rows(SMOKE) for cell in row[1:] if cell != "–"]
     values = [tuple(float(part) for part in cell.split(" ± ")) for cell in cells]

@@ -235,7 +235,7 @@ def test_the_numbers_of_the_readme_are_those_of_the_stored_tables() -> None:
     )
 
 
-def test_what_springs_do_is_told_from_what_seeds_do(tmp_path: Path) -> None:
+def test_what_springs_do_is_distinguished_from_scatter(tmp_path: Path) -> None:
     """Half of U = (exp(−0.4 t) + exp(−0.32 t))/2 is through at 1.93 s; three seeds, Student's 4.303 · √(1 + 1/3)."""
     seeds = [make(tmp_path / "a", 1, seed=k, rate=r) for k, r in ((1, 0.38), (2, 0.4), (3, 0.42))]
     one = make(tmp_path / "b", 1)
@@ -254,7 +254,7 @@ def test_what_springs_do_is_told_from_what_seeds_do(tmp_path: Path) -> None:
     assert spread.lines(spread.rows({1: seeds[:1]}, {}, (1,))) == []
 
 
-def test_what_retirement_changes_is_told_from_what_seeds_do(tmp_path: Path) -> None:
+def test_what_retirement_changes_is_distinguished_from_scatter(tmp_path: Path) -> None:
     """Means of three and of two runs: Student's 4.303 · √(1/3 + 1/2) of the seeds' spread; a case of one seed has none."""
     seeds = [make(tmp_path / "a", 2, seed=k, rate=r) for k, r in ((1, 0.38), (2, 0.4), (3, 0.42))]
     halves = np.array([spread.half_through(k) for k in seeds])

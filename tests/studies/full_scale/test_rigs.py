@@ -90,3 +90,21 @@ def test_what_185_mm_gains_and_loses_against_200_mm() -> None:
     assert (one - other, other - one) == ({2, 6, 11, 19, 20}, {8, 9, 10, 15, 30})
     left = [100.0 * runs[case][0].at(runs[case][0].undersize, 20.0) for runs in (narrow, wide) for case in (7, 16)]
     assert [round(x) for x in left] == [25, 35, 0, 24]
+
+
+def test_what_equation_14_as_printed_gains_and_loses() -> None:
+    """The third paragraph of the page: verdicts on 185 mm with both readings, and the end of passage in case 2."""
+    both = rigs.with_dry({rig: FOUND[rig] for rig in ("sieve185", "sieve185_printed")})
+    corrected, printed = (
+        {s.number: judge(s, both[rig]).verdict for s in STATEMENTS if s.cases}
+        for rig in ("sieve185", "sieve185_printed")
+    )
+    changed = {
+        n: verdict
+        for n, verdict in printed.items()
+        if verdict in ("confirmed", "not confirmed") and verdict != corrected[n]
+    }
+    assert changed == {30: "confirmed", 11: "not confirmed", 34: "not confirmed"}
+    assert {printed[n] for n in (7, 12, 17, 21, 26)} == {"not confirmed"}
+    times = [through({2: FOUND[rig][2][0]}, 2, 0.01) for rig in ("sieve185_printed", "sieve185")]
+    assert [f"{t:.1f}" for t in times] == ["10.5", "8.2"] and "10.5 s instead of 8.2 s" in rigs.HEAD

@@ -88,7 +88,7 @@ def shorter(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):
 """
 
 
-def test_an_own_law_stands_in_the_law_comparison(small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_custom_law_is_in_the_law_comparison(small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At touch it is twice `lambert`, which is 0.099 off, hence 2 (1 + 0.099) - 1 = 1.2; the distance is half of `lian`'s."""
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
     file = tmp_path / "mine.py"

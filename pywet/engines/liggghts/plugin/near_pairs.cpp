@@ -168,7 +168,7 @@ void NearPairs::form(std::vector<Event> &events, int kind, int i, int j, int pai
   if (!(drawn_i >= 0) || !(drawn_j >= 0))
     throw std::runtime_error("the formation law draws a share below zero from " +
                              std::string(drawn_i >= 0 ? "the partner of sphere " : "sphere ") + std::to_string(i) + " at step " +
-                             std::to_string(world_.clock.now) + "; expected zero or more: mend the law");
+                             std::to_string(world_.clock.now) + "; expected zero or more: fix the law");
   if (!(drawn_i + drawn_j > SMALLEST_BRIDGE * r * r * r)) return;
   Event e = {};
   e.step = world_.clock.now; e.time = world_.clock.time; e.kind = FORMATION; e.partner_kind = kind;

@@ -1,4 +1,4 @@
-"""What a active bridge is beyond its row in the log: radii and contact angles of its bodies, its law's force, its age."""
+"""Properties of an active bridge beyond its row in the log: radii and contact angles of its bodies, force of its law, age."""
 
 from __future__ import annotations
 

@@ -29,12 +29,12 @@ HELD = ("films", "bridges", "walls", "left", "retired", "initial")
 def wall_shifts(setup: window.Setup) -> tuple[pd.DataFrame, Floats]:
     """mesh_motion.parquet, and where each mesh should be [m]; a mesh that turns has no shift."""
     table = io.columns(setup.folder / "mesh_motion.parquet", ["step", "mesh", *SHIFT])
-    motion, own = Motion(setup), np.zeros((len(table), 3))
+    motion, expected = Motion(setup), np.zeros((len(table), 3))
     step, name = table["step"].to_numpy(np.int64), table["mesh"].to_numpy()
     for wall in setup.walls:
         rows = name == wall.name
-        own[rows] = motion.shift(wall, step[rows])
-    return table, own
+        expected[rows] = motion.shift(wall, step[rows])
+    return table, expected
 
 
 def reach(setup: window.Setup) -> float:
@@ -52,16 +52,16 @@ def mesh_motion(setup: window.Setup) -> list[Quantity]:
     """Where walls are at the outputs, against the motion of scene.json, step by step as the engine moves them."""
     if not setup.walls:
         return []
-    table, own = wall_shifts(setup)
+    table, expected = wall_shifts(setup)
     logged, size = table[SHIFT].to_numpy(float), np.full(len(table), reach(setup))
-    return [compare("mesh_motion", "how far walls move", logged, own, size, table)]
+    return [compare("mesh_motion", "how far walls move", logged, expected, size, table)]
 
 
 def times(setup: window.Setup, moist: bool) -> list[Quantity]:
     """Column `time` of every table that has one: its step times the time step."""
     rows = all_times(setup, moist)
-    own, logged = rows["step"].to_numpy(float) * setup.step, rows["time"].to_numpy(float)
-    return [compare("time", "itself, or one time step", logged, own, np.maximum(own, setup.step), rows)]
+    expected, logged = rows["step"].to_numpy(float) * setup.step, rows["time"].to_numpy(float)
+    return [compare("time", "itself, or one time step", logged, expected, np.maximum(expected, setup.step), rows)]
 
 
 def all_times(setup: window.Setup, moist: bool) -> pd.DataFrame:
@@ -91,7 +91,7 @@ class Count:
         step, at, kind = ledger["step"].to_numpy(), events["step"].to_numpy(), events["kind"].to_numpy()
         formed, ruptured = (np.searchsorted(at[of], step, "right") for of in (kind == FORMATION, kind != FORMATION))
         formed, ruptured = formed + self.formed, ruptured + self.ruptured
-        own = np.stack([formed, ruptured, formed - ruptured, self._there(run, step)], axis=1).astype(float)
+        expected = np.stack([formed, ruptured, formed - ruptured, self._there(run, step)], axis=1).astype(float)
         self.formed += int((kind == FORMATION).sum())
         self.ruptured += int((kind != FORMATION).sum())
         drops = np.array([self.fallen["volume"][self.fallen["step"] <= s].sum() for s in step])
@@ -103,17 +103,17 @@ class Count:
         held = np.stack([on_spheres, *rest, drops, retired, first - coming], axis=1)
         logged, one = ledger[list(COUNTED)].to_numpy(float), np.ones(len(step))
         amounts, size = ledger[list(HELD)].to_numpy(float), first if self.first > 0 else one
-        return ledger, (logged, own), (amounts, held), size
+        return ledger, (logged, expected), (amounts, held), size
 
     def _there(self, run: Run, step: Floats) -> Floats:
         return script.present(run.folder, step) if self.script else np.full(len(step), self.spheres)
 
     def check(self, run: Run) -> list[Quantity]:
         """Compare the stored tables of films and ledger with the recomputed values."""
-        ledger, (logged, own), (liquid, held), size = self.values(run)
+        ledger, (logged, expected), (liquid, held), size = self.values(run)
         one = np.ones(len(ledger))
         return [
-            compare("ledger_counts", "each counts 1", logged, own, one, ledger, 0.0),
+            compare("ledger_counts", "each counts 1", logged, expected, one, ledger, 0.0),
             compare("ledger_held", "initial liquid", liquid, held, size, ledger, 1e-12),
         ]
 
@@ -150,9 +150,11 @@ def both_velocities(setup: window.Setup) -> tuple[pd.DataFrame, Floats, Floats]:
     names = [f"{q}{axis}" for q in "vw" for axis in "xyz"]
     if not states.exists() or not set(names) <= set(io.names(path)):
         return pd.DataFrame(), np.zeros((0, 6)), np.zeros((0, 6))
-    own = io.columns(states, ["step", "id", *names])
+    expected = io.columns(states, ["step", "id", *names])
     table = io.columns(path, ["step", "id", *names])
-    both = table[table["step"].isin(own["step"].unique())].merge(own, on=["step", "id"], suffixes=("", "_window"))
+    both = table[table["step"].isin(expected["step"].unique())].merge(
+        expected, on=["step", "id"], suffixes=("", "_window")
+    )
     logged, mine = (both[[f"{n}{end}" for n in names]].to_numpy(float) for end in ("", "_window"))
     return both, logged, mine
 

@@ -1,0 +1,29 @@
+"""Ways and near pairs in a box that is periodic along some axes: `period` is its length along each [m], 0 where it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pywet.geometry.surface import Floats, Ints
+
+
+def nearest(ways: Floats, period: Sequence[float] | Floats) -> Floats:
+    """The shortest of each way (N, 3) and those to the copies of its end.
+
+    >>> nearest(np.array([[0.9, 0.9, 0.0]]), (0.0, 1.0, 0.0)).round(3).tolist()
+    [[0.9, -0.1, 0.0]]
+    """
+    length = np.asarray(period)
+    return np.asarray(ways - length * np.rint(ways / np.where(length > 0.0, length, np.inf)))
+
+
+def near_pairs(at: Floats, reach: float, low: Sequence[float] | Floats, period: Sequence[float] | Floats) -> Ints:
+    """Rows of points (N, 3) that are within reach of each other or of a copy; `low`: the least corner of the box [m]."""
+    length = np.asarray(period)
+    if not length.any():
+        return np.asarray(cKDTree(at).query_pairs(reach, output_type="ndarray"))
+    places = np.where(length > 0.0, (at - np.asarray(low)) % np.where(length > 0.0, length, 1.0), at)
+    return np.asarray(cKDTree(places, boxsize=length).query_pairs(reach, output_type="ndarray"))
