@@ -79,6 +79,8 @@ def amplitude(share: float) -> dict[str, Any]:
 
 PRINTED = {"config.yaml: readings capillary_spheres": "as_printed"}
 """Equation (14) with the misprint that its validation, at 0 and 10 degrees, would not show."""
+WALL = {f"config.yaml: readings {key}": value for key, value in (("wall_film", "wall"), ("wall_transfer", "at_tenth"))}
+"""Films of whole walls and the transfer ratio with the trend of section 4: the most liquid on walls of all readings."""
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
@@ -86,8 +88,9 @@ RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}_amplitude{a}": sieve(d) | amplitude(0.01 * a) for d in (185.0, 190.0) for a in (80, 90)},
     **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0)},
     **{f"sieve{d:g}_printed": sieve(d) | PRINTED for d in (185.0, 190.0, 200.0)},
+    **{f"sieve{d:g}_wall": sieve(d) | WALL for d in (185.0, 200.0)},
 }
-"""Name -> entries of the configuration; `stiff`: stiffness of the paper's table 1; `printed`: equation (14) as printed."""
+"""Name -> entries of the configuration; `stiff`: stiffness of the paper's table 1; `printed`, `wall`: PRINTED, WALL."""
 
 app = typer.Typer(add_completion=False)
 
