@@ -43,7 +43,7 @@ same seed on 200 mm: statements 2, 6, 11, 19 and 20 only on 185 mm, 8, 9, 10, 15
 (cases 7 and 16) 25 % of the undersize of dry POM and 35 % of dry glass are still on 185 mm after 20 s, and 0 and 24 % on 200
 mm. With neither diameter are glass and POM similar.
 
-**Equation (14) as printed** (`printed`: seven of the eight moist cases on 8 mm, on 185 mm; dry cases are unaffected) slows POM
+**Equation (14) as printed** (`printed`: the eight moist cases on 8 mm, on 185 mm; dry cases are unaffected) slows POM
 and confirms fewer statements: 30 is gained, 11 and 34 are lost, and 7, 12, 17, 21 and 26 remain not confirmed. In case 2 less
 than 1 % of the undersize is left after 10.5 s instead of 8.2 s.
 
