@@ -29,6 +29,8 @@ from reference_impl.replay.io import ReplayError
 
 Floats = NDArray[np.float64]
 RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
+CASE = "case"
+"""The case's name among the `facts`; it may differ wherever another setting may."""
 HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
 
 
@@ -73,7 +75,7 @@ class RunData:
 def facts(scene: EngineScene) -> dict[str, Any]:
     """Return what defines the case of a scene as plain data; laws, time step, engine and seed are not part of it."""
     message = {
-        "case": scene.name,
+        CASE: scene.name,
         "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
         "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
         "duration": scene.duration_s,
@@ -88,9 +90,9 @@ def facts(scene: EngineScene) -> dict[str, Any]:
 
 def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = ()) -> list[str]:
     """Name the `facts` in which a scene differs from another; settings of `across` (and then the case's name) may differ."""
-    there, free = facts(scene), {*across, *(["case"] if across else [])}
+    there, free = facts(scene), {*across, *([CASE] if across else [])}
     if unknown := [name for name in across if name not in wanted]:
-        known = ", ".join(name for name in wanted if name != "case")
+        known = ", ".join(name for name in wanted if name != CASE)
         raise PywetError(f"--across {unknown[0]} was given; expected a setting that may differ: {known}")
     return [name for name in wanted if name not in free and wanted[name] != there.get(name)]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pywet.compare import statistics
-from pywet.compare.quantities import RESULTS, Floats, Quantity, RunData, facts, read_run, unlike
+from pywet.compare.quantities import CASE, RESULTS, Floats, Quantity, RunData, facts, read_run, unlike
 from pywet.compare.statistics import LEVEL, ROUND_OFF, Sample
 from pywet.errors import PywetError
 from reference_impl.replay import whole
@@ -162,7 +162,8 @@ def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
         for first, run, free in ((groups[0][0], group[0], across), *((group[0], run, ()) for run in group[1:])):
             differs = unlike(facts(first.scene), run.scene, free)
             if differs:
-                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in differs)
+                asked = [name for name in differs if name != CASE] or differs
+                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in asked)
                 raise NotComparable(
                     f"{first.path} and {run.path} differ in {', '.join(differs)}; expected the same case at the same"
                     f" scale ({named} compares groups across it, --force whatever differs)"

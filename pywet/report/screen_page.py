@@ -16,6 +16,7 @@ from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
 from pywet.report.pictures import COLOURS, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
+from pywet.runs.spread import plus_minus
 
 PAGE = "screen"
 """Name of the page."""
@@ -26,21 +27,47 @@ def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
     return "–" if value is None else f"{value:.{digits}g}{unit}"
 
 
+def measured(value: float | None, half: float | None, unit: str, factor: float = 1.0) -> str:
+    """A number ± half of its 95 % interval with its unit, without ± where there is no interval."""
+    return "–" if value is None else plus_minus(factor * value, None if half is None else factor * half) + unit
+
+
+def between(value: float | None, low: float | None, high: float | None, unit: str, factor: float = 1.0) -> str:
+    """A number with its unit and the ends of its 95 % interval, – for an end that is not defined."""
+    if value is None or (low is None and high is None):
+        return shown(None if value is None else factor * value, unit)
+    ends = " – ".join(shown(None if end is None else factor * end) for end in (low, high))
+    return f"{shown(factor * value, unit)} ({ends})"
+
+
 def five(numbers: dict[str, Any]) -> dict[str, str]:
-    """Cut size and sharpness, efficiency, throughput, product moisture and blinding in words."""
+    """Cut size and sharpness, efficiency, throughput, product moisture and blinding in words, with 95 % intervals."""
     rates, moist = numbers["throughput_t_per_h"], numbers["moisture_percent_of_dry_mass"]
     of = "all" if "all" in rates else "unders"
     per_area, share = numbers["throughput_t_per_h_m2"].get(of), numbers.get("pegged_share")
-    ends = [numbers.get(key) for key in ("d50_low_mm", "d50_high_mm")]
-    interval = f" ({' – '.join(shown(end) for end in ends)})" if numbers["d50_mm"] and any(ends) else ""
+    scatter = numbers.get("moisture_half_width_percent") or {}
+    rate = measured(rates[of], numbers["throughput_half_width_t_per_h"].get(of), " kg/h", 1e3)
+    ends = [
+        [numbers.get(f"{key}_{end}") for end in ends]
+        for key, ends in (("d50", ("low_mm", "high_mm")), ("efficiency", ("low", "high")))
+    ]
     return {
-        "cut size d50": shown(numbers["d50_mm"], " mm") + interval,
+        "cut size d50": between(numbers["d50_mm"], *ends[0], " mm"),
         "ecart probable": shown(numbers["ecart_probable_mm"], " mm"),
-        "efficiency": shown(numbers["efficiency"] and 100 * numbers["efficiency"], " %"),
-        f"throughput, {of}": f"{shown(rates[of] and 1e3 * rates[of], ' kg/h')}, {shown(per_area, ' t/(h m²)')}",
-        "moisture, overs / unders": " / ".join(shown(moist[p], " %") for p in PRODUCTS),
-        "apertures pegged": shown(share and 100 * share, " %") if numbers["screen"] else "–",
+        "efficiency": between(numbers["efficiency"], *ends[1], " %", 100.0),
+        f"throughput, {of}": f"{rate}, {shown(per_area, ' t/(h m²)')}",
+        "moisture, overs / unders": " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS),
+        "apertures pegged": measured(share, numbers.get("pegged_share_half_width"), " %", 100.0)
+        if numbers["screen"]
+        else "–",
     }
+
+
+def unsteady(numbers: dict[str, Any]) -> str | None:
+    """Return a sentence if the means are not those of a steady state."""
+    if numbers["steady"]:
+        return None
+    return f"not steady: means over the last {numbers['to_s'] - numbers['from_s']:.3g} s of the feed"
 
 
 def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: pd.DataFrame) -> list[page.Section]:
@@ -56,7 +83,9 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
     return [
         page.Section(
             "Screen" + (f", deck {deck}" if (deck := numbers["deck"]) > 1 else ""),
-            page.table(["number", "value"], rows) + (page.paragraph(until.sentence(known)) if known else ""),
+            (page.paragraph(f"{warning[0].upper()}{warning[1:]}.") if (warning := unsteady(numbers)) else "")
+            + page.table(["number", "value (95 % interval within the run)"], rows)
+            + (page.paragraph(until.sentence(known)) if known else ""),
             "Screen",
         ),
         page.Section("Partition, products, moisture, pegging", f'<div class="panels">{"".join(drawn)}</div>', "Curves"),
@@ -184,7 +213,9 @@ def write(folder: Path, numbers: dict[str, Any]) -> Path:
     """Write the page of a deck of a run whose results are there; returns its path."""
     deck = numbers["deck"]
     cards = [page.Card(value, name) for name, value in five(numbers).items()]
-    lead = "Partition, efficiency, throughput and moisture of the products."
+    warning = unsteady(numbers)
+    lead = f"{warning[0].upper()}{warning[1:]}. " if warning else ""
+    lead += "Partition, efficiency, throughput and moisture of the products, with 95 % intervals within the run."
     return page.write(page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards)
 
 

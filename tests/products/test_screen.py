@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,14 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+from pywet.cases.custom import seeds
+from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.geometry.motion import engine_displacement
 from pywet.products import intervals, screening_report, steady, streams
 from pywet.products.partition import partition_curve, separation, size_at
+from pywet.report import screen_page
 from pywet.runs.rundir import RunDir
 from pywet.scene import Vibration
 from reference_impl.replay import io
@@ -214,6 +218,64 @@ def test_the_command_prints_five_numbers(made: Path) -> None:
         app, ["screen", str(made), "--aperture", "2.5", "--from", "0.2"], env={"COLUMNS": "200"}
     )
     assert result.exit_code == 0 and "2.5 mm" in result.output and (made / "screen.html").exists()
+
+
+def copies(made: Path, folder: Path, percents: list[float], name: str = "made up") -> list[Path]:
+    """Copies of the run with a description and a seed of their own; `percents`: moisture of each."""
+    runs = []
+    for seed, percent in enumerate(percents, start=1):
+        run = shutil.copytree(made, folder / f"run{percent:g}" / str(seed))
+        scene = json.loads((run / "scene.json").read_text())
+        scene["liquid"]["initial_film_thickness_m"] = 1e-5 * percent
+        (run / "scene.json").write_text(json.dumps({**scene, "seed": seed}))
+        liquid = {"percent": percent}
+        description = {"name": name, "seed": seed, "liquid": liquid, "file": f"{seed}.yaml", "folder": str(run)}
+        (run / "description.json").write_text(json.dumps(description))
+        runs.append(run)
+    return runs
+
+
+def test_only_seeds_of_one_scene_are_pooled(made: Path, tmp_path: Path) -> None:
+    """Of 1 % twice and 4 % once the mean is that of two runs; 1 % and 4 % alone have columns and no mean."""
+    runs = copies(made, tmp_path, [1.0, 1.0, 4.0])
+    cli = CliRunner(env={"COLUMNS": "200"})
+    result = cli.invoke(app, ["screen", *map(str, runs), "--aperture", "2.5", "--from", "0.2"])
+    assert result.exit_code == 0, result.output
+    lines = [line for line in result.output.splitlines() if "mean of" in line]
+    assert len(lines) == 2 and all("(mean of 2 runs, 95 %)" in line and str(runs[0]) in line for line in lines)
+    result = cli.invoke(app, ["screen", str(runs[0]), str(runs[2]), "--aperture", "2.5", "--from", "0.2"])
+    assert result.exit_code == 0 and "mean of" not in result.output
+    assert "run1/1" in result.output and "run4/3" in result.output
+
+
+def test_seeds_of_runs_without_a_description(made: Path, tmp_path: Path) -> None:
+    """Scenes that differ in the seed and the box alone are one; another duration is another scene."""
+    runs = copies(made, tmp_path, [1.0, 1.0, 1.0])
+    for run in runs:
+        (run / "description.json").unlink()
+    scene = json.loads((runs[1] / "scene.json").read_text())
+    (runs[1] / "scene.json").write_text(json.dumps({**scene, "box_high_m": [1.0, 1.0, 1.5]}))
+    scene = json.loads((runs[2] / "scene.json").read_text())
+    (runs[2] / "scene.json").write_text(json.dumps({**scene, "duration_s": 3.0}))
+    assert seeds.by_scene(runs) == [runs[:2], runs[2:]]
+
+
+def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path: Path) -> None:
+    """Five numbers with intervals, and what is not steady, on the terminal, on the page and at the end of a run."""
+    run = shutil.copytree(made, tmp_path / "run")
+    found = screening_report.write(run, aperture_mm=2.5, from_s=FROM_S)
+    (run / "results" / "screen.json").write_text(json.dumps({**found, "steady": False, "from_s": 1.0}))
+    words = screen_page.five(found)
+    assert [key for key, text in words.items() if not {"±", "–"} & {*text}] == ["ecart probable"]
+    ends = [f"{100 * found[f'efficiency_{end}']:.3g}" for end in ("low", "high")]
+    assert f"({ends[0]} – {ends[1]})" in words["efficiency"]
+    page = screen_page.write(run, numbers(run)).read_text()
+    assert "Not steady: means over the last 1 s of the feed." in page.split("<section")[0]
+    lines = list(ending._screen([run]))
+    assert lines[1] == "not steady: means over the last 1 s of the feed" and "±" in lines[0]
+    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["screen", str(run), "--aperture", "2.5"])
+    assert found["steady"] and result.exit_code == 0
+    assert ("not steady" in result.output) == (not numbers(run)["steady"])
 
 
 def test_a_run_without_products_is_refused(tmp_path: Path) -> None:
