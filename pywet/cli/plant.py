@@ -31,11 +31,11 @@ def screen_numbers(
     """Evaluate screens: cut size, efficiency, throughput, moisture of the products and pegging, as tables and pages.
 
     Example: pywet screen results/smoke/case02"""
-    from pywet.cases.custom import seeds
+    from pywet.compare import grouping
     from pywet.report import screen_page
 
     found = {run: screen_page.screen(run, aperture, from_s, deck) for run in runs}
-    scenes = seeds.by_scene(list(found))
+    scenes = grouping.by_scene(list(found))
     names = [numbers["run"] for numbers in found.values()]
     table = Table("", *(names if len(set(names)) == len(names) else map(str, found)))
     columns = [screen_page.five(numbers) for numbers in found.values()]

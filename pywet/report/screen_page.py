@@ -32,12 +32,12 @@ def measured(value: float | None, half: float | None, unit: str, factor: float =
     return "–" if value is None else plus_minus(factor * value, None if half is None else factor * half) + unit
 
 
-def between(value: float | None, low: float | None, high: float | None, unit: str, factor: float = 1.0) -> str:
+def between(value: float | None, ends: tuple[float | None, float | None], unit: str, factor: float = 1.0) -> str:
     """A number with its unit and the ends of its 95 % interval, – for an end that is not defined."""
-    if value is None or (low is None and high is None):
-        return shown(None if value is None else factor * value, unit)
-    ends = " – ".join(shown(None if end is None else factor * end) for end in (low, high))
-    return f"{shown(factor * value, unit)} ({ends})"
+    if value is None:
+        return "–"
+    interval = " – ".join(shown(None if end is None else factor * end) for end in ends)
+    return shown(factor * value, unit) + ("" if ends == (None, None) else f" ({interval})")
 
 
 def five(numbers: dict[str, Any]) -> dict[str, str]:
@@ -47,14 +47,12 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
     per_area, share = numbers["throughput_t_per_h_m2"].get(of), numbers.get("pegged_share")
     scatter = numbers.get("moisture_half_width_percent") or {}
     rate = measured(rates[of], numbers["throughput_half_width_t_per_h"].get(of), " kg/h", 1e3)
-    ends = [
-        [numbers.get(f"{key}_{end}") for end in ends]
-        for key, ends in (("d50", ("low_mm", "high_mm")), ("efficiency", ("low", "high")))
-    ]
+    cut = numbers.get("d50_low_mm"), numbers.get("d50_high_mm")
+    sharp = numbers.get("efficiency_low"), numbers.get("efficiency_high")
     return {
-        "cut size d50": between(numbers["d50_mm"], *ends[0], " mm"),
+        "cut size d50": between(numbers["d50_mm"], cut, " mm"),
         "ecart probable": shown(numbers["ecart_probable_mm"], " mm"),
-        "efficiency": between(numbers["efficiency"], *ends[1], " %", 100.0),
+        "efficiency": between(numbers["efficiency"], sharp, " %", 100.0),
         f"throughput, {of}": f"{rate}, {shown(per_area, ' t/(h m²)')}",
         "moisture, overs / unders": " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS),
         "apertures pegged": measured(share, numbers.get("pegged_share_half_width"), " %", 100.0)

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from pywet.cases.custom import seeds
 from pywet.cli import ending
 from pywet.cli.app import app
+from pywet.compare import grouping
 from pywet.errors import PywetError
 from pywet.geometry.motion import engine_displacement
 from pywet.products import intervals, screening_report, steady, streams
@@ -257,7 +257,7 @@ def test_seeds_of_runs_without_a_description(made: Path, tmp_path: Path) -> None
     (runs[1] / "scene.json").write_text(json.dumps({**scene, "box_high_m": [1.0, 1.0, 1.5]}))
     scene = json.loads((runs[2] / "scene.json").read_text())
     (runs[2] / "scene.json").write_text(json.dumps({**scene, "duration_s": 3.0}))
-    assert seeds.by_scene(runs) == [runs[:2], runs[2:]]
+    assert grouping.by_scene(runs) == [runs[:2], runs[2:]]
 
 
 def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path: Path) -> None:

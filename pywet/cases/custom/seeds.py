@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from pywet.cases.screening import verdict
-from pywet.compare.quantities import facts, unlike
 from pywet.runs.loaded import Run
-from pywet.runs.rundir import RunDir
 from pywet.runs.spread import with_interval
 from pywet.util.files import AGAIN, read_if_there
 
@@ -20,42 +19,16 @@ Runs = Sequence[Run]
 def of_scene(folder: Path) -> list[Run]:
     """List the run and every finished run in a folder FOLDER-SEED whose description differs only in the seed."""
     folder = folder.resolve() if folder.name in ("", "..") else folder
-    description = _but_seed(folder)
+    description = but_seed(folder)
     found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
-    others = [p for p in found if description and (p / "summary.json").exists() and _but_seed(p) == description]
+    others = [p for p in found if description and (p / "summary.json").exists() and but_seed(p) == description]
     return [Run(p) for p in (folder, *sorted(others, key=lambda p: int(p.name.rpartition("-")[2])))]
 
 
-def _but_seed(folder: Path) -> object:
-    description = read_if_there(folder / "description.json", AGAIN) or {}
+def but_seed(folder: Path) -> dict[str, Any]:
+    """Return the description of a run without its seed and its location; empty without a description."""
+    description = read_if_there(folder / "description.json", AGAIN, shape=dict[str, Any]) or {}
     return {key: value for key, value in description.items() if key not in ("seed", "file", "folder")}
-
-
-def by_scene(folders: Sequence[Path]) -> list[list[Path]]:
-    """Group runs that differ in nothing but the seed, in the order in which they were given."""
-    groups: list[list[Path]] = []
-    for folder in map(Path, folders):
-        found = next((group for group in groups if same_scene(group[0], folder)), None)
-        if found is None:
-            groups.append([folder])
-        else:
-            found.append(folder)
-    return groups
-
-
-def same_scene(a: Path, b: Path) -> bool:
-    """Return whether two runs differ in nothing but the seed: in their descriptions, facts of the scene, effects and steps.
-
-    Of runs without a description, such as cases, scenes are compared as a whole; the box follows the initial positions.
-    """
-    one, other = _but_seed(a), _but_seed(b)
-    if one or other:
-        scenes = [RunDir(folder).scene for folder in (a, b)]
-        engine = [(s.effects, s.time_step_s, s.duration_s) for s in scenes]
-        return one == other and engine[0] == engine[1] and not unlike(facts(scenes[0]), scenes[1])
-    left_out = {"seed", "spheres_file", "box_low_m", "box_high_m"}
-    whole = [RunDir(folder).scene.model_dump(mode="json", exclude=left_out) for folder in (a, b)]
-    return bool(whole[0] == whole[1])
 
 
 def over(values: Sequence[float], digits: int = 4) -> str:
