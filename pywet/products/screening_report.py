@@ -76,7 +76,7 @@ def analyse(
     """
     run = RunDir(Path(run_dir))
     flow = streams.read(run, from_s, deck)
-    aperture = _aperture(run, deck) if aperture_mm is None else LIMITS["aperture_mm"].read("aperture_mm", aperture_mm)
+    aperture = aperture_of(run, deck) if aperture_mm is None else LIMITS["aperture_mm"].read("aperture_mm", aperture_mm)
     curve = curve_of(run, flow)
     numbers = separation(curve, aperture)
     series = time_series(run, flow)
@@ -87,7 +87,7 @@ def analyse(
     return {**_numbers(run, flow, numbers, series), **cut, **ends}, curve, series
 
 
-def _aperture(run: RunDir, deck: int) -> float | None:
+def aperture_of(run: RunDir, deck: int = 1) -> float | None:
     """Aperture of the screen of a case or of a deck [mm]."""
     if given := apertures.deck_of(run):
         return float([given, *(given.get("beneath") or ())][deck - 1]["aperture_mm"])

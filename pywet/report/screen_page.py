@@ -14,10 +14,14 @@ from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
 from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
-from pywet.report.pictures import COLOURS, STYLE, panels, plt
+from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import plus_minus
 
+COLOUR_OF = dict(zip((*PRODUCTS, "hold_up"), COLOURS, strict=False))
+"""Colour of each product, and of what is in the machine, on all charts."""
+STRETCHED = 0.5
+"""Least height of the pegging map over its width."""
 PAGE = "screen"
 """Name of the page."""
 
@@ -116,15 +120,21 @@ def _partition(numbers: dict[str, Any], curve: pd.DataFrame) -> str:
     axes.plot(d, 100 * t, marker="o", label="partition curve")
     axes.vlines(d, 100 * curve["T_low"], 100 * curve["T_high"], color=COLOURS[0], alpha=0.5)
     if numbers["d50_mm"]:
-        axes.axvline(numbers["d50_mm"], color=COLOURS[1], linestyle="--")
+        axes.axvline(numbers["d50_mm"], color=INK, linestyle="--")
+    if numbers["reference_mm"]:
+        axes.axvline(numbers["reference_mm"], color=INK, linestyle=":")
     axes.set(xlabel="size [mm]", ylabel="to the overs [%]", ylim=(-3, 103))
-    return page.curves(figure, "partition", "Partition curve with 95 % intervals of the counts; dashed: cut size")
+    return page.curves(
+        figure, "partition", "Partition curve with 95 % intervals of the counts; dashed: cut size; dotted: aperture"
+    )
 
 
 def _products(series: pd.DataFrame) -> str:
     figure, (axes,) = panels(1, 1, (4.2, 3.3))
-    for column in ("hold_up_kg", "overs_kg", "unders_kg"):
-        axes.plot(series["time_s"], 1e3 * series[column], label=column.removesuffix("_kg").replace("_", "-"))
+    for name, colour in COLOUR_OF.items():
+        axes.plot(
+            series["time_s"], 1e3 * series[f"{name}_kg"], label=name.replace("_", "-"), color=colour, linestyle="-"
+        )
     axes.set(xlabel="time [s]", ylabel="dry mass [g]")
     axes.legend()
     return page.curves(figure, "products", "Mass in the machine, and of both products until then")
@@ -135,7 +145,7 @@ def _moisture(run: RunDir, series: pd.DataFrame) -> str:
     density = run.scene.liquid.density_kg_per_m3 if run.scene.liquid else 0.0
     for p in PRODUCTS:
         mass = series[f"{p}_kg"].where(series[f"{p}_kg"] > 0)
-        axes.plot(series["time_s"], 100 * density * series[f"{p}_liquid_m3"] / mass, label=p)
+        axes.plot(series["time_s"], 100 * density * series[f"{p}_liquid_m3"] / mass, label=p, color=COLOUR_OF[p])
     axes.set(xlabel="time [s]", ylabel="moisture [% of dry mass]")
     axes.legend()
     return page.curves(figure, "moisture", "Moisture of the products collected until then")
@@ -188,10 +198,14 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
             axes.scatter(
                 1e3 * rows["x"], 1e3 * rows["y"], s=9, alpha=0.35, color=COLOURS[n % len(COLOURS)], label=c.name
             )
-    axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+    size = high[:, :2].max(axis=0) - low[:, :2].min(axis=0)
+    stretched = max(1.0, STRETCHED * size[0] / size[1]) * min(1.0, size[0] / size[1] / STRETCHED)
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect=stretched)
     if len(at):
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=2)
-    return page.picture(figure, "Pegging map from above: spheres that peg an aperture, at all outputs; darker: longer")
+    scale = "" if stretched == 1.0 else f"; y is stretched {stretched:.2g} times"
+    caption = f"Pegging map from above: spheres that peg an aperture, at all outputs; darker: longer{scale}"
+    return page.picture(figure, caption)
 
 
 def of_run(folder: Path) -> list[page.Section]:
