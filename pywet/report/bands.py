@@ -293,5 +293,5 @@ def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
     axes.set_ylabel(panel.y)
     entries = panel.entries(labels)
     handles = [Line2D([], [], color=colour, linestyle=dash) for colour, dash in entries.values()]
-    below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22), "ncols": _columns(entries)}
+    below: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22), "ncols": _columns(entries)}
     axes.legend(handles, [_short(entry) for entry in entries], **({} if _inside(entries) else below))

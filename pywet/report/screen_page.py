@@ -121,7 +121,7 @@ def _partition(numbers: dict[str, Any], curve: pd.DataFrame) -> str:
     axes.vlines(d, 100 * curve["T_low"], 100 * curve["T_high"], color=COLOURS[0], alpha=0.5)
     if numbers["d50_mm"]:
         axes.axvline(numbers["d50_mm"], color=INK, linestyle="--")
-    if numbers["reference_mm"]:
+    if numbers["reference_mm"] not in (None, numbers["d50_mm"]):
         axes.axvline(numbers["reference_mm"], color=INK, linestyle=":")
     axes.set(xlabel="size [mm]", ylabel="to the overs [%]", ylim=(-3, 103))
     return page.curves(
@@ -180,6 +180,15 @@ def _passage(run: RunDir, numbers: dict[str, Any]) -> str:
     return page.curves(figure, "passage", "Passage along the deck")
 
 
+def stretch(x_m: float, y_m: float) -> float:
+    """Length of a unit of y over one of x on the map of a deck, so that no side is shorter than `STRETCHED` of the other.
+
+    >>> stretch(0.2, 0.1), stretch(0.4, 0.1), stretch(0.1, 0.4)
+    (1.0, 2.0, 0.5)
+    """
+    return float(max(1.0, STRETCHED * x_m / y_m) * min(1.0, x_m / y_m / STRETCHED))
+
+
 def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
     screen = apertures.screen_of(run, numbers["deck"])
     assert screen is not None
@@ -198,8 +207,7 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
             axes.scatter(
                 1e3 * rows["x"], 1e3 * rows["y"], s=9, alpha=0.35, color=COLOURS[n % len(COLOURS)], label=c.name
             )
-    size = high[:, :2].max(axis=0) - low[:, :2].min(axis=0)
-    stretched = max(1.0, STRETCHED * size[0] / size[1]) * min(1.0, size[0] / size[1] / STRETCHED)
+    stretched = stretch(*(high[:, :2].max(axis=0) - low[:, :2].min(axis=0)))
     axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect=stretched)
     if len(at):
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=2)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from pywet.cli import ending
@@ -276,6 +277,23 @@ def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path
     result = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["screen", str(run), "--aperture", "2.5"])
     assert found["steady"] and result.exit_code == 0
     assert ("not steady" in result.output) == (not numbers(run)["steady"])
+
+
+def test_a_product_has_one_colour_on_all_charts(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Overs and unders over time as mass and as moisture."""
+    colours: list[dict[str, str]] = []
+
+    def drawn(figure: Figure, *_: str) -> str:
+        colours.append({str(line.get_label()): str(line.get_color()) for line in figure.axes[0].get_lines()})
+        return ""
+
+    monkeypatch.setattr(screen_page.page, "curves", drawn)
+    series = pd.read_parquet(made / "results" / "screen_series.parquet")
+    screen_page._products(series)
+    screen_page._moisture(RunDir(made), series)
+    masses, moistures = colours
+    assert {*moistures} == {"overs", "unders"} and moistures.items() <= masses.items()
+    assert len({*masses.values()}) == 3
 
 
 def test_a_run_without_products_is_refused(tmp_path: Path) -> None:
