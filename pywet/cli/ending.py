@@ -77,7 +77,17 @@ def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
 
 def _next(folders: Sequence[Path], word: str) -> str:
     runs = shlex.join(map(str, folders))
-    return f"pywet replay {runs}" if word == "no" else f"pywet plot {runs} --out curves.pdf"
+    if word == "no":
+        return f"pywet replay {runs}"
+    return f"pywet screen {runs}" if _screened(folders[0]) else f"pywet plot {runs} --out curves.pdf"
+
+
+def _screened(folder: Path) -> bool:
+    """Return whether a run is of a custom scene with numbers of a screen."""
+    from pywet.products.screening_report import RESULT
+
+    results = folder / "results"
+    return (results / f"{RESULT}.json").exists() and not (results / "fraction_retained.parquet").exists()
 
 
 def _retained(folders: Sequence[Path]) -> Iterator[str]:
@@ -99,12 +109,13 @@ def _screen(folders: Sequence[Path]) -> Iterator[str]:
     """Return the lines on the screen of a custom scene; none for several seeds, which `pywet screen` combines."""
     from pywet.products import until
     from pywet.products.screening_report import RESULT
-    from pywet.report.screen_page import five
+    from pywet.report.screen_page import five, unsteady
 
-    path = folders[0] / "results" / f"{RESULT}.json"
-    case = (folders[0] / "results" / "fraction_retained.parquet").exists()
-    if len(folders) == 1 and path.exists() and not case:
-        yield ", ".join(f"{name} {value}" for name, value in five(read_json(path)).items())
+    if len(folders) == 1 and _screened(folders[0]):
+        numbers: dict[str, Any] = read_json(folders[0] / "results" / f"{RESULT}.json")
+        yield ", ".join(f"{name} {value}" for name, value in five(numbers).items())
+        if warning := unsteady(numbers):
+            yield warning
     if (known := folders[0] / until.RESULT).exists():
         yield until.sentence(read_json(known))
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.table import Table
@@ -30,21 +31,36 @@ def screen_numbers(
     """Evaluate screens: cut size, efficiency, throughput, moisture of the products and pegging, as tables and pages.
 
     Example: pywet screen results/smoke/case02"""
-    from pywet.products.partition import mean_and_half_width
+    from pywet.compare import grouping
     from pywet.report import screen_page
 
-    found = [screen_page.screen(run, aperture, from_s, deck) for run in runs]
-    table = Table("", *(numbers["run"] for numbers in found))
-    columns = [screen_page.five(numbers) for numbers in found]
-    for name in columns[0]:
+    found = {run: screen_page.screen(run, aperture, from_s, deck) for run in runs}
+    scenes = grouping.by_scene(list(found))
+    names = [numbers["run"] for numbers in found.values()]
+    table = Table("", *(names if len(set(names)) == len(names) else map(str, found)))
+    columns = [screen_page.five(numbers) for numbers in found.values()]
+    for name in dict.fromkeys(name for column in columns for name in column):
         table.add_row(name, *(column.get(name, "–") for column in columns))
     out.print(table)
+    for run, numbers in found.items():
+        if warning := screen_page.unsteady(numbers):
+            tell(f"{f'{run}: ' if len(found) > 1 else ''}{warning}")
+    tell("± and ( – ): 95 % intervals within a run; other seeds may scatter more")
+    for scene in scenes:
+        for line in _over_seeds([found[run] for run in scene]):
+            tell(f"{f'{scene[0]} and its seeds: ' if len(scenes) > 1 else ''}{line}")
+    for run in found:
+        tell(f"page: {screen_page.page_of(run, deck)}; tables: {run / 'results'}")
+
+
+def _over_seeds(found: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Means of several seeds of one scene with their intervals."""
+    from pywet.runs.spread import with_interval
+
     for key, name, factor in (("d50_mm", "cut size [mm]", 1.0), ("efficiency", "efficiency [%]", 100.0)):
         values = [factor * numbers[key] for numbers in found if numbers[key] is not None]
         if len(values) > 1:
-            tell("{}: {:.4g} ± {:.2g} (mean of {} runs, 95 %)".format(name, *mean_and_half_width(values), len(values)))
-    for run in runs:
-        tell(f"page: {screen_page.page_of(run, deck)}; tables: {run / 'results'}")
+            yield f"{name}: {with_interval(values)} (mean of {len(values)} runs, 95 %)"
 
 
 @app.command()

@@ -16,7 +16,8 @@ from pywet.compare import digest, verdict
 from pywet.errors import PywetError
 from pywet.util.files import write_json
 
-SHORT = {"differs beyond the spread": "beyond", "within the spread": "within", "within round-off": "round-off"}
+SHORT = {"differs beyond the spread": "beyond", "within the spread": "within", "within round-off": "round-off",
+         "differs beyond the intervals": "beyond", "within the intervals": "within"}  # fmt: skip
 SAME, DIFFERENT, NOT_COMPARABLE = 0, 1, 2
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -85,6 +86,8 @@ def show(comparison: verdict.Comparison) -> None:
         )
     else:
         out.print("off: |A - B| over the quantity's scale, where the difference is largest", soft_wrap=True)
+        if any(row.interval is not None for row in comparison.rows):
+            out.print("B − A: ± from the 95 % intervals within one run each", soft_wrap=True)
     for name, entry in comparison.checks.items():
         (x, n), (y, m) = entry["a"], entry["b"]
         out.print(f"{name}: passed by {x} of {n} and {y} of {m}, worst {entry['worst']:.2g}", soft_wrap=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 from pywet.cases.screening.verdict import LEDGER_TOLERANCE
 from pywet.cases.small.bodies import coordination, last
 from pywet.errors import PywetError
+from pywet.products import streams
+from pywet.products.apertures import of_deck
+from pywet.products.screening_report import RESULT
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay, RunSummary
 from pywet.runs.tables import ledger_error
@@ -28,7 +31,10 @@ from reference_impl.replay import whole
 from reference_impl.replay.io import ReplayError
 
 Floats = NDArray[np.float64]
+Ends = tuple[float | None, float | None] | None
 RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
+CASE = "case"
+"""The case's name among the `facts`; it may differ wherever another setting may."""
 HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
 
 
@@ -41,6 +47,10 @@ class Quantity:
     values: Floats
     times: Floats
     scale: float
+    interval: Ends = None
+    """Ends of the 95 % interval of a number within the run; None where the run itself gives none."""
+    of_screen: bool = False
+    """Whether it is a number of `pywet screen`."""
 
     def at(self, times: Floats) -> Floats:
         """Values at other times, linear between outputs; a number as it is."""
@@ -73,7 +83,7 @@ class RunData:
 def facts(scene: EngineScene) -> dict[str, Any]:
     """Return what defines the case of a scene as plain data; laws, time step, engine and seed are not part of it."""
     message = {
-        "case": scene.name,
+        CASE: scene.name,
         "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
         "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
         "duration": scene.duration_s,
@@ -88,9 +98,9 @@ def facts(scene: EngineScene) -> dict[str, Any]:
 
 def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = ()) -> list[str]:
     """Name the `facts` in which a scene differs from another; settings of `across` (and then the case's name) may differ."""
-    there, free = facts(scene), {*across, *(["case"] if across else [])}
+    there, free = facts(scene), {*across, *([CASE] if across else [])}
     if unknown := [name for name in across if name not in wanted]:
-        known = ", ".join(name for name in wanted if name != "case")
+        known = ", ".join(name for name in wanted if name != CASE)
         raise PywetError(f"--across {unknown[0]} was given; expected a setting that may differ: {known}")
     return [name for name in wanted if name not in free and wanted[name] != there.get(name)]
 
@@ -99,7 +109,7 @@ def read_run(run_dir: Path) -> RunData:
     """Read all quantities of a complete run that are compared."""
     run = RunDir(Path(run_dir))
     scene, held = run.scene, _whole(run)
-    quantities = [*_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
+    quantities = [*_screen(run), *_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
     if not quantities:
         raise PywetError(f"{run.path} has no results; expected a finished run: run it again")
     return RunData(run.path, scene, {q.name: q for q in quantities}, dict(_checks(run)), held)
@@ -127,6 +137,40 @@ def _curve(name: str, unit: str, times: Any, values: Any, scale: float) -> Quant
 
 def _number(name: str, unit: str, value: float, scale: float) -> Quantity:
     return _curve(name, unit, [], [value], scale)
+
+
+def _screen(run: RunDir) -> Iterator[Quantity]:
+    """Numbers of the decks of a scene with outlets, each with its interval within the run."""
+    if not run.scene.outlets:
+        return
+    for deck in range(1, streams.decks(run) + 1):
+        numbers = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
+        of = f"deck {deck}, " if deck > 1 else ""
+        for name, unit, value, ends, scale in _of_screen(numbers) if numbers else ():
+            if value is not None:
+                yield replace(_number(f"{of}{name}", unit, value, scale or abs(value)), interval=ends, of_screen=True)
+
+
+def _of_screen(numbers: dict[str, Any]) -> Iterator[tuple[str, str, float | None, Ends, float]]:
+    """Name, unit, value, ends of the interval and scale of each number of screen.json that is compared; scale 0: the value."""
+
+    def around(value: float | None, half: float | None) -> Ends:
+        return None if value is None or half is None else (value - half, value + half)
+
+    def ends(key: str, unit: str = "") -> Ends:
+        return numbers.get(f"{key}_low{unit}"), numbers.get(f"{key}_high{unit}")
+
+    rates, moist = numbers["throughput_t_per_h"], numbers["moisture_percent_of_dry_mass"]
+    scatter = numbers.get("moisture_half_width_percent") or {}
+    share = numbers.get("pegged_share")
+    yield "cut size", "mm", numbers["d50_mm"], ends("d50", "_mm"), 0.0
+    yield "efficiency", "1", numbers["efficiency"], ends("efficiency"), 1.0
+    rate = rates.get("all")
+    yield "throughput", "t/h", rate, around(rate, numbers["throughput_half_width_t_per_h"].get("all")), 0.0
+    for product in streams.PRODUCTS:
+        value = moist[product]
+        yield f"moisture of the {product}", "%", value, around(value, scatter.get(product)), 0.0
+    yield "apertures pegged", "1", share, around(share, numbers.get("pegged_share_half_width")), 1.0
 
 
 def _retained(run: RunDir) -> Iterator[Quantity]:

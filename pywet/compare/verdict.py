@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from pywet.compare import statistics
-from pywet.compare.quantities import RESULTS, Floats, Quantity, RunData, facts, read_run, unlike
+from pywet.compare.quantities import CASE, RESULTS, Floats, Quantity, RunData, facts, read_run, unlike
 from pywet.compare.statistics import LEVEL, ROUND_OFF, Sample
 from pywet.errors import PywetError
+from pywet.products.partition import NORMAL_95
 from reference_impl.replay import whole
 
+WITHIN_ONE = "one run each: numbers of the screen by their 95 % intervals within one run, Holm over these numbers"
+"""Method for the numbers of a screen."""
 MAIN = "fraction retained"
 """The quantity of the first line, where the runs have it."""
 
@@ -36,7 +40,8 @@ class Row:
     spread: float | None
     """Pooled standard deviation of a run there, over the scale; None with one run each."""
     interval: float | None
-    """Half width of the 95 % confidence interval of b − a there [unit], of this quantity alone; None with one run each."""
+    """Half width of the 95 % confidence interval of b − a there [unit], of this quantity alone; with one run each that of the
+    scatter within the runs, for numbers of a screen only."""
     time_s: float | None
     t: float | None
     p: float | None
@@ -131,11 +136,24 @@ def _at_end(groups: list[list[RunData]], name: str) -> str:
     ends = ", ".join(f"{label} {_mean(values)}" for label, values in (("A", a), ("B", b)))
     message = f"{name}{when}{'' if unit == '1' else f' [{unit}]'}: {ends}, B − A {b.mean() - a.mean():+.3g}"
     half = statistics.of_difference(a, b)
+    within = ""
+    if half is None and (one := _within(*(g[0].quantities[name] for g in groups))) is not None:
+        half, within = one, ", within one run each"
     if half is None:
         return f"{message}; no interval from one run each"
     if abs(b.mean() - a.mean()) <= half:
-        return f"{message} ± {half:.2g} (95 %): not significant"
-    return f"{message} ± {half:.2g} (95 %): significant for this quantity alone"
+        return f"{message} ± {half:.2g} (95 %{within}): not significant"
+    return f"{message} ± {half:.2g} (95 %{within}): significant for this quantity alone"
+
+
+def _within(a: Quantity, b: Quantity) -> float | None:
+    """Half width of the 95 % interval of b − a from the intervals of both numbers, on the sides that face each other (MOVER)."""
+    x, y = float(a.values[-1]), float(b.values[-1])
+    sides = (1, 0) if y >= x else (0, 1)
+    ends = [q.interval[k] if q.interval else None for q, k in zip((a, b), sides, strict=True)]
+    if ends[0] is None or ends[1] is None:
+        return None
+    return float(np.hypot(ends[0] - x, ends[1] - y))
 
 
 def _mean(values: Floats) -> str:
@@ -162,7 +180,8 @@ def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
         for first, run, free in ((groups[0][0], group[0], across), *((group[0], run, ()) for run in group[1:])):
             differs = unlike(facts(first.scene), run.scene, free)
             if differs:
-                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in differs)
+                asked = [name for name in differs if name != CASE] or differs
+                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in asked)
                 raise NotComparable(
                     f"{first.path} and {run.path} differ in {', '.join(differs)}; expected the same case at the same"
                     f" scale ({named} compares groups across it, --force whatever differs)"
@@ -215,18 +234,62 @@ def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], s
             Row(name, x.unit, float(u[k]), float(v[k]), float(off[k] / x.scale), None, None, time, None, None, message,
                 message == "differs")
         )  # fmt: skip
+    rows = _screen_rows(a, b, rows)
     same = a.fingerprint() == b.fingerprint()
     worst = max(rows, key=lambda r: r.deviation)
     if same and worst.deviation == 0:
         verdict = "the runs are bit-identical"
     elif worst.deviation <= ROUND_OFF:
         verdict = f"the runs agree within round-off (largest deviation {worst.deviation:.1e}, {worst.quantity})"
+    elif any(a.quantities[name].of_screen for name in names):
+        return (
+            f"{WITHIN_ONE}; other quantities: equal digit by digit, within round-off, or not",
+            rows,
+            _of_screen(a, rows),
+        )
     else:
         verdict = (
             f"the runs differ (most in {worst.quantity}: {worst.deviation:.2g} of its scale); one run each says nothing"
             " about significance: compare several seeds"
         )
     return "one run each: equal digit by digit, within round-off, or not", rows, verdict
+
+
+def _screen_rows(a: RunData, b: RunData, rows: list[Row]) -> list[Row]:
+    """Judge the numbers of a screen that differ by their intervals within the runs, with Holm's adjustment."""
+    halves = {r.quantity: _within(a.quantities[r.quantity], b.quantities[r.quantity]) for r in rows if r.different}
+    tested = [r for r in rows if a.quantities[r.quantity].of_screen and halves.get(r.quantity) is not None]
+    found = []
+    for row in tested:
+        half = halves[row.quantity] or 1e-300
+        t = NORMAL_95 * abs(row.b - row.a) / half
+        found.append(statistics.Finding(t, 0, float(2.0 * norm.sf(t))))
+    adjusted = dict(zip((r.quantity for r in tested), statistics.holm(found), strict=True))
+    return [_judged(r, halves[r.quantity], adjusted[r.quantity]) if r.quantity in adjusted else r for r in rows]
+
+
+def _judged(row: Row, half: float | None, finding: statistics.Finding) -> Row:
+    different = finding.p <= LEVEL
+    message = "differs beyond the intervals" if different else "within the intervals"
+    return replace(row, interval=half, t=finding.t, p=finding.p, verdict=message, different=different)
+
+
+def _of_screen(a: RunData, rows: list[Row]) -> str:
+    """The verdict on the numbers of a screen of one run each."""
+    of = [r for r in rows if a.quantities[r.quantity].of_screen]
+    called = [r.quantity for r in of if r.verdict == "differs beyond the intervals"]
+    unknown = [r.quantity for r in of if r.verdict == "differs"]
+    message = (
+        f"{len(called)} of {len(of)} numbers of the screen differ beyond their intervals within one run each"
+        f"{f': {_listed(called)}' if called else ''}"
+    )
+    if unknown:
+        message += f"; without an interval: {_listed(unknown)}"
+    return f"{message}; other seeds may scatter more: compare several seeds"
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names)
 
 
 def _groups(groups: list[list[RunData]], names: list[str]) -> tuple[str, list[Row], str]:
@@ -241,7 +304,14 @@ def _groups(groups: list[list[RunData]], names: list[str]) -> tuple[str, list[Ro
     rows = [_row(first[name], s, at, finding) for name, s, at, finding in reported]
     called = [r for r in rows if r.different]
     n, m = len(groups[0]), len(groups[1])
-    if called:
+    of = [r for r in rows if first[r.quantity].of_screen]
+    if of and called:
+        there = [r.quantity for r in of if r.different]
+        verdict = (
+            f"{len(there)} of {len(of)} numbers of the screen{f' ({_listed(there)})' if there else ''} and"
+            f" {len(called) - len(there)} of {len(rows) - len(of)} other quantities differ beyond the spread of {n} and {m} seeds"
+        )
+    elif called:
         worst = min(called, key=lambda r: (r.p or 0.0, -(r.t or 0.0)))
         verdict = (
             f"{len(called)} of {len(rows)} quantities differ beyond the spread of {n} and {m} seeds, first of all"

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 
 from pywet.products import apertures, streams
+from pywet.products.partition import wilson
 from pywet.products.streams import PRODUCTS
-from pywet.runs.rundir import RunDir
+from pywet.runs.rundir import Floats, RunDir
 
 TRAY = "tray"
 """A fixed wall is a tray if it is a vessel, or if its name begins with this word."""
@@ -22,14 +23,31 @@ def shares(run: RunDir) -> tuple[str, pd.DataFrame] | None:
         Index: diameter in mm, columns: names. Of a screen with outlets, the spheres that `pywet screen` counts. None where there
         are not at least two sizes and two destinations.
     """
-    by_outlet = bool(run.scene.outlets)
-    rows = _by_outlet(run) if by_outlet else _by_tray(run)
+    by_outlet, rows = _rows(run)
     if rows.empty or rows["diameter_mm"].nunique() < 2 or rows["where"].nunique() < 2:
         return None
     masses = rows.pivot_table(index="diameter_mm", columns="where", values="mass_kg", aggfunc="sum", fill_value=0.0)
     found = masses.div(masses.sum(axis=1), axis=0)
     order = [o.name for o in run.scene.outlets] if by_outlet else [w.name for w in run.scene.walls]
     return ("outlet" if by_outlet else TRAY), found[[name for name in order if name in found]]
+
+
+def intervals(run: RunDir) -> dict[str, tuple[Floats, Floats]]:
+    """Ends of the 95 % interval of each share of `shares` by name, with spheres as independent trials (Wilson)."""
+    _, rows = _rows(run)
+    counts = rows.pivot_table(index="diameter_mm", columns="where", values="mass_kg", aggfunc="size", fill_value=0)
+    number = counts.sum(axis=1)
+    found = {}
+    for name in counts:
+        ends = np.array([wilson(k, n) for k, n in zip(counts[name], number, strict=True)])
+        found[str(name)] = (ends[:, 0], ends[:, 1])
+    return found
+
+
+def _rows(run: RunDir) -> tuple[bool, pd.DataFrame]:
+    """Return whether destinations are outlets, and mass, size and destination of each sphere."""
+    by_outlet = bool(run.scene.outlets)
+    return by_outlet, _by_outlet(run) if by_outlet else _by_tray(run)
 
 
 def _by_outlet(run: RunDir) -> pd.DataFrame:

@@ -77,7 +77,7 @@ def sentence(name: str, sizes: Sizes, spheres: int, steps: int) -> str:
     smallest, largest = sizes.diameter_mm.min(), sizes.diameter_mm.max()
     return (
         f"feed {name}: {spheres} spheres of {len(sizes.share)} sizes, {smallest:.3g} to {largest:.3g} mm{left_out}; "
-        f"{steps} steps, about {hours:.2g} h of one processor if all are there all the time"
+        f"{steps} steps, about {hours:.2g} h of one idle core if all are there all the time"
     )
 
 

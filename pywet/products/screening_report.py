@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.products import apertures, flowsheet, streams
+from pywet.products import apertures, flowsheet, intervals, streams
 from pywet.products.apertures import of_deck
 from pywet.products.partition import Separation, partition_curve, separation, size_at
 from pywet.products.steady import block_mean
@@ -76,15 +76,18 @@ def analyse(
     """
     run = RunDir(Path(run_dir))
     flow = streams.read(run, from_s, deck)
-    aperture = _aperture(run, deck) if aperture_mm is None else LIMITS["aperture_mm"].read("aperture_mm", aperture_mm)
+    aperture = aperture_of(run, deck) if aperture_mm is None else LIMITS["aperture_mm"].read("aperture_mm", aperture_mm)
     curve = curve_of(run, flow)
     numbers = separation(curve, aperture)
     series = time_series(run, flow)
     cut = {"d50_low_mm": size_at(curve, 0.5, "T_high"), "d50_high_mm": size_at(curve, 0.5, "T_low")}
-    return {**_numbers(run, flow, numbers, series), **cut}, curve, series
+    ends = dict(
+        zip(("efficiency_low", "efficiency_high"), intervals.of_efficiency(curve, numbers.reference_mm), strict=True)
+    )
+    return {**_numbers(run, flow, numbers, series), **cut, **ends}, curve, series
 
 
-def _aperture(run: RunDir, deck: int) -> float | None:
+def aperture_of(run: RunDir, deck: int = 1) -> float | None:
     """Aperture of the screen of a case or of a deck [mm]."""
     if given := apertures.deck_of(run):
         return float([given, *(given.get("beneath") or ())][deck - 1]["aperture_mm"])
@@ -107,6 +110,9 @@ def _numbers(run: RunDir, flow: Streams, numbers: Separation, series: pd.DataFra
         "spheres": {p: len(rows) for p, rows in of.items()},
         **_throughput(run, flow, of, area),
         "moisture_percent_of_dry_mass": {p: moisture_percent(rows, density) for p, rows in of.items()},
+        "moisture_half_width_percent": {
+            p: intervals.of_moisture(rows, density, flow.continuous) for p, rows in of.items()
+        },
         "feed_moisture_percent": 100.0 * density * float(run.timeline.initial_film.sum()) / float(run.timeline.mass.sum()),
         "residence_s": {p: _residence(rows) for p, rows in of.items()},
         **_of_screen(run, flow, series),
@@ -172,6 +178,7 @@ def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, An
     return {
         "screen": screen.name, "apertures": number,
         "pegged": mean[0], "pegged_half_width": mean[1], "pegged_share": mean[0] / number,
+        "pegged_share_half_width": mean[1] / number,
         "screen_liquid_m3": block_mean(rows["screen_liquid_m3"].to_numpy(dtype=float))[0],
     }  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from pywet.cases.screening.results import class_titles, column
 from pywet.errors import PywetError
 from pywet.products import destinations
+from pywet.products.screening_report import aperture_of
 from pywet.report.pictures import COLOURS, DASHES, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import quantile
@@ -36,11 +38,15 @@ THESIS: Any = {
 }
 """Sizes of letters are those in print, since the figure has the width in which it is printed; text of PDF and SVG stays text."""
 WIDTH, LEAST, HEIGHT, FEW, ROW = 150.0, 65.0, 65.0, 4, 3.8
-"""Width of a figure, that of the text of a thesis on A4; least width of a panel, its height [mm]; the most curves whose legend is
-inside the panel, and height of a row of one below it [mm]."""
+"""Width of a figure, that of the text of a thesis on A4; least width of a panel, its height [mm]; the most entries of a legend
+that is inside the panel, and height of a row of one below it [mm]."""
+SHORT, LONG, MOST = 16, 40, 6
+"""Letters of an entry up to which a legend has two columns or is inside its panel, and the most; the most curves of a group."""
 INCH = 25.4
 LIQUID = ("coarse_material", "fines", "films", "bridges", "walls", "wires", "left")
-"""Liquid reservoirs that are drawn, of those that a run has; of custom scenes every class and wall."""
+"""Liquid reservoirs that are drawn, of those that a run has; of custom scenes every class and wall, or of many their sums."""
+JOINED = {"spheres": "on spheres", "wall": "on walls"}
+"""First word of the reservoirs of a custom scene that are summed if there are many, and name of the sum."""
 
 
 @dataclass
@@ -51,10 +57,45 @@ class Panel:
     y: str
     curves: dict[tuple[str, str], list[tuple[Floats, Floats]]] = field(default_factory=dict)
     """(group, curve) -> one entry for each run."""
+    ends: dict[tuple[str, str], list[tuple[Floats, Floats]]] = field(default_factory=dict)
+    """(group, curve) -> for each run the ends of the 95 % intervals at its positions, where they are known."""
+    apertures: set[float] = field(default_factory=set)
+    """Apertures of the runs [mm], drawn as vertical lines."""
 
     def add(self, group: str, name: str, x: Any, y: Any) -> None:
         curve = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         self.curves.setdefault((group, name), []).append(curve)
+
+    @property
+    def bars(self) -> bool:
+        """Whether intervals of single runs are drawn."""
+        return any(len(of) == 1 for of in self.ends.values())
+
+    def largest(self) -> dict[tuple[str, str], list[tuple[Floats, Floats]]]:
+        """The curves of the `MOST` names that rise highest, in their order."""
+        names = list(dict.fromkeys(name for _, name in self.curves))
+        top = {
+            name: max(float(y.max()) for key, of in self.curves.items() if key[1] == name for _, y in of)
+            for name in names
+        }
+        drawn = sorted(names, key=lambda name: -top[name])[:MOST]
+        return {key: of for key, of in self.curves.items() if key[1] in drawn}
+
+    def entries(self, labels: Mapping[str, str]) -> dict[str, tuple[str, Any]]:
+        """Entries of the legend with colour and dash: of one group its curves; of several the groups, then their curves."""
+        names = list(dict.fromkeys(name for _, name in self.largest()))
+        if len(labels) == 1:
+            (label,) = labels.values()
+            return {name or label: _style(j, j // len(COLOURS)) for j, name in enumerate(names)}
+        there = {group for group, _ in self.curves}
+        found = {label: _style(k, 0) for k, (group, label) in enumerate(labels.items()) if group in there}
+        if len(names) > 1:
+            found |= {name: (INK, DASHES[j % len(DASHES)]) for j, name in enumerate(names)}
+        return found
+
+
+def _style(colour: int, dash: int) -> tuple[str, Any]:
+    return COLOURS[colour % len(COLOURS)], DASHES[dash % len(DASHES)]
 
 
 def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
@@ -101,6 +142,12 @@ def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> Non
     ]
     if len(ends) > 1:
         partition.add(group, "", *zip(*ends, strict=True))
+        _aperture(run, partition)
+
+
+def _aperture(run: RunDir, panel: Panel) -> None:
+    if (aperture := aperture_of(run)) is not None:
+        panel.apertures.add(aperture)
 
 
 def _destinations(run: RunDir, group: str, panels_by: Mapping[str, Panel]) -> None:
@@ -109,8 +156,12 @@ def _destinations(run: RunDir, group: str, panels_by: Mapping[str, Panel]) -> No
     found = destinations.shares(run) if finished else None
     if found is not None:
         by, table = found
+        panel, ends = panels_by[by], destinations.intervals(run)
         for name in table.columns:
-            panels_by[by].add(group, str(name).replace("_", " "), table.index, table[name])
+            curve = str(name).replace("_", " ")
+            panel.add(group, curve, table.index, table[name])
+            panel.ends.setdefault((group, curve), []).append(ends[str(name)])
+        _aperture(run, panel)
 
 
 def _liquid(run: RunDir, group: str, panel: Panel) -> None:
@@ -122,10 +173,16 @@ def _liquid(run: RunDir, group: str, panel: Panel) -> None:
         if table is None:
             continue
         time, initial, end = ("time", "initial", "") if name == "history/ledger" else ("time_s", "initial_m3", "_m3")
-        for reservoir in _reservoirs(table, name.endswith("wall")):
+        shares: dict[str, Any] = {}
+        reservoirs = _reservoirs(table, name.endswith("wall"))
+        for reservoir in reservoirs:
             word = reservoir.removesuffix(end)
-            shares = table[reservoir] / (table[initial].max() or 1.0)
-            panel.add(group, titles.get(word, word.replace("_", " ")), table[time], shares)
+            curve = titles.get(word, word.replace("_", " "))
+            if len(reservoirs) > MOST:  # all spheres, all walls
+                curve = JOINED.get(word.partition("_")[0], curve)
+            shares[curve] = shares.get(curve, 0.0) + table[reservoir] / (table[initial].max() or 1.0)
+        for curve, share in shares.items():
+            panel.add(group, curve, table[time], share)
         return
 
 
@@ -160,12 +217,17 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
     shown = panels_of(groups)
     with plt.rc_context(THESIS):
         columns = max(1, min(len(shown), int(width_mm // LEAST)))
-        below = max(ROW * -(-len(panel.curves) // 2) if len(panel.curves) > FEW else 0.0 for panel in shown)
+        labels = _labels(groups)
+        below = max(_rows(panel.entries(labels)) for panel in shown) * ROW
         figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, (HEIGHT + below) / INCH))
         for one, panel in zip(axes, shown, strict=False):  # the last row may have spare axes
-            _draw(one, panel, _labels(groups))
-        if any(len(runs) > 1 for runs in groups.values()):
-            figure.supxlabel("bands: 95 % confidence interval of the mean over the seeds", fontsize=7, color=INK)
+            _draw(one, panel, labels)
+        notes = ["bands: 95 % confidence interval of the mean over the seeds"] * any(
+            len(r) > 1 for r in groups.values()
+        )
+        notes += ["bars: 95 % intervals of the counts of one run"] * any(panel.bars for panel in shown)
+        if notes:
+            figure.supxlabel("; ".join(notes), fontsize=7, color=INK)
         with atomic_write(path) as temporary:
             stamp = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix.lower())
             figure.savefig(temporary, format=path.suffix.lower()[1:], metadata=stamp)
@@ -188,20 +250,48 @@ def _percent(run: RunDir) -> str:
     return f"{100.0 * initial * (scene.liquid.density_kg_per_m3 if scene.liquid else 0.0) / mass:.3g} %"
 
 
+def _short(text: str) -> str:
+    """A label of at most `LONG` letters, shortened in its middle."""
+    half = (LONG - 1) // 2
+    return text if len(text) <= LONG else f"{text[:half]}…{text[-half:]}"
+
+
+def _inside(entries: Collection[str]) -> bool:
+    """Return whether a legend fits into its panel."""
+    return len(entries) <= FEW and max(map(len, entries)) <= SHORT
+
+
+def _columns(entries: Collection[str]) -> int:
+    return 1 if max(map(len, entries)) > SHORT else 2
+
+
+def _rows(entries: Collection[str]) -> int:
+    """Rows of a legend below a panel, 0 of one inside."""
+    return 0 if _inside(entries) else -(-len(entries) // _columns(entries))
+
+
 def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
     """One panel: a colour for each group, or for each curve where there is one group; the other is dashed."""
-    groups = list(labels)
-    names = list(dict.fromkeys(name for _, name in panel.curves))
-    for (group, name), curves in panel.curves.items():
+    groups, drawn = list(labels), panel.largest()
+    names = list(dict.fromkeys(name for _, name in drawn))
+    for (group, name), curves in drawn.items():
         k, j = groups.index(group), names.index(name)
-        colour, dash = (k, j) if len(groups) > 1 else (j, j // len(COLOURS))
-        label = name if len(groups) == 1 else " ".join(part for part in (labels[group], name) if part)
+        colour, dash = _style(k, j) if len(groups) > 1 else _style(j, j // len(COLOURS))
         x, mean, half = mean_and_band(curves)
-        style: Any = {"color": COLOURS[colour % len(COLOURS)], "linestyle": DASHES[dash % len(DASHES)]}
-        axes.plot(x, mean, label=label or labels[group], marker="o" if panel.x.startswith("diameter") else "", **style)
+        axes.plot(x, mean, marker="o" if panel.x.startswith("diameter") else "", color=colour, linestyle=dash)
+        ends = panel.ends.get((group, name), [])
         if half is not None:
-            axes.fill_between(x, mean - half, mean + half, color=style["color"], alpha=0.2, linewidth=0)
+            axes.fill_between(x, mean - half, mean + half, color=colour, alpha=0.2, linewidth=0)
+        elif len(ends) == 1:
+            axes.vlines(x, *ends[0], color=colour, alpha=0.5, linewidth=1)
+    for aperture in sorted(panel.apertures):
+        axes.axvline(aperture, color=INK, linestyle=":", linewidth=0.8)
+        axes.annotate(
+            " aperture", (aperture, 1.0), (0, 2), ("data", "axes fraction"), "offset points", ha="center", fontsize=7
+        )
     axes.set_xlabel(panel.x)
     axes.set_ylabel(panel.y)
-    many = len(panel.curves) > FEW
-    axes.legend(**({"loc": "upper center", "bbox_to_anchor": (0.5, -0.22), "ncols": 2} if many else {}))
+    entries = panel.entries(labels)
+    handles = [Line2D([], [], color=colour, linestyle=dash) for colour, dash in entries.values()]
+    below: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22), "ncols": _columns(entries)}
+    axes.legend(handles, [_short(entry) for entry in entries], **({} if _inside(entries) else below))

@@ -14,9 +14,14 @@ from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
 from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
-from pywet.report.pictures import COLOURS, STYLE, panels, plt
+from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
+from pywet.runs.spread import plus_minus
 
+COLOUR_OF = dict(zip((*PRODUCTS, "hold_up"), COLOURS, strict=False))
+"""Colour of each product, and of what is in the machine, on all charts."""
+STRETCHED = 0.5
+"""Least height of the pegging map over its width."""
 PAGE = "screen"
 """Name of the page."""
 
@@ -26,21 +31,45 @@ def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
     return "–" if value is None else f"{value:.{digits}g}{unit}"
 
 
+def measured(value: float | None, half: float | None, unit: str, factor: float = 1.0) -> str:
+    """A number ± half of its 95 % interval with its unit, without ± where there is no interval."""
+    return "–" if value is None else plus_minus(factor * value, None if half is None else factor * half) + unit
+
+
+def between(value: float | None, ends: tuple[float | None, float | None], unit: str, factor: float = 1.0) -> str:
+    """A number with its unit and the ends of its 95 % interval, – for an end that is not defined."""
+    if value is None:
+        return "–"
+    interval = " – ".join(shown(None if end is None else factor * end) for end in ends)
+    return shown(factor * value, unit) + ("" if ends == (None, None) else f" ({interval})")
+
+
 def five(numbers: dict[str, Any]) -> dict[str, str]:
-    """Cut size and sharpness, efficiency, throughput, product moisture and blinding in words."""
+    """Cut size and sharpness, efficiency, throughput, product moisture and blinding in words, with 95 % intervals."""
     rates, moist = numbers["throughput_t_per_h"], numbers["moisture_percent_of_dry_mass"]
     of = "all" if "all" in rates else "unders"
     per_area, share = numbers["throughput_t_per_h_m2"].get(of), numbers.get("pegged_share")
-    ends = [numbers.get(key) for key in ("d50_low_mm", "d50_high_mm")]
-    interval = f" ({' – '.join(shown(end) for end in ends)})" if numbers["d50_mm"] and any(ends) else ""
+    scatter = numbers.get("moisture_half_width_percent") or {}
+    rate = measured(rates[of], numbers["throughput_half_width_t_per_h"].get(of), " kg/h", 1e3)
+    cut = numbers.get("d50_low_mm"), numbers.get("d50_high_mm")
+    sharp = numbers.get("efficiency_low"), numbers.get("efficiency_high")
     return {
-        "cut size d50": shown(numbers["d50_mm"], " mm") + interval,
+        "cut size d50": between(numbers["d50_mm"], cut, " mm"),
         "ecart probable": shown(numbers["ecart_probable_mm"], " mm"),
-        "efficiency": shown(numbers["efficiency"] and 100 * numbers["efficiency"], " %"),
-        f"throughput, {of}": f"{shown(rates[of] and 1e3 * rates[of], ' kg/h')}, {shown(per_area, ' t/(h m²)')}",
-        "moisture, overs / unders": " / ".join(shown(moist[p], " %") for p in PRODUCTS),
-        "apertures pegged": shown(share and 100 * share, " %") if numbers["screen"] else "–",
+        "efficiency": between(numbers["efficiency"], sharp, " %", 100.0),
+        f"throughput, {of}": f"{rate}, {shown(per_area, ' t/(h m²)')}",
+        "moisture, overs / unders": " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS),
+        "apertures pegged": measured(share, numbers.get("pegged_share_half_width"), " %", 100.0)
+        if numbers["screen"]
+        else "–",
     }
+
+
+def unsteady(numbers: dict[str, Any]) -> str | None:
+    """Return a sentence if the means are not those of a steady state."""
+    if numbers["steady"]:
+        return None
+    return f"not steady: means over the last {numbers['to_s'] - numbers['from_s']:.3g} s of the feed"
 
 
 def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: pd.DataFrame) -> list[page.Section]:
@@ -56,7 +85,9 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
     return [
         page.Section(
             "Screen" + (f", deck {deck}" if (deck := numbers["deck"]) > 1 else ""),
-            page.table(["number", "value"], rows) + (page.paragraph(until.sentence(known)) if known else ""),
+            (page.paragraph(f"{warning[0].upper()}{warning[1:]}.") if (warning := unsteady(numbers)) else "")
+            + page.table(["number", "value (95 % interval within the run)"], rows)
+            + (page.paragraph(until.sentence(known)) if known else ""),
             "Screen",
         ),
         page.Section("Partition, products, moisture, pegging", f'<div class="panels">{"".join(drawn)}</div>', "Curves"),
@@ -89,15 +120,21 @@ def _partition(numbers: dict[str, Any], curve: pd.DataFrame) -> str:
     axes.plot(d, 100 * t, marker="o", label="partition curve")
     axes.vlines(d, 100 * curve["T_low"], 100 * curve["T_high"], color=COLOURS[0], alpha=0.5)
     if numbers["d50_mm"]:
-        axes.axvline(numbers["d50_mm"], color=COLOURS[1], linestyle="--")
+        axes.axvline(numbers["d50_mm"], color=INK, linestyle="--")
+    if numbers["reference_mm"] not in (None, numbers["d50_mm"]):
+        axes.axvline(numbers["reference_mm"], color=INK, linestyle=":")
     axes.set(xlabel="size [mm]", ylabel="to the overs [%]", ylim=(-3, 103))
-    return page.curves(figure, "partition", "Partition curve with 95 % intervals of the counts; dashed: cut size")
+    return page.curves(
+        figure, "partition", "Partition curve with 95 % intervals of the counts; dashed: cut size; dotted: aperture"
+    )
 
 
 def _products(series: pd.DataFrame) -> str:
     figure, (axes,) = panels(1, 1, (4.2, 3.3))
-    for column in ("hold_up_kg", "overs_kg", "unders_kg"):
-        axes.plot(series["time_s"], 1e3 * series[column], label=column.removesuffix("_kg").replace("_", "-"))
+    for name, colour in COLOUR_OF.items():
+        axes.plot(
+            series["time_s"], 1e3 * series[f"{name}_kg"], label=name.replace("_", "-"), color=colour, linestyle="-"
+        )
     axes.set(xlabel="time [s]", ylabel="dry mass [g]")
     axes.legend()
     return page.curves(figure, "products", "Mass in the machine, and of both products until then")
@@ -108,7 +145,7 @@ def _moisture(run: RunDir, series: pd.DataFrame) -> str:
     density = run.scene.liquid.density_kg_per_m3 if run.scene.liquid else 0.0
     for p in PRODUCTS:
         mass = series[f"{p}_kg"].where(series[f"{p}_kg"] > 0)
-        axes.plot(series["time_s"], 100 * density * series[f"{p}_liquid_m3"] / mass, label=p)
+        axes.plot(series["time_s"], 100 * density * series[f"{p}_liquid_m3"] / mass, label=p, color=COLOUR_OF[p])
     axes.set(xlabel="time [s]", ylabel="moisture [% of dry mass]")
     axes.legend()
     return page.curves(figure, "moisture", "Moisture of the products collected until then")
@@ -143,6 +180,15 @@ def _passage(run: RunDir, numbers: dict[str, Any]) -> str:
     return page.curves(figure, "passage", "Passage along the deck")
 
 
+def stretch(x_m: float, y_m: float) -> float:
+    """Length of a unit of y over one of x on the map of a deck, so that no side is shorter than `STRETCHED` of the other.
+
+    >>> stretch(0.2, 0.1), stretch(0.4, 0.1), stretch(0.1, 0.4)
+    (1.0, 2.0, 0.5)
+    """
+    return float(max(1.0, STRETCHED * x_m / y_m) * min(1.0, x_m / y_m / STRETCHED))
+
+
 def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
     screen = apertures.screen_of(run, numbers["deck"])
     assert screen is not None
@@ -161,10 +207,13 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
             axes.scatter(
                 1e3 * rows["x"], 1e3 * rows["y"], s=9, alpha=0.35, color=COLOURS[n % len(COLOURS)], label=c.name
             )
-    axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+    stretched = stretch(*(high[:, :2].max(axis=0) - low[:, :2].min(axis=0)))
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect=stretched)
     if len(at):
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=2)
-    return page.picture(figure, "Pegging map from above: spheres that peg an aperture, at all outputs; darker: longer")
+    scale = "" if stretched == 1.0 else f"; y is stretched {stretched:.2g} times"
+    caption = f"Pegging map from above: spheres that peg an aperture, at all outputs; darker: longer{scale}"
+    return page.picture(figure, caption)
 
 
 def of_run(folder: Path) -> list[page.Section]:
@@ -184,7 +233,9 @@ def write(folder: Path, numbers: dict[str, Any]) -> Path:
     """Write the page of a deck of a run whose results are there; returns its path."""
     deck = numbers["deck"]
     cards = [page.Card(value, name) for name, value in five(numbers).items()]
-    lead = "Partition, efficiency, throughput and moisture of the products."
+    warning = unsteady(numbers)
+    lead = f"{warning[0].upper()}{warning[1:]}. " if warning else ""
+    lead += "Partition, efficiency, throughput and moisture of the products, with 95 % intervals within the run."
     return page.write(page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards)
 
 

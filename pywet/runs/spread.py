@@ -49,7 +49,15 @@ def with_interval(values: Sequence[float], digits: int = 3) -> str:
     >>> with_interval([1204.0, 1181.0, 1190.0]), with_interval([3.0, 3.0])
     ('1192 ± 29', '3 ± 0')
     """
-    half, middle = half_width(values), mean(values)
+    return plus_minus(mean(values), half_width(values), digits)
+
+
+def plus_minus(middle: float, half: float | None, digits: int = 3) -> str:
+    """A value and the half width of its interval, as `with_interval` prints them; None: without an interval.
+
+    >>> plus_minus(1.8004, 0.0151), plus_minus(72.6, 25.3), plus_minus(72.64, None)
+    ('1.800 ± 0.015', '73 ± 25', '72.6')
+    """
     if not half:
         one = f"{middle:.0f}" if abs(middle) >= 10**digits else f"{middle:.{digits}g}"
         return one if half is None else f"{one} ± 0"

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
+from scipy.special import ndtri, stdtrit
 
 from reference_impl.diagnosis.held import MISSING, Held
 from reference_impl.motion.window import way_of
@@ -98,14 +98,66 @@ def cut_interval(rows: pd.DataFrame) -> tuple[float | None, float | None]:
     for d in sorted(rows["d"].unique()):
         found = []
         for _, of in rows[rows["d"] == d].groupby("type"):
-            n, over = len(of), int((of["product"] == "overs").sum())
-            z2 = float(ndtri(0.975)) ** 2 / n
-            a, b, c = 1.0 + z2, -(2.0 * over / n + z2), (over / n) ** 2
-            root = math.sqrt(max(0.0, b * b - 4.0 * a * c))
-            found.append((max(0.0, (-b - root) / (2.0 * a)), min(1.0, (-b + root) / (2.0 * a))))
+            found.append(score_interval(int((of["product"] == "overs").sum()), len(of)))
         for into, t in zip(ends, (min(f[0] for f in found), max(f[1] for f in found)), strict=True):
             into.append((float(d), t, 1.0 - t))
     return size_of(ends[0], 0.5), size_of(ends[1], 0.5)
+
+
+def score_interval(part: int, whole: int) -> tuple[float, float]:
+    """Proportions p at which (p - part/whole)^2 is z^2 p (1 - p)/whole."""
+    z2 = float(ndtri(0.975)) ** 2 / whole
+    a, b, c = 1.0 + z2, -(2.0 * part / whole + z2), (part / whole) ** 2
+    root = math.sqrt(max(0.0, b * b - 4.0 * a * c))
+    return max(0.0, (-b - root) / (2.0 * a)), min(1.0, (-b + root) / (2.0 * a))
+
+
+def efficiency_interval(rows: pd.DataFrame, limit: float) -> tuple[float | None, float | None]:
+    """Ends of the interval of the efficiency: squares of what each size adds if its share of overs is at an end of its own.
+
+    Of classes of one size the widest ends; a size below the limit counts with its unders, one above with its overs.
+    """
+    if not len(rows):
+        return None, None
+    total = {True: 0.0, False: 0.0}
+    for d, kg in zip(rows["d"], rows["kg"], strict=True):
+        total[bool(d < limit)] += float(kg)
+    value, fall, rise = -1.0, 0.0, 0.0
+    for fine, kg in total.items():
+        if not kg:
+            value += 1.0
+            continue
+        for d in sorted({float(d) for d in rows["d"] if bool(d < limit) == fine}):
+            of = rows[rows["d"] == d]
+            mass, kinds = float(of["kg"].sum()), [of[of["type"] == k] for k in of["type"].unique()]
+            t = float(of["kg"][of["product"] == "overs"].sum()) / mass
+            ends = [score_interval(int((kind["product"] == "overs").sum()), len(kind)) for kind in kinds]
+            down, up = t - min(e[0] for e in ends), max(e[1] for e in ends) - t
+            value += mass / kg * ((1.0 - t) if fine else t)
+            fall += (mass / kg * (up if fine else down)) ** 2
+            rise += (mass / kg * (down if fine else up)) ** 2
+    return value - math.sqrt(fall), value + math.sqrt(rise)
+
+
+def moisture_interval(part: pd.DataFrame, density: float, batch: bool) -> float | None:
+    """Half of the interval of the moisture [%]: Student's t of the ratio of liquid to mass over groups of spheres.
+
+    Groups are eight in the order of leaving, the first ones of one sphere more than the last; of a batch every sphere is one.
+    """
+    count = len(part)
+    if count < BLOCKS:
+        return None
+    ranked = sorted(zip(part["out"], part["id"], part["kg"], part["m3"], strict=True), key=lambda row: (row[0], row[1]))
+    many = count if batch else BLOCKS
+    size, larger = divmod(count, many)
+    sums, at = [], 0
+    for k in range(many):
+        here = ranked[at : at + size + (k < larger)]
+        at += len(here)
+        sums.append((math.fsum(row[2] for row in here), density * math.fsum(row[3] for row in here)))
+    mass, liquid = (math.fsum(column) for column in zip(*sums, strict=True))
+    squares = math.fsum((water - liquid / mass * kg) ** 2 for kg, water in sums)
+    return 100.0 * float(stdtrit(many - 1, 0.975)) * math.sqrt(squares * many / (many - 1)) / mass
 
 
 def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
@@ -133,6 +185,8 @@ def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, An
             (fine_over + coarse_under) / feed,
         )  # fmt: skip
         found |= dict(zip(SHARES, values, strict=True))
+    ends = (None, None) if limit is None else efficiency_interval(rows, limit)
+    found |= dict(zip(("efficiency_low", "efficiency_high"), ends, strict=True))
     density = scene["liquid"]["density_kg_per_m3"] if scene["liquid"] else 0.0
     for product in ("overs", "unders"):
         part = rows[rows["product"] == product]
@@ -141,6 +195,7 @@ def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, An
         found[f"moisture_percent_of_dry_mass.{product}"] = (
             100.0 * density * float(part["m3"].sum()) / mass if mass else None
         )
+        found[f"moisture_half_width_percent.{product}"] = moisture_interval(part, density, given["kind"] == "batch")
         stay = (part["out"] - part["in"]).dropna()
         found[f"residence_s.{product}.mean"] = float(stay.sum() / len(stay)) if len(stay) else None
         found[f"residence_s.{product}.median"] = quantile(stay.to_numpy(), 0.5)
@@ -245,7 +300,8 @@ def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> 
         counts.append(float((near & slow & ~o.waits[o.at]).sum()))
     mean, half = in_blocks(counts)
     share = None if mean is None else mean / given["apertures"]
-    return {"pegged": mean, "pegged_half_width": half, "pegged_share": share}
+    wide = None if half is None else half / given["apertures"]
+    return {"pegged": mean, "pegged_half_width": half, "pegged_share": share, "pegged_share_half_width": wide}
 
 
 def throughput(rows: pd.DataFrame, given: Mapping[str, Any], every: float) -> dict[str, float | None]:

@@ -145,4 +145,5 @@ def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
     write_json(run / "summary.json", summary)
     output_text = [*ending._screen([run]), *ending._liquid([run])]
     assert "cut size d50 2.5 mm" in output_text[0] and "efficiency" in output_text[0]
-    assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in output_text[1]
+    assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in output_text[-1]
+    assert ending._next([run], "yes") == f"pywet screen {run}" and ending._next([run], "no") == f"pywet replay {run}"

@@ -68,8 +68,9 @@ def test_the_table_fits_80_columns(groups: tuple[Path, Path]) -> None:
 
 def test_another_moisture_is_refused_with_the_way_to_it(groups: tuple[Path, Path]) -> None:
     """Without --across the sentence names the option; a setting that is none is refused with those that are."""
-    code, output_text = compared(*groups)
-    assert code == 2 and "--across liquid compares groups across it" in " ".join(output_text.split())
+    for pair in (groups, [group / "0" for group in groups]):  # folders of seeds, and runs
+        code, output_text = compared(*pair)
+        assert code == 2 and "(--across liquid compares groups across it" in " ".join(output_text.split())
     code, output_text = compared(*groups, "--across", "moisture")
     assert (
         code == 2

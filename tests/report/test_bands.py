@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import json
 import re
+import warnings
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 from typer.testing import CliRunner
 
 from pywet import stages
 from pywet.cli.app import app
 from pywet.errors import PywetError
+from pywet.products import streams
+from pywet.products.partition import wilson
 from pywet.report import bands, pictures
+from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table, write_table
 from tests.cases.screening import synthetic
+from tests.products import made_up
 
 MM = 72.0 / 25.4
 """Points of a PDF."""
@@ -99,3 +109,72 @@ def test_many_curves_differ_and_their_legend_is_below() -> None:
     box = below.get_window_extent()
     assert box.y1 <= axes.get_window_extent().y0 and box.y0 >= 0.0 and box.x1 <= figure.bbox.x1
     pictures.plt.close(figure)
+
+
+def drawn(monkeypatch: pytest.MonkeyPatch, path: Path, groups: dict[str, list[Path]]) -> Figure:
+    """The figure that was written; the made-up runs have tables of liquid without bridges."""
+    liquid = bands._liquid
+
+    def moist(run: RunDir, group: str, panel: bands.Panel) -> None:
+        of: Any = SimpleNamespace(moist=True, scene=run.scene, table_if_there=run.table_if_there)
+        liquid(of, group, panel)
+
+    monkeypatch.setattr(bands, "_liquid", moist)
+    figures: list[Figure] = []
+    monkeypatch.setattr(bands.plt, "close", figures.append)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bands.write(path, groups)
+    return figures[0]
+
+
+def decks(tmp_path: Path) -> dict[str, list[Path]]:
+    """Two made-up runs with ten liquid reservoirs and an aperture of 2.5 mm."""
+    groups = {}
+    for name in ("A a run whose name is rather long", "B another run with an even longer name"):
+        run = made_up.make(tmp_path / name)
+        (run / "config.json").write_text(json.dumps({"case": {"aperture_mm": 2.5}}))
+        words = [
+            *(f"spheres_{k}_mm" for k in range(1, 5)),
+            *(f"wall_{k}" for k in range(4)),
+            "outlet_overs",
+            "outlet_unders",
+        ]
+        table = pd.DataFrame({"time_s": [0.0, 1.0], "initial_m3": 10.0, **{f"{word}_m3": [0.0, 1.0] for word in words}})
+        write_table(table, run / "results" / "liquid_by_wall.parquet")
+        groups[name] = [run]
+    return groups
+
+
+def test_panels_of_decks_are_readable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two runs with ten reservoirs each: panels of 45 mm and more, at most eight entries each, in the figure, side by side."""
+    figure = drawn(monkeypatch, tmp_path / "f.png", decks(tmp_path))
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    whole, boxes = figure.bbox, []
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        assert legend is not None and 2 <= len(legend.get_texts()) <= 8
+        boxes.append(legend.get_window_extent(renderer))
+        assert axes.get_window_extent(renderer).width >= 45 / 25.4 * figure.dpi
+        assert axes.get_window_extent(renderer).height >= 40 / 25.4 * figure.dpi
+        assert whole.x0 <= boxes[-1].x0 and boxes[-1].x1 <= whole.x1 and boxes[-1].y0 >= whole.y0
+        assert not boxes[-1].overlaps(axes.get_window_extent(renderer))
+    assert len(boxes) == 2 and not boxes[0].overlaps(boxes[1])
+    liquid = {text.get_text() for text in figure.axes[1].get_legend().get_texts()}
+    assert {"on spheres", "on walls", "outlet overs", "outlet unders"} < liquid
+    assert figure.axes[1].get_lines()[0].get_ydata()[-1] == pytest.approx(0.4)
+
+
+def test_a_partition_has_its_aperture_and_the_intervals_of_the_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A line at 2.5 mm; bars from Wilson's interval of the spheres of a size that are counted."""
+    (first, runs), *_ = decks(tmp_path).items()
+    figure = drawn(monkeypatch, tmp_path / "f.png", {first: runs})
+    axes = figure.axes[0]
+    assert [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"] == [2.5]
+    counted = streams.read(RunDir(runs[0])).counted
+    of = counted[counted["type"] == 2]
+    ends = wilson(int((of["product"] == "overs").sum()), len(of))
+    bar = axes.collections[0].get_segments()[1]  # type: ignore[attr-defined]
+    assert bar[:, 0] == pytest.approx([2.0, 2.0]) and bar[:, 1] == pytest.approx(ends)

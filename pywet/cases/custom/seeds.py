@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from pywet.cases.screening import verdict
 from pywet.runs.loaded import Run
@@ -18,14 +19,15 @@ Runs = Sequence[Run]
 def of_scene(folder: Path) -> list[Run]:
     """List the run and every finished run in a folder FOLDER-SEED whose description differs only in the seed."""
     folder = folder.resolve() if folder.name in ("", "..") else folder
-    description = _but_seed(folder)
+    description = but_seed(folder)
     found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
-    others = [p for p in found if description and (p / "summary.json").exists() and _but_seed(p) == description]
+    others = [p for p in found if description and (p / "summary.json").exists() and but_seed(p) == description]
     return [Run(p) for p in (folder, *sorted(others, key=lambda p: int(p.name.rpartition("-")[2])))]
 
 
-def _but_seed(folder: Path) -> object:
-    description = read_if_there(folder / "description.json", AGAIN) or {}
+def but_seed(folder: Path) -> dict[str, Any]:
+    """Return the description of a run without its seed and its location; empty without a description."""
+    description = read_if_there(folder / "description.json", AGAIN, shape=dict[str, Any]) or {}
     return {key: value for key, value in description.items() if key not in ("seed", "file", "folder")}
 
 

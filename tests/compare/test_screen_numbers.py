@@ -1,0 +1,94 @@
+"""Numbers of a screen in `pywet compare`: first in the table, with intervals within a run where there is one on each side."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from pywet.compare import quantities, statistics, verdict
+from pywet.products import screening_report
+from tests.products import made_up
+
+NUMBERS = ["cut size", "efficiency", "throughput", "moisture of the overs", "moisture of the unders"]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """A continuous run evaluated, and copies with other efficiencies and moistures in screen.json."""
+    folder = tmp_path_factory.mktemp("screens")
+    first = made_up.make(folder / "0")
+    given = screening_report.write(first, aperture_mm=2.5, from_s=0.2)
+    for k, (efficiency, moist) in enumerate(((0.05, 0.0), (0.001, 0.5), (0.002, 0.51)), start=1):
+        run = shutil.copytree(first, folder / str(k))
+        changed = json.loads(json.dumps(given))
+        for key in ("efficiency", "efficiency_low", "efficiency_high"):
+            changed[key] += efficiency
+        changed["moisture_percent_of_dry_mass"]["overs"] += moist
+        (run / "results" / "screen.json").write_text(json.dumps(changed))
+    return [folder / str(k) for k in range(4)]
+
+
+@pytest.fixture(autouse=True)
+def complete(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The made-up run has no plan, ledger or bed: its extent and those quantities are left out."""
+    held = {"rows": {}, "outputs": 1, "steps": 1, "planned_outputs": 1, "windows": 0}
+    monkeypatch.setattr(quantities, "_whole", lambda run: held)
+    monkeypatch.setattr(verdict.whole, "sentence", lambda held: "all")
+    for name in ("_liquid", "_counts", "_energies", "_bed", "_checks"):
+        monkeypatch.setattr(quantities, name, lambda run: iter(()))
+
+
+def test_they_come_first_with_their_intervals(runs: list[Path]) -> None:
+    """Ends of screen.json; moisture ± its half width."""
+    found, given = quantities.read_run(runs[0]), json.loads((runs[0] / "results" / "screen.json").read_text())
+    assert list(found.quantities)[:5] == NUMBERS and all(q.of_screen for q in found.quantities.values())
+    assert found.quantities["cut size"].interval == (given["d50_low_mm"], given["d50_high_mm"])
+    value, half = (given[f"moisture_{key}"]["overs"] for key in ("percent_of_dry_mass", "half_width_percent"))
+    assert found.quantities["moisture of the overs"].interval == pytest.approx((value - half, value + half))
+
+
+def test_one_run_each_by_the_intervals_within_them(runs: list[Path]) -> None:
+    """Moisture is off by far more than its interval, the efficiency by less; Holm over the two that differ."""
+    found = verdict.compare([runs[0]], [runs[2]])
+    rows = {row.quantity: row for row in found.rows}
+    wet, sharp = rows["moisture of the overs"], rows["efficiency"]
+    given = json.loads((runs[0] / "results" / "screen.json").read_text())
+    half = np.sqrt(2.0) * given["moisture_half_width_percent"]["overs"]
+    assert wet.interval == pytest.approx(half) and wet.different and wet.verdict == "differs beyond the intervals"
+    assert wet.p == pytest.approx(2 * 2 * norm.sf(1.959963984540054 * 0.5 / half))
+    above, below = (given[f"efficiency_{end}"] - given["efficiency"] for end in ("high", "low"))
+    assert sharp.interval == pytest.approx(np.hypot(above, below))
+    assert sharp.verdict == "within the intervals" and not sharp.different
+    assert rows["cut size"].verdict == "identical"
+    assert found.verdict.startswith(
+        "1 of 5 numbers of the screen differ beyond their intervals within one run each: moisture of the overs;"
+    )
+    assert found.end.startswith("cut size [mm]: A 2.5") and "(95 %, within one run each): not significant" in found.end
+
+
+def test_without_an_interval_they_are_named(runs: list[Path], tmp_path: Path) -> None:
+    pair = [shutil.copytree(run, tmp_path / run.name) for run in (runs[0], runs[1])]
+    for run in pair:
+        path = run / "results" / "screen.json"
+        given = json.loads(path.read_text())
+        path.write_text(json.dumps({**given, "efficiency_low": None, "efficiency_high": None}))
+    found = verdict.compare([pair[0]], [pair[1]])
+    assert "without an interval: efficiency" in found.verdict
+
+
+def test_seeds_of_both_sides(runs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two seeds each: by the spread of the seeds, and the verdict names the number of the screen."""
+    monkeypatch.setattr(verdict, "_comparable", lambda groups, across: None)
+    found = verdict.compare(runs[:2], runs[2:])
+    rows = {row.quantity: row for row in found.rows}
+    overs = [[json.loads((r / "results" / "screen.json").read_text())["moisture_percent_of_dry_mass"]["overs"] for r in g]
+             for g in (runs[:2], runs[2:])]  # fmt: skip
+    half = statistics.of_difference(*(np.array(values) for values in overs))
+    assert rows["moisture of the overs"].interval == pytest.approx(half)
+    assert rows["moisture of the overs"].different
+    assert found.verdict.startswith("1 of 5 numbers of the screen (moisture of the overs) and 0 of 0 other quantities")
