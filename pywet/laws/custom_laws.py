@@ -158,9 +158,9 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
         if b"young_laplace" in source:  # whose tables would take longer than the trial may
             from pywet.laws import force_law, young_laplace
 
-            angles = (force_law.PROBE[f"contact_angle_{body}"] for body in "ij")
+            first, second = (force_law.PROBE[f"contact_angle_{body}"] for body in "ij")
             with bar("exact bridge tables (stored for later runs)") as move:
-                young_laplace.prepare(itertools.product(*angles), move)
+                young_laplace.prepare(itertools.product(first, second), move)
         command = [sys.executable, "-P", "-m", "pywet.laws.trial", kind, name, str(answer), str(TRIAL_S)]
         how: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "preexec_fn": die_with_parent}
         try:

@@ -135,7 +135,7 @@ def test_a_second_function_goes_to_the_reference(followed: Path) -> None:
     file.write_text(file.read_text().replace("laws:\n", "laws:\n  reference: {capillary: my_reference.py:neck}\n", 1))
     with pytest.raises(PywetError, match=r"my_reference\.py does not exist"):
         config.load(followed)
-    text = block("python", 1)
+    text = block("python", 2)
     (followed / "my_reference.py").write_text(text.replace("separation,", "separation, more,"))
     with pytest.raises(PywetError, match=r"expected one of \(separation, volume, radius_i"):
         config.load(followed)
@@ -250,6 +250,8 @@ def test_the_drawing_holds_the_law_and_the_exact_force(followed: Path) -> None:
         [1e3 * answer["force_N"][query.laws[0]][0]] * 3
     )
     assert lines["exact (Young-Laplace)"].get_ydata() == pytest.approx([1e3 * value for value in exact])
+    assert any(str(label).startswith("rupture: ") for label in lines)
+    assert not [label for label in lines if str(label).startswith("_")]
     picture = followed / "my.svg"
     done = CliRunner().invoke(app, ["bridge", str(followed / "my_bridge.json"), "--trust", "--plot", str(picture)])
     assert done.exit_code == 0 and picture.read_text().startswith("<?xml")
