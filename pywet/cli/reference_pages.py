@@ -169,9 +169,13 @@ def _named(block: str) -> str:
         found = reduce(getattr, parts[depth:], import_module(".".join(parts[:depth])))
         lines += [f"{path}{_signature(found)}", f"    {_first_line(found)}"]
         if inspect.isclass(found) and f":: {path}\n   :members:" in block:
-            own = {n: m for n, m in vars(found).items() if not n.startswith(("_", "model_")) and inspect.getdoc(m)}
+            documented = {
+                n: m for n, m in vars(found).items() if not n.startswith(("_", "model_")) and inspect.getdoc(m)
+            }
             methods = {
-                n: m for n, m in own.items() if inspect.isfunction(m) or isinstance(m, property | cached_property)
+                n: m
+                for n, m in documented.items()
+                if inspect.isfunction(m) or isinstance(m, property | cached_property)
             }
             lines += [
                 f"    .{n}{_signature(m) if inspect.isfunction(m) else ''}: {_first_line(m)}"
