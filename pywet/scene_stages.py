@@ -43,13 +43,13 @@ def read_scene(file: Path | str) -> Scene:
     return Scene(**{**given, "folder": path.parent, "file": path})
 
 
-def plan(scene: Scene) -> EffectPlan:
-    """Decide which effects a scene calls for.
+def plan(scene: Scene | Path | str) -> EffectPlan:
+    """Decide which effects a scene calls for; a scene that `run` refuses is refused here too.
 
     Parameters
     ----------
-    scene : Scene
-        The scene.
+    scene : Scene, Path or str
+        The scene, or its YAML file.
 
     Returns
     -------
@@ -60,7 +60,9 @@ def plan(scene: Scene) -> EffectPlan:
     -----
     The numbers are estimates for equal spheres at one typical speed (docs/effects.md).
     """
-    return building.Building(scene).plan
+    made = building.Building(scene if isinstance(scene, Scene) else read_scene(scene))
+    made.scene()  # with its checks
+    return made.plan
 
 
 def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> Run:

@@ -36,7 +36,7 @@ EXECUTED = {
     "calibrate.md": ["yaml"],
     "cli.md": ["python"],
     "configuration.md": ["yaml"] * 4 + ["csv"],
-    "howto-own-law.md": ["python", "json", "yaml", "python", "yaml", "toml"],
+    "howto-own-law.md": ["python", "json", "python", "yaml", "python", "yaml", "toml"],
     "laws.md": ["python"],
     "own-scene.md": ["python", "yaml", "yaml", "yaml"],
     "screens.md": ["yaml", "yaml"],

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
+from rich.console import Console
+from rich.table import Column, Table
 from typer.core import TyperGroup
 
 from pywet.cli import bodies, cases, evidence, plant, script
@@ -158,10 +159,13 @@ def laws(
     if as_json:
         out.print_json(data=[dict(zip(("kind", "law", "gives"), row, strict=True)) for row in rows])
         return
-    table = Table("kind", "law", "what it gives", box=None, header_style="bold")
+    names = [Column(head, min_width=max(len(row[k]) for row in rows)) for k, head in enumerate(("kind", "law"))]
+    table = Table(*names, "what it gives", box=None, header_style="bold")
     for row in rows:
         table.add_row(*row)
-    out.print(table)
+    Console(highlight=False, width=max(out.width, 80)).print(
+        table
+    )  # a narrower terminal breaks lines, and no name is cut
 
 
 for commands in (cases.app, bodies.app, evidence.app, plant.app, script.app):

@@ -77,6 +77,10 @@ def run_scene(
     until: Annotated[
         float | None, number("--until", UNTIL, "End the run when the partition is known to so many percent")
     ] = None,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Print what would be run and the predicted time, or the mistake; run nothing."),
+    ] = False,
     trust: Trust = False,
     verbose: Verbose = False,
 ) -> None:
@@ -93,6 +97,13 @@ def run_scene(
         description = description.with_(until={**asked, "partition_percent": until})
     if trust:
         placed_laws(description.laws, description.folder, trust)
+    if check:
+        from pywet.cli import scene_check
+
+        for line in scene_check.lines(description):
+            tell(line)
+        tell("no mistake was found; nothing was run or written")
+        return
     folder = out_dir or Path("results") / "scenes" / file.stem
     made = building.Building(description)
     for line in made.plan.table if verbose else size_distribution.lines(made.amounts):

@@ -85,7 +85,8 @@ def plan(
     elif as_json:
         lines = [json.dumps({**cases.planned(made), "readings": loaded.readings}, indent=1)]
     else:
-        lines = [*table, *needs.glance(loaded, case, name, made), *made.retirement.lines, *loaded.readings]
+        explained = needs.reasons(loaded, case, name) if why else []
+        lines = [*table, *needs.glance(loaded, case, name, made), *explained, *made.retirement.lines, *loaded.readings]
     for line in lines:
         tell(line)
 

@@ -55,6 +55,7 @@ def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
     yield from _retained(folders)
     yield from _screen(folders)
     yield from _liquid(folders)
+    yield from _deep(folders)
     standings = [(verdict.check_result(f), f) for f in folders]
     worst, where = min(standings, key=lambda s: ("no", "in part", "–", "yes").index(s[0].word))
     of = f" ({where.name})" if len(folders) > 1 else ""
@@ -137,6 +138,15 @@ def _liquid(folders: Sequence[Path]) -> Iterator[str]:
     counts = [with_interval([e[kind] for e in events]) for kind in ("formations", "ruptures")] if events else []
     bridges = f"; {counts[0]} bridges formed, {counts[1]} ruptured" if counts else ""
     yield f"liquid at the end: {text}{bridges}"
+
+
+def _deep(folders: Sequence[Path]) -> Iterator[str]:
+    """Yield the line on deep overlaps, of a custom scene that has some."""
+    from pywet.report import scene_page
+    from pywet.runs.loaded import Run
+
+    if (sentence := scene_page.deep([Run(folder) for folder in folders])) is not None:
+        yield sentence
 
 
 def _reservoir(name: str) -> bool:

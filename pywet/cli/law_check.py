@@ -30,6 +30,8 @@ def run(name: str, as_json: bool) -> int:
         tell(f"{word}  {finding.check}: {finding.found}", "red" if finding.ok is False else None)
     if rows:
         out.print(_table(rows, "N" if kind == "capillary" else "m"))
+        for line in checks.judged(kind, rows):
+            tell(line)
     return WRONG if wrong else GOOD
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 from collections.abc import Iterator
+from functools import cached_property, reduce
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -146,4 +150,58 @@ def page(name: str) -> str:
             given=name,
             expected=tuple(known),
         )
-    return pages[word].read_text(encoding="utf-8")
+    text = pages[word].read_text(encoding="utf-8")
+    return re.sub(
+        r"^```\{eval-rst\}\n(.*?)^```\n", lambda found: _named(found[1]), text, flags=re.DOTALL | re.MULTILINE
+    )
+
+
+def _named(block: str) -> str:
+    """Return the signatures and first docstring lines of what a block of Sphinx directives documents."""
+    lines = []
+    for directive, path in re.findall(r"^\.\. (auto\w+):: ([\w.]+)", block, flags=re.MULTILINE):
+        if directive == "automodule":
+            module = import_module(path)
+            lines.append(f"{path}: {_first_line(module)}")
+            continue
+        parts = path.split(".")
+        depth = next(k for k in range(len(parts) - 1, 0, -1) if _is_module(".".join(parts[:k])))
+        found = reduce(getattr, parts[depth:], import_module(".".join(parts[:depth])))
+        lines += [f"{path}{_signature(found)}", f"    {_first_line(found)}"]
+        if inspect.isclass(found) and f":: {path}\n   :members:" in block:
+            documented = {
+                n: m for n, m in vars(found).items() if not n.startswith(("_", "model_")) and inspect.getdoc(m)
+            }
+            methods = {
+                n: m
+                for n, m in documented.items()
+                if inspect.isfunction(m) or isinstance(m, property | cached_property)
+            }
+            lines += [
+                f"    .{n}{_signature(m) if inspect.isfunction(m) else ''}: {_first_line(m)}"
+                for n, m in methods.items()
+            ]
+    return "\n".join(lines) + "\n"
+
+
+def _is_module(name: str) -> bool:
+    try:
+        return find_spec(name) is not None
+    except ModuleNotFoundError:  # the part before the last dot is no package
+        return False
+
+
+def _signature(found: Any) -> str:
+    """Return the parameters with their defaults, without types; none of what has no signature."""
+    try:
+        parameters = inspect.signature(found).parameters.values()
+    except (TypeError, ValueError):
+        return ""
+    bare = [p.replace(annotation=inspect.Parameter.empty) for p in parameters if p.name != "self"]
+    return (
+        f"({', '.join(str(p).replace(' ', '') if p.default is p.empty else f'{p.name}={p.default!r}' for p in bare)})"
+    )
+
+
+def _first_line(found: Any) -> str:
+    return (inspect.getdoc(found) or "").partition("\n")[0]

@@ -71,7 +71,8 @@ def say_time(config: Any, case: int, scale: str) -> None:
 def need_run(run_dir: Path) -> None:
     if not (run_dir / "scene.json").exists():
         raise PywetError(
-            f"no scene.json in {run_dir}; expected a run directory as `pywet run CASE --out DIR` writes it",
+            f"no scene.json in {run_dir}; expected a run directory, which `pywet run CASE --out DIR` and `pywet run-scene FILE "
+            "--out DIR` write: with scene.json, history/ and results/ (a folder of result tables alone is none)",
             code="cli.no_run",
             where=run_dir,
         )

@@ -173,6 +173,13 @@ def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTE
     return Chosen({o.setting: o.level for o in picked}, 1.0, error)
 
 
+def largest_setting(table: dict[str, Any], moist: bool, group: str) -> str:
+    """Return the setting whose default has the largest error in a group of quantities."""
+    base = table["default"]
+    picked = [o for levels in options(table, moist).values() for o in levels if o.level == base[o.setting]]
+    return str(max(picked, key=lambda o: o.charge[group]).setting)
+
+
 def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
     """Group -> largest error of any level that is due to scatter alone, the resolution of the study."""
     scenes = SCENES["moist" if moist else "dry"]

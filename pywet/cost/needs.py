@@ -131,7 +131,21 @@ def glance(config: Config, case: int, scale: str, made: cases.Ingredients) -> li
     least = next(limit for limit in advice.limits if limit.stability)
     return [
         f"time       {duration(seconds)}, {seconds / 3600:.2g} core-hours, of the engine without replay and pictures",
-        f"accuracy   default errors: {', '.join(found) or 'none resolved'}",
+        f"accuracy   errors of defaults: {', '.join(found) or 'none resolved'}",
         f"stability  time step {advice.time_step_s:.3g} s, {advice.time_step_s / least.time_step_s:.2g} of the largest "
         f"stable one ({least.effect})",
+    ]
+
+
+def reasons(config: Config, case: int, scale: str) -> list[str]:
+    """Lines on what the errors of `glance` mean and which setting makes the largest one; none where none is resolved."""
+    table, moist = choice.for_scale(scale)[0], config.case(case).liquid_percent > 0
+    errors = choice.of_default(table, moist).error
+    group = max(errors, key=lambda g: errors[g])
+    if not errors[group] > 0.0:
+        return []
+    return [
+        "           errors of defaults: largest differences from finer settings, summed over the settings",
+        f"           {group}: mostly from {choice.largest_setting(table, moist, group)}; pywet plan {case} --accuracy 5% chooses "
+        "settings with less",
     ]

@@ -1,6 +1,7 @@
 """The physics of liquid bridges: one law = one plain function; `registry` finds them by name. Nothing of engines or scenes.
 
 `pywet.laws.capillary.rabinovich` and the other modules are imported when they are asked for; they need numpy and numba alone.
+A law of one function whose name no other law has is also found here: `from pywet.laws import rabinovich`.
 """
 
 from __future__ import annotations
@@ -11,7 +12,16 @@ from typing import Any
 
 
 def __getattr__(name: str) -> Any:
-    """Import a module of laws at its first use."""
-    if name.startswith("_") or find_spec(f"pywet.laws.{name}") is None:
+    """Import a module of laws at its first use, or return a law by its name."""
+    if name.startswith("_"):
         raise AttributeError(f"module {__name__} has no attribute {name}")
-    return import_module(f"pywet.laws.{name}")
+    if find_spec(f"pywet.laws.{name}") is not None:
+        return import_module(f"pywet.laws.{name}")
+    built_in = import_module("pywet.laws.registry").BUILT_IN
+    found = [law for laws in built_in.values() for law in laws.get(name, ())]
+    if len(found) != 1:
+        where = " or ".join(f"{law.__module__}.{law.python.__name__}" for law in found)
+        raise AttributeError(
+            f"module {__name__} has no attribute {name}; expected {where or 'a module or a law that `pywet laws` lists'}"
+        )
+    return found[0]

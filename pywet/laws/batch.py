@@ -108,6 +108,8 @@ def _swapped(value: Any, digest: Any) -> Any:
     name = getattr(value, "__name__", "")
     if isinstance(value, types.BuiltinFunctionType) and getattr(math, name, None) is value:
         return getattr(batch_math, name)
+    if isinstance(value, ForceLaw):
+        return _inlined(value.python, digest)
     if isinstance(value, Dispatcher) and value.py_func.__module__ not in WHOLE:
         return _inlined(value.py_func, digest)
     try:

@@ -7,7 +7,7 @@ equal spheres, unequal spheres, and a sphere and a wall. The deviation from the 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -120,6 +120,25 @@ def compared(kind: str, name: str) -> Iterator[Compared]:
             for gap, exact in zip(gaps, exact_bridge.solve_many(gaps, *bridge), strict=True):
                 if exact is not None:
                     yield Compared(bodies, reduced, gap, law(gap, *bridge, sigma), exact.force(sigma))
+
+
+def judged(kind: str, rows: Sequence[Compared]) -> list[str]:
+    """Return the bridges that were compared, in words, and the verdict: the typical and the largest deviation."""
+    r = 1e3 * np.array([pair for pair in PAIRS.values()])
+    radii = "; ".join(
+        f"{name} {r_i:g} mm" + (f" and {r_j:g} mm" if name == "unequal spheres" else "")
+        for name, (r_i, r_j) in zip(PAIRS, r, strict=True)
+    )
+    tension = f", surface tension {LIQUID['surface_tension']:g} N/m" if kind == "capillary" else ""
+    off = np.array([abs(row.deviation) for row in rows])
+    worst = rows[int(off.argmax())]
+    gap = "" if worst.gap_m is None else f", gap {1e6 * worst.gap_m:.4g} µm"
+    of = "force" if kind == "capillary" else "rupture distance"
+    return [
+        f"radii: {radii}; both contact angles {math.degrees(ANGLE):g}°{tension}",
+        f"verdict: passes the checks; {of} within {100 * float(np.median(off)):.2g} % of the exact bridge in half of the "
+        f"{len(rows)} bridges, {100 * worst.deviation:+.2g} % at worst ({worst.bodies}, V/r³ {worst.reduced_volume:g}{gap})",
+    ]
 
 
 def _at(law: ForceLaw, bodies: str = "equal spheres", **given: Any) -> dict[str, Any]:

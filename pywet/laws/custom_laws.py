@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import itertools
 import os
 import signal
 import subprocess
@@ -24,6 +25,7 @@ from pywet.errors import LawError, one_line
 from pywet.laws.kinds import KINDS
 from pywet.util import caches
 from pywet.util.files import read_bytes, read_json
+from pywet.util.notices import bar
 
 TRIAL_S = 60
 """Longest that a file and its law on the probe grid may take, compilation included: processor time [s], ten times that in all."""
@@ -153,6 +155,12 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
     word = hashlib.sha256(f"{_mark(path, source).name} {kind} {name}".encode(errors="surrogateescape")).hexdigest()
     answer = caches.folder("tried") / f"{word}.json"
     if not answer.exists():
+        if b"young_laplace" in source:  # whose tables would take longer than the trial may
+            from pywet.laws import force_law, young_laplace
+
+            first, second = (force_law.PROBE[f"contact_angle_{body}"] for body in "ij")
+            with bar("exact bridge tables (stored for later runs)") as move:
+                young_laplace.prepare(itertools.product(first, second), move)
         command = [sys.executable, "-P", "-m", "pywet.laws.trial", kind, name, str(answer), str(TRIAL_S)]
         how: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "preexec_fn": die_with_parent}
         try:

@@ -8,13 +8,16 @@ from __future__ import annotations
 import inspect
 import itertools
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import Any, overload
 
 import numpy as np
+from numba.core.dispatcher import Dispatcher
+from numba.extending import typeof_impl
 
 from pywet.errors import LawError, PywetError
 from pywet.laws.kinds import KINDS, Sense
@@ -72,6 +75,8 @@ class ForceLaw:
             raise LawError(f"law {self.name}: {error}; expected ({', '.join(self.arguments)})", law=self.name) from None
 
     def _value(self, *arguments: Any) -> Any:
+        if self.tabulated:
+            self.tables(dict(zip(self.arguments, arguments, strict=True)))
         with np.errstate(all="ignore"):  # both sides of a branch may be evaluated; `check` looks at the value
             value = self._ufunc(*arguments)
         return float(value) if np.ndim(value) == 0 else value
@@ -80,6 +85,26 @@ class ForceLaw:
     def address(self) -> int:
         """Address of the compiled C function, double(double, …)."""
         return int(self.compiled.address)
+
+    @cached_property
+    def callee(self) -> Any:
+        """The law as another law's compiled code calls it."""
+        return numba.njit(error_model="numpy", fastmath=self.fastmath)(self.python)
+
+    @cached_property
+    def calls(self) -> tuple[ForceLaw, ...]:
+        """Laws that this law's function calls, by itself or through other functions."""
+        return tuple(_called(self.python, set()))
+
+    @cached_property
+    def tabulated(self) -> bool:
+        """Return whether the compiled code reads tables that `tables` prepares."""
+        return any(law.tabulated for law in self.calls)
+
+    def tables(self, arguments: Mapping[str, Any]) -> None:
+        """Prepare the tables that the laws called here read at these values of the arguments."""
+        for law in self.calls:
+            law.tables(arguments)
 
     @cached_property
     def _signature(self) -> Any:
@@ -113,6 +138,29 @@ class ForceLaw:
                 f"fix {self.python.__code__.co_filename}",
                 law=self.name,
             ) from error
+
+
+@typeof_impl.register(ForceLaw)
+def _as_called(law: ForceLaw, _: Any) -> Any:
+    """Let numba compile a law that is called by another law's function."""
+    return numba.types.Dispatcher(law.callee)
+
+
+def _called(function: Any, seen: set[int]) -> Iterator[ForceLaw]:
+    """Yield the laws among what a function names, and what its functions name in turn."""
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    names = function.__code__.co_names
+    values = [function.__globals__[name] for name in names if name in function.__globals__] + cells
+    for value in values:  # to which a module adds what the function names of it
+        if id(value) in seen:
+            continue
+        seen.add(id(value))
+        if isinstance(value, ModuleType):
+            values += [vars(value)[name] for name in names if name in vars(value)]
+        elif isinstance(value, ForceLaw):
+            yield value
+        elif isinstance(value, Dispatcher):
+            yield from _called(value.py_func, seen)
 
 
 @overload

@@ -42,7 +42,7 @@ class Law:
 
     def prepare(self, angles: Iterable[tuple[float, float]], progress: Progress | None = None) -> None:
         """Prepare the tables that compiled code needs for pairs of contact angles (smaller body, larger body) [rad]."""
-        if any(isinstance(function, young_laplace.TableLaw) for function in self.functions):
+        if any(function.tabulated for function in self.functions):
             young_laplace.prepare(angles, progress)
 
 

@@ -8,7 +8,7 @@ address; a pair of angles that was not prepared gives NaN, which stops a run. Fr
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numba
@@ -315,12 +315,16 @@ class TableLaw(ForceLaw):
         super().__init__(function)
         self.name = self.__name__ = name
 
-    def _value(self, *arguments: Any) -> Any:
-        ri, rj, ti, tj = (np.asarray(arguments[self.arguments.index(n)], float) for n in BRIDGE[1:])
+    tabulated = True
+
+    def tables(self, arguments: Mapping[str, Any]) -> None:
+        """Prepare the tables of the contact angles of these bodies; a caller without them gets no tables."""
+        if not set(BRIDGE[1:]) <= set(arguments):
+            return
+        ri, rj, ti, tj = np.broadcast_arrays(*(np.asarray(arguments[n], float) for n in BRIDGE[1:]))
         swap = ri > rj
         small, large = np.where(swap, tj, ti), np.where(swap, ti, tj)
         prepare(set(zip(small.ravel(), large.ravel(), strict=True)))
-        return super()._value(*arguments)
 
 
 young_laplace = TableLaw(_force, "young_laplace")

@@ -133,7 +133,10 @@ def effect_numbers(
         "part of a film that cannot hang under g + v/t of the film",
         max(_dripping(g, s) for g in of),
     )
-    numbers["liquid_weight"] = ("mass of liquid / mass of solid", max(g.liquid_mass / g.mass for g in of))
+    numbers["liquid_weight"] = (
+        "mass of film / mass of sphere, thickest film on the lightest sphere",
+        max(g.liquid_mass / g.mass for g in of),
+    )
     return numbers
 
 

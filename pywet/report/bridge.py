@@ -63,7 +63,8 @@ def figure(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values, meas
             _line(axis, gaps, answer["force_N"][law], color=colours[law], lw=1.3, label=short(law))
         _line(axis, gaps, exact, color=INK, lw=2.0, label="exact (Young-Laplace)")
         for law, distance in answer["rupture_distance_m"].items():
-            axis.axvline(1e6 * distance, color=INK, lw=0.8, ls=":" if law == EXACT else (0, (1, 3)))
+            dots: Any = ":" if law == EXACT else (0, (1, 3))
+            axis.axvline(1e6 * distance, color=INK, lw=0.8, ls=dots, label=f"rupture: {short(law)}")
         at, found = measured or ((), {"force_N": {}})
         for law, values in found["force_N"].items():
             look: Any = {"ls": "", "marker": "o", "ms": 4, "color": colours[law]}

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from pywet.laws.contact import film_thickness
 from pywet.report import active_bridges, render, vtk
+from pywet.report.embedded_json import embedded
 from pywet.report.movie import spread
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import turned
@@ -77,7 +77,7 @@ def _text(run: RunDir, frames: int) -> str:
     for name in PLACES:
         arrays[name] = np.nan_to_num((arrays[name] - middle) / quantum).round().astype("<i2")
     layout, data = _blob(arrays)
-    return json.dumps(
+    return embedded(
         {
             **head,
             "times": line.times[rows].tolist(),
@@ -95,7 +95,7 @@ def _text(run: RunDir, frames: int) -> str:
             "arrays": layout,
             "data": data,
         }
-    ).replace("<", "\\u003c")
+    )
 
 
 PLACES = ("place", "from", "to", "corners")

@@ -8,7 +8,6 @@ from __future__ import annotations
 import base64
 import html
 import io
-import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ import jinja2
 import numpy as np
 from matplotlib.figure import Figure
 
+from pywet.report.embedded_json import embedded
 from pywet.report.pictures import DPI, inline, plt, svg
 from pywet.util.files import atomic_write
 
@@ -122,7 +122,7 @@ def curves(figure: Figure, name: str, caption: str = "", drawn_only: bool = Fals
     with plt.rc_context({"svg.fonttype": "none"}):
         drawn = inline(svg(figure, transparent=True), name)
     message = html.escape(caption or label)
-    data = json.dumps(lines).replace("<", "\\u003c")
+    data = embedded(lines)
     below = f"<figcaption>{message}</figcaption>" if caption else ""
     return f'<figure role="img" aria-label="{message}">{drawn}<script type="application/json">{data}</script>{below}</figure>'
 

@@ -5,7 +5,6 @@ Panels follow from the cases given: one per material (dry), one per configuratio
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle
@@ -18,6 +17,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from pywet.report.collect import CaseResult, grouped, named
+from pywet.report.embedded_json import embedded
 from pywet.report.pictures import GREEN, NAVY, ORANGE, SKY, STYLE, VIOLET, inline, panels, plt, svg
 
 MOISTURE = ("#9a8f80", SKY, NAVY, "#6a51a3")
@@ -148,7 +148,7 @@ def apart(sheet: Sheet, name: str) -> list[dict[str, Any]]:
             ends = [f"{c['label']} ends at {c['y'][-1]:.3g}" for c in curves if c["y"]]
             found.append({"svg": inline(svg(figure, transparent=True), f"{name}{k}"),
                           "alt": f"{heading}: {'; '.join(ends) or 'nothing to show'}",
-                          "curves": json.dumps(curves).replace("<", "\\u003c"),
+                          "curves": embedded(curves),
                           "meanings": list(_meanings(sheet, f"figure.{name}.{k}", heading, group, every))})  # fmt: skip
     return found
 

@@ -146,6 +146,22 @@ def _holder(column: str, names: dict[str, str]) -> str:
     return names.get(kind, "left with drops" if kind == "left" else kind.replace("_", " ", 1))
 
 
+def deep(runs: seeds.Runs) -> str | None:
+    """Return the sentence of a run's end on deep overlaps of spheres; None where there are none."""
+    tables = [of.contact_statistics for of in runs if of.has("results/contact_statistics.parquet")]
+    most = max((float(t["largest_overlap"].max()) for t in tables), default=0.0)
+    if not most > DEEP:
+        return None
+    return (
+        f"deep overlaps: up to {100.0 * most:.2g} % of the smaller radius, soft above {100.0 * DEEP:g} %: "
+        f"raise {_stiffness(runs[0])} in materials"
+    )
+
+
+def _stiffness(run: Run) -> str:
+    return "youngs_modulus_Pa" if run.scene.hertz else "stiffness_N_per_m"
+
+
 def _contacts(runs: seeds.Runs) -> list[page.Section]:
     run = runs[0]
     if not all(of.has("results/contact_statistics.parquet") for of in runs):
@@ -163,8 +179,7 @@ def _contacts(runs: seeds.Runs) -> list[page.Section]:
         f"the radius, {through} % of a wall's thickness. Between two outputs an impact may go deeper."
     )
     if max(float(t["largest_overlap"].max()) for t in tables) > DEEP:
-        key = "youngs_modulus_Pa" if run.scene.hertz else "stiffness_N_per_m"
-        text += f" That is deep: stiffer contacts (`{key}`) would be nearer to hard spheres."
+        text += f" That is deep: stiffer contacts (`{_stiffness(run)}`) would be nearer to hard spheres."
     body = (
         "".join(page.paragraph(s) for s in (text, *seeds.lines_of(runs, lambda r: r.summary.get("warnings", []))))
         + drawn

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from pywet.errors import PywetError
 from pywet.util.ranges import LIMITS, Range
 
 STEP = Range(0, 1e12, whole=True)
@@ -25,18 +26,29 @@ def reader(name: str, limits: Range) -> Callable[[Any], Any]:
     return read
 
 
+def _case(given: Any) -> Any:
+    """Read the number of a case; a file of a scene is answered with the commands for scenes."""
+    if str(given).endswith((".yaml", ".yml")):
+        raise PywetError(
+            f"CASE is {given}; expected the number of a case: for a scene use pywet run-scene {given}, with --check to print its "
+            "plan and run nothing",
+            key="CASE",
+            given=given,
+        )
+    return LIMITS["case"].read("CASE", given)
+
+
+_case.__name__ = "integer"
+
+
 def number(flag: str, limits: Range, text: str) -> Any:
     return typer.Option(flag, parser=reader(flag, limits), help=f"{text} ({limits}).")
 
 
-CaseNumber = Annotated[
-    int, typer.Argument(metavar="CASE", parser=reader("CASE", LIMITS["case"]), help="Number of the case in cases.csv.")
-]
+CaseNumber = Annotated[int, typer.Argument(metavar="CASE", parser=_case, help="Number of the case in cases.csv.")]
 AnyCase = Annotated[
     int | None,
-    typer.Argument(
-        metavar="[CASE]", parser=reader("CASE", LIMITS["case"]), help="Number of a case; default: all cases."
-    ),
+    typer.Argument(metavar="[CASE]", parser=_case, help="Number of a case; default: all cases."),
 ]
 Ranks = Annotated[int, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine")]
 ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]

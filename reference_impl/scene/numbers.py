@@ -167,6 +167,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
         "retire": (_retires(config), "config.yaml: retire"),
         "outlets": ([], "a case has a collecting bin"),
         "periodic": (None, "a case has no periodic faces"),
+        "blocks": (None, "a case runs for its duration"),
         "contacts": (config["settings"].get("contacts", "planes"), "config.yaml: contacts"),
         "wall_film": (reading(config, "wall_film", "triangle"), "config.yaml: readings"),
     }

@@ -21,6 +21,7 @@ from pywet import config
 from pywet.cases.screening import cases
 from pywet.cli import groups
 from pywet.cli.app import app
+from pywet.laws import registry
 from tests.cases.screening import synthetic
 
 CONFIG = Path(__file__).parent.parent.parent / "config"
@@ -87,6 +88,9 @@ def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
         (["run", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
         (["plan", "2", "--config", "nowhere"], "could not be read"),
         (["view", "nowhere"], "no scene.json in nowhere"),
+        (["plot", "nowhere"], "`pywet run-scene FILE --out DIR` write: with scene.json, history/ and results/"),
+        (["plan", "deck.yaml"], "for a scene use pywet run-scene deck.yaml, with --check to print its plan"),
+        (["run", "deck.yaml"], "for a scene use pywet run-scene deck.yaml"),
     ],
 )
 def test_a_mistake_is_one_sentence_without_a_traceback(runner: CliRunner, command: list[str], message: str) -> None:
@@ -95,6 +99,25 @@ def test_a_mistake_is_one_sentence_without_a_traceback(runner: CliRunner, comman
     assert message in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1
     assert isinstance(result.exception, SystemExit)
+
+
+@pytest.mark.parametrize("columns", ["40", "80"])
+def test_names_of_laws_are_whole_in_a_narrow_terminal(columns: str) -> None:
+    words = CliRunner(env={"COLUMNS": columns}).invoke(app, ["laws"]).output.split()
+    assert {name for laws in registry.BUILT_IN.values() for name in laws} <= set(words) and "…" not in "".join(words)
+
+
+def test_the_page_of_the_interface_has_signatures(runner: CliRunner) -> None:
+    """Names with parameters and the first line of their docstrings in place of the directives of Sphinx."""
+    text = runner.invoke(app, ["docs", "api"]).output
+    assert "eval-rst" not in text and ".. auto" not in text
+    assert "pywet.run(scene, folder, ranks=1, progress=False)\n    Build, simulate, evaluate and replay a scene" in text
+
+
+def test_the_plan_explains_its_errors(runner: CliRunner) -> None:
+    text = " ".join(runner.invoke(app, ["plan", "2", "--why", "--config", str(CONFIG)]).output.split())
+    assert "errors of defaults: largest differences from finer settings, summed over the settings" in text
+    assert "force: mostly from capillary; pywet plan 2 --accuracy 5% chooses settings with less" in text
 
 
 def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:

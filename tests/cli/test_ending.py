@@ -7,18 +7,20 @@ import shutil
 from dataclasses import asdict
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
 from pywet import config, stages
+from pywet.cases.custom import results
 from pywet.cases.screening import status
 from pywet.cases.screening.results import class_titles
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.products import screening_report
-from pywet.util.files import write_json
+from pywet.util.files import write_json, write_table
 from tests.cases.screening import synthetic
 from tests.products import made_up
 
@@ -147,3 +149,15 @@ def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
     assert "cut size d50 2.5 mm" in output_text[0] and "efficiency" in output_text[0]
     assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in output_text[-1]
     assert ending._next([run], "yes") == f"pywet screen {run}" and ending._next([run], "no") == f"pywet replay {run}"
+
+
+def test_deep_overlaps_are_reported_at_the_end(tmp_path: Path) -> None:
+    """13 % of the radius, where 5 % is soft, with the key that lowers it; nothing of 4 %, nor of a run without the table."""
+    folder = finished(tmp_path / "run")
+    assert not list(ending._deep([folder]))
+    table = folder / "results" / "contact_statistics.parquet"
+    for deepest, lines in ((0.04, []), (0.13, ["deep overlaps: up to 13 % of the smaller radius, soft above 5 %: "
+                                               "raise stiffness_N_per_m in materials"])):  # fmt: skip
+        columns = dict.fromkeys(("step", "time_s", *results.STATISTICS), 0)
+        write_table(pd.DataFrame([columns, {**columns, "largest_overlap": deepest}]), table)
+        assert [line for line in ending.lines([folder], None) if line.startswith("deep")] == lines

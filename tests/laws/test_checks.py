@@ -68,3 +68,19 @@ def test_an_unknown_law_is_refused_and_a_rupture_law_has_distances() -> None:
     done = CliRunner().invoke(app, ["laws", "--check", "rabinovitch"])
     assert done.exit_code == 1 and "there is no law rabinovitch" in done.output
     assert [row.gap_m for row in checks.compared("rupture", "lian")] == [None] * 9
+
+
+def test_a_check_ends_with_a_verdict_and_what_was_compared() -> None:
+    """Of rows by hand: deviations of 1, 2 and -10 %; radii, angles and tension are those of the check."""
+    rows = [checks.Compared("sphere and wall", 0.01, 2e-5, value, 1.0) for value in (1.01, 1.02, 0.9)]
+    used, verdict = checks.judged("capillary", rows)
+    assert used == (
+        "radii: equal spheres 1 mm; unequal spheres 1 mm and 3 mm; sphere and wall 1 mm; both contact angles 20°, "
+        "surface tension 0.0728 N/m"
+    )
+    assert verdict == (
+        "verdict: passes the checks; force within 2 % of the exact bridge in half of the 3 bridges, -10 % at worst "
+        "(sphere and wall, V/r³ 0.01, gap 20 µm)"
+    )
+    done = CliRunner().invoke(app, ["laws", "--check", "willett_unequal"])
+    assert "verdict: " in done.output and "both contact angles 20°" in done.output

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import math
 import re
 import shutil
 from pathlib import Path
 
+import numba
 import pytest
 from typer.testing import CliRunner
 
+import pywet.laws.young_laplace
 from pywet import config
 from pywet.cases.screening import cases
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.laws import custom_laws
+from pywet.laws import custom_laws, registry
+from pywet.laws import young_laplace as exact
+from pywet.laws.batch import batch
+from pywet.laws.capillary import rabinovich
+from pywet.laws.force_law import force_law
 from pywet.runs import second
 
 ROOT = Path(__file__).parents[2]
@@ -47,6 +54,52 @@ def test_a_configuration_finds_the_law_beside_it(followed: Path, monkeypatch: py
     assert loaded.settings.laws.capillary == f"{followed / 'my_law.py'}:constant_neck"
     plan = cases.effect_plan(loaded, 2, "smoke")
     assert plan.effects.capillary == f"{followed / 'my_law.py'}:constant_neck"
+
+
+def test_a_law_that_calls_a_registered_law(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page's `half` gives half of `rabinovich`: as a call, as a C function and inlined in a batch; a law may call it too."""
+    monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
+    law = tmp_path / "half_law.py"
+    names = "separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension"
+    law.write_text(f"{block('python', 1)}\n\n@force_law\ndef same({names}):\n    return 2.0 * half({names})\n")
+    custom_laws.trust([f"{law}:half"])
+    given = (1e-5, 1e-11, 1e-3, 2e-3, 0.2, 0.4, 0.07)
+    for name, factor in (("half", 0.5), ("same", 1.0)):
+        (function,) = registry.get("capillary", f"{law}:{name}").functions
+        wanted = factor * rabinovich(*given)
+        assert function(*given) == pytest.approx(wanted, rel=1e-15)
+        assert ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * 7)(function.address)(*given) == pytest.approx(
+            wanted, rel=1e-15
+        )
+        assert batch((function,)).inlined and not function.tabulated
+
+
+def test_a_law_that_calls_the_exact_bridge_gets_its_tables() -> None:
+    """However its function reaches it: by name, through modules, through a helper."""
+
+    @numba.njit
+    def helper(gap: float) -> float:
+        return exact.young_laplace(gap, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07)
+
+    def by_helper(separation: float) -> float:
+        return helper(separation)
+
+    def by_module(separation: float) -> float:
+        return pywet.laws.young_laplace.young_laplace(separation, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07)
+
+    for function in (by_helper, by_module):
+        assert force_law(function).calls == (exact.young_laplace,) and force_law(function).tabulated
+
+
+def test_laws_are_found_in_their_package() -> None:
+    """A name that several laws have is answered with where each is."""
+    assert pywet.laws.rabinovich is rabinovich
+    with pytest.raises(
+        AttributeError, match=r"expected pywet.laws.capillary_fits.willett or pywet.laws.rupture.willett$"
+    ):
+        pywet.laws.willett  # noqa: B018
+    with pytest.raises(AttributeError, match="expected a module or a law that `pywet laws` lists"):
+        pywet.laws.rabinowitsch  # noqa: B018
 
 
 def test_the_law_of_a_run_is_tried_before_it_starts(followed: Path) -> None:
@@ -82,7 +135,7 @@ def test_a_second_function_goes_to_the_reference(followed: Path) -> None:
     file.write_text(file.read_text().replace("laws:\n", "laws:\n  reference: {capillary: my_reference.py:neck}\n", 1))
     with pytest.raises(PywetError, match=r"my_reference\.py does not exist"):
         config.load(followed)
-    text = block("python", 1)
+    text = block("python", 2)
     (followed / "my_reference.py").write_text(text.replace("separation,", "separation, more,"))
     with pytest.raises(PywetError, match=r"expected one of \(separation, volume, radius_i"):
         config.load(followed)
@@ -197,6 +250,8 @@ def test_the_drawing_holds_the_law_and_the_exact_force(followed: Path) -> None:
         [1e3 * answer["force_N"][query.laws[0]][0]] * 3
     )
     assert lines["exact (Young-Laplace)"].get_ydata() == pytest.approx([1e3 * value for value in exact])
+    assert any(str(label).startswith("rupture: ") for label in lines)
+    assert not [label for label in lines if str(label).startswith("_")]
     picture = followed / "my.svg"
     done = CliRunner().invoke(app, ["bridge", str(followed / "my_bridge.json"), "--trust", "--plot", str(picture)])
     assert done.exit_code == 0 and picture.read_text().startswith("<?xml")

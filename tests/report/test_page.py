@@ -2,11 +2,30 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import matplotlib.pyplot as plt
+import pandas as pd
+import pytest
 
-from pywet.report import page
+from pywet.report import page, plots, screen_page
+from pywet.report.embedded_json import embedded
+
+ROOT = Path(__file__).parents[2]
+
+
+def _strictly(text: str) -> list[Any]:
+    """Every embedded block of JSON, read as a browser reads it: without NaN."""
+
+    def refused(word: str) -> None:
+        raise AssertionError(f"{word} is no JSON")
+
+    blocks = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)
+    return [json.loads(block, parse_constant=refused) for block in blocks]
 
 
 def test_page_holds_what_it_was_given(tmp_path: Path) -> None:
@@ -28,3 +47,29 @@ def test_page_holds_what_it_was_given(tmp_path: Path) -> None:
     assert "<code>this</code> &amp; that" in text and "a &lt; b" in text and "Lead &lt;i&gt;" in text
     assert '<td class="good" title="worst of 3"><a href="runs/x">1e-9</a></td>' in text
     assert 'src="data:image/svg+xml;base64,' in text and 'class="card bad"' in text
+
+
+def test_curves_without_a_value_are_strict_json() -> None:
+    """The moisture of a product that has no mass yet is NaN: null in the page, and the curves after it are there too."""
+    series = pd.DataFrame({"time_s": [0.0, 1.0], "overs_kg": [0.0, 0.0], "unders_kg": [0.0, 2.0]})
+    series["overs_liquid_m3"], series["unders_liquid_m3"] = 0.0, [0.0, 1e-5]
+    run: Any = SimpleNamespace(scene=SimpleNamespace(liquid=SimpleNamespace(density_kg_per_m3=1000.0)))
+    later, axes = plt.subplots()
+    axes.plot([0.0, 1.0], [1.0, 2.0], label="later")
+    body = screen_page._moisture(run, series) + page.curves(later, "later", "Later")
+    moisture, after = _strictly(page.text("Title", "Lead", [page.Section("Curves", body)]))
+    assert [line["y"] for line in moisture] == [[None, None], [None, pytest.approx(0.5)]]
+    assert after == [{"label": "later", "x": [0.0, 1.0], "y": [1.0, 2.0]}]
+
+
+def test_embedded_json_has_one_writer() -> None:
+    """Infinity is null too, a tag inside a text ends no script, and no page writes its JSON another way."""
+    text = embedded({"a": (1.5, float("inf")), "b": [{"c": float("-inf")}], "tag": "</script>"})
+    assert json.loads(text) == {"a": [1.5, None], "b": [{"c": None}], "tag": "</script>"} and "<" not in text
+    assert plots.embedded is embedded
+    sources = {
+        str(path): path.read_text() for path in (ROOT / "pywet").rglob("*.py") if path.name != "embedded_json.py"
+    }
+    for name, source in sources.items():
+        assert "application/json" not in source or "json.dumps" not in source, name
+        assert 'replace("<"' not in source, name

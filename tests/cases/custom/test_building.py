@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
+from typer.testing import CliRunner
 
 import pywet
 from pywet.cases.custom.building import Building, write
+from pywet.cli import scene_check
+from pywet.cli.app import app
 from pywet.errors import ConfigError, PywetError
 from pywet.scene import EngineScene
 from tests.cases.custom.conftest import beads
@@ -87,3 +92,37 @@ def test_overlapping_spheres_are_refused() -> None:
 def test_the_plan_leaves_out_bridges_of_a_dry_scene() -> None:
     assert not pywet.plan(pywet.Scene(**beads())).effects.bridges
     assert pywet.plan(pywet.Scene(**beads(liquid={"percent": 1}))).effects.bridges
+
+
+def test_a_plan_refuses_what_a_run_refuses(tmp_path: Path) -> None:
+    """A strip 24 mm wide, where over 25.15 mm is needed; a file is planned as its scene is."""
+    box = {"low_mm": (-15, -10, 0), "high_mm": (15, 10, 60)}
+    spheres = [{"name": "beads", "material": "glass", "diameter_mm": 11, "count": 2, "box": box}]
+    given = beads(spheres=spheres, periodic={"axis": "y", "low_mm": -12, "high_mm": 12})
+    for refused in (pywet.plan, scene_check.lines):
+        with pytest.raises(ConfigError, match="faces of periodic are 24 mm apart"):
+            refused(pywet.Scene(**given))
+    path = tmp_path / "beads.yaml"
+    path.write_text(yaml.safe_dump(json.loads(json.dumps(beads(liquid={"percent": 1})))))
+    assert pywet.plan(path) == pywet.plan(str(path)) == pywet.plan(pywet.read_scene(path))
+
+
+def test_a_check_prints_what_would_be_run_and_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Spheres and steps are those of the scene that is built; effects have their reasons; a mistake is one sentence."""
+    monkeypatch.chdir(tmp_path)
+    given = json.loads(json.dumps(beads(liquid={"percent": 1})))
+    Path("beads.yaml").write_text(yaml.safe_dump(given))
+    call = CliRunner(env={"COLUMNS": "300"})
+    done = call.invoke(app, ["run-scene", "beads.yaml", "--check"])
+    steps = Building(pywet.read_scene("beads.yaml")).scene().steps
+    assert done.exit_code == 0 and f"test: 20 spheres, {steps} steps of " in done.output, done.output
+    assert (
+        "predicted " in done.output
+        and "bridges            on " in done.output
+        and "liquid_weight      off" in done.output
+    )
+    assert done.output.strip().endswith("no mistake was found; nothing was run or written")
+    Path("beads.yaml").write_text(yaml.safe_dump({**given, "duration_s": -1}))
+    wrong = call.invoke(app, ["run-scene", "beads.yaml", "--check"])
+    assert wrong.exit_code == 1 and "duration_s" in wrong.stderr and len(wrong.stderr.strip().splitlines()) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["beads.yaml"]
