@@ -177,6 +177,7 @@ GROUPS: dict[str, tuple[Step, ...]] = {
         small_deck,
         "pywet run-scene mydeck/deck.yaml --out mydeck/run",
         "pywet screen mydeck/run",
+        "pywet run-scene mydeck/deck.yaml --until 2",
     ),
     "the tutorial": ("pywet run 2",),
     "pictures": (
