@@ -28,6 +28,7 @@ from pywet.collisions.wall.problem import Problem
 from pywet.config.entries import AngleEntry, NonNegativeEntry
 from pywet.config.loading import parse
 from pywet.errors import StoppedRun
+from pywet.products.until import Until
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
@@ -39,7 +40,7 @@ EXECUTED = {
     "howto-own-law.md": ["python", "json", "python", "yaml", "python", "yaml", "toml"],
     "laws.md": ["python"],
     "own-scene.md": ["python", "yaml", "yaml", "yaml"],
-    "screens.md": ["yaml", "yaml"],
+    "screens.md": ["yaml", "yaml", "yaml"],
     "sweep.md": ["yaml"],
     "wall_collision.md": ["json"],
     "wet_benchmarks.md": ["python"],
@@ -127,12 +128,14 @@ def test_spheres_leave_where_the_page_says() -> None:
 
 def test_the_feed_and_the_deck_of_the_page_on_screens() -> None:
     """0.1 t/h with 2 % of water; a linear stroke of 2 mm on apertures of 5 mm, at 15 degrees."""
-    first, second = (yaml.safe_load(block) for _, block in blocks("screens.md"))
+    first, second, third = (yaml.safe_load(block) for _, block in blocks("screens.md"))
     (ore,) = (Feed.model_validate(entry) for entry in first["feed"])
     deck = Deck.model_validate(second["deck"])
     assert (ore.rate_t_per_h, ore.moisture_percent) == (0.1, 2) and deck.sections == 2
     assert (deck.aperture_mm, deck.inclination_deg) == (5, 15)
     assert (deck.stroke.kind, deck.stroke.amplitude_mm, deck.stroke.frequency_Hz) == ("linear", 2, 20)
+    until = Until.model_validate(third["until"])
+    assert (until.partition_percent, until.block_s, until.least_blocks, until.least_spheres) == (2, 1, 8, 50)
 
 
 def test_the_query_of_the_page_on_bridges(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet.errors import border
 from pywet.products.partition import NORMAL_95, wilson
 from pywet.report.pictures import COLOURS, STYLE, plt
 
@@ -112,8 +113,9 @@ def draw(table: pd.DataFrame) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        store(Path(sys.argv[1]))
-    draw(pd.read_csv(STORED))
-    print("\n".join(page_rows(pd.read_csv(STORED))))
-    print(FIGURE.relative_to(ROOT))
+    with border():
+        if len(sys.argv) > 1:
+            store(Path(sys.argv[1]))
+        draw(pd.read_csv(STORED))
+        print("\n".join(page_rows(pd.read_csv(STORED))))
+        print(FIGURE.relative_to(ROOT))
