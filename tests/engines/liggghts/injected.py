@@ -81,8 +81,8 @@ SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
 PATCHES: list[tuple[str, str, str]] = [
     ("vec.h", "#include <cmath>", '#include <cmath>\n#include "injected.h"'),
     ("forces.cpp", LAWS, LAWS_INJECTED),
-    ("together.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {",
-     "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {\n"
+    ("together.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, BridgeBatch &__restrict t) {",
+     "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, BridgeBatch &__restrict t) {\n"
      '  const double taken = injected("speed along n") ? 0.0 : 1.0;'),
     ("together.cpp", "along = vx * nx + vy * ny + vz * nz;", "along = taken * (vx * nx + vy * ny + vz * nz);"),
     ("standing.cpp", "if (!laws.dynamic_rupture) return",

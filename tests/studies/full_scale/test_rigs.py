@@ -108,3 +108,14 @@ def test_what_equation_14_as_printed_gains_and_loses() -> None:
     assert {printed[n] for n in (7, 12, 17, 21, 26)} == {"not confirmed"}
     times = [through({2: FOUND[rig][2][0]}, 2, 0.01) for rig in ("sieve185_printed", "sieve185")]
     assert [f"{t:.1f}" for t in times] == ["10.5", "8.2"] and "10.5 s instead of 8.2 s" in rigs.HEAD
+
+
+def test_what_films_of_whole_walls_gain() -> None:
+    """The fourth paragraph of the page: liquid of the apparatus over that of the coarse material at the end of case 2."""
+    (statement,) = (s for s in STATEMENTS if s.number == 26)
+    wide = {2: variants(ROOT / "docs/full_scale/data")[""][2][:1]}
+    runs = (wide, FOUND["sieve200_wall"], FOUND["sieve185"], FOUND["sieve185_wall"])
+    answers = [judge(statement, run) for run in runs]
+    assert [a.verdict for a in answers] == ["not confirmed", "confirmed", "not confirmed", "not confirmed"]
+    values = [f"{a.values[0][0]:.2f}" for a in answers]
+    assert values == ["0.41", "0.79", "0.37", "0.69"]
