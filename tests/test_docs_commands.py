@@ -84,6 +84,15 @@ def short_deck(path: Path) -> None:
     path.write_text(yaml.safe_dump(scene, sort_keys=False))
 
 
+def fed_throughout(folder: Path) -> None:
+    """The small deck, longer and fed up to its end, in blocks that are long enough for its checkpoints."""
+    path = folder / "mydeck/deck.yaml"
+    scene = yaml.safe_load(path.read_text())
+    scene["feed"][0]["insertion"]["for_s"] = scene["duration_s"] = 1.2
+    scene["until"] = {"partition_percent": 5, "block_s": 0.12}
+    path.write_text(yaml.safe_dump(scene, sort_keys=False))
+
+
 def small_sweep(folder: Path) -> None:
     """Give the sweep two surface tensions, two viscosities and one seed."""
     shorten(folder / "mysweep/small_drum_scene.yaml", 0.02, 20)
@@ -177,6 +186,7 @@ GROUPS: dict[str, tuple[Step, ...]] = {
         small_deck,
         "pywet run-scene mydeck/deck.yaml --out mydeck/run",
         "pywet screen mydeck/run",
+        fed_throughout,
         "pywet run-scene mydeck/deck.yaml --until 2",
     ),
     "the tutorial": ("pywet run 2",),
