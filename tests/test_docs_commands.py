@@ -84,7 +84,7 @@ def short_deck(path: Path) -> None:
     path.write_text(yaml.safe_dump(scene, sort_keys=False))
 
 
-def fed_throughout(folder: Path) -> None:
+def insert_throughout(folder: Path) -> None:
     """The small deck, longer and fed up to its end, in blocks that are long enough for its checkpoints."""
     path = folder / "mydeck/deck.yaml"
     scene = yaml.safe_load(path.read_text())
@@ -186,7 +186,7 @@ GROUPS: dict[str, tuple[Step, ...]] = {
         small_deck,
         "pywet run-scene mydeck/deck.yaml --out mydeck/run",
         "pywet screen mydeck/run",
-        fed_throughout,
+        insert_throughout,
         "pywet run-scene mydeck/deck.yaml --until 2",
     ),
     "the tutorial": ("pywet run 2",),
