@@ -119,3 +119,20 @@ def test_what_films_of_whole_walls_gain() -> None:
     assert [a.verdict for a in answers] == ["not confirmed", "confirmed", "not confirmed", "not confirmed"]
     values = [f"{a.values[0][0]:.2f}" for a in answers]
     assert values == ["0.41", "0.79", "0.37", "0.69"]
+
+
+def test_the_page_names_the_statements_that_any_run_confirms() -> None:
+    """Every statement is in one of three groups: confirmed by the campaign, by a rig only, by none."""
+    campaign, rigs_and_dry = variants(ROOT / rigs.CAMPAIGN)[""], rigs.with_dry(FOUND)
+    any_run = {
+        s.number: {judge(s, runs).verdict for runs in (campaign, *rigs_and_dry.values())} for s in STATEMENTS if s.cases
+    }
+    sentence = rigs.any_reading(rigs_and_dry, campaign)
+    none = {int(n) for n in sentence.partition("No run confirms ")[2].rstrip(".").split(", ")}
+    assert none == {n for n, verdicts in any_run.items() if "confirmed" not in verdicts}
+    gained = {
+        int(part.split()[-1]) for part in sentence.partition("reading: ")[2].partition("No run")[0].split(" (")[:-1]
+    }
+    shipped = {s.number for s in STATEMENTS if s.cases and judge(s, campaign).verdict == "confirmed"}
+    assert gained == set(any_run) - none - shipped
+    assert f"confirm {len(shipped)}; {len(gained)} others" in sentence
