@@ -77,8 +77,9 @@ def runs_in(folder: Path) -> list[Path]:
     run_dirs = sorted(p.parent for p in folder.glob("*/scene.json"))
     if not run_dirs:
         raise PywetError(
-            f"{folder} is no run directory and holds none; expected one with scene.json, or a folder of seeds"
-        )
+            f"{folder} is no run directory and holds none; expected one with scene.json, or a folder of seeds",
+            code="compare.no_run_folder", where=folder,
+        )  # fmt: skip
     return run_dirs
 
 
