@@ -161,7 +161,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
             return None
         replayed: dict[str, Any] = recompute(folder, functions=second.of_run(folder))
     except ReplayError as error:
-        raise PywetError(str(error)) from error
+        raise PywetError(str(error), code="replay.refused", where=folder) from error
     audit.write(folder)
     return replayed
 
@@ -181,17 +181,11 @@ def results(run_dir: Path) -> None:
 def vtk(run_dir: Path, paraview: bool = False) -> None:
     """Stage vtk: time series, read back by the reference and compared with the logs; `paraview`: cuboids and a script too."""
     from pywet.report import vtk as series
-    from reference_impl.replay.io import ReplayError
     from reference_impl.shown import vtk as shown
 
     with run_lock.hold(run_dir, shared=True), run_lock.hold_part(run_dir, "vtk"):
         series.write(run_dir, with_cuboids=paraview)
-        try:
-            wrong = shown.disagreement(Path(run_dir))
-        except ReplayError as error:
-            raise PywetError(str(error)) from error
-    if wrong:
-        raise PywetError(wrong)
+        _read_back([], shown.disagreement, run_dir)
     if paraview:
         from pywet.report import paraview as opening
 
@@ -220,9 +214,9 @@ def _read_back(paths: list[Path], disagreement: Callable[[Path], str | None], ru
     try:
         wrong = disagreement(Path(run_dir))
     except ReplayError as error:
-        raise PywetError(str(error)) from error
+        raise PywetError(str(error), code="shown.refused", where=run_dir) from error
     if wrong:
-        raise PywetError(wrong)
+        raise PywetError(wrong, code="shown.differs", where=run_dir)
     return paths
 
 
