@@ -21,6 +21,7 @@ from pywet.cli.app import app
 from pywet.config import load
 from pywet.config.schema import schemas
 from pywet.errors import PywetError
+from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"
@@ -96,7 +97,7 @@ def test_a_round_sieve_without_a_width_is_that_of_the_feed(folder: Path) -> None
     assert 356 / (0.25 * math.pi * 185**2 / 10**2) == pytest.approx(1.32, abs=0.01)
     scales = folder / "scales.yaml"
     scales.write_text(scales.read_text().replace("    shape: cylinder", "    shape: square"))
-    with pytest.raises(PywetError, match=r"scales.full.*expected width_mm together with shape: square"):
+    with raises_code("config.inconsistent", says="expected width_mm together with shape: square"):
         load(folder)
 
 
@@ -127,7 +128,7 @@ def test_weighed_spheres_are_as_many_as_their_masses_say(folder: Path) -> None:
         text.replace("        mass_g: {value: 0.0935, tolerance: 0.02, source: paper, table: 1}\n", "")
     )
     bare = load(folder)
-    with pytest.raises(PywetError, match=r"the size of 5 mm has no mass_g, expected one where readings.sphere_mass"):
+    with raises_code("config.no_mass"):
         cases.sphere_classes(bare, bare.case(1), bare.scale("full"))
 
 
@@ -138,9 +139,7 @@ def test_the_residual_is_taken_from_the_liquid(folder: Path) -> None:
     assert [found.liquid_percent(n) for n in (1, 2, 3, 11)] == pytest.approx([0.0, 4.5, 9.0, 2.25])
     text = (folder / "materials.yaml").read_text()
     (folder / "materials.yaml").write_text(re.sub(r"    residual_liquid_percent: .*\n", "", text))
-    with pytest.raises(
-        PywetError, match=r"spheres.POM has no residual_liquid_percent, expected 0 to below 100 where readings"
-    ):
+    with raises_code("config.residual"):
         load(folder).liquid_percent(2)
 
 
@@ -149,7 +148,7 @@ def test_readings_of_equations_that_are_not_used_are_refused(folder: Path) -> No
     assert load(folder).settings.laws_as_read.capillary == "rabinovich_spheres_as_printed"
     path = folder / "config.yaml"
     path.write_text(path.read_text().replace("preset: paper", "preset: exact"))
-    with pytest.raises(PywetError, match="these readings apply to rabinovich, but the law is young_laplace"):
+    with raises_code("config.inconsistent", says="these readings apply to rabinovich"):
         load(folder)
 
 
@@ -374,15 +373,15 @@ def test_a_mistake_in_a_case_is_one_sentence(folder: Path, row: str, says: str) 
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
-    [(None, "could not be read"), ("scale: [", "is not YAML"), ("- 1", "holds list, expected the keys scale, cases")],
+    ("text", "code"),
+    [(None, "file.unread"), ("scale: [", "config.not_yaml"), ("- 1", "config.not_keys")],
 )
-def test_an_unreadable_file_is_one_sentence(folder: Path, text: str | None, says: str) -> None:
+def test_an_unreadable_file_is_one_sentence(folder: Path, text: str | None, code: str) -> None:
     path = folder / "config.yaml"
     path.unlink()
     if text is not None:
         path.write_text(text)
-    with pytest.raises(PywetError, match=says):
+    with raises_code(code):
         load(folder)
 
 

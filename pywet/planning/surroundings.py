@@ -40,6 +40,7 @@ class Surroundings:
                 f"wall_share {self.wall_share:g} must be within 0 and 1, solid_fraction {self.solid_fraction:g} within 0 "
                 f"and 0.75, duration_s {self.duration_s:g} above 0; fix the scene's surroundings",
                 code="scene.surroundings",
+                given=(self.wall_share, self.solid_fraction, self.duration_s),
             )
 
 

@@ -116,7 +116,7 @@ class Plan:
 
 
 def _refuse(file: Path, wrong: list[tuple[Numbered, PywetError]]) -> None:
-    """Raise the first mistakes, each with the first point that has it and how many others do; further ones are counted."""
+    """Raise the first mistakes, each with its first point and how many others have it, with the data of the first of all."""
     by_message: dict[str, list[Numbered]] = {}
     for point, error in wrong:
         by_message.setdefault(str(error).splitlines()[0], []).append(point)
@@ -127,7 +127,7 @@ def _refuse(file: Path, wrong: list[tuple[Numbered, PywetError]]) -> None:
     if len(by_message) > LISTED:
         lines.append(f"{file}: {len(by_message) - LISTED} more mistakes at other points")
     if lines:
-        raise ConfigError("\n".join(lines), file=file, code="sweep.points")
+        raise ConfigError("\n".join(lines), **{**wrong[0][1].data, "where": file})
 
 
 def read_file(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:

@@ -22,8 +22,8 @@ from pywet.calibration import question as asking
 from pywet.calibration.search import find
 from pywet.cli.app import app
 from pywet.engines.liggghts import build
-from pywet.errors import PywetError
 from pywet.util import sources
+from tests.error_codes import raises_code
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PULL = {
@@ -193,9 +193,7 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
 
 
 def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[Any]) -> None:
-    with pytest.raises(
-        PywetError, match=r"there is no bridges_per_sphere with materials.glass.friction 0.5, seed 5; expected"
-    ):
+    with raises_code("calibration.no_number", key="bridges_per_sphere"):
         answering.calibrate(drum(tmp_path, high=0.5), tmp_path / "out")
 
 
