@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+from click.testing import Result
 
 from pywet.errors import PywetError
 
@@ -24,3 +25,9 @@ def raises_code(code: str, says: str = "", **data: Any) -> Iterator[pytest.Excep
     found = {name: getattr(error, name) for name in data}
     assert (error.code, found) == (code, data), f"{error.code}: {error}"
     assert re.search(says, str(error)), str(error)
+
+
+def code_of(result: Result) -> str:
+    """Return the code of the error that a command ended in; empty if it ended otherwise."""
+    error = result.exception and result.exception.__context__
+    return error.code if isinstance(error, PywetError) else ""

@@ -1,4 +1,4 @@
-"""Every message once: what a user reads of each mistake, by its code; all other tests assert codes and data.
+"""Every error has a code; messages are rendered once, by code; all other tests assert codes and data.
 
 `python -m tests.test_messages` writes tests/data/messages.yaml again, to be read before it is committed.
 """
@@ -9,7 +9,7 @@ import ast
 import re
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,48 +21,45 @@ from pywet import config, errors, scene_stages, shipped
 from pywet.cli.app import app
 from pywet.config.command_line import chosen
 from pywet.errors import ConfigError, PywetError
+from tests import mistakes
 from tests.import_graph import ROOT
+from tests.sweep import mistakes as of_sweeps
 
 STORED = ROOT / "tests" / "data" / "messages.yaml"
 ROWS = ROOT / "tests" / "reliability" / "rows"
-MIGRATED = ("config", "cli", "cases/custom", "scene_stages.py", "shipped.py", "errors.py")
-"""Where every mistake has a code of its own."""
 CODED = re.compile(r"[a-z]+\.[a-z_]+")
+KINDS = {"NotComparable", *(n for n, k in vars(errors).items() if isinstance(k, type) and issubclass(k, PywetError))}
 ELSEWHERE = {
-    "cli.objections": "tests/cli/test_ending.py", "cli.stage_failed": "tests/cli/test_cli.py",
-    "cli.no_page": "tests/test_docs.py", "cli.sweep_failed": "tests/sweep",
-    "scene.overlap": "tests/cases/custom/test_building.py",
-    "scene.in_wall": "tests/cases/custom/test_building.py", "scene.box": "tests/cases/custom/test_vast.py",
-    "scene.narrow_region": "tests/reliability/rows/scenes.yaml", "scene.long_feed": "tests/reliability/rows/scenes.yaml",
-    "scene.crowded_feed": "tests/cases/custom/test_feeding.py", "scene.stl_unit": "tests/cases/custom/test_parts.py",
-    "scene.far_away": "tests/cases/custom/test_parts.py", "scene.objections": "tests/cases/custom",
-    "program.argument": "tests/reliability/bad_calls.py", "program.arguments": "tests/reliability/bad_calls.py",
-    "config.residual": "tests/test_config.py", "config.no_mass": "tests/test_config.py",
-    "config.walls_differ": "tests/test_config.py",
-
-
+    "config.residual": "tests/test_config.py",
 }  # fmt: skip
-"""Code -> the test that reads its sentence, which takes a run, a scene or a file that is no text."""
+"""Code -> the test that provokes it and cannot assert it: it reads the messages of another process, or a page."""
 
 
-def codes() -> dict[str, list[str]]:
-    """Code -> the places that raise it, in the modules whose mistakes all have one."""
-    found: dict[str, list[str]] = {}
-    for path in (
-        p
-        for part in MIGRATED
-        for p in sorted((ROOT / "pywet").glob(f"{part}" if part[-3:] == ".py" else f"{part}/*.py"))
-    ):
-        for node in (n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Raise)):
-            call = node.exc
-            if isinstance(call, ast.Call) and ast.unparse(call.func) in ("PywetError", "ConfigError"):
-                given = {k.arg: k.value for k in call.keywords}
-                code = given.get("code")
-                passed_on = None in given  # `**error.data`: that of another error
-                name = "" if passed_on else code.value if isinstance(code, ast.Constant) else "none"
-                found.setdefault(name, []).append(f"{path.relative_to(ROOT)}:{node.lineno}")
-    found.pop("", None)
+def calls() -> Iterator[tuple[str, ast.Call]]:
+    """Every call in the package, with its module."""
+    for path in sorted((ROOT / "pywet").rglob("*.py")):
+        yield from (
+            (str(path.relative_to(ROOT)), node)
+            for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Call)
+        )
+
+
+def codes() -> dict[str, set[str]]:
+    """Code -> the modules that give it."""
+    found: dict[str, set[str]] = {}
+    for module, call in calls():
+        for given in (k.value for k in call.keywords if k.arg == "code"):
+            if isinstance(given, ast.Constant) and isinstance(given.value, str):
+                found.setdefault(given.value, set()).add(module)
     return found
+
+
+def asserted() -> set[str]:
+    """Codes that tests and rows name."""
+    texts = [p.read_text() for p in (ROOT / "tests").rglob("*.py") if p.name not in ("test_messages.py", "mistakes.py")]
+    rows = [p.read_text() for p in ROWS.glob("*.yaml")]
+    return {*re.findall(r'"([a-z]+\.[a-z_]+)"', "".join(texts)), *re.findall(r"code: ([a-z]+\.[a-z_]+)", "".join(rows))}
 
 
 def configured(change: dict[str, list[str]], folder: Path) -> None:
@@ -74,7 +71,7 @@ def configured(change: dict[str, list[str]], folder: Path) -> None:
 
 
 def of_rows() -> dict[str, Callable[[Path], Any]]:
-    """The first row of each code that a changed configuration has."""
+    """The first row of each code that a changed configuration, or a written file, has."""
     found: dict[str, Callable[[Path], Any]] = {}
     for name in ("config", "values"):
         for row in yaml.safe_load((ROWS / f"{name}.yaml").read_text()):
@@ -109,7 +106,7 @@ def triggers() -> dict[str, Callable[[Path], Any]]:
         config.load(ROOT / "config"),
         (ROOT / "config" / "cases.csv").read_bytes().partition(b"\n")[0] + b"\n",
     )
-    return of_rows() | {
+    return of_rows() | mistakes.mistakes() | of_sweeps.mistakes() | {
         "config.not_yaml": lambda folder: configured({"config.yaml": ["scale: smoke", "- smoke"]}, folder),
         "config.not_text": lambda folder: written("config.yaml", b"scale: \xff", folder),
         "config.not_keys": lambda folder: written("config.yaml", b"[1, 2]", folder),
@@ -149,12 +146,17 @@ def rendered() -> dict[str, str]:
     return found
 
 
-def test_every_mistake_has_a_code_of_its_own() -> None:
+def test_every_error_has_a_code_of_its_own() -> None:
+    """It is written where the error is made, passed on (`code=code`), or that of another error (`**error.data`)."""
+    without = [
+        f"{module}:{call.lineno}" for module, call in calls()
+        if ast.unparse(call.func).rpartition(".")[2] in KINDS and not {"code", None} & {k.arg for k in call.keywords}
+    ]  # fmt: skip
+    assert without == []
     found = codes()
-    assert "none" not in found, found["none"]
-    assert all(CODED.fullmatch(code) for code in found)
-    assert {code: places for code, places in found.items() if len(places) > 1} == {}
-    assert len(found) > 40
+    assert [code for code in found if not CODED.fullmatch(code)] == []
+    assert {code: modules for code, modules in found.items() if len(modules) > 1} == {}
+    assert len(found) > 300
 
 
 def test_each_message_is_as_stored() -> None:
@@ -162,10 +164,9 @@ def test_each_message_is_as_stored() -> None:
     assert rendered() == yaml.safe_load(STORED.read_text())
 
 
-def test_every_code_is_rendered_once_or_named_with_its_test() -> None:
-    stored = set(yaml.safe_load(STORED.read_text()))
-    assert set(codes()) - stored == set(ELSEWHERE)
-    assert all((ROOT / test).exists() for test in ELSEWHERE.values() if test != "tests/sweep")
+def test_every_code_is_rendered_once_or_asserted() -> None:
+    assert set(codes()) - set(yaml.safe_load(STORED.read_text())) - asserted() == set(ELSEWHERE)
+    assert all((ROOT / test).exists() for test in ELSEWHERE.values())
 
 
 def test_an_error_carries_its_data_to_another_of_its_kind() -> None:

@@ -29,7 +29,7 @@ from pywet.sweep.points import Numbered
 from pywet.sweep.store import Store
 from pywet.sweep.workflow_jobs import ALL, Jobs
 from pywet.util.files import write_json
-from tests.error_codes import raises_code
+from tests.error_codes import code_of, raises_code
 from tests.sweep.files import BRIDGE, WALL, write
 
 MANY = {
@@ -219,14 +219,16 @@ def test_the_command_checks_runs_and_draws(tmp_path: Path, monkeypatch: pytest.M
         drawn = call.invoke(app, ["sweep", "plot", file, *names])
         assert drawn.exit_code == 0, drawn.output
         assert "<svg" in Path(drawn.stdout.strip()).read_text()
-    for words, sentence in (
-        (["plot", file, "friction"], "plot was given 2 words; expected FILE X Y or FILE X Y HUE"),
-        (["plot", file, "frict", "e_n"], "frict is not a column of the sweep; expected one of friction"),
-        ([file, "more.yaml"], "expected one file, or plot FILE X Y"),
-        (["none.yaml"], "none.yaml could not be read"),
+    for words, code in (
+        (["plot", file, "friction"], "cli.plot_words"),
+        (["plot", file, "frict", "e_n"], "sweep.no_column"),
+        (["plot", file, "e_n", "friction"], "sweep.axis_as_y"),
+        (["plot", file, "friction", "e_n", "--out", "a.bmp"], "sweep.plot_suffix"),
+        ([file, "more.yaml"], "cli.sweep_words"),
+        (["none.yaml"], "file.unread"),
     ):
         wrong = call.invoke(app, ["sweep", *words])
-        assert wrong.exit_code == 1 and sentence in " ".join(wrong.output.split()), wrong.output
+        assert (wrong.exit_code, code_of(wrong)) == (1, code), wrong.output
 
 
 class Fake(Kind):

@@ -168,13 +168,15 @@ def refuse(condition: bool, what: str, key: str, code: str = "spheres.value") ->
 def check(problem: Problem) -> None:
     """Refuse what the model cannot describe, in one sentence."""
     n = len(problem.radius)
-    refuse(2 <= n <= MOST_SPHERES, f"{n} spheres were given; expected 2 to {MOST_SPHERES}", "spheres", "spheres.count")
+    refuse(
+        2 <= n <= MOST_SPHERES, f"{n} spheres were given; expected 2 to {MOST_SPHERES}", "spheres", code="spheres.count"
+    )
     numbers = np.concatenate(
         [x.ravel() for x in (problem.radius, problem.mass, problem.position, problem.velocity, problem.omega)]
     )
     finite = bool(np.isfinite(numbers).all())
     what = "radii, masses, positions and velocities hold a value that is not finite; expected numbers"
-    refuse(finite, what, "spheres", "spheres.not_finite")
+    refuse(finite, what, "spheres", code="spheres.not_finite")
     for name, value in (("radii", problem.radius.min()), ("masses", problem.mass.min())):
         refuse(value > 0.0, f"the {name} hold {value:g}; expected positive numbers", name)
     for name in ("viscosity", "h_min", "t_end"):
@@ -196,17 +198,17 @@ def check(problem: Problem) -> None:
             f"the films of {name} touch at a gap of {film:g}, not above h_min = {problem.h_min:g}; "
             "expected thicker films or a smaller h_min",
             name,
-            "spheres.thin_films",
+            code="spheres.thin_films",
         )
         refuse(
             gap >= problem.h_min * (1.0 - 1e-9),
             f"{name} start with a gap of {gap:g}; expected at least h_min = {problem.h_min:g}: move them apart",
             name,
-            "spheres.close",
+            code="spheres.close",
         )
         refuse(
             film < min(problem.radius[i], problem.radius[j]),
             f"the films of {name} together are {film:g} thick; expected less than the smaller radius (thin films)",
             name,
-            "spheres.thick_films",
+            code="spheres.thick_films",
         )
