@@ -27,7 +27,13 @@ def raises_code(code: str, says: str = "", **data: Any) -> Iterator[pytest.Excep
     assert re.search(says, str(error)), str(error)
 
 
+def error_of(result: Result) -> PywetError | None:
+    """Return the error that a command ended in; None if it ended otherwise."""
+    error = result.exception and result.exception.__context__
+    return error if isinstance(error, PywetError) else None
+
+
 def code_of(result: Result) -> str:
     """Return the code of the error that a command ended in; empty if it ended otherwise."""
-    error = result.exception and result.exception.__context__
-    return error.code if isinstance(error, PywetError) else ""
+    error = error_of(result)
+    return error.code if error else ""

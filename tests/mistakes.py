@@ -22,6 +22,7 @@ import scipy.optimize
 from pywet import config, stages
 from pywet.calibration import experiments, question
 from pywet.cases.screening.status import Status, status_path
+from pywet.cases.script import run as script_run
 from pywet.cases.small import bridge_engine, bridge_query, scenes
 from pywet.collisions.spheres import forms, problem
 from pywet.collisions.spheres.equal import three_equal_spheres
@@ -32,6 +33,7 @@ from pywet.engines import process
 from pywet.engines.liggghts import build, checkpoint, deck, windows
 from pywet.engines.liggghts import process as engine_process
 from pywet.engines.liggghts.plugin_api import Plugin
+from pywet.engines.yade import worker as yade_worker
 from pywet.errors import PywetError, arguments
 from pywet.geometry import cad, surface
 from pywet.laws import checks, force_law, transfer
@@ -50,6 +52,7 @@ from pywet.schema import SPHERE, TABLES
 from pywet.util import caches, files, options
 from pywet.util.options import LIMITS
 from tests.cases.screening import synthetic
+from tests.cases.script import scripts
 from tests.import_graph import ROOT
 
 OF_SHEDDING = f"def law({', '.join(KINDS['shedding'].parts[0].arguments)}):\n    return 0.0\n"
@@ -173,6 +176,23 @@ def no_windows(folder: Path) -> None:
         windows.collect(synthetic.scene(), written(folder, "", "states.txt").parent, folder / "history", [])
 
 
+def ended(folder: Path) -> None:
+    """A script whose engine a signal ended before its first table."""
+    path = scripts.write(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(os, "fork", lambda: 1)
+        patch.setattr(os, "waitpid", lambda *_: (1, 11))
+        script_run.run(Path(path.name), [], print)
+
+
+def without_yade() -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "yade", None)
+        patch.setattr(yade_worker, "sys", SimpleNamespace(path=[], version_info=(3, 13, 1)))
+        yade_worker.reach_yade()
+
+
 def mistakes() -> dict[str, Call]:
     """Code -> what raises it, in an empty folder."""
     surroundings, wall = Surroundings(), SimpleNamespace(stl="a.stl", name="floor", triangle_part=[0])
@@ -294,5 +314,7 @@ def mistakes() -> dict[str, Call]:
             render, "in_child", lambda *_: (line for line in ["the array is not finite"]),
             lambda: vtkhdf.write(synthetic.make(folder / "run")),
         ),
+        "wet.engine_ended": ended,
+        "yade.python": lambda _: without_yade(),
         "vtk.unwritten": lambda folder: raised(vtk.unwritten(folder / "walls.vtu")),
     }  # fmt: skip

@@ -11,6 +11,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,18 +20,23 @@ import yaml
 import pywet
 from pywet import config, errors, scene_stages, shipped
 from pywet.cli.app import app
+from pywet.collisions.wall import wall
+from pywet.config import Materials
 from pywet.config.command_line import chosen
 from pywet.errors import ConfigError, PywetError
 from tests import mistakes
 from tests.import_graph import ROOT
 from tests.sweep import mistakes as of_sweeps
+from tests.sweep.files import WALL, write
 
 STORED = ROOT / "tests" / "data" / "messages.yaml"
 ROWS = ROOT / "tests" / "reliability" / "rows"
 CODED = re.compile(r"[a-z]+\.[a-z_]+")
 KINDS = {"NotComparable", *(n for n, k in vars(errors).items() if isinstance(k, type) and issubclass(k, PywetError))}
 ELSEWHERE = {
-    "config.residual": "tests/test_config.py",
+    "checkpoint.unwritten": "tests/reliability/test_full_disk.py", "digest.out": "tests/compare/test_compare.py",
+    "engine.left_box": "tests/cases/custom/test_parts.py", "lammps.refused": "tests/engines/test_lammps.py",
+    "scene.objections": "tests/cases/custom",
 }  # fmt: skip
 """Code -> the test that provokes it and cannot assert it: it reads the messages of another process, or a page."""
 
@@ -92,6 +98,24 @@ def without_studies() -> None:
         command("study", "stability")
 
 
+def without_collisions(folder: Path) -> None:
+    def refuse(_: object) -> None:
+        raise PywetError("no collision today")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(wall, "collide", refuse)
+        command("sweep", str(write(folder, WALL)), "--out", str(folder / "out"))
+
+
+def walls_differ(materials: Materials) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            Materials, "contact", lambda _, sphere, partner: SimpleNamespace(numbers=partner, partner=partner)
+        )
+        materials.wall_contact("POM")
+
+
 def command(*words: str) -> None:
     """Run `pywet` and raise what its border has put into words."""
     try:
@@ -113,6 +137,8 @@ def triggers() -> dict[str, Callable[[Path], Any]]:
         "config.not_csv": lambda folder: written("cases.csv", header + b'1,"' + b"x" * 200_000, folder),
         "config.no_case": lambda folder: written("cases.csv", header, folder),
         "config.no_contact": lambda _: loaded.materials.contact("POM", "lead"),
+        "cli.sweep_failed": without_collisions,
+        "config.walls_differ": lambda _: walls_differ(loaded.materials),
         "cli.no_studies": lambda _: without_studies(),
         "config.reference": lambda folder: configured({"cases.csv": ["2,POM,5,7", "2,POM,4,7"]}, folder),
         "config.unknown_preset": lambda _: loaded.with_preset("papers"),
