@@ -195,7 +195,8 @@ def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
     given, name = sys.argv[1:], Path(sys.argv[0]).name
     if len(given) != len(kinds):
         raise PywetError(
-            f"{name} was given {len(given)} arguments ({one_line(shlex.join(given))}); expected {' '.join(kinds)}",
+            f"{name} was given {len(given)} arguments{f' ({one_line(shlex.join(given))})' if given else ''}; expected "
+            f"{' '.join(kinds)}",
             code="program.arguments", given=given, expected=tuple(kinds),
         )  # fmt: skip
     found = []

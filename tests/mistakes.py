@@ -46,8 +46,9 @@ from pywet.products.size_classes import LogNormal, SizeDistribution, sieve_analy
 from pywet.report import collect, render, scene_page, vtk, vtkhdf
 from pywet.run_folder import LOCK, claim, refuse_within
 from pywet.run_lock import hold
-from pywet.runs import tables
+from pywet.runs import summary, tables
 from pywet.runs.loaded import Run
+from pywet.runs.rundir import RunDir
 from pywet.schema import SPHERE, TABLES
 from pywet.util import caches, files, options
 from pywet.util.options import LIMITS
@@ -138,11 +139,23 @@ def cut(run: Path, name: str, rows: int = 0) -> Path:
     return run
 
 
+def twice(run: Path) -> Path:
+    """A run whose meshes have two rows of each step."""
+    made = pd.read_parquet(run / "mesh_motion.parquet")
+    pd.concat([made, made]).to_parquet(run / "mesh_motion.parquet")
+    return run
+
+
+def no_energy(folder: Path) -> None:
+    scene = SimpleNamespace(output=SimpleNamespace(energy=True))
+    summary._energy(SimpleNamespace(path=folder, moist=True, scene=scene, table=lambda _: pd.DataFrame({"step": []})))  # type: ignore[arg-type]
+
+
 def failed(run: Path) -> Path:
     """A run that fails a check."""
-    summary = files.read_json(run / "summary.json")
-    summary["checks"][0]["ok"] = False
-    files.write_json(run / "summary.json", summary)
+    content = files.read_json(run / "summary.json")
+    content["checks"][0]["ok"] = False
+    files.write_json(run / "summary.json", content)
     return run
 
 
@@ -216,7 +229,7 @@ def mistakes() -> dict[str, Call]:
         "checkpoint.changed": lambda folder: checkpoint._read_signed(written(folder, "{}")),
         "compare.groups": lambda _: compare_command._groups([], [], []),
         "compare.across": lambda _: quantities.unlike(quantities.facts(scene), scene, ["moisture"]),
-        "compare.no_results": lambda folder: without_results(folder),
+        "compare.no_results": without_results,
         "compare.no_run": lambda folder: compare_command._against([], folder / "digest.json"),
         "compare.no_run_folder": lambda folder: verdict.runs_in(folder),
         "compare.no_table": lambda folder: patched(
@@ -293,6 +306,8 @@ def mistakes() -> dict[str, Call]:
         "report.no_summary": lambda folder: scene_page.of_run(folder),
         "run.dry": lambda folder: run_of(folder).events,
         "run.dump": lambda folder: list(windows.dump_parts(written(folder, "ITEM: TIMESTEP\nx\n" + "1\n" * 7), ["id"])),
+        "run.motion_twice": lambda folder: RunDir(twice(synthetic.make(folder / "run"))).mesh_motion,
+        "run.no_energy": no_energy,
         "run.no_log": lambda folder: list(tables.raw_parts(folder, "films")),
         "run.windows": no_windows,
         "shown.differs": lambda folder: stages._read_back([], lambda _: "sphere 1 is elsewhere at step 0", folder),

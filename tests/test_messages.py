@@ -10,6 +10,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -26,11 +27,14 @@ from pywet.config.command_line import chosen
 from pywet.errors import ConfigError, PywetError
 from tests import mistakes
 from tests.import_graph import ROOT
+from tests.reliability.test_bad_inputs import content
 from tests.sweep import mistakes as of_sweeps
 from tests.sweep.files import WALL, write
 
 STORED = ROOT / "tests" / "data" / "messages.yaml"
 ROWS = ROOT / "tests" / "reliability" / "rows"
+OF_MACHINE = {"ranks", "packing.memory"}
+"""Keys and codes whose limit is that of this machine."""
 CODED = re.compile(r"[a-z]+\.[a-z_]+")
 KINDS = {"NotComparable", *(n for n, k in vars(errors).items() if isinstance(k, type) and issubclass(k, PywetError))}
 ELSEWHERE = {
@@ -68,21 +72,26 @@ def asserted() -> set[str]:
     return {*re.findall(r'"([a-z]+\.[a-z_]+)"', "".join(texts)), *re.findall(r"code: ([a-z]+\.[a-z_]+)", "".join(rows))}
 
 
-def configured(change: dict[str, list[str]], folder: Path) -> None:
+def commanded(row: dict[str, Any], folder: Path) -> None:
+    """Run the command of a row, with its files."""
+    here = folder / "here"
+    here.mkdir()
     shutil.copytree(ROOT / "config", folder / "config")
-    for name, (old, new) in change.items():
+    for name, (old, new) in row.get("config", {}).items():
         path = folder / "config" / name
         path.write_text(path.read_text().replace(old, new, 1))
-    config.load(folder / "config")
+    for name, value in row.get("write", {}).items():
+        (here / name).write_bytes(content(value))
+    command(*(str(word).format(here=here, config=folder / "config") for word in row["run"]))
 
 
 def of_rows() -> dict[str, Callable[[Path], Any]]:
-    """The first row of each code that a changed configuration, or a written file, has."""
+    """The first row of each code that needs no run."""
     found: dict[str, Callable[[Path], Any]] = {}
-    for name in ("config", "values"):
-        for row in yaml.safe_load((ROWS / f"{name}.yaml").read_text()):
-            if "error" in row and row["error"]["key"] != "ranks":  # whose limit is that of the machine
-                found.setdefault(row["error"]["code"], lambda folder, row=row: configured(row["config"], folder))
+    for path in sorted(ROWS.glob("*.yaml")):
+        for row in yaml.safe_load(path.read_text()):
+            if "error" in row and "made" not in row and not OF_MACHINE & {*row["error"].values()}:
+                found.setdefault(row["error"]["code"], partial(commanded, row))
     return found
 
 
@@ -126,12 +135,10 @@ def command(*words: str) -> None:
 
 def triggers() -> dict[str, Callable[[Path], Any]]:
     """Code -> what raises it, in a folder."""
-    loaded, header = (
-        config.load(ROOT / "config"),
-        (ROOT / "config" / "cases.csv").read_bytes().partition(b"\n")[0] + b"\n",
-    )
+    loaded, cases = config.load(ROOT / "config"), (ROOT / "config" / "cases.csv").read_bytes()
+    header = cases.partition(b"\n")[0] + b"\n"
     return of_rows() | mistakes.mistakes() | of_sweeps.mistakes() | {
-        "config.not_yaml": lambda folder: configured({"config.yaml": ["scale: smoke", "- smoke"]}, folder),
+        "config.not_yaml": lambda folder: written("config.yaml", b"scale: smoke\n- smoke\n", folder),
         "config.not_text": lambda folder: written("config.yaml", b"scale: \xff", folder),
         "config.not_keys": lambda folder: written("config.yaml", b"[1, 2]", folder),
         "config.not_csv": lambda folder: written("cases.csv", header + b'1,"' + b"x" * 200_000, folder),
@@ -140,7 +147,7 @@ def triggers() -> dict[str, Callable[[Path], Any]]:
         "cli.sweep_failed": without_collisions,
         "config.walls_differ": lambda _: walls_differ(loaded.materials),
         "cli.no_studies": lambda _: without_studies(),
-        "config.reference": lambda folder: configured({"cases.csv": ["2,POM,5,7", "2,POM,4,7"]}, folder),
+        "config.reference": lambda folder: written("cases.csv", cases.replace(b"2,POM,5,7", b"2,POM,4,7"), folder),
         "config.unknown_preset": lambda _: loaded.with_preset("papers"),
         "config.unknown_material": lambda _: loaded.materials.sphere("lead"),
         "config.unknown_liquid": lambda _: loaded.materials.liquid_named("mercury"),
