@@ -90,7 +90,11 @@ def of_rows() -> dict[str, Callable[[Path], Any]]:
     found: dict[str, Callable[[Path], Any]] = {}
     for path in sorted(ROWS.glob("*.yaml")):
         for row in yaml.safe_load(path.read_text()):
-            if "error" in row and "made" not in row and not OF_MACHINE & {*row["error"].values()}:
+            if (
+                "error" in row
+                and "made" not in row
+                and not OF_MACHINE & {row["error"].get("key"), row["error"]["code"]}
+            ):
                 found.setdefault(row["error"]["code"], partial(commanded, row))
     return found
 

@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Excusable
-from pywet.errors import ConfigError, shown
+from pywet.errors import ConfigError, one_line, shown
 from pywet.geometry.surface import Floats
 from pywet.scene import Positive
 from pywet.util.files import read_bytes
@@ -246,8 +246,8 @@ def _numbers(path: Path) -> list[tuple[float, ...]]:
         except ValueError:
             if found or number > 3:
                 raise ConfigError(
-                    f"{shown(path)}, line {number}: {' '.join(cells)[:60]} is not a row of numbers; expected sizes in mm "
-                    "and mass %",
+                    f"{shown(path)}, line {number}: {one_line(' '.join(cells), 60)} is not a row of numbers; expected sizes in "
+                    "mm and mass %",
                     code="psd.not_numbers", file=path, key=f"line {number}",
                 ) from None  # fmt: skip
             continue
