@@ -25,7 +25,9 @@ from pywet.collisions.wall import wall
 from pywet.config import Materials
 from pywet.config.command_line import chosen
 from pywet.errors import ConfigError, PywetError
+from pywet.report import render
 from tests import mistakes
+from tests.error_codes import raises_code
 from tests.import_graph import ROOT
 from tests.reliability.test_bad_inputs import content
 from tests.sweep import mistakes as of_sweeps
@@ -211,6 +213,11 @@ def test_an_error_carries_its_data_to_another_of_its_kind() -> None:
     assert ConfigError("b", **first.data).data == first.data == {
         "code": "config.value", "key": "k", "given": 3, "expected": 4, "where": "f.yaml"
     }  # fmt: skip
+
+
+def test_an_error_of_a_child_process_keeps_its_code_and_data() -> None:
+    with raises_code("program.arguments", given=[]):
+        list(render.in_child("pywet.report.closeup"))
 
 
 @pytest.mark.parametrize(
