@@ -7,6 +7,7 @@ is made of its sentence first.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
@@ -14,7 +15,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -144,6 +145,8 @@ def refused(error: OSError) -> str:
 
 LONG_WORD = re.compile(r"(\S{80})\S{140,}(\S{80})")
 """What a sentence shows of a word without end, such as an argument that is a file's content: its start and end."""
+DATA_FILE = "PYWET_ERROR_DATA"
+"""Environment variable: the file into which `border` writes code and data of an error for the process that started this one."""
 FAULT = 70
 """Exit code of a command that ended in an exception that is none of ours (EX_SOFTWARE of sysexits.h)."""
 
@@ -170,6 +173,9 @@ def border(
         raise  # the reader of a pipe has gone: the caller ends quietly
     except (PywetError, OSError, MemoryError) as error:
         lines = _lines(given, error)
+        if isinstance(error, PywetError) and os.environ.get(DATA_FILE):
+            with suppress(OSError):
+                Path(os.environ[DATA_FILE]).write_text(json.dumps(error.data, default=str))
         say("\n".join(one_line(LONG_WORD.sub(r"\1…\2", line), 2000) for line in lines))
         raise SystemExit(1) from None
     except KeyboardInterrupt as stop:
@@ -189,11 +195,10 @@ def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
     given, name = sys.argv[1:], Path(sys.argv[0]).name
     if len(given) != len(kinds):
         raise PywetError(
-            f"{name} was given {len(given)} arguments ({one_line(shlex.join(given))}); expected {' '.join(kinds)}",
-            code="program.arguments",
-            given=given,
-            expected=tuple(kinds),
-        )
+            f"{name} was given {len(given)} arguments{f' ({one_line(shlex.join(given))})' if given else ''}; expected "
+            f"{' '.join(kinds)}",
+            code="program.arguments", given=given, expected=tuple(kinds),
+        )  # fmt: skip
     found = []
     for word, (key, kind) in zip(given, kinds.items(), strict=True):
         try:
@@ -202,11 +207,8 @@ def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
             what = "a whole number" if kind is int else kind.__name__
             raise PywetError(
                 f"{name}: {key} is {one_line(word) if word else 'empty'}; expected {what}",
-                code="program.argument",
-                key=key,
-                given=word,
-                expected=what,
-            ) from error
+                code="program.argument", key=key, given=word, expected=what,
+            ) from error  # fmt: skip
     return found
 
 

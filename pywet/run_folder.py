@@ -50,8 +50,8 @@ def refuse_within(folder: Path) -> None:
     if run_dir := root(Path(folder) / LIST):
         raise FileError(
             f"{shown(folder)} lies in the run directory {shown(run_dir)}; expected a folder outside: name another",
-            path=folder,
-        )
+            path=folder, code="folder.in_run", expected=run_dir,
+        )  # fmt: skip
 
 
 def claim(run_dir: Path) -> None:
@@ -68,8 +68,8 @@ def claim(run_dir: Path) -> None:
         raise FileError(
             f"the run directory {shown(run_dir)} could not be written ({error.strerror}); expected a writable folder with "
             "free space",
-            path=run_dir,
-        ) from error
+            path=run_dir, code="folder.unwritten",
+        ) from error  # fmt: skip
 
 
 def _refuse_strangers(run_dir: Path) -> None:
@@ -80,8 +80,8 @@ def _refuse_strangers(run_dir: Path) -> None:
                 f"{shown(run_dir)} holds {shown(Path(folder, found[0]).relative_to(run_dir))} and no list of what a run wrote "
                 f"({LIST}); expected a new or empty folder, or that of an earlier run: name another, or, where a version of "
                 "pywet without such lists made it, move it away and run it again",
-                path=run_dir,
-            )
+                path=run_dir, code="folder.strangers",
+            )  # fmt: skip
 
 
 def refuse_links(run_dir: Path) -> None:
@@ -90,8 +90,8 @@ def refuse_links(run_dir: Path) -> None:
         if os.path.islink(Path(run_dir) / name):
             raise FileError(
                 f"{shown(Path(run_dir) / name)} is a symbolic link; expected a regular folder or file: remove the link",
-                path=Path(run_dir) / name,
-            )
+                path=Path(run_dir) / name, code="folder.link",
+            )  # fmt: skip
 
 
 def open_regular(path: Path, flags: int) -> int:
@@ -157,8 +157,8 @@ def _stranger(path: Path) -> FileError:
     return FileError(
         f"{shown(path)} is there already and was not written by this run of pywet (its {LIST} does not list it); expected no "
         "such file: move it elsewhere",
-        path=path,
-    )
+        path=path, code="folder.stranger",
+    )  # fmt: skip
 
 
 def remove(run_dir: Path, *names: str) -> None:
@@ -282,8 +282,9 @@ def set_aside(run_dir: Path) -> Path:
     if run_dir.is_symlink() or Path.cwd().is_relative_to(here):
         raise PywetError(
             f"{shown(run_dir)} holds a run of another configuration and {why}; expected a folder that can be moved aside: name "
-            "another by --out"
-        )
+            "another by --out",
+            code="folder.not_moved", where=run_dir,
+        )  # fmt: skip
     new = next(p for k in range(1, 10**6) if not os.path.lexists(p := here.with_name(f"{here.name}.{k}")))
     here.rename(new)
     return run_dir.with_name(new.name) if run_dir.name not in ("", "..") else new

@@ -71,8 +71,8 @@ def _locked(run_dir: Path, name: str, how: int) -> int:
     except OSError as error:
         raise FileError(
             f"{shown(run_dir / name)} could not be opened ({error.strerror}); expected a writable folder with free space",
-            path=run_dir / name,
-        ) from error
+            path=run_dir / name, code="lock.unwritten",
+        ) from error  # fmt: skip
     try:
         fcntl.flock(lock, how | fcntl.LOCK_NB)
         there = _same(lock, run_dir / name)
@@ -80,7 +80,9 @@ def _locked(run_dir: Path, name: str, how: int) -> int:
         there = False
     if not there:  # held, or moved aside by a call that held it until now
         os.close(lock)
-        raise PywetError(f"another run is active in {shown(run_dir)}; wait for it or stop it")
+        raise PywetError(
+            f"another run is active in {shown(run_dir)}; wait for it or stop it", code="lock.active", where=run_dir
+        )
     return lock
 
 
@@ -97,8 +99,9 @@ def check_held(run_dir: Path) -> None:
     lock = _held.get(_key(run_dir))
     if lock is not None and not _same(lock, Path(run_dir) / LOCK):
         raise PywetError(
-            f"{shown(run_dir)} was moved or removed during its run; call again with its new path, and the run resumes"
-        )
+            f"{shown(run_dir)} was moved or removed during its run; call again with its new path, and the run resumes",
+            code="lock.moved", where=run_dir,
+        )  # fmt: skip
 
 
 def _key(run_dir: Path) -> Key:

@@ -52,10 +52,11 @@ def _attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool) ->
     earlier = Status.read(status_path(run_dir, needed)) if needed else None
     started, fault = time.monotonic(), None
     if earlier is not None and not earlier.ok:
-        status = Status(stage, False, 0.0, earlier.failed_at, earlier.reason)
+        status = Status(stage, False, 0.0, earlier.failed_at, earlier.reason, earlier.code)
     else:
-        reason, fault = _run(work)
-        status = Status(stage, reason is None, time.monotonic() - started, None if reason is None else stage, reason)
+        (reason, code), fault = _run(work)
+        failed_at = None if reason is None else stage
+        status = Status(stage, reason is None, time.monotonic() - started, failed_at, reason, code)
     run_lock.check_held(run_dir)
     write_json(status_path(run_dir, stage), asdict(status))
     if fault is not None and not aloud:
@@ -67,17 +68,18 @@ def _attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool) ->
     return status
 
 
-def _run(work: Callable[[], Any]) -> tuple[str | None, Exception | None]:
-    """Run the work; return the reason of a failure in one sentence, and the exception if it is a fault of pywet."""
+def _run(work: Callable[[], Any]) -> tuple[tuple[str | None, str | None], Exception | None]:
+    """Run the work; return the reason of a failure in one sentence with its code, and the exception if it is a fault of pywet."""
     try:
         work()
     except PywetError as error:
-        return str(error), None
+        return (str(error), error.code), None
     except OSError as error:
-        return refused(error), None
+        return (refused(error), None), None
     except Exception as error:
-        return f"fault in the program, {type(error).__name__}: {one_line(error)} (traceback in the log)", error
-    return None, None
+        sentence = f"fault in the program, {type(error).__name__}: {one_line(error)} (traceback in the log)"
+        return (sentence, None), error
+    return (None, None), None
 
 
 def resolved(
@@ -161,7 +163,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
             return None
         replayed: dict[str, Any] = recompute(folder, functions=second.of_run(folder))
     except ReplayError as error:
-        raise PywetError(str(error)) from error
+        raise PywetError(str(error), code="replay.refused", where=folder) from error
     audit.write(folder)
     return replayed
 
@@ -181,17 +183,11 @@ def results(run_dir: Path) -> None:
 def vtk(run_dir: Path, paraview: bool = False) -> None:
     """Stage vtk: time series, read back by the reference and compared with the logs; `paraview`: cuboids and a script too."""
     from pywet.report import vtk as series
-    from reference_impl.replay.io import ReplayError
     from reference_impl.shown import vtk as shown
 
     with run_lock.hold(run_dir, shared=True), run_lock.hold_part(run_dir, "vtk"):
         series.write(run_dir, with_cuboids=paraview)
-        try:
-            wrong = shown.disagreement(Path(run_dir))
-        except ReplayError as error:
-            raise PywetError(str(error)) from error
-    if wrong:
-        raise PywetError(wrong)
+        _read_back([], shown.disagreement, run_dir)
     if paraview:
         from pywet.report import paraview as opening
 
@@ -220,9 +216,9 @@ def _read_back(paths: list[Path], disagreement: Callable[[Path], str | None], ru
     try:
         wrong = disagreement(Path(run_dir))
     except ReplayError as error:
-        raise PywetError(str(error)) from error
+        raise PywetError(str(error), code="shown.refused", where=run_dir) from error
     if wrong:
-        raise PywetError(wrong)
+        raise PywetError(wrong, code="shown.differs", where=run_dir)
     return paths
 
 

@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 from pywet.cli.app import app
 from pywet.engines.lammps.build import libraries
 from studies.command import app as studies
+from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -254,7 +255,6 @@ def test_pages_are_printed_by_their_names() -> None:
     all names; the help of the program names the command, a scene's misspelt key the page of all keys."""
     from pywet.cases.custom.description import Scene
     from pywet.cli import reference_pages
-    from pywet.errors import ConfigError, PywetError
 
     runner = CliRunner()
     listed = runner.invoke(app, ["docs"]).output
@@ -264,10 +264,10 @@ def test_pages_are_printed_by_their_names() -> None:
         assert len(reference_pages.page(name)) > 200, name
     assert reference_pages.page("docs/compare.md#regression-digests") == (ROOT / "docs" / "compare.md").read_text()
     assert "run.drum_angle()" in reference_pages.page("first-steps.ipynb")
-    with pytest.raises(PywetError, match="there is no page mill in the documentation; expected one of ARCHITECTURE, "):
+    with raises_code("cli.no_page", given="mill"):
         reference_pages.page("mill")
     assert "pywet docs" in runner.invoke(app, ["--help"]).output
-    with pytest.raises(ConfigError, match=r"(?s)key mass is not known.* \(all keys: pywet docs scene_reference\)$"):
+    with raises_code("config.unknown_key", key="mass", says=r"\(all keys: pywet docs scene_reference\)$"):
         Scene(mass=1)  # type: ignore[call-arg]
 
 

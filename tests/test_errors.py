@@ -14,6 +14,7 @@ from pywet.laws import registry
 from pywet.planning import time_steps
 from pywet.util.files import read_json
 from tests.cases.screening import synthetic
+from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parent.parent
 
@@ -25,7 +26,7 @@ def test_a_mistake_in_the_configuration_names_file_and_key(tmp_path: Path) -> No
     with pytest.raises(errors.ConfigError) as caught:
         config.load(tmp_path / "config")
     assert (caught.value.file, caught.value.key) == (str(path), "time_step.fraction.valu")
-    with pytest.raises(errors.ConfigError, match="there is no case 99"):
+    with raises_code("config.unknown_name", given=99):
         config.load(ROOT / "config").case(99)
 
 

@@ -1,4 +1,4 @@
-"""Every message once: what a user reads of each mistake, by its code; all other tests assert codes and data.
+"""Every error has a code; messages are rendered once, by code; all other tests assert codes and data.
 
 `python -m tests.test_messages` writes tests/data/messages.yaml again, to be read before it is committed.
 """
@@ -9,8 +9,10 @@ import ast
 import re
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,67 +21,83 @@ import yaml
 import pywet
 from pywet import config, errors, scene_stages, shipped
 from pywet.cli.app import app
+from pywet.collisions.wall import wall
+from pywet.config import Materials
 from pywet.config.command_line import chosen
 from pywet.errors import ConfigError, PywetError
+from pywet.report import render
+from tests import mistakes
+from tests.error_codes import raises_code
 from tests.import_graph import ROOT
+from tests.reliability.test_bad_inputs import content
+from tests.sweep import mistakes as of_sweeps
+from tests.sweep.files import WALL, write
 
 STORED = ROOT / "tests" / "data" / "messages.yaml"
 ROWS = ROOT / "tests" / "reliability" / "rows"
-MIGRATED = ("config", "cli", "cases/custom", "scene_stages.py", "shipped.py", "errors.py")
-"""Where every mistake has a code of its own."""
+OF_MACHINE = {"ranks", "packing.memory"}
+"""Keys and codes whose limit is that of this machine."""
 CODED = re.compile(r"[a-z]+\.[a-z_]+")
+KINDS = {"NotComparable", *(n for n, k in vars(errors).items() if isinstance(k, type) and issubclass(k, PywetError))}
 ELSEWHERE = {
-    "cli.objections": "tests/cli/test_ending.py", "cli.stage_failed": "tests/cli/test_cli.py",
-    "cli.no_page": "tests/test_docs.py", "cli.sweep_failed": "tests/sweep",
-    "scene.overlap": "tests/cases/custom/test_building.py",
-    "scene.in_wall": "tests/cases/custom/test_building.py", "scene.box": "tests/cases/custom/test_vast.py",
-    "scene.narrow_region": "tests/reliability/rows/scenes.yaml", "scene.long_feed": "tests/reliability/rows/scenes.yaml",
-    "scene.crowded_feed": "tests/cases/custom/test_feeding.py", "scene.stl_unit": "tests/cases/custom/test_parts.py",
-    "scene.far_away": "tests/cases/custom/test_parts.py", "scene.objections": "tests/cases/custom",
-    "program.argument": "tests/reliability/bad_calls.py", "program.arguments": "tests/reliability/bad_calls.py",
-    "config.residual": "tests/test_config.py", "config.no_mass": "tests/test_config.py",
-    "config.walls_differ": "tests/test_config.py",
-
-
+    "checkpoint.unwritten": "tests/reliability/test_full_disk.py", "digest.out": "tests/compare/test_compare.py",
+    "engine.left_box": "tests/cases/custom/test_parts.py", "lammps.refused": "tests/engines/test_lammps.py",
+    "scene.objections": "tests/cases/custom",
 }  # fmt: skip
-"""Code -> the test that reads its sentence, which takes a run, a scene or a file that is no text."""
+"""Code -> the test that provokes it and cannot assert it: it reads the messages of another process, or a page."""
 
 
-def codes() -> dict[str, list[str]]:
-    """Code -> the places that raise it, in the modules whose mistakes all have one."""
-    found: dict[str, list[str]] = {}
-    for path in (
-        p
-        for part in MIGRATED
-        for p in sorted((ROOT / "pywet").glob(f"{part}" if part[-3:] == ".py" else f"{part}/*.py"))
-    ):
-        for node in (n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Raise)):
-            call = node.exc
-            if isinstance(call, ast.Call) and ast.unparse(call.func) in ("PywetError", "ConfigError"):
-                given = {k.arg: k.value for k in call.keywords}
-                code = given.get("code")
-                passed_on = None in given  # `**error.data`: that of another error
-                name = "" if passed_on else code.value if isinstance(code, ast.Constant) else "none"
-                found.setdefault(name, []).append(f"{path.relative_to(ROOT)}:{node.lineno}")
-    found.pop("", None)
+def calls() -> Iterator[tuple[str, ast.Call]]:
+    """Every call in the package, with its module."""
+    for path in sorted((ROOT / "pywet").rglob("*.py")):
+        yield from (
+            (str(path.relative_to(ROOT)), node)
+            for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Call)
+        )
+
+
+def codes() -> dict[str, set[str]]:
+    """Code -> the modules that give it."""
+    found: dict[str, set[str]] = {}
+    for module, call in calls():
+        for given in (k.value for k in call.keywords if k.arg == "code"):
+            if isinstance(given, ast.Constant) and isinstance(given.value, str):
+                found.setdefault(given.value, set()).add(module)
     return found
 
 
-def configured(change: dict[str, list[str]], folder: Path) -> None:
+def asserted() -> set[str]:
+    """Codes that tests and rows name."""
+    texts = [p.read_text() for p in (ROOT / "tests").rglob("*.py") if p.name not in ("test_messages.py", "mistakes.py")]
+    rows = [p.read_text() for p in ROWS.glob("*.yaml")]
+    return {*re.findall(r'"([a-z]+\.[a-z_]+)"', "".join(texts)), *re.findall(r"code: ([a-z]+\.[a-z_]+)", "".join(rows))}
+
+
+def commanded(row: dict[str, Any], folder: Path) -> None:
+    """Run the command of a row, with its files."""
+    here = folder / "here"
+    here.mkdir()
     shutil.copytree(ROOT / "config", folder / "config")
-    for name, (old, new) in change.items():
+    for name, (old, new) in row.get("config", {}).items():
         path = folder / "config" / name
         path.write_text(path.read_text().replace(old, new, 1))
-    config.load(folder / "config")
+    for name, value in row.get("write", {}).items():
+        (here / name).write_bytes(content(value))
+    command(*(str(word).format(here=here, config=folder / "config") for word in row["run"]))
 
 
 def of_rows() -> dict[str, Callable[[Path], Any]]:
-    """The first row of each code that a changed configuration has."""
+    """The first row of each code that needs no run."""
     found: dict[str, Callable[[Path], Any]] = {}
-    for name in ("config", "values"):
-        for row in yaml.safe_load((ROWS / f"{name}.yaml").read_text()):
-            if "error" in row and row["error"]["key"] != "ranks":  # whose limit is that of the machine
-                found.setdefault(row["error"]["code"], lambda folder, row=row: configured(row["config"], folder))
+    for path in sorted(ROWS.glob("*.yaml")):
+        for row in yaml.safe_load(path.read_text()):
+            if (
+                "error" in row
+                and "made" not in row
+                and not OF_MACHINE & {row["error"].get("key"), row["error"]["code"]}
+            ):
+                found.setdefault(row["error"]["code"], partial(commanded, row))
     return found
 
 
@@ -95,6 +113,24 @@ def without_studies() -> None:
         command("study", "stability")
 
 
+def without_collisions(folder: Path) -> None:
+    def refuse(_: object) -> None:
+        raise PywetError("no collision today")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(wall, "collide", refuse)
+        command("sweep", str(write(folder, WALL)), "--out", str(folder / "out"))
+
+
+def walls_differ(materials: Materials) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            Materials, "contact", lambda _, sphere, partner: SimpleNamespace(numbers=partner, partner=partner)
+        )
+        materials.wall_contact("POM")
+
+
 def command(*words: str) -> None:
     """Run `pywet` and raise what its border has put into words."""
     try:
@@ -105,19 +141,19 @@ def command(*words: str) -> None:
 
 def triggers() -> dict[str, Callable[[Path], Any]]:
     """Code -> what raises it, in a folder."""
-    loaded, header = (
-        config.load(ROOT / "config"),
-        (ROOT / "config" / "cases.csv").read_bytes().partition(b"\n")[0] + b"\n",
-    )
-    return of_rows() | {
-        "config.not_yaml": lambda folder: configured({"config.yaml": ["scale: smoke", "- smoke"]}, folder),
+    loaded, cases = config.load(ROOT / "config"), (ROOT / "config" / "cases.csv").read_bytes()
+    header = cases.partition(b"\n")[0] + b"\n"
+    return of_rows() | mistakes.mistakes() | of_sweeps.mistakes() | {
+        "config.not_yaml": lambda folder: written("config.yaml", b"scale: smoke\n- smoke\n", folder),
         "config.not_text": lambda folder: written("config.yaml", b"scale: \xff", folder),
         "config.not_keys": lambda folder: written("config.yaml", b"[1, 2]", folder),
         "config.not_csv": lambda folder: written("cases.csv", header + b'1,"' + b"x" * 200_000, folder),
         "config.no_case": lambda folder: written("cases.csv", header, folder),
         "config.no_contact": lambda _: loaded.materials.contact("POM", "lead"),
+        "cli.sweep_failed": without_collisions,
+        "config.walls_differ": lambda _: walls_differ(loaded.materials),
         "cli.no_studies": lambda _: without_studies(),
-        "config.reference": lambda folder: configured({"cases.csv": ["2,POM,5,7", "2,POM,4,7"]}, folder),
+        "config.reference": lambda folder: written("cases.csv", cases.replace(b"2,POM,5,7", b"2,POM,4,7"), folder),
         "config.unknown_preset": lambda _: loaded.with_preset("papers"),
         "config.unknown_material": lambda _: loaded.materials.sphere("lead"),
         "config.unknown_liquid": lambda _: loaded.materials.liquid_named("mercury"),
@@ -149,12 +185,17 @@ def rendered() -> dict[str, str]:
     return found
 
 
-def test_every_mistake_has_a_code_of_its_own() -> None:
+def test_every_error_has_a_code_of_its_own() -> None:
+    """It is written where the error is made, passed on (`code=code`), or that of another error (`**error.data`)."""
+    without = [
+        f"{module}:{call.lineno}" for module, call in calls()
+        if ast.unparse(call.func).rpartition(".")[2] in KINDS and not {"code", None} & {k.arg for k in call.keywords}
+    ]  # fmt: skip
+    assert without == []
     found = codes()
-    assert "none" not in found, found["none"]
-    assert all(CODED.fullmatch(code) for code in found)
-    assert {code: places for code, places in found.items() if len(places) > 1} == {}
-    assert len(found) > 40
+    assert [code for code in found if not CODED.fullmatch(code)] == []
+    assert {code: modules for code, modules in found.items() if len(modules) > 1} == {}
+    assert len(found) > 300
 
 
 def test_each_message_is_as_stored() -> None:
@@ -162,10 +203,9 @@ def test_each_message_is_as_stored() -> None:
     assert rendered() == yaml.safe_load(STORED.read_text())
 
 
-def test_every_code_is_rendered_once_or_named_with_its_test() -> None:
-    stored = set(yaml.safe_load(STORED.read_text()))
-    assert set(codes()) - stored == set(ELSEWHERE)
-    assert all((ROOT / test).exists() for test in ELSEWHERE.values() if test != "tests/sweep")
+def test_every_code_is_rendered_once_or_asserted() -> None:
+    assert set(codes()) - set(yaml.safe_load(STORED.read_text())) - asserted() == set(ELSEWHERE)
+    assert all((ROOT / test).exists() for test in ELSEWHERE.values())
 
 
 def test_an_error_carries_its_data_to_another_of_its_kind() -> None:
@@ -173,6 +213,11 @@ def test_an_error_carries_its_data_to_another_of_its_kind() -> None:
     assert ConfigError("b", **first.data).data == first.data == {
         "code": "config.value", "key": "k", "given": 3, "expected": 4, "where": "f.yaml"
     }  # fmt: skip
+
+
+def test_an_error_of_a_child_process_keeps_its_code_and_data() -> None:
+    with raises_code("program.arguments", given=[]):
+        list(render.in_child("pywet.report.closeup"))
 
 
 @pytest.mark.parametrize(

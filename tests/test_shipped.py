@@ -22,9 +22,9 @@ from pywet.cases.custom.building import Building
 from pywet.cases.small import bridge_query
 from pywet.cli.app import app
 from pywet.collisions.wall import sweep
-from pywet.errors import PywetError
 from pywet.scene_stages import read_scene
 from pywet.sweep import plan
+from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parent.parent
 SOURCES = (
@@ -121,7 +121,7 @@ def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
         folder = tmp_path / f"has {name}"
         folder.mkdir()
         (folder / name).touch()
-        with pytest.raises(PywetError, match=f"{name} exists already"):
+        with raises_code("init.there"):
             shipped.begin(folder)
         assert [path.name for path in folder.iterdir()] == [name]
 
@@ -136,7 +136,7 @@ def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -
     scene = read_scene(tmp_path / "new" / f"{name}.yaml")
     assert Building(scene).scene().walls
     assert f"pywet run-scene {name}.yaml" in (tmp_path / "new" / "README.md").read_text()
-    with pytest.raises(PywetError, match="exists already"):
+    with raises_code("init.there"):
         shipped.begin(tmp_path / "new", name)
 
 
@@ -158,10 +158,7 @@ def test_an_example_of_another_command_is_what_it_reads(
 
 
 def test_an_example_that_is_not_there_is_refused_with_those_that_are(tmp_path: Path) -> None:
-    with pytest.raises(
-        PywetError,
-        match="no example mill; expected one of case, notebook, deck, drum, hopper, migration, repose, sweep, bridge",
-    ):
+    with raises_code("init.unknown_example", given="mill"):
         shipped.begin(tmp_path, "mill")
     assert list(tmp_path.iterdir()) == []
 

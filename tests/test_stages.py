@@ -20,7 +20,7 @@ GOOD_REPLAY = {
 
 
 def _fail() -> None:
-    raise PywetError("the engine was given nonsense")
+    raise PywetError("the engine was given nonsense", code="engine.stopped")
 
 
 def _finish(run_dir: Path, fail_at: str | None = None) -> None:
@@ -33,7 +33,7 @@ def _finish(run_dir: Path, fail_at: str | None = None) -> None:
 def test_a_failed_stage_keeps_its_reason_and_the_next_pass_it_on(tmp_path: Path) -> None:
     _finish(tmp_path, fail_at="simulate")
     last = stages.Status.read(stages.status_path(tmp_path, "vtk"))
-    assert (last.ok, last.failed_at, last.reason) == (False, "simulate", "the engine was given nonsense")
+    assert (last.ok, last.failed_at, last.code) == (False, "simulate", "engine.stopped")
     assert stages.problems(tmp_path) == ["stage simulate failed: the engine was given nonsense"]
 
 

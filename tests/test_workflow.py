@@ -20,7 +20,7 @@ import pytest
 from pywet import config, run_folder, stages
 from pywet.cases.screening import identity
 from pywet.cli import workflow_lock
-from pywet.errors import PywetError
+from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parent.parent
 
@@ -98,25 +98,21 @@ def test_a_wrong_choice_is_refused_before_any_job(folder: Path, choice: str, mes
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("given", "code", "key"),
     [
-        ({"cases": []}, "should have at least 1 item"),
-        ({"cases": [2.5]}, "cases.0 is 2.5, expected a valid integer"),
-        ({"cases": None}, "cases.0 is None, expected a valid integer"),
-        ({"ranks": "two"}, "ranks is 'two', expected a valid integer"),
-        ({"seed": -1}, "seed is -1, expected greater than or equal to 0"),
-        ({"scale": ["smoke"]}, "scale is ['smoke'], expected a valid string"),
-        (
-            {"laws": {"preset": "exact"}},
-            "laws was given, expected one of scale, cases, ranks, both_presets, seed, seeds",
-        ),
+        ({"cases": []}, "config.value", "cases"),
+        ({"cases": [2.5]}, "config.value", "cases.0"),
+        ({"cases": None}, "config.value", "cases.0"),
+        ({"ranks": "two"}, "config.value", "ranks"),
+        ({"seed": -1}, "config.value", "seed"),
+        ({"scale": ["smoke"]}, "config.value", "scale"),
+        ({"laws": {"preset": "exact"}}, "config.not_on_command_line", "laws"),
     ],
 )
-def test_what_the_command_line_cannot_replace_is_a_sentence(given: dict[str, Any], message: str) -> None:
+def test_what_the_command_line_cannot_replace_is_a_sentence(given: dict[str, Any], code: str, key: str) -> None:
     configured = config.load(ROOT / "config").settings
-    with pytest.raises(PywetError) as caught:
+    with raises_code(code, key=key):
         config.chosen(configured, {**configured.model_dump(mode="json"), **given})
-    assert message in str(caught.value)
 
 
 def test_cases_of_the_command_line_are_a_list() -> None:

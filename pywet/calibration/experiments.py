@@ -60,7 +60,9 @@ class Kind:
 def _json(path: Path) -> dict[str, Any]:
     content = parse_json(read_bytes(path, CURE), str(path), CURE)
     if not isinstance(content, dict):
-        raise ConfigError(f"{path} holds no keys; expected an experiment: {CURE}", file=path)
+        raise ConfigError(
+            f"{path} holds no keys; expected an experiment: {CURE}", file=path, code="calibration.not_keys"
+        )
     return content
 
 
@@ -106,7 +108,10 @@ class Experiment:
         content = KINDS[kind].read(file)
         for key in changes:
             if not holds(content, key):
-                raise ConfigError(f"changes names {key}, which is not in {file}; expected a key that is written there")
+                raise ConfigError(
+                    f"changes names {key}, which is not in {file}; expected a key that is written there",
+                    code="calibration.unknown_key", file=file, key=key,
+                )  # fmt: skip
         return cls(kind, file, _filled(content, changes))
 
     @property
@@ -123,7 +128,9 @@ class Experiment:
             return KINDS[self.kind].build(content, self.file)
         except PywetError as error:
             cure = f"with {_text(settings)}: fix the bounds of the parameters"
-            raise ConfigError(f"{error} ({cure})", file=self.file) from error
+            raise ConfigError(
+                f"{error} ({cure})", file=self.file, code="calibration.bounds", key=error.key, given=settings
+            ) from error
 
     def value(self, quantity: str, settings: Mapping[str, float]) -> float:
         """Compute the value of an experiment that needs no engine."""
@@ -168,8 +175,9 @@ def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float
     if not math.isfinite(value):
         raise PywetError(
             f"there is no {quantity} with {_text(settings)}; expected a number everywhere between the bounds: narrow "
-            "them, or, if a heap is too small to have a slope, use more spheres"
-        )
+            "them, or, if a heap is too small to have a slope, use more spheres",
+            code="calibration.no_number", key=quantity, given=settings,
+        )  # fmt: skip
     return value
 
 

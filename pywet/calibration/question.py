@@ -117,7 +117,7 @@ def read(file: Path) -> tuple[Question, list[Experiment]]:
     if "turned" in content:
         raise ConfigError(
             f"{file} names statements of the paper; expected targets: `pywet study search {file}` answers it in a checkout",
-            file=file, key="turned",
+            file=file, key="turned", code="calibration.study_question",
         )  # fmt: skip
     question = parse(Question, content, str(file))
     experiments = [Experiment.read(t.kind, file.parent / getattr(t, t.kind), t.changes) for t in question.targets]
@@ -127,7 +127,7 @@ def read(file: Path) -> tuple[Question, list[Experiment]]:
                 raise ConfigError(
                     f"{file}: parameters.{name}.keys names {key}, which is in none of the targets' files; expected a "
                     "dotted key that is written there, such as materials.glass.friction or spheres.0.film_um",
-                    file=file, key=f"parameters.{name}.keys",
+                    file=file, key=f"parameters.{name}.keys", code="calibration.parameter_key", given=key,
                 )  # fmt: skip
     for end in (0.0, 1.0):
         settings = question.settings(np.full(len(question.parameters), end))

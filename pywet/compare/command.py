@@ -59,7 +59,9 @@ def _groups(runs: Sequence[Path], a: Sequence[Path], b: Sequence[Path]) -> tuple
     elif not runs and a and b:
         left, right = list(a), list(b)
     else:
-        raise PywetError("expected two runs, RUN_A RUN_B, or two groups, --a DIR --a DIR … --b DIR --b DIR …")
+        raise PywetError(
+            "expected two runs, RUN_A RUN_B, or two groups, --a DIR --a DIR … --b DIR --b DIR …", code="compare.groups"
+        )
     return [r for p in left for r in verdict.runs_in(p)], [r for p in right for r in verdict.runs_in(p)]
 
 
@@ -107,7 +109,7 @@ def _difference(row: verdict.Row) -> str:
 def _against(runs: Sequence[Path], file: Path) -> int:
     """Compare runs with a stored digest."""
     if not runs:
-        raise PywetError(f"no run was given to compare with {file}; expected RUN_DIR …")
+        raise PywetError(f"no run was given to compare with {file}; expected RUN_DIR …", code="compare.no_run")
     stored = digest.load(file)
     with run_lock.reading(*runs):
         rows = [row for run in runs for row in digest.check(stored, run)]
@@ -134,8 +136,9 @@ def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
     try:
         if out_file is None or out_file.suffix != ".json":
             raise PywetError(
-                f"--out is {out_file or 'not given'}; expected the file of the digest, such as my_case.json"
-            )
+                f"--out is {out_file or 'not given'}; expected the file of the digest, such as my_case.json",
+                code="digest.out", key="--out", given=out_file,
+            )  # fmt: skip
         paths = [run for folder in folders for run in verdict.runs_in(folder)]
         message = f"pywet digest {' '.join(map(str, folders))}"
         with run_lock.reading(*paths):

@@ -129,17 +129,24 @@ def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
         for check, (ok, value) in run.checks.items():
             if not ok:
                 raise PywetError(
-                    f"{run.path} fails its check {check} ({value:.2g}); expected a run without failed checks"
-                )
+                    f"{run.path} fails its check {check} ({value:.2g}); expected a run without failed checks",
+                    code="digest.failed_check", key=check, given=value, where=run.path,
+                )  # fmt: skip
         if run.scene.effects.bridges and "replay" not in run.checks:
-            raise PywetError(f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first")
+            raise PywetError(
+                f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first",
+                code="digest.not_replayed", where=run.path,
+            )  # fmt: skip
     return make(name, command, [numbers_in(p) for p in paths], facts(runs[0].scene))
 
 
 def _same_scene(wanted: dict[str, Any], scene: EngineScene, who: str) -> None:
     differs = unlike(wanted, scene)
     if differs:
-        raise PywetError(f"{who} differ in {', '.join(differs)}; expected runs of one scene")
+        raise PywetError(
+            f"{who} differ in {', '.join(differs)}; expected runs of one scene",
+            code="digest.scenes", key=", ".join(differs),
+        )  # fmt: skip
 
 
 def provenance() -> dict[str, str]:
@@ -159,7 +166,9 @@ def save(digest: Digest, path: Path) -> Path:
 def load(path: Path) -> Digest:
     """Read a digest that `save` wrote."""
     if not Path(path).exists():
-        raise PywetError(f"there is no digest {path}; expected one that `pywet digest` wrote")
+        raise PywetError(
+            f"there is no digest {path}; expected one that `pywet digest` wrote", code="digest.missing", where=path
+        )
     return read_model(path, Digest, "make it again with `pywet digest`")
 
 
@@ -188,6 +197,9 @@ def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]
 def check(digest: Digest, run_dir: Path) -> list[Row]:
     """Compare a run directory with a digest; a run of another scene is refused."""
     if digest.scene is None:
-        raise PywetError(f"the digest {digest.name} is of `{digest.command}`, which leaves no run directory")
+        raise PywetError(
+            f"the digest {digest.name} is of `{digest.command}`, which leaves no run directory",
+            code="digest.no_runs", given=digest.command,
+        )  # fmt: skip
     _same_scene(digest.scene, read_run(run_dir).scene, f"the digest {digest.name} ({digest.command}) and {run_dir}")
     return against(digest, Path(run_dir).name, numbers_in(run_dir))

@@ -101,7 +101,10 @@ def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = (
     there, free = facts(scene), {*across, *([CASE] if across else [])}
     if unknown := [name for name in across if name not in wanted]:
         known = ", ".join(name for name in wanted if name != CASE)
-        raise PywetError(f"--across {unknown[0]} was given; expected a setting that may differ: {known}")
+        raise PywetError(
+            f"--across {unknown[0]} was given; expected a setting that may differ: {known}",
+            code="compare.across", key="--across", given=unknown[0], expected=known,
+        )  # fmt: skip
     return [name for name in wanted if name not in free and wanted[name] != there.get(name)]
 
 
@@ -111,7 +114,10 @@ def read_run(run_dir: Path) -> RunData:
     scene, held = run.scene, _whole(run)
     quantities = [*_screen(run), *_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
     if not quantities:
-        raise PywetError(f"{run.path} has no results; expected a finished run: run it again")
+        raise PywetError(
+            f"{run.path} has no results; expected a finished run: run it again",
+            code="compare.no_results", where=run.path,
+        )  # fmt: skip
     return RunData(run.path, scene, {q.name: q for q in quantities}, dict(_checks(run)), held)
 
 
@@ -120,14 +126,17 @@ def _whole(run: RunDir) -> dict[str, Any]:
     try:
         held = whole.check(run.path)
     except ReplayError as error:
-        raise PywetError(str(error)) from error
+        raise PywetError(str(error), code="compare.not_whole", where=run.path) from error
     for name in RESULTS:
         table = run.table_if_there(name)
         if table is not None:
             held["rows"][name] = len(table)
             if len(table) != held["outputs"]:
-                raise PywetError(f"{run.path / name}.parquet holds {len(table)} rows; expected one for each of the "
-                                 f"{held['outputs']} output steps: run the case again")  # fmt: skip
+                raise PywetError(
+                    f"{run.path / name}.parquet holds {len(table)} rows; expected one for each of the {held['outputs']} output "
+                    "steps: run the case again",
+                    code="compare.rows", given=len(table), expected=held["outputs"], where=run.path / f"{name}.parquet",
+                )  # fmt: skip
     return held
 
 

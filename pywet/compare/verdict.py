@@ -26,6 +26,8 @@ MAIN = "fraction retained"
 class NotComparable(PywetError):
     """Raised if two runs or groups do not simulate the same case."""
 
+    code = "compare"
+
 
 @dataclass(frozen=True)
 class Row:
@@ -77,8 +79,9 @@ def runs_in(folder: Path) -> list[Path]:
     run_dirs = sorted(p.parent for p in folder.glob("*/scene.json"))
     if not run_dirs:
         raise PywetError(
-            f"{folder} is no run directory and holds none; expected one with scene.json, or a folder of seeds"
-        )
+            f"{folder} is no run directory and holds none; expected one with scene.json, or a folder of seeds",
+            code="compare.no_run_folder", where=folder,
+        )  # fmt: skip
     return run_dirs
 
 
@@ -98,7 +101,10 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: S
     every = list(dict.fromkeys(n for g in groups for r in g for n in r.quantities))
     names = [n for n in every if all(n in r.quantities for g in groups for r in g)]
     if not names:
-        raise NotComparable(f"{a[0]} and {b[0]} have no table in common; expected finished runs: run them again")
+        raise NotComparable(
+            f"{a[0]} and {b[0]} have no table in common; expected finished runs: run them again",
+            code="compare.no_table",
+        )
     _same_tables(groups)
     checks, broken = _checks(groups)
     if len(groups[0]) == len(groups[1]) == 1:
@@ -171,8 +177,9 @@ def _same_tables(groups: list[list[RunData]]) -> None:
         if any(there) and not all(there):
             raise NotComparable(
                 f"{runs[there.index(False)].path} has no {name}.parquet, but {runs[there.index(True)].path} has; "
-                "expected both with results: run the case to its end"
-            )
+                "expected both with results: run the case to its end",
+                code="compare.one_table", key=name, where=runs[there.index(False)].path,
+            )  # fmt: skip
 
 
 def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
@@ -184,15 +191,17 @@ def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
                 named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in asked)
                 raise NotComparable(
                     f"{first.path} and {run.path} differ in {', '.join(differs)}; expected the same case at the same"
-                    f" scale ({named} compares groups across it, --force whatever differs)"
-                )
+                    f" scale ({named} compares groups across it, --force whatever differs)",
+                    code="compare.scenes", given=tuple(differs), where=run.path,
+                )  # fmt: skip
         marks: dict[str | None, Path] = {}
         for run in group:
             mark = run.fingerprint().get("trajectory")
             if mark is not None and mark in marks:
                 raise NotComparable(
-                    f"{run.path} repeats {marks[mark]} digit by digit; expected runs of one group to differ in the seed"
-                )
+                    f"{run.path} repeats {marks[mark]} digit by digit; expected runs of one group to differ in the seed",
+                    code="compare.same_run", where=run.path,
+                )  # fmt: skip
             marks[mark] = run.path
 
 

@@ -70,7 +70,10 @@ def parse(text: str) -> float:
     except ValueError:
         value = math.nan
     if not 0.0 < value < 1.0:
-        raise PywetError(f"accuracy {text!r} given, expected more than 0 and below 100 per cent, such as 2% or 0.02")
+        raise PywetError(
+            f"accuracy {text!r} given, expected more than 0 and below 100 per cent, such as 2% or 0.02",
+            code="cost.accuracy", key="--accuracy", given=text,
+        )  # fmt: skip
     return value
 
 
@@ -145,8 +148,9 @@ def choose(
     if best is None:
         raise PywetError(
             f"accuracy {100 * accuracy:g} % given, but the finest settings of the study come within {100 * nearest:.2g} % "
-            f"in {', '.join(wanted)}; expected at least that"
-        )
+            f"in {', '.join(wanted)}; expected at least that",
+            code="cost.finest", key="--accuracy", given=accuracy, expected=nearest,
+        )  # fmt: skip
     return best
 
 

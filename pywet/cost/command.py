@@ -37,7 +37,10 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     share, groups = choice.parse(accuracy), tuple(wanted) or choice.WANTED
     unknown = [g for g in groups if g not in choice.GROUPS]
     if unknown:
-        raise PywetError(f"--of {unknown[0]} given, expected one or more of {', '.join(choice.GROUPS)}")
+        raise PywetError(
+            f"--of {unknown[0]} given, expected one or more of {', '.join(choice.GROUPS)}",
+            code="cost.quantity", key="--of", given=unknown[0], expected=tuple(choice.GROUPS),
+        )  # fmt: skip
     if write is not None:
         edit.new_folder(write)
     table, turned = choice.for_scale(scale)

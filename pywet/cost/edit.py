@@ -109,7 +109,10 @@ def new_folder(target: Path) -> None:
     """Refuse a folder whose content would be overwritten."""
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
         what = "not empty" if target.is_dir() else "a file"
-        raise PywetError(f"{target} is {what}; expected a new folder for the configuration: name another")
+        raise PywetError(
+            f"{target} is {what}; expected a new folder for the configuration: name another",
+            code="cost.folder", where=target,
+        )  # fmt: skip
 
 
 def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:

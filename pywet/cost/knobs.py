@@ -126,5 +126,8 @@ def log_windows(text: str) -> tuple[int, int]:
     """
     windows, _, steps = text.partition("x")
     if not (windows.isdigit() and steps.isdigit() and int(steps) > 0):
-        raise PywetError(f"contact log {text!r} given, expected windows times steps such as 2x20")
+        raise PywetError(
+            f"contact log {text!r} given, expected windows times steps such as 2x20",
+            code="cost.contact_log", given=text,
+        )  # fmt: skip
     return int(windows), int(steps)

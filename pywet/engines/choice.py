@@ -45,9 +45,15 @@ ENGINES = {
 def chosen(name: str, ranks: int = 1) -> Engine:
     """The engine of that name; PywetError if there is none, or if it cannot have the requested number of ranks."""
     if name not in ENGINES:
-        raise PywetError(f"there is no engine {one_line(name) if name else '(empty)'}; expected {' or '.join(ENGINES)}")
+        raise PywetError(
+            f"there is no engine {one_line(name) if name else '(empty)'}; expected {' or '.join(ENGINES)}",
+            code="engine.unknown", given=name, expected=tuple(ENGINES),
+        )  # fmt: skip
     if ranks > 1 and not ENGINES[name].parallel:
-        raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine {name} runs in one process")
+        raise PywetError(
+            f"{ranks} ranks were asked for; expected 1, as the engine {name} runs in one process",
+            code="engine.one_process", key="ranks", given=ranks, expected=1,
+        )  # fmt: skip
     return ENGINES[name]
 
 
@@ -60,5 +66,6 @@ def refuse_fewer_cores(ranks: int, threads: int) -> None:
     if cores < ranks:
         raise PywetError(
             f"ranks is {ranks}, but Snakemake gives this job {cores} core{'s' if cores > 1 else ''}; expected as many: call it "
-            f"with --cores {ranks} or more, or set ranks: {cores}"
-        )
+            f"with --cores {ranks} or more, or set ranks: {cores}",
+            code="engine.few_cores", key="ranks", given=ranks, expected=cores,
+        )  # fmt: skip

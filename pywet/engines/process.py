@@ -54,15 +54,19 @@ def output_of(command: list[str], given: str = "", folder: Path | None = None) -
             start_new_session=True,
         )
     except OSError as error:
-        raise EngineError(f"{command[0]} does not start ({error.strerror}); expected its version: {MEND}") from error
+        raise EngineError(
+            f"{command[0]} does not start ({error.strerror}); expected its version: {MEND}",
+            code="engine.not_started", given=command[0],
+        ) from error  # fmt: skip
     try:
         return child.communicate(given, timeout=ANSWER_S)[0]
     except subprocess.TimeoutExpired as error:
         os.killpg(child.pid, signal.SIGKILL)
         child.wait()
         raise EngineError(
-            f"{command[0]} did not answer within {ANSWER_S:g} s; expected it to print its version: {MEND}"
-        ) from error
+            f"{command[0]} did not answer within {ANSWER_S:g} s; expected it to print its version: {MEND}",
+            code="engine.no_answer", given=command[0],
+        ) from error  # fmt: skip
 
 
 def package_version(package: str) -> str | None:
@@ -77,10 +81,16 @@ def installed(name: str, version: str, setup: str) -> str:
     """Version of an engine's program, which Debian's package of the same name brings; `EngineError` where it is another."""
     program = name.lower()
     if shutil.which(program) is None:
-        raise EngineError(f"the program {program} was not found; expected Debian's package {program}: run `{setup}`")
+        raise EngineError(
+            f"the program {program} was not found; expected Debian's package {program}: run `{setup}`",
+            code="engine.no_program", expected=program,
+        )  # fmt: skip
     there = package_version(program)
     if there is not None and not there.startswith(version):
-        raise EngineError(f"{name} {there} is installed; expected {version} (Debian 12): install that version")
+        raise EngineError(
+            f"{name} {there} is installed; expected {version} (Debian 12): install that version",
+            code="engine.program_version", given=there, expected=version,
+        )  # fmt: skip
     return there or version
 
 
@@ -112,8 +122,9 @@ def alone(run_dir: Path) -> Iterator[None]:
     except OSError as error:
         run_lock.check_held(run_dir)
         raise PywetError(
-            f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space"
-        ) from error
+            f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space",
+            code="run.refused", where=run_dir,
+        ) from error  # fmt: skip
 
 
 def start_again(folder: Path, name: str) -> None:

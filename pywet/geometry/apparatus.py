@@ -118,23 +118,38 @@ def _check_numbers(spec: ApparatusSpec) -> None:
     for f in fields(spec):
         value = getattr(spec, f.name)
         if isinstance(value, (int, float)) and not (math.isfinite(value) and value > 0):
-            raise PywetError(f"apparatus: {_text(spec, f.name)}, expected a positive number; fix scales.yaml")
+            raise PywetError(
+                f"apparatus: {_text(spec, f.name)}, expected a positive number; fix scales.yaml",
+                code="apparatus.number", key=f.name, given=getattr(spec, f.name),
+            )  # fmt: skip
     if spec.shape not in ("square", "cylinder"):
-        raise PywetError(f"apparatus: shape is {spec.shape!r}, expected 'square' or 'cylinder'; fix scales.yaml")
+        raise PywetError(
+            f"apparatus: shape is {spec.shape!r}, expected 'square' or 'cylinder'; fix scales.yaml",
+            code="apparatus.shape", key="shape", given=spec.shape, expected=("square", "cylinder"),
+        )  # fmt: skip
     if spec.wire_sides % 2 or not 4 <= spec.wire_sides <= 32:
-        raise PywetError(f"apparatus: wire_sides is {spec.wire_sides}, expected an even number from 4 to 32")
+        raise PywetError(
+            f"apparatus: wire_sides is {spec.wire_sides}, expected an even number from 4 to 32",
+            code="apparatus.wire_sides", key="wire_sides", given=spec.wire_sides,
+        )  # fmt: skip
     if not 8 <= spec.cylinder_sides <= 96:
-        raise PywetError(f"apparatus: cylinder_sides is {spec.cylinder_sides}, expected 8 to 96")
+        raise PywetError(
+            f"apparatus: cylinder_sides is {spec.cylinder_sides}, expected 8 to 96",
+            code="apparatus.cylinder_sides", key="cylinder_sides", given=spec.cylinder_sides,
+        )  # fmt: skip
     if spec.aperture_m < spec.wire_diameter_m:
         raise PywetError(
             f"apparatus: {_text(spec, 'aperture_m')}, smaller than {_text(spec, 'wire_diameter_m', '')}, "
-            "expected an aperture at least as wide as the wire; fix the case's screen"
-        )
+            "expected an aperture at least as wide as the wire; fix the case's screen",
+            code="apparatus.aperture", key="aperture_m", given=spec.aperture_m, expected=spec.wire_diameter_m,
+        )  # fmt: skip
     if spec.wall_thickness_m < spec.wire_diameter_m:
         raise PywetError(
             f"apparatus: {_text(spec, 'wall_thickness_m')}, less than {_text(spec, 'wire_diameter_m', '')}, "
-            "expected at least that, so that wires end inside the wall; fix scales.yaml"
-        )
+            "expected at least that, so that wires end inside the wall; fix scales.yaml",
+            code="apparatus.wall_thickness", key="wall_thickness_m", given=spec.wall_thickness_m,
+            expected=spec.wire_diameter_m,
+        )  # fmt: skip
 
 
 def _check_heights(spec: ApparatusSpec) -> None:
@@ -145,12 +160,15 @@ def _check_heights(spec: ApparatusSpec) -> None:
     if not lowest_slide - 1e-9 <= spec.slide_height_m < highest:
         raise PywetError(
             f"apparatus: {_text(spec, 'slide_height_m')}, not within the feed bin, expected {1e3 * lowest_slide:g} "
-            f"to {1e3 * highest:g}; fix scales.yaml"
-        )
+            f"to {1e3 * highest:g}; fix scales.yaml",
+            code="apparatus.slide_height", key="slide_height_m", given=spec.slide_height_m,
+            expected=(lowest_slide, highest),
+        )  # fmt: skip
     if not spec.impact_plate_angle_rad < math.radians(70.0):
         raise PywetError(
-            f"apparatus: {_text(spec, 'impact_plate_angle_rad')}, expected an angle below 70; fix scales.yaml"
-        )
+            f"apparatus: {_text(spec, 'impact_plate_angle_rad')}, expected an angle below 70; fix scales.yaml",
+            code="apparatus.plate_angle", key="impact_plate_angle_rad", given=spec.impact_plate_angle_rad,
+        )  # fmt: skip
     run = spec.width_m - spec.outlet_opening_m + spec.wall_thickness_m
     margin = 2.0 * spec.aperture_m + run * math.tan(spec.impact_plate_angle_rad) + spec.wall_thickness_m
     _at_least(
@@ -162,8 +180,9 @@ def _check_heights(spec: ApparatusSpec) -> None:
 def _at_least(spec: ApparatusSpec, name: str, least: float, why: str) -> None:
     if getattr(spec, name) < least:
         raise PywetError(
-            f"apparatus: {_text(spec, name)}, too small {why}, expected at least {1e3 * least:.4g}; fix scales.yaml"
-        )
+            f"apparatus: {_text(spec, name)}, too small {why}, expected at least {1e3 * least:.4g}; fix scales.yaml",
+            code="apparatus.small", key=name, given=getattr(spec, name), expected=least,
+        )  # fmt: skip
 
 
 def _text(spec: ApparatusSpec, name: str, verb: str = "is ") -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from pywet.errors import PywetError
+from pywet.geometry import stl
 from pywet.geometry.surface import SAME_POINT_M, Floats, Ints, enclosed, inside
 
 EXPORT_ROUNDING_M = 1e-6
@@ -35,8 +36,9 @@ def read_cad(
     if not len(corners) or not np.abs(corners).max() <= FARTHEST_M:  # of NaN neither
         raise PywetError(
             f"{path} holds {len(corners)} triangles, expected at least four with corners at most {FARTHEST_M:g} m from the "
-            "origin; export it again"
-        )
+            "origin; export it again",
+            code="stl.far", where=path,
+        )  # fmt: skip
     mesh = _Mesh(path, corners, changes)
     mesh.weld(SAME_POINT_M)
     if len(mesh.open_edges()):
@@ -45,7 +47,7 @@ def read_cad(
     mesh.orient()
     if len(mesh.open_edges()):
         if shell_m is None:
-            raise PywetError(mesh.not_closed())
+            raise PywetError(mesh.not_closed(), code="stl.not_closed", where=path)
         mesh.thicken(shell_m)
     mesh.outward()
     mesh.part_bodies()
@@ -60,7 +62,7 @@ def corners_in(path: Path) -> Floats:
 def _parsed(path: Path) -> tuple[Floats, list[str]]:
     """Return the corners as they are in the file, and sentences on what was skipped or read differently."""
     if not path.is_file():
-        raise PywetError(f"no STL file at {path}; expected the path of a surface mesh, a regular file")
+        raise stl.missing(path)
     data, changes = path.read_bytes(), []
     count = int.from_bytes(data[HEAD - 4 : HEAD], "little") if len(data) >= HEAD else 0
     size = HEAD + RECORD.itemsize * count
@@ -75,7 +77,7 @@ def _parsed(path: Path) -> tuple[Floats, list[str]]:
     try:
         return np.array(words, dtype=np.float64).reshape(-1, 3, 3), changes
     except ValueError as error:
-        raise PywetError(f"{path} is not a readable STL file with triangles ({error}); export it again") from error
+        raise stl.unreadable(path, error) from error
 
 
 class _Mesh:
@@ -134,8 +136,9 @@ class _Mesh:
         if (label[:n] == label[n:]).any():
             at = self._at(self.points[self.triangles[int(np.argmax(label[:n] == label[n:]))]].mean(axis=0))
             raise PywetError(
-                f"{self.path} does not separate inside from outside, such as at {at}; expected the surface of a solid"
-            )
+                f"{self.path} does not separate inside from outside, such as at {at}; expected the surface of a solid",
+                code="stl.not_solid", where=self.path,
+            )  # fmt: skip
         body = np.unique(np.minimum(label[:n], label[n:]), return_inverse=True)[1]
         turned = label[:n] > label[n:]
         share = np.bincount(body, turned) / np.bincount(body)
@@ -173,8 +176,9 @@ class _Mesh:
         edges, _ = self._edges()
         if np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1].max() > 2:
             raise PywetError(
-                f"{self.path} is a shell in which more than two facets meet in an edge; expected one sheet per file"
-            )
+                f"{self.path} is a shell in which more than two facets meet in an edge; expected one sheet per file",
+                code="stl.shell", where=self.path,
+            )  # fmt: skip
         corners = self.points[self.triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normal /= np.linalg.norm(normal, axis=1)[:, None]

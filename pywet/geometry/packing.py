@@ -61,8 +61,9 @@ def refuse_beyond_memory(count: int, where: str, cure: str) -> None:
     if count * SPHERE_B > there:
         raise PywetError(
             f"{where}: {count:.3g} spheres need at least {count * SPHERE_B / 1e9:.3g} GB of memory, this machine has "
-            f"{there / 1e9:.3g} GB; {cure}"
-        )
+            f"{there / 1e9:.3g} GB; {cure}",
+            code="packing.memory", given=count,
+        )  # fmt: skip
 
 
 def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int) -> pd.DataFrame:
@@ -84,8 +85,9 @@ def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int) -> pd.Da
         count = sum(c.count for c in classes)
         raise PywetError(
             f"{region.name}: {count} spheres ({solid * 1e6:.1f} cm3) do not fit loosely into {available * 1e3:.0f} mm of a "
-            f"{region.shape} {region.width_m * 1e3:.0f} mm wide, expected at least about {height * 1e3:.0f} mm; {region.cure}"
-        )
+            f"{region.shape} {region.width_m * 1e3:.0f} mm wide, expected at least about {height * 1e3:.0f} mm; {region.cure}",
+            code="packing.crowded", key=region.name, given=count, expected=height,
+        )  # fmt: skip
     return placed
 
 

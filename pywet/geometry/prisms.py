@@ -42,8 +42,9 @@ def prism_of(corners: Floats, name: str) -> Prism:
                 return Prism(int(axis), low, high, section)
     raise PywetError(
         f"{name} was given as a prism but is none; expected a closed convex section drawn along x, y or z: "
-        "set prisms to false for this wall"
-    )
+        "set prisms to false for this wall",
+        code="surface.not_prism", key=f"walls.{name}",
+    )  # fmt: skip
 
 
 def _around(points: Floats) -> Floats:

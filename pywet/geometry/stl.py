@@ -29,6 +29,18 @@ def write_first_triangle(stl: Path, path: Path) -> None:
         temporary.write_bytes(data[:head] + (1).to_bytes(count, "little") + data[head + count : head + count + record])
 
 
+def missing(path: Path) -> PywetError:
+    """Return the error of an STL file that does not exist."""
+    sentence = f"no STL file at {path}; expected the path of a surface mesh, a regular file"
+    return PywetError(sentence, code="stl.missing", where=path)
+
+
+def unreadable(path: Path, error: BaseException) -> PywetError:
+    """Return the error of a file that is no STL file."""
+    sentence = f"{path} is not a readable STL file with triangles ({error}); export it again"
+    return PywetError(sentence, code="stl.unreadable", where=path)
+
+
 def read_stl(
     path: Path,
     holder: Holder = "wall",
@@ -45,7 +57,7 @@ def read_stl(
 
     path = Path(path)
     if not path.is_file():
-        raise PywetError(f"no STL file at {path}; expected the path of a surface mesh, a regular file")
+        raise missing(path)
     try:
         with np.errstate(
             over="ignore"
@@ -54,5 +66,5 @@ def read_stl(
         triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
         corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m
     except (meshio.ReadError, ValueError, IndexError, UnicodeDecodeError, SystemExit) as error:
-        raise PywetError(f"{path} is not a readable STL file with triangles ({error}); export it again") from error
+        raise unreadable(path, error) from error
     return make_surface(name or path.stem, holder, [(corners, half_width)], motion)

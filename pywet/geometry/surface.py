@@ -116,8 +116,9 @@ def make_surface(
     across = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) if corners.size else 0.0
     if across > LARGEST_M:
         raise PywetError(
-            f"surface {name} is {across:.4g} m large, expected at most {LARGEST_M:g} m: are its lengths in another unit?"
-        )
+            f"surface {name} is {across:.4g} m large, expected at most {LARGEST_M:g} m: are its lengths in another unit?",
+            code="surface.large", key=name, given=across, expected=LARGEST_M,
+        )  # fmt: skip
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     triangles = index.reshape(-1, 3).astype(np.int64)
     part = np.repeat(np.arange(len(parts)), [len(c) for c, _ in parts]).astype(np.int64)
@@ -155,8 +156,9 @@ def check_surface(surface: Surface) -> None:
         if volume <= 0 and not (volume < 0 and inside(of_body[0].mean(axis=0), others)):  # a cavity looks inward
             raise PywetError(
                 f"surface {surface.name}: its triangles enclose {volume:.3g} m3, expected a positive volume; "
-                "reverse the triangles so that normals point outward"
-            )
+                "reverse the triangles so that normals point outward",
+                code="surface.inward", key=surface.name, given=volume,
+            )  # fmt: skip
 
 
 def _check_parts(surface: Surface) -> None:
@@ -165,30 +167,36 @@ def _check_parts(surface: Surface) -> None:
     if len(surface.triangles) == 0 or len(surface.part) != len(surface.triangles):
         raise PywetError(
             f"surface {surface.name}: {len(surface.triangles)} triangles with {len(surface.part)} part numbers, "
-            "expected one part number for each of at least four triangles"
-        )
+            "expected one part number for each of at least four triangles",
+            code="surface.parts", key=surface.name,
+        )  # fmt: skip
     if surface.part[0] != 0 or not np.isin(steps, (0, 1)).all() or surface.part[-1] != parts - 1:
         raise PywetError(
             f"surface {surface.name}: parts must be numbered 0 to {parts - 1} in the order of the triangles, "
-            "one half width each; sort the triangles by part"
-        )
+            "one half width each; sort the triangles by part",
+            code="surface.part_order", key=surface.name,
+        )  # fmt: skip
 
 
 def _check_shape(surface: Surface) -> None:
     if not np.isfinite(surface.vertices).all():
-        raise PywetError(f"surface {surface.name}: a vertex is not finite; fix the mesh")
+        raise PywetError(
+            f"surface {surface.name}: a vertex is not finite; fix the mesh", code="surface.not_finite", key=surface.name
+        )
     close = scipy.spatial.cKDTree(surface.vertices).query_pairs(SAME_POINT_M)
     if close:
         raise PywetError(
-            f"surface {surface.name}: {len(close)} pairs of vertices are closer than {SAME_POINT_M:g} m; merge them"
-        )
+            f"surface {surface.name}: {len(close)} pairs of vertices are closer than {SAME_POINT_M:g} m; merge them",
+            code="surface.close_vertices", key=surface.name, given=len(close),
+        )  # fmt: skip
     smallest = surface.angles_deg.min(axis=1)
     if not smallest.min() >= SMALLEST_ANGLE_DEG:
         at = ", ".join(f"{x:.4g}" for x in 1e3 * surface.corners[int(np.argmin(smallest))].mean(axis=0))
         raise PywetError(
             f"surface {surface.name}: its smallest triangle angle is {smallest.min():.2g} deg at {at} mm, expected at least "
-            f"{SMALLEST_ANGLE_DEG:g} deg, which the engine needs and dividing could not give: make the wall thicker there"
-        )
+            f"{SMALLEST_ANGLE_DEG:g} deg, which the engine needs and dividing could not give: make the wall thicker there",
+            code="surface.sharp", key=surface.name, given=float(smallest.min()), expected=SMALLEST_ANGLE_DEG,
+        )  # fmt: skip
 
 
 def _check_edges(name: str, vertices: Floats, triangles: Ints) -> None:
@@ -201,5 +209,6 @@ def _check_edges(name: str, vertices: Floats, triangles: Ints) -> None:
     if open_edges or (there > 1).any():
         raise PywetError(
             f"surface {name}: it is not closed and oriented ({open_edges} open or turned edges, "
-            f"{int((there > 1).sum())} used twice in one direction); fix the mesh so that it bounds a solid"
-        )
+            f"{int((there > 1).sum())} used twice in one direction); fix the mesh so that it bounds a solid",
+            code="surface.open", key=name, given=open_edges,
+        )  # fmt: skip

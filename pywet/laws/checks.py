@@ -83,7 +83,9 @@ def kind_of(name: str) -> str:
     for kind in KINDS:
         if name in registry.names(kind) and KINDS[kind].parts:
             return kind
-    raise LawError(f"there is no law {name}; expected FILE:NAME or one that `pywet laws` lists", law=name)
+    raise LawError(
+        f"there is no law {name}; expected FILE:NAME or one that `pywet laws` lists", law=name, code="law.unknown"
+    )
 
 
 def findings(kind: str, name: str) -> list[Finding]:

@@ -18,7 +18,7 @@ import sys
 import types
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pywet.ending import die_with_parent
 from pywet.errors import LawError, one_line
@@ -94,11 +94,17 @@ def check_second(kind: str, name: str) -> None:
     """Refuse a user reference implementation that does not exist or has the wrong arguments; it is not executed."""
     path, wanted = _path(name), KINDS[kind].parts[0].arguments
     if not path.is_file():
-        raise LawError(f"reference {name}: the file {path} does not exist; expected path/to/file.py:function", law=name)
+        raise LawError(
+            f"reference {name}: the file {path} does not exist; expected path/to/file.py:function",
+            law=name, code="law.no_reference", where=path,
+        )  # fmt: skip
     given = _arguments(read_bytes(path, CURE), name.rpartition(":")[2])
     if given != [wanted]:
         has = f"({', '.join(given[0])})" if given else "no such function"
-        raise LawError(f"reference {name}: {path} has {has}; expected one of ({', '.join(wanted)})", law=name)
+        raise LawError(
+            f"reference {name}: {path} has {has}; expected one of ({', '.join(wanted)})",
+            law=name, code="law.reference_arguments", expected=tuple(wanted), where=path,
+        )  # fmt: skip
 
 
 def may_run(name: str) -> bool:
@@ -110,14 +116,17 @@ def functions(kind: str, name: str) -> Any:
     """Return the law of this name from its file, after checking that the file is trusted and its execution ends."""
     path = _path(name)
     if not path.is_file():
-        raise LawError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function", law=name)
+        raise LawError(
+            f"law {name}: the file {path} does not exist; expected path/to/file.py:function",
+            law=name, code="law.no_file", where=path,
+        )  # fmt: skip
     source = read_bytes(path, CURE)
     if not _mark(path, source).exists():
         raise LawError(
             f"law {name} was not run: {path} is not in or below the folder of a file that you passed, or has changed "
             "since; read the file, then move it below the file that names it, or give --trust",
-            law=name,
-        )
+            law=name, code="law.untrusted", where=path,
+        )  # fmt: skip
     _try(kind, name, path, source)
     return execute(name, source)
 
@@ -131,13 +140,14 @@ def execute(name: str, source: bytes) -> Any:
         exec(compile(source, path, "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
         raise LawError(
-            f"law {name}: its file raises {type(error).__name__}: {one_line(error)}; fix {path}", law=name
-        ) from error
+            f"law {name}: its file raises {type(error).__name__}: {one_line(error)}; fix {path}",
+            law=name, code="law.raises", where=path,
+        ) from error  # fmt: skip
     if not hasattr(module, attribute):
         raise LawError(
             f"law {name}: {path} has no {attribute}; expected the name of a function decorated with @force_law",
-            law=name,
-        )
+            law=name, code="law.no_function", where=path,
+        )  # fmt: skip
     return getattr(module, attribute)
 
 
@@ -168,10 +178,16 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
         except subprocess.TimeoutExpired:
             code = -signal.SIGXCPU
         if code == -signal.SIGXCPU:
-            raise LawError(f"law {name} does not finish within {TRIAL_S} s on the probe grid; fix {path}", law=name)
+            raise LawError(
+                f"law {name} does not finish within {TRIAL_S} s on the probe grid; fix {path}",
+                law=name, code="law.endless", where=path,
+            )  # fmt: skip
         if not answer.exists():
-            raise LawError(f"law {name} ends the program (exit code {code}); fix {path}", law=name)
-    refused = read_json(answer, "remove the file")
+            raise LawError(
+                f"law {name} ends the program (exit code {code}); fix {path}",
+                law=name, code="law.ends_program", where=path,
+            )  # fmt: skip
+    refused = read_json(answer, "remove the file", dict[str, Any] | Literal[""])
     if refused:
         answer.unlink(missing_ok=True)
-        raise LawError(refused, law=name)
+        raise LawError(**refused, law=name)

@@ -72,7 +72,10 @@ class ForceLaw:
         try:
             return self.__signature__.bind(*arguments, **named).args
         except TypeError as error:
-            raise LawError(f"law {self.name}: {error}; expected ({', '.join(self.arguments)})", law=self.name) from None
+            raise LawError(
+                f"law {self.name}: {error}; expected ({', '.join(self.arguments)})",
+                law=self.name, code="law.order", expected=self.arguments,
+            ) from None  # fmt: skip
 
     def _value(self, *arguments: Any) -> Any:
         if self.tabulated:
@@ -136,8 +139,8 @@ class ForceLaw:
             raise LawError(
                 f"law {self.name} does not compile ({reason}); expected a function of floats that numba understands: "
                 f"fix {self.python.__code__.co_filename}",
-                law=self.name,
-            ) from error
+                law=self.name, code="law.not_compiled", where=self.python.__code__.co_filename,
+            ) from error  # fmt: skip
 
 
 @typeof_impl.register(ForceLaw)
@@ -199,7 +202,7 @@ def force_law(given: Any, name: str = "") -> Any:
     if isinstance(given, str):
         return lambda function: _known(given, name, force_law(function))
     if not inspect.isfunction(given):
-        raise LawError(f"@force_law decorates {given!r}; expected a plain function of floats")
+        raise LawError(f"@force_law decorates {given!r}; expected a plain function of floats", code="law.not_plain")
     return ForceLaw(given)
 
 
@@ -213,13 +216,23 @@ REGISTERED: dict[str, dict[str, tuple[ForceLaw, ...]]] = {kind: {} for kind in K
 """Kind -> name -> the functions of a law that has made itself known."""
 
 
+def check_kind(kind: str) -> None:
+    """Raise `LawError` where there is no kind of law of this name."""
+    if kind not in KINDS:
+        raise LawError(
+            f"there is no kind of law named {kind}; expected one of {', '.join(KINDS)}",
+            law=kind, code="law.kind", expected=tuple(KINDS),
+        )  # fmt: skip
+
+
 def register(kind: str, name: str, *functions: ForceLaw) -> None:
     """Register a law under a name, or add a function to a law that needs several."""
-    if kind not in KINDS:
-        raise PywetError(f"@force_law: there is no kind of law named {kind}; expected one of {', '.join(KINDS)}")
+    check_kind(kind)
     together = (*REGISTERED[kind].get(name, ()), *functions)
     if len(together) > len(KINDS[kind].parts):
-        raise PywetError(f"there is already a {kind} law named {name}; rename the second one")
+        raise PywetError(
+            f"there is already a {kind} law named {name}; rename the second one", code="law.name_taken", given=name
+        )
     REGISTERED[kind][name] = together
 
 
@@ -254,8 +267,8 @@ def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None)
         raise LawError(
             f"law {law.name} takes ({', '.join(law.arguments)}); expected ({', '.join(arguments)}): "
             f"fix {law.python.__code__.co_filename}",
-            law=law.name,
-        )
+            law=law.name, code="law.arguments", expected=tuple(arguments), where=law.python.__code__.co_filename,
+        )  # fmt: skip
     grid = np.array(list(itertools.product(*(PROBE[name] for name in arguments)))).T
     try:
         values = np.asarray(law(*grid))
@@ -264,8 +277,8 @@ def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None)
     except Exception as error:  # whatever the user's law raises
         raise LawError(
             f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; fix {law.python.__code__.co_filename}",
-            law=law.name,
-        ) from error
+            law=law.name, code="law.raises_on_grid", where=law.python.__code__.co_filename,
+        ) from error  # fmt: skip
     probed = dict(zip(arguments, grid, strict=True))
     for expected, sensible in (FINITE, *([sense] if sense else [])):
         good = sensible(values, probed)
@@ -275,5 +288,5 @@ def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None)
             value = f"{values[worst]:g}" if np.isfinite(values[worst]) else "a value that is not finite"
             raise LawError(
                 f"law {law.name} gives {value} at {at}; expected {expected}: fix {law.python.__code__.co_filename}",
-                law=law.name,
-            )
+                law=law.name, code="law.value", where=law.python.__code__.co_filename,
+            )  # fmt: skip

@@ -23,7 +23,7 @@ from pywet.laws import (
     viscous,
     young_laplace,
 )
-from pywet.laws.force_law import REGISTERED, ForceLaw, check
+from pywet.laws.force_law import REGISTERED, ForceLaw, check, check_kind
 from pywet.laws.kinds import KINDS
 
 GROUP = "pywet.laws"
@@ -74,7 +74,7 @@ def transfer_model(name: str) -> Callable[..., transfer.Floats]:
 
 def names(kind: str) -> list[str]:
     """Names of the laws of a kind: built in, and published ones whose arguments are those of the kind."""
-    _check_kind(kind)
+    check_kind(kind)
     fitting = (p.name for p in published() if _fits(kind, p))
     return sorted({*BUILT_IN[kind], *REGISTERED[kind], *fitting})
 
@@ -88,7 +88,7 @@ def published() -> tuple[EntryPoint, ...]:
 @cache
 def get(kind: str, name: str) -> Law:
     """Return the law of a kind and name; a custom law is first checked on a probe grid."""
-    _check_kind(kind)
+    check_kind(kind)
     if name in BUILT_IN[kind]:
         return Law(name, kind, BUILT_IN[kind][name])
     offered = {p.name: p for p in published()}
@@ -101,8 +101,8 @@ def get(kind: str, name: str) -> Law:
     else:
         raise LawError(
             f"there is no {kind} law named {name}; expected one of {', '.join(names(kind))}, or path/to/file.py:function",
-            law=name,
-        )
+            law=name, code="law.not_of_kind", expected=names(kind),
+        )  # fmt: skip
     return checked(kind, name, functions)
 
 
@@ -110,21 +110,23 @@ def checked(kind: str, name: str, functions: Any) -> Law:
     """Make a law from the functions of a file or a package and test it on the probe grid."""
     law, wanted = Law(name, kind, functions if isinstance(functions, tuple) else (functions,)), KINDS[kind].parts
     if not wanted:
-        raise LawError(f"law {name}: a {kind} law cannot be user-defined; expected {', '.join(names(kind))}", law=name)
+        raise LawError(
+            f"law {name}: a {kind} law cannot be user-defined; expected {', '.join(names(kind))}",
+            law=name, code="law.not_custom", expected=names(kind),
+        )  # fmt: skip
     if not all(isinstance(f, ForceLaw) for f in law.functions):
         raise LawError(
-            f"law {name} is not decorated with @force_law (a tuple of such functions where a kind has many)", law=name
-        )
+            f"law {name} is not decorated with @force_law (a tuple of such functions where a kind has many)",
+            law=name, code="law.not_decorated",
+        )  # fmt: skip
     if len(law.functions) != len(wanted):
-        raise LawError(f"law {name} has {len(law.functions)} functions; expected {len(wanted)} for {kind}", law=name)
+        raise LawError(
+            f"law {name} has {len(law.functions)} functions; expected {len(wanted)} for {kind}",
+            law=name, code="law.functions", expected=len(wanted),
+        )  # fmt: skip
     for function, part in zip(law.functions, wanted, strict=True):
         check(function, part.arguments, part.sense)
     return law
-
-
-def _check_kind(kind: str) -> None:
-    if kind not in KINDS:
-        raise LawError(f"there is no kind of law named {kind}; expected one of {', '.join(KINDS)}", law=kind)
 
 
 def _load(point: EntryPoint) -> Any:
@@ -134,8 +136,8 @@ def _load(point: EntryPoint) -> Any:
         raise LawError(
             f"law {point.name}: {point.value} raises {type(error).__name__}: {error}; fix or uninstall the package that "
             f"publishes it in the entry-point group {GROUP}",
-            law=point.name,
-        ) from error
+            law=point.name, code="law.package",
+        ) from error  # fmt: skip
 
 
 def _fits(kind: str, point: EntryPoint) -> bool:

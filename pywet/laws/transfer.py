@@ -148,8 +148,9 @@ def transfer_table(
     if not (0.0 <= theta_i < math.pi / 2 and 0.0 <= theta_j < math.pi / 2):
         raise PywetError(
             f"contact angles of {math.degrees(theta_i):g} and {math.degrees(theta_j):g} deg given to the parabola model; "
-            "expected angles from 0 to below 90 deg: fix contact_angle_deg of the materials"
-        )
+            "expected angles from 0 to below 90 deg: fix contact_angle_deg of the materials",
+            code="transfer.angles", key="contact_angle_deg", given=(math.degrees(theta_i), math.degrees(theta_j)),
+        )  # fmt: skip
     if kind == SPHERE:
         return _ordered(radius_i, size_j, theta_i, theta_j, v_star)
     radius_j = radius_i if kind == LARGE_WALL else size_j
@@ -187,7 +188,8 @@ def _march(pair: Pair, v_star: Floats, r: float, rupture_radius_j: float, stretc
         raise PywetError(
             f"the parabola model has no solution for radii {pair.radius_i:g} and {pair.radius_j:g} m and contact angles "
             f"{math.degrees(pair.theta_i):g} and {math.degrees(pair.theta_j):g} deg; expected smaller contact angles "
-            "or more equal bodies, or the transfer law young_laplace in place of parabola"
+            "or more equal bodies, or the transfer law young_laplace in place of parabola",
+            code="transfer.no_solution",
         )
     filled[: known[0]] = filled[known[0]]
     return filled

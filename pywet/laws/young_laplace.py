@@ -49,8 +49,9 @@ def prepare(angles: Iterable[tuple[float, float]], progress: Callable[[int, int]
         if count == MOST_PAIRS:
             raise PywetError(
                 f"more than {MOST_PAIRS} pairs of contact angles given to the law young_laplace; expected fewer materials, "
-                "or another capillary law"
-            )
+                "or another capillary law",
+                code="law.many_angles", expected=MOST_PAIRS,
+            )  # fmt: skip
         held = tables.load(float(small), float(large), progress)
         y = axis(held.balance)
         values = [_spline(v).ravel() for v in (held.balance, held.rupture, held.ratio)]

@@ -199,7 +199,10 @@ def _laws(laws: LawSettings) -> dict[str, str]:
 
 def _bridges_row(moist: bool, number: Number, settings: EffectSettings, s: Surroundings) -> EffectRow:
     if settings.bridges is True and not moist:
-        raise PywetError("config.yaml: effects.bridges is on but the case has no liquid, expected auto or a moist case")
+        raise PywetError(
+            "config.yaml: effects.bridges is on but the case has no liquid, expected auto or a moist case",
+            code="effect.dry", key="effects.bridges", given="on", where="config.yaml",
+        )  # fmt: skip
     needed = s.liquid_wanted or number[1] >= settings.tolerance.value
     if settings.bridges != "auto":
         on, why = settings.bridges, _by_hand("bridges", settings.bridges)
@@ -221,7 +224,10 @@ def _row(
         lack = "there is no gravity," if effect == "gravity" else "there are no bridges,"
         if effect in OPT_IN:
             lack = "there are no bridges, or no gravity for drops to fall;"
-        raise PywetError(f"config.yaml: effects.{effect} is on but {lack} expected auto or off")
+        raise PywetError(
+            f"config.yaml: effects.{effect} is on but {lack} expected auto or off",
+            code="effect.lacking", key=f"effects.{effect}", given="on", where="config.yaml",
+        )  # fmt: skip
     if switch != "auto":
         on, why = switch, _by_hand(effect, switch)
     elif not possible:

@@ -146,7 +146,9 @@ def class_groups(
     """Groups of the classes that have spheres."""
     present = [c for c in classes if c.count > 0]
     if not present:
-        raise PywetError("the scene has no spheres, expected at least one; fix the case's amounts")
+        raise PywetError(
+            "the scene has no spheres, expected at least one; fix the case's amounts", code="case.no_spheres"
+        )
     return [groups(c, pairs, liquid, speed, s.gravity_m_per_s2) for c in present]
 
 

@@ -53,7 +53,10 @@ def decide(
     obstacle = not_retirable(effects, output, gravity)
     saves = IN_THE_BIN * max(0.0, 1.0 - GATHERED_S / after_opening_s) if after_opening_s > 0 else 0.0
     if switch is True and obstacle:
-        raise PywetError(f"config.yaml: retire is on but {obstacle}, expected auto or off")
+        raise PywetError(
+            f"config.yaml: retire is on but {obstacle}, expected auto or off",
+            code="effect.retire", key="retire", given="on", where="config.yaml",
+        )  # fmt: skip
     if switch != "auto":
         return Retirement(switch, f"retire is {'on' if switch else 'off'} in config.yaml", saves)
     if obstacle:

@@ -70,8 +70,9 @@ def amounts(
         )
         raise ConfigError(
             f"{where}: {reason}; expected at least half a sphere of every size and a total within {100 * OFF:g} %: "
-            f"{_g(least)} in all in place of {_g(total)}, or fewer or smaller sizes"
-        )
+            f"{_g(least)} in all in place of {_g(total)}, or fewer or smaller sizes",
+            code="psd.few_spheres", given=total, expected=least,
+        )  # fmt: skip
     return tuple(Amount(*row) for row in zip(names, asked_kg, sphere_kg, counts, strict=True))
 
 

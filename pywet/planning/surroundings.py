@@ -38,7 +38,9 @@ class Surroundings:
         if not 0.0 <= self.wall_share <= 1.0 or not 0.0 <= self.solid_fraction < 0.75 or self.duration_s <= 0:
             raise PywetError(
                 f"wall_share {self.wall_share:g} must be within 0 and 1, solid_fraction {self.solid_fraction:g} within 0 "
-                f"and 0.75, duration_s {self.duration_s:g} above 0; fix the scene's surroundings"
+                f"and 0.75, duration_s {self.duration_s:g} above 0; fix the scene's surroundings",
+                code="scene.surroundings",
+                given=(self.wall_share, self.solid_fraction, self.duration_s),
             )
 
 

@@ -127,7 +127,10 @@ def advise(scene: EngineScene) -> Advice:
     """Compute the largest time steps that contact, drag and capillary force of a scene allow."""
     limits = _limits(scene)
     if not limits:
-        raise PywetError(f"scene {scene.name} has no spheres, so it has no time step limit; expected at least one")
+        raise PywetError(
+            f"scene {scene.name} has no spheres, so it has no time step limit; expected at least one",
+            code="step.no_spheres",
+        )
     return Advice(scene.time_step_s, tuple(sorted(limits, key=lambda limit: limit.time_step_s)))
 
 
@@ -143,9 +146,8 @@ def refuse_unstable(scene: EngineScene) -> None:
             raise UnstableStep(
                 f"the time step of scene {scene.name}, {scene.time_step_s:.3g} s, would be unstable: the {limit.effect} of "
                 f"{limit.bodies} allows at most {limit.time_step_s:.3g} s; {remedy}",
-                step_s=scene.time_step_s,
-                largest_s=limit.time_step_s,
-            )
+                step_s=scene.time_step_s, largest_s=limit.time_step_s, code="step.unstable",
+            )  # fmt: skip
 
 
 def _limits(scene: EngineScene) -> list[Limit]:

@@ -84,7 +84,9 @@ def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
     try:
         values, covariance = curve_fit(law, t, y, p0=start, bounds=(np.zeros(len(start)), high), max_nfev=20_000)
     except RuntimeError as error:
-        raise PywetError(f"kinetics: {law.name} could not be fitted ({error}); expected a decreasing curve") from error
+        raise PywetError(
+            f"kinetics: {law.name} could not be fitted ({error}); expected a decreasing curve", code="kinetics.fit"
+        ) from error
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return values, np.asarray(student.ppf(0.975, max(len(t) - len(start), 1)) * spread)
 
@@ -102,13 +104,17 @@ def curves(run: Path) -> pd.DataFrame:
             break
     else:
         raise PywetError(
-            f"{shown(run)} has no fraction_retained; expected the finished run of a screening case, or a folder of stored tables"
-        )
+            f"{shown(run)} has no fraction_retained; expected the finished run of a screening case, or a folder of stored tables",
+            code="kinetics.no_curve", where=run,
+        )  # fmt: skip
     classes = [str(c) for c in table if str(c).startswith(PREFIX) and c not in NOT_CLASSES]
     check_numbers(table, [OPEN, *classes], path, CURE)
     found = table.loc[table[OPEN] >= 0, [OPEN, *classes]]
     if found.empty:
-        raise PywetError(f"{shown(path)} holds no time after the slide has opened; expected some: {CURE}")
+        raise PywetError(
+            f"{shown(path)} holds no time after the slide has opened; expected some: {CURE}",
+            code="kinetics.no_time", where=path,
+        )  # fmt: skip
     return found.rename(columns={OPEN: "time_s", **{c: c.removeprefix(PREFIX) for c in classes}})
 
 
@@ -176,6 +182,7 @@ def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
     passing = [c for c in classes if min(float(run[c].iloc[-1]) for run in runs) < 1.0 - PASSES]
     if not passing:
         raise PywetError(
-            f"{shown(Path(folders[0]))}: no class passes the screen; expected one that loses {100 * PASSES:g} % at least"
-        )
+            f"{shown(Path(folders[0]))}: no class passes the screen; expected one that loses {100 * PASSES:g} % at least",
+            code="kinetics.none_passes", where=folders[0],
+        )  # fmt: skip
     return pd.concat([ranking(runs, str(kind)) for kind in passing], ignore_index=True)

@@ -99,5 +99,6 @@ def refuse_thin(scene: str, outlets: Sequence[Outlet], speed: float, gravity: Ve
             end, open_ = ("low_mm", low) if gravity[axis] < 0 else ("high_mm", high)
             raise ConfigError(
                 f"scene {scene}: outlet {outlet.name} is {high - low:.4g} mm deep along {'xyz'[axis]}, and spheres may fall "
-                f"{way:.3g} mm between two checks of it; expected it open below: null in place of {open_:g} in its {end}"
-            )
+                f"{way:.3g} mm between two checks of it; expected it open below: null in place of {open_:g} in its {end}",
+                code="scene.thin_outlet", key=f"outlets.{outlet.name}",
+            )  # fmt: skip

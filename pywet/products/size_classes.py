@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Excusable
-from pywet.errors import ConfigError, shown
+from pywet.errors import ConfigError, one_line, shown
 from pywet.geometry.surface import Floats
 from pywet.scene import Positive
 from pywet.util.files import read_bytes
@@ -119,8 +119,9 @@ class SizeDistribution(Excusable):
         there = share > 0.0
         if there.sum() > MOST_SIZES:
             raise ConfigError(
-                f"psd: {there.sum()} sizes; expected at most {MOST_SIZES}: fewer classes or sizes_per_class"
-            )
+                f"psd: {there.sum()} sizes; expected at most {MOST_SIZES}: fewer classes or sizes_per_class",
+                code="psd.many_sizes", given=int(there.sum()), expected=MOST_SIZES,
+            )  # fmt: skip
         return Sizes(at.ravel()[there], share[there], *outside)
 
     def _from_law(self) -> tuple[Floats, Floats, tuple[float, float]]:
@@ -139,8 +140,9 @@ class SizeDistribution(Excusable):
             high = float(brentq(lambda d: passing(d) - 1.0 + UPPER_TAIL, 1e-9 * end, end))
         if not low < high or passing(high) - passing(low) < 1e-9:
             raise ConfigError(
-                f"psd: smallest_mm ({low:g}) leaves nothing of a feed up to {high:.4g} mm; expected a smaller one"
-            )
+                f"psd: smallest_mm ({low:g}) leaves nothing of a feed up to {high:.4g} mm; expected a smaller one",
+                code="psd.smallest", key="smallest_mm", given=low, expected=high,
+            )  # fmt: skip
         edges = np.geomspace(low, high, self.classes + 1)
         return edges, np.diff(passing(edges)), (float(passing(low)), float(1.0 - passing(high)))
 
@@ -153,8 +155,9 @@ class SizeDistribution(Excusable):
         if self.within == "logarithm" and (lower <= 0).any() and low <= 0.0:
             raise ConfigError(
                 f"psd: the finest class of {shown(self.file)} begins at 0 mm, which has no logarithm; expected a smallest_mm "
-                "below which it is left out, or within: size"
-            )
+                "below which it is left out, or within: size",
+                code="psd.from_zero", key="smallest_mm", file=self.file,
+            )  # fmt: skip
         edges, shares, outside = [], [], [0.0, 0.0]
         for a, b, m in zip(lower, upper, mass, strict=True):
             c, d = min(max(a, low), b), max(min(b, high), a)
@@ -168,8 +171,9 @@ class SizeDistribution(Excusable):
                 shares.append(m * parts[1])
         if not shares:
             raise ConfigError(
-                f"psd: nothing of {shown(self.file)} is between smallest_mm and largest_mm; expected a wider range"
-            )
+                f"psd: nothing of {shown(self.file)} is between smallest_mm and largest_mm; expected a wider range",
+                code="psd.empty", file=self.file,
+            )  # fmt: skip
         limits = np.array([edges[0][0], *(d for _, d in edges)])
         return limits, np.array(shares), (outside[0], outside[1])
 
@@ -189,15 +193,17 @@ def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
         if not (lower < upper).all() or not np.allclose(upper[:-1], lower[1:]):
             raise ConfigError(
                 f"{shown(path)}: its classes leave gaps or overlap; expected lower sizes below the upper ones, each class "
-                "to begin where the one before ends"
-            )
+                "to begin where the one before ends",
+                code="psd.gaps", file=path,
+            )  # fmt: skip
     else:
         table = np.array(sorted(rows))
         size, passing = table.T
         if (np.diff(passing) < 0).any() or (np.diff(size) <= 0).any():
             raise ConfigError(
-                f"{shown(path)}: the cumulative % passing falls from one size to a larger one; expected it to rise"
-            )
+                f"{shown(path)}: the cumulative % passing falls from one size to a larger one; expected it to rise",
+                code="psd.falls", file=path,
+            )  # fmt: skip
         lower, upper = np.concatenate([[0.0], size[:-1]]), size
         percent = np.diff(passing, prepend=0.0)
         if percent[0] == 0.0:
@@ -205,7 +211,10 @@ def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
     total = percent.sum()
     if (percent < 0).any() or abs(total - 100.0) > SUM_PERCENT:
         what = "the largest size is passed by" if len(rows[0]) == 2 else "the mass % add up to"
-        raise ConfigError(f"{shown(path)}: {what} {total:.5g} %; expected 100 within {SUM_PERCENT:g}, and none below 0")
+        raise ConfigError(
+            f"{shown(path)}: {what} {total:.5g} %; expected 100 within {SUM_PERCENT:g}, and none below 0",
+            code="psd.sum", file=path, given=total, expected=100.0,
+        )  # fmt: skip
     return lower, upper, percent / total
 
 
@@ -214,7 +223,9 @@ def _rows(path: Path, text: str, separator: str) -> Iterator[list[str]]:
     try:
         yield from csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     except csv.Error as error:
-        raise ConfigError(f"{shown(path)} is not a CSV file ({error}); expected sizes in mm and mass %") from error
+        raise ConfigError(
+            f"{shown(path)} is not a CSV file ({error}); expected sizes in mm and mass %", code="psd.not_csv", file=path
+        ) from error
 
 
 def _numbers(path: Path) -> list[tuple[float, ...]]:
@@ -235,16 +246,20 @@ def _numbers(path: Path) -> list[tuple[float, ...]]:
         except ValueError:
             if found or number > 3:
                 raise ConfigError(
-                    f"{shown(path)}, line {number}: {' '.join(cells)[:60]} is not a row of numbers; expected sizes in mm "
-                    "and mass %"
-                ) from None
+                    f"{shown(path)}, line {number}: {one_line(' '.join(cells), 60)} is not a row of numbers; expected sizes in "
+                    "mm and mass %",
+                    code="psd.not_numbers", file=path, key=f"line {number}",
+                ) from None  # fmt: skip
             continue
         if len(row) not in (2, 3) or (found and len(row) != len(found[0])) or not all(np.isfinite(row)):
             raise ConfigError(
                 f"{shown(path)}, line {number}: {len(row)} columns; expected lower and upper size and mass %, or size and "
-                "cumulative % passing, with a semicolon between columns where commas are decimal"
-            )
+                "cumulative % passing, with a semicolon between columns where commas are decimal",
+                code="psd.columns", file=path, key=f"line {number}", given=len(row),
+            )  # fmt: skip
         found.append(row)
     if not found:
-        raise ConfigError(f"{shown(path)} holds no rows of numbers; expected sizes in mm and mass %")
+        raise ConfigError(
+            f"{shown(path)} holds no rows of numbers; expected sizes in mm and mass %", code="psd.no_rows", file=path
+        )
     return found

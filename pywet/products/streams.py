@@ -58,15 +58,17 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
     """
     if not 1 <= deck <= decks(run):
         raise PywetError(
-            f"{run.path}: deck {deck} was asked for; expected one from 1 to {decks(run)}, counted from above"
-        )
+            f"{run.path}: deck {deck} was asked for; expected one from 1 to {decks(run)}, counted from above",
+            code="screen.deck", key="--deck", given=deck, expected=decks(run), where=run.path,
+        )  # fmt: skip
     if run.scene.outlets:
         return _continuous(run, from_s, deck)
     if run.scene.slide is None:
         raise PywetError(
             f"{run.path}: its scene has no outlets, so that no product leaves; expected a screening case, or outlets whose names "
-            "begin with overs and unders, or that have the key product"
-        )
+            "begin with overs and unders, or that have the key product",
+            code="screen.no_outlets", where=run.path,
+        )  # fmt: skip
     return _batch(run)
 
 
@@ -106,13 +108,16 @@ def _batch(run: RunDir) -> Streams:
 def _continuous(run: RunDir, from_s: float | None, deck: int) -> Streams:
     line, scene = run.timeline, run.scene
     if missing := uncollected(scene):
-        raise PywetError(f"{run.path}: {missing}")
+        raise PywetError(f"{run.path}: {missing}", code="screen.uncollected", where=run.path)
     table = leaving(scene, (line.ids, line.types, line.mass), run.table("history/retired"), deck)
     first, last = scene.insertion_s or (0.0, math.inf)
     end = min(float(line.times[-1]), last)
     if from_s is not None:
         if not 0.0 <= from_s < end:
-            raise PywetError(f"--from {from_s:g} s; expected a time before the end of the feed, {end:g} s")
+            raise PywetError(
+                f"--from {from_s:g} s; expected a time before the end of the feed, {end:g} s",
+                code="screen.late", key="--from", given=from_s, expected=end,
+            )  # fmt: skip
         return Streams(table, True, from_s, end, True, deck)
     start = steady_from(scene, table, end)
     return Streams(table, True, first + 0.5 * (end - first) if start is None else start, end, start is not None, deck)

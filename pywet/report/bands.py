@@ -125,8 +125,9 @@ def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
             if not any(key[0] == group for p in drawn for key in p.curves):
                 raise PywetError(
                     f"{folder} has neither a fraction retained nor a partition nor liquid to plot; expected a finished "
-                    "screening case, a scene whose sizes part by outlet or tray, or a moist scene"
-                )
+                    "screening case, a scene whose sizes part by outlet or tray, or a moist scene",
+                    code="plot.nothing", where=folder,
+                )  # fmt: skip
     return [p for p in drawn if p.curves]
 
 
@@ -213,7 +214,10 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
     """Draw the groups into a PDF, SVG or PNG file of this width; panels are next to each other as far as they have LEAST."""
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
-        raise PywetError(f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}")
+        raise PywetError(
+            f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}",
+            code="plot.suffix", given=path.suffix, expected=FORMATS,
+        )  # fmt: skip
     shown = panels_of(groups)
     with plt.rc_context(THESIS):
         columns = max(1, min(len(shown), int(width_mm // LEAST)))

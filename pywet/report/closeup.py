@@ -32,8 +32,9 @@ def write(run_dir: Path, picture: Path, sphere: int, step: int | None = None) ->
     chosen = _fullest(run, sphere) if step is None else render.output_step(run, step)
     if not len(_bridges(run, sphere, chosen)):
         raise PywetError(
-            f"sphere {sphere} of {run.path} has no bridge at step {chosen}; expected another sphere, or --step"
-        )
+            f"sphere {sphere} of {run.path} has no bridge at step {chosen}; expected another sphere, or --step",
+            code="closeup.no_bridge", given=sphere, where=run.path,
+        )  # fmt: skip
     with atomic_write(Path(picture)) as temporary:
         list(render.in_child("pywet.report.closeup", str(run.path), str(temporary), str(chosen), str(sphere)))
     return Path(picture)

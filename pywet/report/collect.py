@@ -131,7 +131,10 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
     if case.liquid_percent > 0 and (
         not summary["initial_liquid_m3"] or (summary["effects"]["bridges"] and summary["ledger_error"] is None)
     ):
-        raise PywetError(f"{run_dir}: summary.json is that of a dry run; run case {case.case} again")
+        raise PywetError(
+            f"{run_dir}: summary.json is that of a dry run; run case {case.case} again",
+            code="report.dry_run", where=run_dir,
+        )  # fmt: skip
     replay, seeds = run.json("replay.json", Replay), _other_seeds(run_dir)
     return CaseResult(
         case,

@@ -84,7 +84,9 @@ def _ffmpeg() -> Any:
     try:
         import imageio_ffmpeg
     except ImportError as error:
-        raise PywetError("movies need imageio-ffmpeg, which is not installed: pip install pywet[movie]") from error
+        raise PywetError(
+            "movies need imageio-ffmpeg, which is not installed: pip install pywet[movie]", code="movie.no_ffmpeg"
+        ) from error
     return imageio_ffmpeg
 
 
@@ -111,8 +113,8 @@ def _refuse_cut_off(made: Path, frames: int, path: Path) -> None:
         raise FileError(
             f"{shown(path)} could not be written completely ({found} of {frames} frames); expected a writable folder with "
             "free space",
-            path=path,
-        )
+            path=path, code="movie.cut_off", given=found, expected=frames,
+        )  # fmt: skip
 
 
 def _loop(pictures: list[Image.Image], path: Path) -> Path:

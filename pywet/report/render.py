@@ -6,6 +6,7 @@ draws in a child process; when that fails, `sketch.py` draws a plainer picture w
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import subprocess
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from pywet.ending import die_with_parent
-from pywet.errors import PywetError, arguments, border
+from pywet.errors import DATA_FILE, PywetError, arguments, border
 from pywet.report import active_bridges, caption, sketch, vtk
 from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame
 from pywet.runs.rundir import Floats, RunDir
@@ -69,8 +70,9 @@ def output_step(run: RunDir, step: int | None) -> int:
     chosen = telling_step(run) if step is None else step
     if chosen not in run.timeline.steps:
         raise PywetError(
-            f"step {chosen} is not an output step of {run.path}; expected one of those in trajectory.parquet"
-        )
+            f"step {chosen} is not an output step of {run.path}; expected one of those in trajectory.parquet",
+            code="render.step", given=chosen, where=run.path,
+        )  # fmt: skip
     return chosen
 
 
@@ -81,12 +83,12 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
     """
     command, message = [sys.executable, "-P", "-m", module, *arguments], ""
     for extra in WINDOWS:
-        environment = {**os.environ, **extra}
         with (
             tempfile.TemporaryFile("w+") as messages,
+            tempfile.NamedTemporaryFile("r") as facts,
             subprocess.Popen(
                 command,
-                env=environment,
+                env={**os.environ, **extra, DATA_FILE: facts.name},
                 stdout=subprocess.PIPE,
                 stderr=messages,
                 text=True,
@@ -101,12 +103,15 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
                 child.kill()
                 raise
             messages.seek(0)
-            message = messages.read()
+            message, data = messages.read(), json.loads(facts.read() or '{"code": "render.ended"}')
         if child.returncode == 0:
             return
         if child.returncode == 1:  # a sentence of `border`: no other way of drawing would do
-            raise PywetError(message.strip().splitlines()[-1] if message.strip() else f"{module} ended without a word")
-    raise PywetError(f"VTK cannot draw on this machine ({message.strip()[-200:]}); install libosmesa6")
+            sentence = message.strip().splitlines()[-1] if message.strip() else f"{module} ended without a word"
+            raise PywetError(sentence, **data)
+    raise PywetError(
+        f"VTK cannot draw on this machine ({message.strip()[-200:]}); install libosmesa6", code="render.vtk"
+    )
 
 
 def telling_step(run: RunDir) -> int:

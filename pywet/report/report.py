@@ -89,8 +89,9 @@ def _render(
         )
     except jinja2.TemplateNotFound as error:
         raise PywetError(
-            f"no {TEMPLATE} in {template_dir}; expected the repository's workflow/report folder"
-        ) from error
+            f"no {TEMPLATE} in {template_dir}; expected the repository's workflow/report folder",
+            code="report.no_template", where=template_dir,
+        ) from error  # fmt: skip
     write_json(out.with_suffix(".json"), numbers)
     with atomic_write(out) as temporary:
         temporary.write_text(text, encoding="utf-8")

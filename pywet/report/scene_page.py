@@ -38,7 +38,10 @@ def of_run(folder: Path) -> Path:
     """Write `report.html` into the folder of a finished run, with a picture as new as its results; returns its path."""
     picture, summary = folder / "picture.png", folder / "summary.json"
     if not summary.exists():
-        raise PywetError(f"no summary.json in {folder}; expected a finished run of a case or of a scene: run it again")
+        raise PywetError(
+            f"no summary.json in {folder}; expected a finished run of a case or of a scene: run it again",
+            code="report.no_summary", where=folder,
+        )  # fmt: skip
     if not picture.exists() or picture.stat().st_mtime_ns < summary.stat().st_mtime_ns:
         render.write(folder, picture)
     if (folder / "config.json").exists():

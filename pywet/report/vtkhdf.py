@@ -63,7 +63,11 @@ def write(run_dir: Path) -> list[Path]:
             message = render.in_child("pywet.report.vtkhdf", str(run.path), kind, str(temporary))
             with closing(message):
                 for line in message:
-                    raise vtk.unwritten(path) if line.startswith("HDF5") else PywetError(line.strip())
+                    raise (
+                        vtk.unwritten(path)
+                        if line.startswith("HDF5")
+                        else PywetError(line.strip(), code="vtkhdf.refused", where=path)
+                    )
     return files
 
 

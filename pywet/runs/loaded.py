@@ -101,8 +101,10 @@ class Run:
         """Read the fraction retained of a case, in all and by size class: mass outside the collecting bin over the mass fed."""
         if not self.has("results/fraction_retained.parquet"):
             raise PywetError(
-                f"{self.path} has no fraction retained; expected the finished run of a case: a custom scene has no collecting bin"
-            )
+                f"{self.path} has no fraction retained; expected the finished run of a case: a custom scene has no collecting "
+                "bin",
+                code="run.no_fraction", where=self.path,
+            )  # fmt: skip
         return self._table("results/fraction_retained")
 
     def angle_of_repose(self) -> float:
@@ -124,8 +126,9 @@ class Run:
         """
         if self._turning():
             raise PywetError(
-                f"{self.path} has a turning wall; expected a heap at rest around an upright axis: use drum_angle()"
-            )
+                f"{self.path} has a turning wall; expected a heap at rest around an upright axis: use drum_angle()",
+                code="run.turns", where=self.path,
+            )  # fmt: skip
         radius = {c.type: c.radius_m for c in self.scene.classes}
         table = self._run.trajectory
         last = table[table["step"] == table["step"].max()]
@@ -153,15 +156,17 @@ class Run:
         drums = [w for w in self._turning() if abs(np.dot(w.axis, up)) < 0.5 * float(np.linalg.norm(w.axis))]
         if not drums:
             raise PywetError(
-                f"{self.path} has no wall that turns about a horizontal axis; expected a drum: use angle_of_repose()"
-            )
+                f"{self.path} has no wall that turns about a horizontal axis; expected a drum: use angle_of_repose()",
+                code="run.no_drum", where=self.path,
+            )  # fmt: skip
         drum = drums[0]
         start = 0.5 * self.scene.duration_s if from_s is None else from_s
         steps = line.steps[line.times >= start]
         if not len(steps):
             raise PywetError(
-                f"from_s = {start:g} is after the last output, {line.times[-1]:g} s; expected an earlier time"
-            )
+                f"from_s = {start:g} is after the last output, {line.times[-1]:g} s; expected an earlier time",
+                code="run.late", key="from_s", given=start, expected=float(line.times[-1]),
+            )  # fmt: skip
         mass = {c.type: c.mass_kg for c in self.scene.classes}
         chosen = self._run.trajectory[self._run.trajectory["step"].isin(steps)]
         angles = [
@@ -190,8 +195,9 @@ class Run:
         """
         if height_m is None and not self.has("results/fraction_retained.parquet"):
             raise PywetError(
-                f"{self.path} has no collecting bin; expected height_m, the height of a plane below the outlet [m]"
-            )
+                f"{self.path} has no collecting bin; expected height_m, the height of a plane below the outlet [m]",
+                code="run.no_bin", key="height_m", where=self.path,
+            )  # fmt: skip
         height = self.scene.bin_z_m if height_m is None else height_m
         line, up = self._run.timeline, upward(self.scene.gravity_m_per_s2)
         along = self.trajectory[["step", "id"]].assign(at=self.trajectory[[*"xyz"]].to_numpy(dtype=float) @ up)
@@ -226,7 +232,10 @@ class Run:
 
     def _table(self, name: str) -> pd.DataFrame:
         if name.startswith("history/") and not self._run.moist:
-            raise PywetError(f"{self.path} is a dry run and has no {name}; expected a run with liquid")
+            raise PywetError(
+                f"{self.path} is a dry run and has no {name}; expected a run with liquid",
+                code="run.dry", key=name, where=self.path,
+            )  # fmt: skip
         table = self._run.table(name)
         known = meanings(name)
         positions = [c for c, (_, meaning) in known.items() if meaning.startswith(CENTRE) and c in table]

@@ -59,12 +59,14 @@ def steady_rate(time: Floats, passed: Floats) -> float:
     """Slope [kg/s] of the mass that has passed, where between 10 and 90 % of what passes in all has; by least squares."""
     if len(passed) == 0 or not passed[-1] > 0.0:
         raise PywetError(
-            "no sphere has passed the plane; expected a height_m between where they start and where they end"
-        )
+            "no sphere has passed the plane; expected a height_m between where they start and where they end",
+            code="discharge.none", key="height_m",
+        )  # fmt: skip
     inside = (passed >= STEADY[0] * passed[-1]) & (passed <= STEADY[1] * passed[-1])
     if inside.sum() < 3:
         raise PywetError(
             f"the discharge has {int(inside.sum())} outputs between 10 and 90 % of what passes; expected at least three: "
-            "more outputs (results.interval_s)"
-        )
+            "more outputs (results.interval_s)",
+            code="discharge.few_outputs", given=int(inside.sum()), expected=3,
+        )  # fmt: skip
     return float(np.polyfit(time[inside], passed[inside], 1)[0])

@@ -54,8 +54,9 @@ class RunDir:
         path = self.path / "scene.json"
         if not path.exists():
             raise PywetError(
-                f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it"
-            )
+                f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it",
+                code="run.no_scene", where=self.path,
+            )  # fmt: skip
         return EngineScene.read(path)
 
     @cached_property
@@ -82,7 +83,10 @@ class RunDir:
     def _there(self, name: str) -> Path:
         path = self.path / f"{name}.parquet"
         if not path.exists():
-            raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
+            raise PywetError(
+                f"no {name}.parquet in {self.path}; expected a finished run: run the case again",
+                code="run.no_table", key=name, where=self.path,
+            )  # fmt: skip
         return path
 
     def table_if_there(self, name: str) -> pd.DataFrame | None:
@@ -118,7 +122,10 @@ class RunDir:
         """Translation of each mesh at the output steps: step, mesh, dx, dy, dz [m]."""
         table = self.table("mesh_motion")
         if table.duplicated(["step", "mesh"]).any():
-            raise PywetError(f"{self.path}: mesh_motion.parquet holds a step of a mesh twice; run the case again")
+            raise PywetError(
+                f"{self.path}: mesh_motion.parquet holds a step of a mesh twice; run the case again",
+                code="run.motion_twice", where=self.path,
+            )  # fmt: skip
         return table
 
     @cached_property
@@ -183,8 +190,9 @@ class RunDir:
         known, wanted = np.asarray(self.triangles[of], dtype=object), np.asarray(triangle, dtype=np.int64)
         if len(wanted) and not 0 <= wanted.min() <= wanted.max() < len(known):
             raise PywetError(
-                f"{self.path}: the liquid is on triangles that history/triangles.parquet does not have; run the case again"
-            )
+                f"{self.path}: the liquid is on triangles that history/triangles.parquet does not have; run the case again",
+                code="run.triangles", where=self.path,
+            )  # fmt: skip
         return known[wanted]
 
     @cached_property
@@ -248,8 +256,9 @@ class Timeline:
         if not set(types) <= {c.type for c in scene.classes}:
             raise PywetError(
                 f"{run.path}: history/spheres.parquet names types of spheres that scene.json does not have; "
-                "run the case again"
-            )
+                "run the case again",
+                code="run.types", where=run.path,
+            )  # fmt: skip
         initial = spheres["film"].to_numpy(dtype=float) if "film" in spheres else np.zeros(len(ids))
         film, shares = _liquid(run, steps, ids, initial)
         enters = spheres["enters"].tolist() if scene.name == SCRIPTED else scene.enters(types.tolist())
@@ -273,7 +282,9 @@ def _index(ids: Ints, wanted: Ints, where: str) -> Ints:
     """Position of each wanted id in the sorted ids."""
     position = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
     if not np.array_equal(ids[position], wanted):
-        raise PywetError(f"{where} names spheres that history/spheres.parquet does not have; run the case again")
+        raise PywetError(
+            f"{where} names spheres that history/spheres.parquet does not have; run the case again", code="run.spheres"
+        )
     return position
 
 

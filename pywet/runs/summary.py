@@ -84,7 +84,10 @@ def _energy(run: RunDir) -> dict[str, float | None]:
     if run.moist and scene.output.energy:
         rows = run.table("history/energy").sort_values("step")
         if rows.empty:
-            raise PywetError(f"{run.path}: history/energy.parquet holds no row; expected one at each output: {AGAIN}")
+            raise PywetError(
+                f"{run.path}: history/energy.parquet holds no row; expected one at each output: {AGAIN}",
+                code="run.no_energy", where=run.path,
+            )  # fmt: skip
         first, last = rows.iloc[0], rows.iloc[-1]
         energies: dict[str, float | None] = {str(k): float(v) for k, v in last.drop(["step", "time"]).items()}
         works = sum(float(last[name]) for name in WORKS)

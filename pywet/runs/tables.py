@@ -62,7 +62,10 @@ class _Log:
         self.path, self.kind, self.read = path, kind, 0
         self.count, rest = divmod(path.stat().st_size, kind.itemsize)
         if rest:
-            raise NotWhole(f"{path} ends in the middle of a record; the run was cut off: run the case again")
+            raise NotWhole(
+                f"{path} ends in the middle of a record; the run was cut off: run the case again",
+                code="run.cut_off", where=path,
+            )  # fmt: skip
         self.ready = np.zeros(0, kind)
 
     @property
@@ -78,8 +81,9 @@ class _Log:
         self.ready, self.read = _joined([self.ready, more]), self.read + len(more)
         if not len(more) or (np.diff(self.ready["step"]) < 0).any():
             raise NotWhole(
-                f"{self.path} is not in the order of its steps; expected the plugin's output: run the case again"
-            )
+                f"{self.path} is not in the order of its steps; expected the plugin's output: run the case again",
+                code="run.order", where=self.path,
+            )  # fmt: skip
 
     def take(self, last: int) -> np.ndarray:
         """Take the records that are complete up to a step."""
@@ -99,7 +103,10 @@ def raw_parts(folder: Path, name: str, block: int = BLOCK) -> Iterator[np.ndarra
     """The records of one table of all ranks, whole steps at a time; at least one part."""
     logs = [_Log(path, RAW[name]) for path in sorted(folder.glob(f"{name}.*.bin"))]
     if not logs:
-        raise NotWhole(f"no log {name}.*.bin in {folder}; expected the plugin's output: run the case again")
+        raise NotWhole(
+            f"no log {name}.*.bin in {folder}; expected the plugin's output: run the case again",
+            code="run.no_log", key=name, where=folder,
+        )  # fmt: skip
     given = False
     while True:
         for log in logs:

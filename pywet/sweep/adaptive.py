@@ -44,8 +44,9 @@ def _next(plan: Plan, made: pd.DataFrame, count: int) -> list[Point]:
     means = rows.groupby("point").agg({**dict.fromkeys(axes, "first"), result: "mean"})
     if len(means) < len(axes) + FEWEST:
         raise PywetError(
-            f"{plan.file}: {len(means)} points have {result}, expected at least {len(axes) + FEWEST} before points are added"
-        )
+            f"{plan.file}: {len(means)} points have {result}, expected at least {len(axes) + FEWEST} before points are added",
+            code="sweep.few_points", key=result, given=len(means), expected=len(axes) + FEWEST, where=plan.file,
+        )  # fmt: skip
     places = _shares(axes, means[[*axes]].to_numpy(float))
     return least_known(places, means[result].to_numpy(float), count, axes, parsed(plan.sweep, plan.file))
 
@@ -59,8 +60,8 @@ def _axes(plan: Plan) -> dict[str, Axis]:
             raise ConfigError(
                 f"{plan.file}: the axis {key} is not a range of numbers of its own; expected numerical axes without zips for "
                 "adaptive sampling",
-                file=plan.file,
-            )
+                file=plan.file, code="sweep.axis_range", key=f"axes.{key}",
+            )  # fmt: skip
         low, high = min(map(float, values)), max(map(float, values))  # type: ignore[arg-type]
         found[key] = Axis(low=low, high=high, log=axis.logarithmic, whole=axis.whole)
     return found
@@ -86,8 +87,9 @@ def least_known(
     allowed = [k for k, point in enumerate(points) if all(rule.holds(point) for rule in rules)]
     if not allowed:
         raise ConfigError(
-            "the constraints leave no candidate for adaptive sampling; expected a region between the ends of the axes"
-        )
+            "the constraints leave no candidate for adaptive sampling; expected a region between the ends of the axes",
+            code="sweep.no_candidate", key="constraints",
+        )  # fmt: skip
     candidates = shares[allowed]
     chosen: list[Point] = []
     for _ in range(min(count, len(allowed))):

@@ -83,7 +83,10 @@ class Bridge(Kind):
         query = bridge_query.checked(filled(self.content, values), self.file)
         user_laws.trust(query.laws, None if self.trust else self.file.parent)
         if len(query.named("capillary")) != 1:
-            raise ConfigError(f"{self.file} names {len(query.named('capillary'))} capillary laws; expected one in laws")
+            raise ConfigError(
+                f"{self.file} names {len(query.named('capillary'))} capillary laws; expected one in laws",
+                code="sweep.capillary_laws", key="laws", given=query.named("capillary"), file=self.file,
+            )  # fmt: skip
         files = [_text(law) for law in query.laws if user_laws.is_custom(law)]
         given = query.model_dump(mode="json", exclude={"laws"})
         laws = [law.rpartition(":")[2] for law in query.laws]
@@ -133,7 +136,9 @@ class OfScene(Kind):
 def _json(path: Path) -> dict[str, Any]:
     content = parse_json(read_bytes(path, CURE), str(path), CURE)
     if not isinstance(content, dict):
-        raise ConfigError(f"{path} holds {type(content).__name__}, expected keys and values: {CURE}", file=path)
+        raise ConfigError(
+            f"{path} holds {type(content).__name__}, expected keys and values: {CURE}", file=path, code="sweep.not_keys"
+        )
     return content
 
 

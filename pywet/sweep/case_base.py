@@ -71,8 +71,9 @@ class OfCase(Kind):
             where = " and ".join(found) if found else f"none of {', '.join(PARTS)}"
             raise ConfigError(
                 f"the axis {axis} is in {where} of {self.config.folder}; expected a key with its file in front, such as "
-                "materials.liquid.viscosity_Pa_s, case.liquid_percent or scale.width_mm"
-            )
+                "materials.liquid.viscosity_Pa_s, case.liquid_percent or scale.width_mm",
+                code="sweep.axis_file", key=f"axes.{axis}",
+            )  # fmt: skip
         return f"{found[0]}.{path}"
 
     def built(self, values: Point, seed: int) -> Built:
@@ -102,9 +103,12 @@ class OfCase(Kind):
             for stage in () if stages.same_run(config, number, self.scale, folder) else STAGES:
                 status = stages.attempt(folder, stage, work[stage], aloud=False)
                 if not status.ok:
-                    raise PywetError(f"stage {status.failed_at} failed: {status.reason}")
+                    raise PywetError(
+                        f"stage {status.failed_at} failed: {status.reason}",
+                        code="sweep.stage_failed", given=status.failed_at, where=folder,
+                    )  # fmt: skip
         if objections := verdict.objections(folder):
-            raise PywetError("; ".join(objections))
+            raise PywetError("; ".join(objections), code="sweep.objections", given=tuple(objections), where=folder)
         return run_numbers.numbers(Run(folder))
 
     def cost(self, built: Built) -> Cost:

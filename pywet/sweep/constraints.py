@@ -43,18 +43,27 @@ class Constraint:
         try:
             return bool(_value(self.tree, {name: values[key] for name, key in self.names.items()}))
         except (ArithmeticError, ValueError, TypeError) as error:
-            raise ConfigError(f"the constraint `{self.text}` has no value ({one_line(error)})") from error
+            raise ConfigError(
+                f"the constraint `{self.text}` has no value ({one_line(error)})",
+                code="sweep.constraint_value", key="constraints", given=self.text,
+            ) from error  # fmt: skip
 
 
 def read(text: str, axes: list[str]) -> Constraint:
     """Parse an expression; an axis is called by its key, or by the last word of it where no other axis ends so."""
     shown = one_line(text, 80)
     if len(text) > LONGEST:
-        raise ConfigError(f"the constraint `{shown}` has {len(text)} characters, expected at most {LONGEST}")
+        raise ConfigError(
+            f"the constraint `{shown}` has {len(text)} characters, expected at most {LONGEST}",
+            code="sweep.constraint_long", key="constraints", given=len(text), expected=LONGEST,
+        )  # fmt: skip
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise ConfigError(f"the constraint `{shown}` is not an expression, expected {EXPECTED}") from error
+        raise ConfigError(
+            f"the constraint `{shown}` is not an expression, expected {EXPECTED}",
+            code="sweep.constraint_syntax", key="constraints", given=text,
+        ) from error  # fmt: skip
     names: dict[str, str] = {}
     _check(tree, shown, axes, names)
     return Constraint(text, tree, names)
@@ -83,8 +92,9 @@ def _check(node: ast.AST, shown: str, axes: list[str], names: dict[str, str]) ->
             inside = []
         case _:
             raise ConfigError(
-                f"the constraint `{shown}` holds `{one_line(ast.unparse(node), 60)}`, expected {EXPECTED}"
-            )
+                f"the constraint `{shown}` holds `{one_line(ast.unparse(node), 60)}`, expected {EXPECTED}",
+                code="sweep.constraint_word", key="constraints", given=ast.unparse(node),
+            )  # fmt: skip
     for part in inside:
         _check(part, shown, axes, names)
 
@@ -103,8 +113,9 @@ def _axis(name: str, shown: str, axes: list[str]) -> str:
     if len(found) != 1:
         what = f"{len(found)} axes end in" if found else "no axis is"
         raise ConfigError(
-            f"the constraint `{shown}` names {name}, but {what} {name}; expected one of {', '.join(axes)}"
-        )
+            f"the constraint `{shown}` names {name}, but {what} {name}; expected one of {', '.join(axes)}",
+            code="sweep.constraint_name", key="constraints", given=name, expected=tuple(axes),
+        )  # fmt: skip
     return found[0]
 
 

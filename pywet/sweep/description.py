@@ -262,8 +262,8 @@ def read(file: Path) -> Sweep:
     if sweep.count > MOST_RUNS:
         raise ConfigError(
             f"{file} asks for {sweep.count} runs, expected at most {MOST_RUNS}: shorten axes or seeds, or split it",
-            file=file,
-        )
+            file=file, code="sweep.many_runs", given=sweep.count, expected=MOST_RUNS,
+        )  # fmt: skip
     parsed(sweep, file)
     return sweep
 
@@ -273,7 +273,7 @@ def parsed(sweep: Sweep, file: Path) -> list[Constraint]:
     try:
         return [constraints.read(text, list(sweep.axes)) for text in sweep.constraints]
     except ConfigError as error:
-        raise ConfigError(f"{file}: {error}", file=file, key="constraints") from error
+        raise ConfigError(f"{file}: {error}", **{**error.data, "where": file}) from error
 
 
 Point = Mapping[str, Value]

@@ -33,20 +33,34 @@ def drawn(sweep: Sweep, made: pd.DataFrame, results: list[str], x: str, y: str, 
     columns = [*sweep.axes, *results]
     for name in (x, y, *([hue] if hue else [])):
         if name not in columns:
-            raise PywetError(f"{name} is not a column of the sweep; expected one of {', '.join(columns)}")
+            raise PywetError(
+                f"{name} is not a column of the sweep; expected one of {', '.join(columns)}",
+                code="sweep.no_column", given=name, expected=columns,
+            )  # fmt: skip
     rows = made[made["status"] == DONE]
     if rows.empty:
-        raise PywetError("no run of the sweep has results yet; expected some: run `pywet sweep FILE`")
+        raise PywetError(
+            "no run of the sweep has results yet; expected some: run `pywet sweep FILE`", code="sweep.no_results"
+        )
     for name in (x, y, *([hue] if hue else [])):
         if rows[name].isna().all():
-            raise PywetError(f"no run has {name}; expected a result that some have: {', '.join(results)}")
+            raise PywetError(
+                f"no run has {name}; expected a result that some have: {', '.join(results)}",
+                code="sweep.no_values", given=name, expected=results,
+            )  # fmt: skip
     with plt.rc_context(STYLE):
         if x in sweep.axes and y in sweep.axes:
             if hue not in results:
-                raise PywetError(f"{x} and {y} are axes; expected a result as the third: {', '.join(results)}")
+                raise PywetError(
+                    f"{x} and {y} are axes; expected a result as the third: {', '.join(results)}",
+                    code="sweep.two_axes", given=(x, y), expected=results,
+                )  # fmt: skip
             return response_map(sweep, rows, hue, x, y)
         if y not in results:
-            raise PywetError(f"{y} is an axis; expected a result as y: {', '.join(results)}")
+            raise PywetError(
+                f"{y} is an axis; expected a result as y: {', '.join(results)}",
+                code="sweep.axis_as_y", given=y, expected=results,
+            )  # fmt: skip
         figure, (axes,) = panels(1, 1, (5.2, 3.6))
         curve(axes, sweep, rows, x, y, hue)
         return figure
@@ -57,7 +71,10 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
     rows = rows[rows[y].notna()]
     groups = [(v, rows[rows[hue] == v]) for v in sorted(rows[hue].unique())] if hue else [(None, rows)]
     if len(groups) > MOST_LINES:
-        raise PywetError(f"{hue} has {len(groups)} values, expected at most {MOST_LINES} lines: take another column")
+        raise PywetError(
+            f"{hue} has {len(groups)} values, expected at most {MOST_LINES} lines: take another column",
+            code="sweep.many_lines", key=str(hue), given=len(groups), expected=MOST_LINES,
+        )  # fmt: skip
     text = not pd.api.types.is_numeric_dtype(rows[x]) or pd.api.types.is_bool_dtype(rows[x])
     for k, (value, part) in enumerate(groups):
         colour, name = COLOURS[k % len(COLOURS)], "" if value is None else f"{hue} {value}"
@@ -93,12 +110,15 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
     """The mean of a result over two numerical axes, and its standard error, with the points that were run."""
     for key in (x, y):
         if not pd.api.types.is_numeric_dtype(rows[key]):
-            raise PywetError(f"{key} holds no numbers; expected two numerical axes for a map")
+            raise PywetError(
+                f"{key} holds no numbers; expected two numerical axes for a map", code="sweep.map_axis", key=key
+            )
     response = surface.through(sweep, rows, result, [x, y])
     if response is None:
         raise PywetError(
-            f"{len(rows)} runs do not determine a surface of second order over {x} and {y}; expected at least 7 points"
-        )
+            f"{len(rows)} runs do not determine a surface of second order over {x} and {y}; expected at least 7 points",
+            code="sweep.map_points", given=len(rows), expected=7,
+        )  # fmt: skip
     lines = [_spaced(rows[key].to_numpy(float), sweep.axes[key].logarithmic) for key in (x, y)]
     mesh = np.meshgrid(*lines)
     mean, error = response.at(np.column_stack([m.ravel() for m in mesh]))

@@ -64,13 +64,16 @@ def _function(plan: Plan, function: Function) -> tuple[str, Callable[[Any], floa
             raise
         except Exception as error:
             raise PywetError(
-                f"{function.function} raises {type(error).__name__}: {one_line(error)}; expected a number of every run"
-            ) from error
+                f"{function.function} raises {type(error).__name__}: {one_line(error)}; expected a number of every run",
+                code="sweep.function_raises", given=function.function,
+            ) from error  # fmt: skip
 
     return f"{function.name} {hashlib.sha256(source).hexdigest()[:16]}", measure
 
 
 def _finite(value: float, name: str) -> float:
     if not math.isfinite(value):
-        raise PywetError(f"{name} is {value}; expected a number of every run")
+        raise PywetError(
+            f"{name} is {value}; expected a number of every run", code="sweep.not_finite", key=name, given=value
+        )
     return float(value)

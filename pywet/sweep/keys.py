@@ -46,14 +46,20 @@ def _put(content: Any, key: str, value: Any) -> None:
             content.setdefault(index, {})
         content = content[index]
         if not isinstance(content, dict | list):
-            raise ConfigError(f"the axis {key} leads into {part}, which is {content!r}; expected the key of a value")
+            raise ConfigError(
+                f"the axis {key} leads into {part}, which is {content!r}; expected the key of a value",
+                code="sweep.axis_in_value", key=f"axes.{key}", given=content,
+            )  # fmt: skip
     index = _index(content, last, key)
     there = content[index] if isinstance(content, list) else content.get(index)
     if isinstance(there, dict) and {"value", "material"} & there.keys() and "source" in there:
         there["value" if "value" in there else "material"] = value
     elif isinstance(there, dict) or (isinstance(there, list) and not isinstance(value, list)):
         inside = ", ".join(map(str, there if isinstance(there, dict) else range(len(there))))
-        raise ConfigError(f"the axis {key} is a group of keys; expected one value: {key}.X with X of {inside}")
+        raise ConfigError(
+            f"the axis {key} is a group of keys; expected one value: {key}.X with X of {inside}",
+            code="sweep.axis_group", key=f"axes.{key}",
+        )  # fmt: skip
     else:
         content[index] = value
 
@@ -69,6 +75,7 @@ def _index(content: Any, part: str, key: str) -> Any:
         known = ", ".join(str(name) for name in names if name is not None)
         raise ConfigError(
             f"the axis {key} names {part} of a list with {len(content)} entries; expected 0 to {len(content) - 1}"
-            f"{f' or one of {known}' if known else ''}"
-        )
+            f"{f' or one of {known}' if known else ''}",
+            code="sweep.axis_entry", key=f"axes.{key}", given=part,
+        )  # fmt: skip
     return int(part)

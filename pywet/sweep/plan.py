@@ -54,8 +54,9 @@ class Plan:
         found = list(read_if_there(path, "remove the file", list[dict[str, description.Value]]) or [])
         if any(point.keys() != self.sweep.axes.keys() for point in found):
             raise ConfigError(
-                f"{path} holds points of other axes than {self.file}; expected the same: remove it", file=path
-            )
+                f"{path} holds points of other axes than {self.file}; expected the same: remove it",
+                file=path, code="sweep.added_axes",
+            )  # fmt: skip
         return found
 
     @cached_property
@@ -115,7 +116,7 @@ class Plan:
 
 
 def _refuse(file: Path, wrong: list[tuple[Numbered, PywetError]]) -> None:
-    """Raise the first mistakes, each with the first point that has it and how many others do; further ones are counted."""
+    """Raise the first mistakes, each with its first point and how many others have it, with the data of the first of all."""
     by_message: dict[str, list[Numbered]] = {}
     for point, error in wrong:
         by_message.setdefault(str(error).splitlines()[0], []).append(point)
@@ -126,7 +127,7 @@ def _refuse(file: Path, wrong: list[tuple[Numbered, PywetError]]) -> None:
     if len(by_message) > LISTED:
         lines.append(f"{file}: {len(by_message) - LISTED} more mistakes at other points")
     if lines:
-        raise ConfigError("\n".join(lines), file=file)
+        raise ConfigError("\n".join(lines), **{**wrong[0][1].data, "where": file})
 
 
 def read_file(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
@@ -135,8 +136,9 @@ def read_file(file: Path, out: Path | None = None, store: Path | None = None, tr
     kind = bases.kind(sweep.base, file.parent, trust)
     if sweep.seeds > 1 and not kind.seeded:
         raise ConfigError(
-            f"{file}: seeds is {sweep.seeds}, but a {sweep.base.kind} has no seed; expected seeds: 1", file=file
-        )
+            f"{file}: seeds is {sweep.seeds}, but a {sweep.base.kind} has no seed; expected seeds: 1",
+            file=file, code="sweep.seeds", key="seeds", given=sweep.seeds, expected=1,
+        )  # fmt: skip
     return Plan(file, sweep, kind, Store(store or sweep_folder.STORE), out or sweep_folder.of(file))
 
 
@@ -151,8 +153,9 @@ def _check_gather(plan: Plan, trust: bool) -> None:
     """Refuse results that the base does not have, and functions that may not run."""
     if not plan.gather:
         raise ConfigError(
-            f"{plan.file}: gather is missing, expected results of a {plan.sweep.base.kind}", file=plan.file
-        )
+            f"{plan.file}: gather is missing, expected results of a {plan.sweep.base.kind}",
+            file=plan.file, code="sweep.no_gather", key="gather",
+        )  # fmt: skip
     first = plan.points[0]
     try:
         known = plan.kind.known(plan.kind.built(first.values, 0))
@@ -165,14 +168,15 @@ def _check_gather(plan: Plan, trust: bool) -> None:
             close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
             expected = " or ".join(close) if close else f"one of {', '.join(known)}"
             raise ConfigError(
-                f"{plan.file}: gather names {name}, which no run has; expected {expected}", file=plan.file
-            )
+                f"{plan.file}: gather names {name}, which no run has; expected {expected}",
+                file=plan.file, code="sweep.unknown_result", key="gather", given=name, expected=expected,
+            )  # fmt: skip
     goal = plan.sweep.goal
     if goal is not None and goal.result not in plan.results:
         raise ConfigError(
             f"{plan.file}: goal names {goal.result}; expected a gathered result, {', '.join(plan.results)}",
-            file=plan.file,
-        )
+            file=plan.file, code="sweep.goal", key="goal", given=goal.result, expected=plan.results,
+        )  # fmt: skip
 
 
 def path_of(file: Path, function: Function) -> str:
@@ -191,8 +195,9 @@ def _check_function(file: Path, function: Function, trust: bool) -> None:
     user_laws.trust([name], None if trust else file.parent)
     if not Path(name.rpartition(":")[0]).is_file():
         raise ConfigError(
-            f"{file}: gather names {function.function}; its file does not exist, expected path/to/file.py:name"
-        )
+            f"{file}: gather names {function.function}; its file does not exist, expected path/to/file.py:name",
+            code="sweep.no_function_file", file=file, key="gather", given=function.function,
+        )  # fmt: skip
     refuse_untrusted(file, function)
 
 
@@ -202,8 +207,8 @@ def refuse_untrusted(file: Path, function: Function) -> None:
         raise ConfigError(
             f"{file}: gather names {function.function}, which was not run: it is not below the folder of the sweep; read it, "
             "then move it there, or give --trust",
-            file=file,
-        )
+            file=file, code="sweep.untrusted", key="gather", given=function.function,
+        )  # fmt: skip
 
 
 def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
@@ -251,5 +256,6 @@ def refuse_too_much(plan: Plan, costs: list[tuple[Run, Cost]]) -> None:
         if given > limit:
             raise PywetError(
                 f"{plan.file}: the runs take about {given:.3g} {what}, expected at most {limit:.3g}: shorten axes, seeds or "
-                f"runs, or raise {key}" + (f" (free on the disk: {free / 1e9:.3g} GB)" if what == "GB" else "")
-            )
+                f"runs, or raise {key}" + (f" (free on the disk: {free / 1e9:.3g} GB)" if what == "GB" else ""),
+                code="sweep.too_much", key=key, given=given, expected=limit, where=plan.file,
+            )  # fmt: skip

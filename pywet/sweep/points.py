@@ -30,11 +30,13 @@ def numbered(sweep: Sweep, file: Path, more: list[Point] | None = None) -> list[
             if all(rule.holds(values) for rule in rules):
                 left.append(values)
         except ConfigError as error:
-            raise ConfigError(f"{file}: {error} at combination {k} ({printed(values)})", file=file) from error
+            data = {**error.data, "where": file}
+            raise ConfigError(f"{file}: {error} at combination {k} ({printed(values)})", **data) from error
     if not left:
         raise ConfigError(
-            f"{file}: the constraints leave none of {len(every)} points, expected at least one", file=file
-        )
+            f"{file}: the constraints leave none of {len(every)} points, expected at least one",
+            file=file, code="sweep.no_point", key="constraints", given=len(every),
+        )  # fmt: skip
     distinct = list({tuple(values.items()): values for values in left}.values())
     return [Numbered(k, values) for k, values in enumerate(distinct, start=1)]
 

@@ -77,7 +77,8 @@ def carry_out(
                 report(k + 1, len(runs))
         except BrokenProcessPool as error:
             raise PywetError(
-                "a process of the sweep was killed from outside, perhaps for lack of memory; call again, with fewer --cores"
+                "a process of the sweep was killed from outside, perhaps for lack of memory; call again, with fewer --cores",
+                code="sweep.killed",
             ) from error
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)

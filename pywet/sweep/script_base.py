@@ -76,8 +76,9 @@ class OfScript(Kind):
             liquid = read_yaml(found.line.liquid, Wet)
         if found.line.log.is_absolute() or ".." in found.line.log.parts:
             raise ConfigError(
-                f"{self.file} writes its tables to {found.line.log}; expected a folder below the script's, one for each point"
-            )
+                f"{self.file} writes its tables to {found.line.log}; expected a folder below the script's, one for each point",
+                code="sweep.script_log", file=self.file, given=found.line.log,
+            )  # fmt: skip
         return found.line, files, liquid
 
     def _variables(self) -> dict[str, str]:
@@ -95,10 +96,14 @@ class OfScript(Kind):
             if name not in there:
                 known = ", ".join(there) or "none"
                 raise ConfigError(
-                    f"{self.file} has no variable {name} of style index, equal or string; expected one of {known}"
-                )
+                    f"{self.file} has no variable {name} of style index, equal or string; expected one of {known}",
+                    code="sweep.script_variable", file=self.file, key=f"axes.{name}", expected=tuple(there),
+                )  # fmt: skip
             if isinstance(value, bool) or not PLAIN.fullmatch(str(value)):
-                raise ConfigError(f"the variable {name} of {self.file} is given {value!r}; expected a number or a word")
+                raise ConfigError(
+                    f"the variable {name} of {self.file} is given {value!r}; expected a number or a word",
+                    code="sweep.script_value", file=self.file, key=f"axes.{name}", given=value,
+                )  # fmt: skip
         where = self.file.parent / line.liquid
         content = filled(liquid, {key: value for key, value in values.items() if not key.startswith(PREFIX)})
         wet = parse(Wet, content, str(where))
@@ -113,8 +118,9 @@ class OfScript(Kind):
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         if ranks > 1:
             raise PywetError(
-                f"{self.file.name} was to run on {ranks} ranks; expected 1: a sweep runs its scripts on one rank"
-            )
+                f"{self.file.name} was to run on {ranks} ranks; expected 1: a sweep runs its scripts on one rank",
+                code="sweep.script_ranks", key="ranks", given=ranks, expected=1, where=self.file,
+            )  # fmt: skip
         line, work = self._read[0], folder / WORK
         shutil.rmtree(work, ignore_errors=True)  # of a call that was killed: a script has no checkpoint
         for name, content in built.given.files.items():
@@ -128,10 +134,16 @@ class OfScript(Kind):
         status, usage = process.attend(command, work, process.surroundings(python=True), lambda: None)
         if status:
             printed = (work / process.OUTPUT).read_text(errors="replace").splitlines()
-            raise PywetError(f"{self.file.name}: {process.last_words(printed, status)}")
+            raise PywetError(
+                f"{self.file.name}: {process.last_words(printed, status)}",
+                code="sweep.script_ended", given=status, where=self.file,
+            )  # fmt: skip
         ledger = script_folder.ledger(work / line.log)
         if ledger.empty:
-            raise PywetError(f"{self.file.name} wrote no output of the liquid; expected `every` shorter than its runs")
+            raise PywetError(
+                f"{self.file.name} wrote no output of the liquid; expected `every` shorter than its runs",
+                code="sweep.script_liquid", where=self.file,
+            )  # fmt: skip
         last = ledger.iloc[-1]
         initial = float(last["initial"]) or math.nan
         found: Numbers = {name: float(last[name]) for name in ("formations", "ruptures")}
@@ -165,8 +177,9 @@ def _named(script: Path) -> Iterator[str]:
             if not path.is_absolute() and path.is_file():
                 if not _below(path):
                     raise ConfigError(
-                        f"{script} names {word}; expected its files below its folder, or given by absolute paths"
-                    )
+                        f"{script} names {word}; expected its files below its folder, or given by absolute paths",
+                        code="sweep.script_file", file=script, given=word,
+                    )  # fmt: skip
                 yield word
 
 
@@ -192,8 +205,9 @@ def _seed(name: str, written: str, count: int) -> int:
     first = written.split("#")[0].strip()
     if not first.isdecimal():
         raise ConfigError(
-            f"the seed {name} is {first or 'no variable of the script'}; expected a variable that is a number"
-        )
+            f"the seed {name} is {first or 'no variable of the script'}; expected a variable that is a number",
+            code="sweep.script_seed", key=name, given=first,
+        )  # fmt: skip
     seed = int(first)
     for _ in range(count):
         seed += 1

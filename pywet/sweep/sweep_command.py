@@ -77,12 +77,18 @@ def plot(given: Path, names: list[str], out: Path | None) -> Path:
     """Draw columns of a finished sweep's table into a file; the sweep by its file or by its folder."""
     file = sweep_folder.owner(given) if given.is_dir() else given
     if file is None:
-        raise FileError(f"{given} holds no sweep; expected the file of a sweep, or the folder of its table", path=given)
+        raise FileError(
+            f"{given} holds no sweep; expected the file of a sweep, or the folder of its table",
+            path=given, code="sweep.none",
+        )  # fmt: skip
     asked = plan.read_file(file, given if given.is_dir() else None)
     made = table.read(asked.folder)
     target = out or asked.folder / f"{'-'.join(names)}.svg"
     if target.suffix not in SUFFIXES:
-        raise PywetError(f"--out is {target}; expected a file that ends in {', '.join(SUFFIXES)}")
+        raise PywetError(
+            f"--out is {target}; expected a file that ends in {', '.join(SUFFIXES)}",
+            code="sweep.plot_suffix", key="--out", given=target.suffix, expected=SUFFIXES,
+        )  # fmt: skip
     results = [c for c in made.columns if c not in (*asked.sweep.axes, *RESERVED)]
     figure = figures.drawn(asked.sweep, made, results, names[0], names[1], names[2] if len(names) > 2 else None)
     with atomic_write(target) as temporary:

@@ -84,7 +84,10 @@ def read(folder: Path) -> pd.DataFrame:
 
     path = folder / NAME
     if not path.exists():
-        raise FileError(f"there is no {path}; expected the table of a sweep: run `pywet sweep FILE` first", path=path)
+        raise FileError(
+            f"there is no {path}; expected the table of a sweep: run `pywet sweep FILE` first",
+            path=path, code="sweep.no_table",
+        )  # fmt: skip
     made = read_table(path, "run `pywet sweep FILE` again")
     schema = parquet.read_schema(path)
     made.attrs["units"] = {f.name: (f.metadata or {}).get(b"unit", b"").decode() for f in schema}

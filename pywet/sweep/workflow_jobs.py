@@ -51,8 +51,9 @@ class Jobs:
         run = self.plan.run(int(number), int(seed))
         if _word(run) != word:
             raise PywetError(
-                f"job {job} is of another state of {self.plan.file}; expected it unchanged while jobs run: call again"
-            )
+                f"job {job} is of another state of {self.plan.file}; expected it unchanged while jobs run: call again",
+                code="sweep.stale_job", given=job, where=self.plan.file,
+            )  # fmt: skip
         return run
 
     @cached_property
@@ -97,7 +98,7 @@ class Jobs:
             (self.folder / "jobs" / f"{run.point.number}-{run.seed}-{_word(run)}.json").unlink(missing_ok=True)
         if len(failed):
             (self.folder / "jobs" / f"{ALL}.json").unlink(missing_ok=True)
-            raise PywetError(str(sweep_command.failures(made)))
+            raise PywetError(str(sweep_command.failures(made)), code="sweep.failed_jobs", given=len(failed))
         write_json(file, {"runs": len(made), "failed": 0})
 
 

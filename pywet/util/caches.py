@@ -63,17 +63,25 @@ def _private(path: Path) -> Path:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise PywetError(
-            f"the cache {shown(path)} could not be made ({reason}); expected a writable folder: {CURE}"
-        ) from error
+            f"the cache {shown(path)} could not be made ({reason}); expected a writable folder: {CURE}",
+            code="cache.not_made", where=path,
+        ) from error  # fmt: skip
     if not {there.st_uid, link.st_uid} <= {os.getuid()}:
-        raise PywetError(f"the cache {shown(path)} belongs to another user; expected a folder that you own: {CURE}")
+        raise PywetError(
+            f"the cache {shown(path)} belongs to another user; expected a folder that you own: {CURE}",
+            code="cache.owner", where=path,
+        )  # fmt: skip
     if there.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise PywetError(
             f"the cache {shown(path)} can be written by others (mode {stat.S_IMODE(there.st_mode):o}), so that its "
-            f"contents cannot be trusted; expected mode 700: remove it or {CURE}"
-        )
+            f"contents cannot be trusted; expected mode 700: remove it or {CURE}",
+            code="cache.mode", where=path, given=stat.S_IMODE(there.st_mode), expected=0o700,
+        )  # fmt: skip
     if not os.access(path, os.R_OK | os.W_OK | os.X_OK):
-        raise PywetError(f"the cache {shown(path)} cannot be written; expected a writable folder: {CURE}")
+        raise PywetError(
+            f"the cache {shown(path)} cannot be written; expected a writable folder: {CURE}",
+            code="cache.unwritable", where=path,
+        )  # fmt: skip
     return path
 
 

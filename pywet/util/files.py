@@ -59,14 +59,15 @@ def atomic_write(path: Path) -> Iterator[Path]:
         raise FileError(
             f"{shown(path)} could not be written ({error.strerror or one_line(error)}); "
             "expected a writable folder with free space",
-            path=path,
-        ) from error
+            path=path, code="file.unwritten",
+        ) from error  # fmt: skip
     except ValueError as error:
         if "\0" not in str(path):
             raise
         raise FileError(
-            f"{shown(path)} is not a path ({error}); expected one without a zero byte", path=path
-        ) from error
+            f"{shown(path)} is not a path ({error}); expected one without a zero byte",
+            path=path, code="file.zero_byte",
+        ) from error  # fmt: skip
     finally:
         with suppress(OSError, ValueError):
             if temporary:
@@ -91,8 +92,9 @@ def _stream(path: Path) -> bool:
         return True
     if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
         raise FileError(
-            f"{shown(path)} is a block device or a socket; expected a file, a pipe or a terminal", path=path
-        )
+            f"{shown(path)} is a block device or a socket; expected a file, a pipe or a terminal",
+            path=path, code="file.device",
+        )  # fmt: skip
     return False
 
 
@@ -187,10 +189,13 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         return value
     except UnicodeDecodeError as error:
         raise FileError(
-            f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}", path=name
-        ) from error
+            f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}",
+            path=name, code="file.not_text",
+        ) from error  # fmt: skip
     except (ValueError, RecursionError) as error:
-        raise FileError(f"{name} is not the JSON that was expected ({one_line(error)}): {cure}", path=name) from error
+        raise FileError(
+            f"{name} is not the JSON that was expected ({one_line(error)}): {cure}", path=name, code="file.not_json"
+        ) from error
 
 
 def read_bytes(path: Path, cure: str) -> bytes:
@@ -200,14 +205,18 @@ def read_bytes(path: Path, cure: str) -> bytes:
             content = file.read(MOST_B + 1)
     except OSError as error:
         raise FileError(
-            f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}", path=path
-        ) from error
+            f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}",
+            path=path, code="file.unread",
+        ) from error  # fmt: skip
     except ValueError as error:  # a path with a zero byte
-        raise FileError(f"{shown(path)} is not a path ({error}); expected a file: {cure}", path=path) from error
+        raise FileError(
+            f"{shown(path)} is not a path ({error}); expected a file: {cure}", path=path, code="file.not_a_path"
+        ) from error
     if len(content) > MOST_B:
         raise FileError(
-            f"{shown(path)} is larger than {MOST_B / 1e6:g} MB; expected a file of that size: {cure}", path=path
-        )
+            f"{shown(path)} is larger than {MOST_B / 1e6:g} MB; expected a file of that size: {cure}",
+            path=path, code="file.large", expected=MOST_B,
+        )  # fmt: skip
     return content
 
 
@@ -216,7 +225,10 @@ def regular(path: Path, cure: str) -> Path:
     with suppress(OSError, ValueError):
         kind = os.stat(path).st_mode
         if not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
-            raise FileError(f"{shown(Path(path))} is a pipe or a device; expected a regular file: {cure}", path=path)
+            raise FileError(
+                f"{shown(Path(path))} is a pipe or a device; expected a regular file: {cure}",
+                path=path, code="file.irregular",
+            )  # fmt: skip
     return path
 
 
@@ -249,7 +261,9 @@ def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
         message = first["msg"].removeprefix("Value error, ")
-        raise FileError(f"{shown(path)}: {one_line(where)}: {one_line(message)}: {cure}", path=path) from error
+        raise FileError(
+            f"{shown(path)}: {one_line(where)}: {one_line(message)}: {cure}", path=path, code="file.shape", key=where
+        ) from error
 
 
 def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), step: int | None = None) -> pd.DataFrame:
@@ -310,7 +324,9 @@ def _readable(path: Path, cure: str) -> Iterator[None]:
         yield
     except (OSError, ValueError, KeyError, TypeError, OverflowError, ArrowException) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
-        raise FileError(f"{shown(path)} could not be read as a table ({reason}): {cure}", path=path) from error
+        raise FileError(
+            f"{shown(path)} could not be read as a table ({reason}): {cure}", path=path, code="file.no_table"
+        ) from error
 
 
 def _check_table(
@@ -320,9 +336,12 @@ def _check_table(
 
     missing = [name for name in (*expected_columns(path), *columns) if name not in table.columns]
     if missing:
-        raise FileError(f"{shown(path)} has no column {', '.join(missing)}: {cure}", path=path)
+        raise FileError(
+            f"{shown(path)} has no column {', '.join(missing)}: {cure}",
+            path=path, code="file.no_column", key=missing[0], expected=missing,
+        )  # fmt: skip
     if (table.empty if empty is None else empty) and needs_rows(path):
-        raise FileError(f"{shown(path)} holds no row: {cure}", path=path)
+        raise FileError(f"{shown(path)} holds no row: {cure}", path=path, code="file.no_row")
     _check_values(table, path, cure)
 
 
@@ -334,7 +353,7 @@ def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
         kinds = {**{str(name): NUMBER for name in table.columns}, **kinds}
     for name, kind in kinds.items():
         if name in table:
-            _check_column(table[name], kind, f"{shown(path)}: column {name}", cure)
+            _check_column(table[name], kind, path, cure)
 
 
 def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
@@ -353,15 +372,18 @@ def check_numbers(table: pd.DataFrame, names: Sequence[str], path: Path, cure: s
 
     for name in names:
         if name not in table:
-            raise FileError(f"{shown(path)} has no column {name}; expected {', '.join(names)}: {cure}", path=path)
-        _check_column(table[name], NUMBER, f"{shown(path)}: column {name}", cure)
+            raise FileError(
+                f"{shown(path)} has no column {name}; expected {', '.join(names)}: {cure}",
+                path=path, code="file.no_column", key=name, expected=tuple(names),
+            )  # fmt: skip
+        _check_column(table[name], NUMBER, path, cure)
 
 
 LARGEST = 1e100
 """No quantity of a run in SI reaches it, and sums and ratios of what stays below do not overflow."""
 
 
-def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
+def _check_column(values: pd.Series, kind: str, path: Path, cure: str) -> None:
     """Refuse text in place of numbers, fractions in place of integers, NaN and infinities."""
     import numpy as np
 
@@ -370,7 +392,9 @@ def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
     dtypes = {INTEGER: "iu", NUMBER: "iuf"}
     if not len(values) or kind not in dtypes:
         return
+    what, data = f"{shown(path)}: column {values.name}", dict[str, Any](path=path, key=str(values.name))
     if values.dtype.kind not in dtypes[kind]:
-        raise FileError(f"{where} holds {values.dtype}, expected {kind}s: {cure}")
+        raise FileError(f"{what} holds {values.dtype}, expected {kind}s: {cure}", code="file.kind", **data)
     if kind == NUMBER and not (np.abs(values.to_numpy(dtype=float)) < LARGEST).all():  # nor NaN
-        raise FileError(f"{where} holds a value that is not finite or beyond {LARGEST:g}, expected numbers: {cure}")
+        sentence = f"{what} holds a value that is not finite or beyond {LARGEST:g}, expected numbers: {cure}"
+        raise FileError(sentence, code="file.not_finite", **data)

@@ -32,9 +32,8 @@ def _case(given: Any) -> Any:
         raise PywetError(
             f"CASE is {given}; expected the number of a case: for a scene use pywet run-scene {given}, with --check to print its "
             "plan and run nothing",
-            key="CASE",
-            given=given,
-        )
+            key="CASE", given=given, code="option.case",
+        )  # fmt: skip
     return LIMITS["case"].read("CASE", given)
 
 

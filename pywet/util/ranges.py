@@ -45,7 +45,10 @@ class Range:
             value = math.nan
         if value not in self:
             text = str(given) if len(str(given)) < 40 else f"{str(given)[:39]}…"
-            raise PywetError(f"{name} is {text or 'empty'}{comma(given)}; expected {self}")
+            raise PywetError(
+                f"{name} is {text or 'empty'}{comma(given)}; expected {self}",
+                code="option.range", key=name, given=given, expected=str(self),
+            )  # fmt: skip
         return int(value) if self.whole else value
 
 

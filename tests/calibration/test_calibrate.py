@@ -22,8 +22,8 @@ from pywet.calibration import question as asking
 from pywet.calibration.search import find
 from pywet.cli.app import app
 from pywet.engines.liggghts import build
-from pywet.errors import PywetError
 from pywet.util import sources
+from tests.error_codes import code_of, raises_code
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PULL = {
@@ -193,9 +193,7 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
 
 
 def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[Any]) -> None:
-    with pytest.raises(
-        PywetError, match=r"there is no bridges_per_sphere with materials.glass.friction 0.5, seed 5; expected"
-    ):
+    with raises_code("calibration.no_number", key="bridges_per_sphere"):
         answering.calibrate(drum(tmp_path, high=0.5), tmp_path / "out")
 
 
@@ -219,22 +217,22 @@ def test_the_answer_to_another_question_is_renamed(tmp_path: Path) -> None:
 def test_mistakes_of_the_file(tmp_path: Path) -> None:
     """One sentence for each: what was given, what was expected."""
     target, tension = PULL["targets"][0], PULL["parameters"]["surface tension"]  # type: ignore[index,call-overload]
-    for change, words in {
-        "quantity": ({"targets": [{**target, "quantity": "e_n"}]}, "quantity to be one of pull_off_force_N"),
-        "two kinds": ({"targets": [{**target, "wall": "x.json"}]}, "one of bridge, wall, scene, not bridge and wall"),
-        "no file": ({"targets": [{**target, "bridge": "none.json"}]}, "none.json could not be read"),
-        "no scatter": ({"targets": [{**target, "scatter": 0}]}, "targets.0.scatter is 0"),
-        "changes": ({"targets": [{**target, "changes": {"lawz": []}}]}, "changes names lawz, which is not in"),
-        "several laws": ({"targets": [{**target, "changes": {}}]}, "expected one capillary law: fix laws"),
-        "bounds": ({"parameters": {"s": {**tension, "low": 0.2}}}, "low less than high"),
-        "logarithm": ({"parameters": {"s": {**tension, "low": 0.0, "log": True}}}, "more than 0, as log is true"),
-        "key": ({"parameters": {"s": {**tension, "keys": ["sigma"]}}}, "sigma, which is in none of the targets' files"),
-        "range": ({"parameters": {"s": {**tension, "high": 7e6}}}, "fix the bounds of the parameters"),
-        "few runs": ({"most_runs": 5}, "most_runs of at least 10"),
-        "no key": ({"seed": 3}, "key seed is not known"),
-    }.values():  # fmt: skip
+    for change, code, words in (
+        ({"targets": [{**target, "quantity": "e_n"}]}, "config.inconsistent", "quantity to be one of pull_off_force_N"),
+        ({"targets": [{**target, "wall": "x.json"}]}, "config.inconsistent", "one of bridge, wall, scene, not bridge and wall"),
+        ({"targets": [{**target, "bridge": "none.json"}]}, "file.unread", ""),
+        ({"targets": [{**target, "scatter": 0}]}, "config.value", "targets.0.scatter is 0"),
+        ({"targets": [{**target, "changes": {"lawz": []}}]}, "calibration.unknown_key", ""),
+        ({"targets": [{**target, "changes": {}}]}, "bridge.capillary_laws", ""),
+        ({"parameters": {"s": {**tension, "low": 0.2}}}, "config.inconsistent", "low less than high"),
+        ({"parameters": {"s": {**tension, "low": 0.0, "log": True}}}, "config.inconsistent", "more than 0, as log is true"),
+        ({"parameters": {"s": {**tension, "keys": ["sigma"]}}}, "calibration.parameter_key", ""),
+        ({"parameters": {"s": {**tension, "high": 7e6}}}, "calibration.bounds", ""),
+        ({"most_runs": 5}, "config.inconsistent", "most_runs of at least 10"),
+        ({"seed": 3}, "config.unknown_key", "key seed is not known"),
+    ):  # fmt: skip
         done = CliRunner().invoke(
             app, ["calibrate", str(ask(tmp_path, {**PULL, **change})), "--out", str(tmp_path / "out")]
         )
         output_text = " ".join(done.stderr.split())
-        assert done.exit_code == 1 and words in output_text, output_text
+        assert (done.exit_code, code_of(done)) == (1, code) and words in output_text, output_text

@@ -23,6 +23,7 @@ from pywet.cli import groups
 from pywet.cli.app import app
 from pywet.laws import registry
 from tests.cases.screening import synthetic
+from tests.error_codes import code_of
 
 CONFIG = Path(__file__).parent.parent.parent / "config"
 
@@ -246,7 +247,7 @@ def test_a_failed_stage_of_run_is_the_sentence(
 
     monkeypatch.setattr(stages, "simulate", refuse)
     result = runner.invoke(app, ["run", "1", "--config", str(CONFIG), "--out", str(tmp_path / "case01")])
-    assert result.exit_code == 1
+    assert (result.exit_code, code_of(result)) == (1, "cli.stage_failed")
     assert "stage simulate failed: the engine was given nonsense" in result.stderr
     status = json.loads((tmp_path / "case01" / "status" / "simulate.json").read_text())
     assert status["reason"] == "the engine was given nonsense"

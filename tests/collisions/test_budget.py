@@ -11,8 +11,8 @@ from scipy.integrate import fixed_quad
 
 from pywet.collisions.wall import adaptive, forces, wall
 from pywet.collisions.wall.problem import Problem
-from pywet.errors import PywetError
 from tests.collisions.cases import problem, run
+from tests.error_codes import raises_code
 
 GLASS, ALUMINA = "glass_1.74mm", "alumina_1.74mm"
 CASES = {
@@ -107,7 +107,7 @@ def test_a_wrong_work_opens_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:
         return raw
 
     monkeypatch.setattr(wall, "integrate", wrong)
-    with pytest.raises(PywetError, match="energy budget is open by"):
+    with raises_code("wall.not_finished"):
         wall.collide(CASES["wet"])
 
 

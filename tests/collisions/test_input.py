@@ -18,6 +18,7 @@ from pywet.config.loading import parse
 from pywet.errors import PywetError
 from studies.buck2018 import buck_tables
 from tests.collisions.cases import problem
+from tests.error_codes import code_of, error_of, raises_code
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 OUTPUT = {
@@ -91,54 +92,54 @@ def changed(path: str, value: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "message"),
+    ("path", "value", "code", "key", "says"),
     [
-        ("angle_deg", 90, "angle_deg is 90, expected less than 90"),
-        ("normal_velocity_m_per_s", 0, "normal_velocity_m_per_s is 0, expected greater than or equal to"),
-        ("particle.restitution", 1.1, "particle.restitution is 1.1, expected less than or equal to 1"),
-        ("particle.radius", 1e-3, "key particle.radius is not known, expected radius_m"),
-        ("liquid.half_filling_angle_deg", 0, "liquid.half_filling_angle_deg is 0, expected greater than 0"),
-        ("liquid.contact_angle_deg", 170, "expected less than or equal to 90"),
-        ("liquid.viscosity_Pa_s", None, "key liquid.viscosity_Pa_s is missing"),
-        ("wall", None, "either wall or partner"),
-        ("variant", "printed", "variant is 'printed', expected 'mended' or 'as_printed'"),
-        ("readings", {"gapp": "mended"}, "key readings.gapp is not known, expected gap"),
-        ("readings", {"gap": "other"}, "readings.gap is 'other', expected 'mended' or 'as_printed'"),
-        ("rtol", 1.0, "rtol is 1.0"),
-        ("readings", {"capillary": "film_and_bridge"}, "expected a layer thinner than"),
-        ("friction", [], "friction is an empty list"),
-        ("omega_rad_per_s", [0, "x"], "omega_rad_per_s is 'x'"),
+        ("angle_deg", 90, "config.value", "angle_deg", ""),
+        ("normal_velocity_m_per_s", 0, "config.value", "normal_velocity_m_per_s", ""),
+        ("particle.restitution", 1.1, "config.value", "particle.restitution", ""),
+        ("particle.radius", 1e-3, "config.unknown_key", "particle.radius", ""),
+        ("liquid.half_filling_angle_deg", 0, "config.value", "liquid.half_filling_angle_deg", ""),
+        ("liquid.contact_angle_deg", 170, "config.value", "liquid.contact_angle_deg", ""),
+        ("liquid.viscosity_Pa_s", None, "config.missing_key", "liquid.viscosity_Pa_s", ""),
+        ("wall", None, "config.inconsistent", "", "either wall or partner"),
+        ("variant", "printed", "config.value", "variant", ""),
+        ("readings", {"gapp": "mended"}, "config.unknown_key", "readings.gapp", ""),
+        ("readings", {"gap": "other"}, "config.value", "readings.gap", ""),
+        ("rtol", 1.0, "config.value", "rtol", ""),
+        ("readings", {"capillary": "film_and_bridge"}, "config.inconsistent", "", "a layer thinner than"),
+        ("friction", [], "wall.empty_list", "friction", ""),
+        ("omega_rad_per_s", [0, "x"], "config.value", "omega_rad_per_s", ""),
     ],
 )
-def test_a_mistake_is_one_sentence(runner: CliRunner, tmp_path: Path, path: str, value: Any, message: str) -> None:
+def test_a_mistake_is_one_sentence(
+    runner: CliRunner, tmp_path: Path, path: str, value: Any, code: str, key: str, says: str
+) -> None:
     file = tmp_path / "case.json"
     file.write_text(json.dumps(changed(path, value)))
     result = runner.invoke(app, ["collide", "wall", str(file)])
     assert result.exit_code == 1, result.output
-    assert message in result.stderr and len(result.stderr.strip().splitlines()) == 1
-    assert isinstance(result.exception, SystemExit)
+    assert says in result.stderr and len(result.stderr.strip().splitlines()) == 1
+    error = error_of(result)
+    assert error and (error.code, error.key) == (code, key)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [("{", "line 1 column 2"), ("[1]", "describe particle, wall"), (None, "could not be read")],
-)
-def test_a_file_that_is_no_input(runner: CliRunner, tmp_path: Path, text: str | None, message: str) -> None:
+@pytest.mark.parametrize(("text", "code"), [("{", "file.not_json"), ("[1]", "file.shape"), (None, "file.unread")])
+def test_a_file_that_is_no_input(runner: CliRunner, tmp_path: Path, text: str | None, code: str) -> None:
     file = tmp_path / "case.json"
     if text is not None:
         file.write_text(text)
     result = runner.invoke(app, ["collide", "wall", str(file)])
-    assert result.exit_code == 1 and message in result.stderr
+    assert (result.exit_code, code_of(result)) == (1, code)
 
 
 def test_table_and_csv_are_for_sweeps(runner: CliRunner) -> None:
     result = runner.invoke(app, ["collide", "wall", str(EXAMPLES / "wall_wet.json"), "--table"])
-    assert result.exit_code == 1 and "describes one collision" in result.stderr
+    assert (result.exit_code, code_of(result)) == (1, "wall.no_list")
 
 
 def test_a_sweep_of_a_million_and_more_is_refused() -> None:
     many = content(angle_deg=[0.0] * 1001, omega_rad_per_s=[0.0] * 1001)
-    with pytest.raises(PywetError, match="asks for 1002001 collisions"):
+    with raises_code("wall.many", given=1002001):
         sweep.table(many)
 
 

@@ -14,6 +14,7 @@ from pywet.cli.app import app
 from pywet.compare import statistics, verdict
 from pywet.scene import EngineScene
 from tests.compare.test_compare import made
+from tests.error_codes import raises_code
 
 ENDS = {"five": (0.70, 0.72, 0.74, 0.66), "seven": (0.71, 0.75, 0.69, 0.72)}
 
@@ -82,5 +83,5 @@ def test_another_moisture_is_refused_with_the_way_to_it(groups: tuple[Path, Path
 
 def test_seeds_of_one_group_stay_of_one_setting(groups: tuple[Path, Path]) -> None:
     """--across is between the groups: a group that mixes 5 % and 7 % is refused."""
-    with pytest.raises(verdict.NotComparable, match="differ in case, liquid"):
+    with raises_code("compare.scenes", given=("case", "liquid")):
         verdict.compare([groups[0] / "0", groups[1] / "0"], [groups[1] / "1"], across=["liquid"])

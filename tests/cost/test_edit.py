@@ -2,11 +2,9 @@
 
 from pathlib import Path
 
-import pytest
-
 from pywet import config as settings
 from pywet.cost import edit
-from pywet.errors import PywetError
+from tests.error_codes import raises_code
 
 SOURCE = Path(__file__).parents[2] / "config"
 
@@ -16,6 +14,6 @@ def test_a_folder_with_a_file_of_the_user_is_refused_as_it_is(tmp_path: Path) ->
     edit.write_again(SOURCE, tmp_path / "made", "smoke", {})
     edit.write_again(SOURCE, tmp_path / "made", "smoke", {})
     (tmp_path / "made" / "notes.txt").write_text("mine")
-    with pytest.raises(PywetError, match="is not empty"):
+    with raises_code("cost.folder"):
         edit.write_again(SOURCE, tmp_path / "made", "smoke", {})
     assert {path.name for path in (tmp_path / "made").iterdir()} == {*settings.FILES, "notes.txt"}

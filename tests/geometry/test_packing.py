@@ -10,9 +10,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from pywet.cases.small.bodies import sphere_classes
-from pywet.errors import PywetError
 from pywet.geometry import FeedRegion, fill
 from pywet.scene import SphereClass
+from tests.error_codes import raises_code
 
 FULL = FeedRegion("cylinder", 0.1994, 0.05, 0.16)
 SMOKE = FeedRegion("square", 0.05, 0.05, 0.16)
@@ -66,6 +66,6 @@ def test_no_spheres_at_all() -> None:
 
 @pytest.mark.parametrize("classes", [sphere_classes(0.0025, counts=3000), sphere_classes(0.03)])
 def test_too_many_or_too_large_are_refused(classes: tuple[SphereClass, ...]) -> None:
-    with pytest.raises(PywetError, match="do not fit loosely") as caught:
+    with raises_code("packing.crowded") as caught:
         fill(classes, SMOKE, 1)
     assert "\n" not in str(caught.value)

@@ -9,10 +9,10 @@ import pytest
 
 from pywet import config
 from pywet.cases.screening import cases
-from pywet.errors import PywetError
 from pywet.geometry import build_apparatus
 from pywet.geometry.prisms import prism_of
 from pywet.geometry.solids import polygon, tube
+from tests.error_codes import raises_code
 
 CONFIG = config.load(Path(__file__).parents[2] / "config")
 APERTURES = {case.aperture_mm: case for case in CONFIG.cases.values()}
@@ -38,5 +38,5 @@ def test_what_is_no_analytic_wire_is_refused() -> None:
     square = np.column_stack([polygon(0.01, 4), np.zeros(4)])
     shapes = {"a face": square[[[0, 1, 2], [0, 2, 3]]], "a tube": hollow}
     for name, corners in shapes.items():
-        with pytest.raises(PywetError, match=f"{name} was given as a prism but is none"):
+        with raises_code("surface.not_prism", key=f"walls.{name}"):
             prism_of(corners, name)

@@ -8,9 +8,9 @@ import meshio
 import numpy as np
 import pytest
 
-from pywet.errors import PywetError
 from pywet.geometry import Apparatus, read_stl, write_stl
 from pywet.geometry.surface import enclosed
+from tests.error_codes import raises_code
 
 
 def test_round_trip_is_exact(apparatus: Apparatus, tmp_path: Path) -> None:
@@ -28,7 +28,7 @@ def test_open_stl_is_refused(apparatus: Apparatus, tmp_path: Path) -> None:
     slide = next(s for s in apparatus.surfaces if s.name == "slide")
     path = tmp_path / "open.stl"
     meshio.write(path, meshio.Mesh(slide.vertices, [("triangle", slide.triangles[1:])]), binary=True)
-    with pytest.raises(PywetError, match=r"surface open: it is not closed"):
+    with raises_code("surface.open", key="open"):
         read_stl(path)
 
 
@@ -36,12 +36,12 @@ def test_open_stl_is_refused(apparatus: Apparatus, tmp_path: Path) -> None:
 def test_damaged_stl_is_refused(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "bad.stl"
     path.write_bytes(content)
-    with pytest.raises(PywetError, match="bad"):
+    with raises_code("stl.unreadable"):
         read_stl(path)
 
 
 def test_missing_stl_is_named(tmp_path: Path) -> None:
-    with pytest.raises(PywetError, match="no STL file at"):
+    with raises_code("stl.missing"):
         read_stl(tmp_path / "nothing.stl")
 
 

@@ -10,11 +10,11 @@ import pytest
 from pywet.cases.small import bodies
 from pywet.config import EffectSettings, LawSettings
 from pywet.config.entries import RatioEntry
-from pywet.errors import PywetError
 from pywet.planning.effect_plan import EffectPlan, plan
 from pywet.planning.numbers import effect_numbers
 from pywet.planning.surroundings import Surroundings
 from pywet.scene import Effects, Liquid
+from tests.error_codes import raises_code
 
 (SPHERE,) = bodies.sphere_classes(2.5e-3, counts=10, density=1358, angle_rad=math.radians(40), name="small")
 PAIRS = bodies.contacts(1, 1e5, friction=0.35, rolling_m=5e-5)
@@ -103,11 +103,11 @@ def test_bridges_off_takes_their_effects_along() -> None:
 
 
 def test_contradictions_are_one_sentence() -> None:
-    with pytest.raises(PywetError, match=r"effects\.bridges is on but the case has no liquid"):
+    with raises_code("effect.dry"):
         make(None, bridges=True)
-    with pytest.raises(PywetError, match=r"effects\.capillary is on but there are no bridges"):
+    with raises_code("effect.lacking", key="effects.capillary"):
         make(None, capillary=True)
-    with pytest.raises(PywetError, match="no capillary law named nobody"):
+    with raises_code("law.not_of_kind", given="nobody"):
         plan((SPHERE,), PAIRS, water(), SPEED, settings(), LawSettings(capillary="nobody"))
 
 
@@ -196,14 +196,14 @@ def test_effects_in_no_preset_are_switched_by_hand() -> None:
     off = make(water(2e-4), tolerance=0.01, decide="tolerance").effects
     assert not off.liquid_weight and off.shedding is None
     for effect in ("liquid_weight", "shedding"):
-        with pytest.raises(PywetError, match=f"effects.{effect} is on but there are no bridges"):
+        with raises_code("effect.lacking", key=f"effects.{effect}"):
             make(None, **{effect: True})
 
 
 def test_impossible_surroundings_are_refused() -> None:
-    with pytest.raises(PywetError, match=r"wall_share 1\.5 must be within 0 and 1"):
+    with raises_code("scene.surroundings"):
         Surroundings(wall_share=1.5)
-    with pytest.raises(PywetError, match=r"solid_fraction 0\.75 within 0 and 0\.75"):
+    with raises_code("scene.surroundings"):
         Surroundings(solid_fraction=0.75)
 
 

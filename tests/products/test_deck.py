@@ -14,13 +14,13 @@ import pywet
 from pywet.cases.custom import building
 from pywet.cases.custom.description import Scene
 from pywet.config.loading import read_yaml
-from pywet.errors import ConfigError
 from pywet.geometry.motion import velocity
 from pywet.products.deck import Deck, Stroke
 from pywet.scene import Vibration
 from reference_impl.replay import io
 from reference_impl.tables import plant
 from tests.cases.custom.conftest import EXAMPLES, beads
+from tests.error_codes import raises_code
 
 STROKE = {"amplitude_mm": 2, "frequency_Hz": 20}
 DECK = {"length_mm": 60, "width_mm": 30, "aperture_mm": 4, "wire_mm": 1, "stroke": STROKE}
@@ -115,12 +115,12 @@ def test_decks_beneath_each_other() -> None:
     ],
 )
 def test_decks_that_do_not_fit_are_refused(change: dict[str, float], message: str) -> None:
-    with pytest.raises(ConfigError, match=message):
+    with raises_code("config.inconsistent", says=message):
         pywet.Scene(**beads(deck={**TWO, "beneath": [{**TWO["beneath"][0], **change}]}))
 
 
 def test_a_deck_smaller_than_an_aperture_is_refused() -> None:
-    with pytest.raises(ConfigError, match="length_mm and width_mm of at least one aperture and wire, 5 mm"):
+    with raises_code("config.inconsistent", says="of at least one aperture and wire"):
         pywet.Scene(**beads(deck={**DECK, "width_mm": 4}))
 
 
@@ -314,7 +314,7 @@ def test_wires_of_a_woven_deck_touch_and_do_not_cut() -> None:
     ],
 )
 def test_meshes_that_cannot_be_are_refused(change: dict[str, Any], message: str) -> None:
-    with pytest.raises(ConfigError, match=message):
+    with raises_code("config.inconsistent", says=message):
         pywet.Scene(**beads(deck={**DECK, **change}))
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.errors import PywetError
 from pywet.products import kinetics
+from tests.error_codes import raises_code
 
 DATA = Path(__file__).parents[2] / "docs" / "full_scale" / "data"
 TIMES = np.linspace(0.0, 20.0, 201)
@@ -62,9 +62,9 @@ def test_stored_full_scale_runs() -> None:
 
 
 def test_what_has_no_curve_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(PywetError, match="has no fraction_retained; expected the finished run of a screening case"):
+    with raises_code("kinetics.no_curve"):
         kinetics.kinetics([tmp_path])
     flat = pd.DataFrame({"time_since_opening_s": TIMES, "fraction_retained_large": 1.0})
     flat.to_csv(tmp_path / "fraction_retained.csv", index=False)
-    with pytest.raises(PywetError, match="no class passes the screen"):
+    with raises_code("kinetics.none_passes"):
         kinetics.kinetics([tmp_path])

@@ -16,7 +16,6 @@ from typer.testing import CliRunner
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.compare import grouping
-from pywet.errors import PywetError
 from pywet.geometry.motion import engine_displacement
 from pywet.products import intervals, screening_report, steady, streams
 from pywet.products.partition import partition_curve, separation, size_at
@@ -26,6 +25,7 @@ from pywet.scene import Vibration
 from reference_impl.replay import io
 from reference_impl.tables import plant
 from tests.cases.screening import synthetic
+from tests.error_codes import raises_code
 from tests.products import made_up
 
 MASS = [2500.0 * math.pi / 6.0 * (1e-3 * d) ** 3 for d in made_up.SIZES_MM]
@@ -197,7 +197,7 @@ def test_a_second_deck(tmp_path: Path) -> None:
     for name in ("screen", "screen_2"):
         given = json.loads((folder / "results" / f"{name}.json").read_text())
         assert [h.name for h in plant.held(folder, io.scene(folder), given) if h.wrong] == []
-    with pytest.raises(PywetError, match="deck 3 was asked for; expected one from 1 to 2"):
+    with raises_code("screen.deck", given=3, expected=2):
         screening_report.write(folder, deck=3)
 
 
@@ -300,10 +300,10 @@ def test_a_run_without_products_is_refused(tmp_path: Path) -> None:
     folder = made_up.make(tmp_path / "run")
     text = (folder / "scene.json").read_text()
     (folder / "scene.json").write_text(text.replace('"product": "overs"', '"product": null'))
-    with pytest.raises(PywetError, match=r"none of its outlets \(overs, unders\) collects the overs"):
+    with raises_code("screen.uncollected"):
         screening_report.write(folder)
     (folder / "scene.json").write_text(json.dumps({**json.loads(text), "outlets": []}))
-    with pytest.raises(PywetError, match="has no outlets, so that no product leaves"):
+    with raises_code("screen.no_outlets"):
         screening_report.write(folder)
 
 

@@ -10,8 +10,8 @@ A row:  name: what is wrong
         damage: {scene.json: cut}             optional, in {run}: cut (half), empty, gone, folder, {write: …} as above, or of a
                                               table: {without: column}, {only: rows}, {set: {column: value}}
         exit: 1
-        says: [words]                         all must be in standard error or output; or
-        error: {code: config.value, key: ranks}   attributes of the error (its file is the one that `config` changes)
+        says: [words]                         all must be in standard error or output, of a rule without a code; or
+        error: {code: config.value, key: ranks}   attributes of the error (its file is the one that `config` changes); where: name
 """
 
 from __future__ import annotations
@@ -106,8 +106,10 @@ def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, m
     if "error" in row:
         error = result.exception.__context__ if result.exception else None
         assert isinstance(error, PywetError), output_text
-        assert {name: getattr(error, name) for name in row["error"]} == row["error"]
-        assert {Path(error.where).name.partition(" line ")[0]} <= {*row.get("config", ()), "config.yaml"}
+        where = Path(error.where).name.partition(" line ")[0]
+        assert {n: where if n == "where" else getattr(error, n) for n in row["error"]} == row["error"], output_text
+        if "config" in row and error.code.startswith("config."):
+            assert where in (*row["config"], "config.yaml", "cases.csv", "")
         assert str(error).splitlines()[0] in output_text
     if row["exit"] == 1:
         lines = [  # where nobody has called `make setup` yet, that is said first

@@ -21,10 +21,10 @@ from pywet.cases.custom.description import Scene
 from pywet.cases.custom.walls import Wall
 from pywet.cli.app import app
 from pywet.engines.liggghts import driver
-from pywet.errors import PywetError
 from pywet.geometry.solids import tube
 from tests.cases.custom.conftest import beads
 from tests.engines.liggghts import beds
+from tests.error_codes import raises_code
 from tests.geometry.test_cad import CUBE, CUP, LINE, POINT, TURNED, binary, jitter, text
 
 TESTS = Path(__file__).parents[1]
@@ -149,7 +149,7 @@ def test_a_sphere_may_begin_above_a_hollow_body_and_in_its_cavity(
     if taken:
         assert sum(c.count for c in building.scene().classes) == 1
         return
-    with pytest.raises(PywetError, match="1 spheres begin in wall box"):
+    with raises_code("scene.in_wall"):
         building.scene()
 
 
@@ -170,7 +170,5 @@ def test_ids_below_one_end_before_the_plugin_takes_them_for_indices(tmp_path: Pa
     path = tmp_path / "history" / "spheres.parquet"
     table = pd.read_parquet(path)
     table.assign(id=-table["id"]).to_parquet(path)
-    with pytest.raises(
-        PywetError, match=r"spheres\.parquet has other ids or types; expected the 9 that the scene starts from"
-    ):
+    with raises_code("run.history", key="spheres"):
         driver.run(tmp_path, 1, progress=False)

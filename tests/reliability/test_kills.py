@@ -29,6 +29,7 @@ from pywet.errors import NotWhole, PywetError
 from pywet.scene import EngineScene
 from pywet.util.files import read_json
 from tests.engines.liggghts import beds
+from tests.error_codes import raises_code
 from tests.reliability.kills import Stopped, assert_same, tables_of
 
 pytestmark = pytest.mark.engine
@@ -180,7 +181,7 @@ def test_raw_files_that_do_not_hold_what_was_planned(ended: Path, tmp_path: Path
     text = (folder / logs.TRAJECTORY).read_text().split("ITEM: TIMESTEP\n")
     (folder / logs.TRAJECTORY).write_text("ITEM: TIMESTEP\n".join(text[:4] + text[5:]))
     scene = EngineScene.read(run_dir / "scene.json")
-    with pytest.raises(NotWhole, match=r"holds 10 output steps and lacks step 90; expected the 11 from 0 to 300"):
+    with raises_code("run.steps", given=10, expected=11):
         collecting.make(scene, folder)
     sums = {path.name: logs.checked(path) for path in logs.files(folder)}
     checkpoint.finish(folder, sums, checkpoint.finished(ended / "engine.partial", mark_of(run_dir))[0] or {})
@@ -353,7 +354,7 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     given = read_json(sums, "")
     given["states"][name] = logs.checked(engine)
     checkpoint.write_signed(sums, {part: given[part] for part in ("states", "logs")})
-    with pytest.raises(PywetError, match="LIGGGHTS stopped: Did not assign all atoms correctly"):
+    with raises_code("engine.stopped", says="Did not assign all atoms"):
         driver.run(run_dir, progress=False)
     assert driver.run(run_dir, progress=False).resumed_at_step == older.step
 
@@ -389,7 +390,7 @@ def test_a_restart_file_that_the_stock_program_would_read_for_ever(
             last.write_bytes(later)
             os.utime(last, (time.time() + ahead,) * 2)
             now += 2.0 * checkpoint.WRITTEN_S
-            with pytest.raises(PywetError, match="was cut off; expected the") if ends else contextlib.nullcontext():
+            with raises_code("checkpoint.steps") if ends else contextlib.nullcontext():
                 recorder.watch()
 
 
@@ -398,7 +399,7 @@ def test_logs_are_bounded(tmp_path: Path) -> None:
     scene = EngineScene.read(prepare(tmp_path, "dry", 100) / "scene.json")
     with (
         pytest.MonkeyPatch.context() as patch,
-        pytest.raises(PywetError, match=r"ended at step 0 of 100: it wrote more than 1 MB into .*output\.log.*'y'"),
+        raises_code("engine.flood"),
     ):
         patch.setattr(process, "LARGEST_LOG", 10**6)
         process.execute(["yes"], tmp_path, scene, lambda done, total: None)
@@ -417,7 +418,7 @@ def test_a_dry_run_leaves_nothing_of_a_moist_one(tmp_path: Path) -> None:
     prepare(tmp_path, "dry", 300)
     scene = EngineScene.read(tmp_path / "scene.json")
     (tmp_path / "scene.json").write_text(scene.model_copy(update={"box_high_m": (1e-3, 1e-3, 1e-3)}).model_dump_json())
-    with pytest.raises(PywetError, match="starts outside the box"):
+    with raises_code("scene.outside_box"):
         driver.run(tmp_path, progress=False)
     assert_same(before, tables_of(tmp_path))
     (tmp_path / "scene.json").write_text(scene.model_dump_json())

@@ -13,10 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from pywet import PywetError, run_folder, run_lock
+from pywet import run_folder, run_lock
 from pywet.engines.liggghts import checkpoint, driver
 from pywet.util import files
 from tests.engines.liggghts import beds
+from tests.error_codes import raises_code
 from tests.reliability.kills import assert_same, tables_of
 
 WORDS = ("scene", "bed", "--spheres", "12", "--seconds", "0.05")
@@ -160,7 +161,7 @@ def test_a_folder_moved_aside_while_it_is_asked_for(tmp_path: Path, monkeypatch:
         real(lock, how)
 
     monkeypatch.setattr(run_lock.fcntl, "flock", late)
-    with pytest.raises(PywetError, match="another run is active"), run_lock.hold(run):
+    with raises_code("lock.active"), run_lock.hold(run):
         raise AssertionError("the folder was held")
 
 

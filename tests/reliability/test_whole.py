@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 
 from pywet import stages
 from pywet.cli.app import app
-from pywet.errors import PywetError
 from reference_impl.replay import command
 from reference_impl.replay.replay import table
 from tests.cases.screening import synthetic
+from tests.error_codes import raises_code
 from tests.reference_impl import newton_scenes
 
 Change = Callable[[pd.DataFrame], pd.DataFrame]
@@ -167,6 +167,6 @@ def test_a_dry_case_over_a_moist_folder_is_no_run(tmp_path: Path) -> None:
     words = "history holds events.parquet, contacts.parquet, ledger.parquet, films.parquet"
     found = command.outcome(run)
     assert found["status"] == "unreadable" and words in found["reason"]
-    with pytest.raises(PywetError, match="of a moist run, but scene"):
+    with raises_code("replay.refused", says="of a moist run"):
         stages.replay(run)
     assert CliRunner().invoke(app, ["compare", str(run), str(run)]).exit_code == 2

@@ -19,13 +19,13 @@ from typer.testing import CliRunner
 
 from pywet import stages
 from pywet.cli.app import app
-from pywet.errors import PywetError
 from pywet.products import streams
 from pywet.products.partition import wilson
 from pywet.report import bands, pictures
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table, write_table
 from tests.cases.screening import synthetic
+from tests.error_codes import raises_code
 from tests.products import made_up
 
 MM = 72.0 / 25.4
@@ -81,16 +81,12 @@ def test_the_band_is_students_interval(seeds: list[Path]) -> None:
 
 def test_what_cannot_be_drawn_is_refused(seeds: list[Path], tmp_path: Path) -> None:
     """Another format, a width that is no paper's, and a run with nothing to draw, each in a sentence that names the way out."""
-    with pytest.raises(
-        PywetError, match=r"fig\.bmp was given for a figure; expected a name that ends in \.pdf, \.svg, \.png"
-    ):
+    with raises_code("plot.suffix", given=".bmp"):
         bands.write(tmp_path / "fig.bmp", bands.grouped(seeds))
     done = CliRunner(env={"COLUMNS": "300"}).invoke(app, ["plot", str(seeds[0]), "--width", "2"])
     assert done.exit_code != 0 and "40 to 500" in done.output
     dry = synthetic.make(tmp_path / "dry", moist=False)
-    with pytest.raises(
-        PywetError, match="neither a fraction retained nor a partition nor liquid to plot; expected a finished"
-    ):
+    with raises_code("plot.nothing"):
         bands.write(tmp_path / "fig.pdf", bands.grouped([dry]))
 
 

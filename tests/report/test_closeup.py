@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pywet.errors import PywetError
 from pywet.laws import exact_bridge
 from pywet.report import closeup
 from pywet.runs.rundir import Floats, RunDir
 from tests.cases.screening import synthetic
+from tests.error_codes import raises_code
 
 MM = 1e-3
 
@@ -62,7 +62,5 @@ def test_what_cannot_be_solved_stays_a_cuboid(tmp_path: Path) -> None:
 
 
 def test_a_sphere_without_bridges_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(
-        PywetError, match=r"sphere 2 of .* has no bridge at step 200; expected another sphere, or --step"
-    ):
+    with raises_code("closeup.no_bridge", given=2):
         closeup.write(synthetic.make(tmp_path / "case02"), tmp_path / "x.png", 2, 200)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pywet.errors import PywetError
 from pywet.report import caption, movie
 from pywet.runs.rundir import RunDir
+from tests.error_codes import raises_code
 
 
 def test_frames_are_evenly_spread_from_the_first_to_the_last() -> None:
@@ -62,5 +62,5 @@ def test_the_movie_has_every_output_and_its_loop_too(run: Path) -> None:
 
 def test_without_a_codec_the_message_names_what_to_install(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
-    with pytest.raises(PywetError, match=r"pip install pywet\[movie\]"):
+    with raises_code("movie.no_ffmpeg"):
         movie.write(run)

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.errors import PywetError
 from pywet.report import render, sketch
 from pywet.runs.rundir import RunDir
 from pywet.scene import Rotation
+from tests.error_codes import raises_code
 
 
 def _share_of_blue(picture: Path) -> float:
@@ -125,7 +125,7 @@ def test_falls_back_when_vtk_dies(run: Path, tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_step_without_output_is_refused(run: Path, tmp_path: Path) -> None:
-    with pytest.raises(PywetError, match="step 7 is not an output step"):
+    with raises_code("render.step", given=7):
         render.write(run, tmp_path / "picture.png", step=7)
 
 

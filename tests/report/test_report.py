@@ -20,6 +20,7 @@ from pywet.errors import PywetError
 from pywet.report import answer, plots, presets, report, report_numbers
 from pywet.report.collect import CaseResult, collect
 from tests.cases.screening import synthetic
+from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parent.parent.parent
 REPLAY = {
@@ -369,5 +370,5 @@ def test_curves_hold_the_numbers_of_the_tables(folder: Path, config: settings.Co
 
 
 def test_a_missing_template_is_named(config: settings.Config, folder: Path) -> None:
-    with pytest.raises(PywetError, match=r"no report\.html\.j2 in"):
+    with raises_code("report.no_template"):
         report.write(config, "smoke", CASES, folder, folder, None, folder / "report.html")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,9 @@ import pytest
 
 from pywet import config as settings
 from pywet import stages
-from pywet.errors import PywetError
 from pywet.sweep import plan
 from pywet.sweep.plan import Plan
+from tests.error_codes import raises_code
 from tests.sweep.files import EXAMPLES, write
 
 CONFIG = EXAMPLES.parent / "config"
@@ -56,25 +57,25 @@ def test_a_key_of_any_file_of_the_configuration_is_an_axis(tmp_path: Path, axis:
 
 
 @pytest.mark.parametrize(
-    ("changes", "sentence"),
+    ("changes", "code", "says"),
     [
-        ({"axes": {"case.liquid_percent": [5.0, 101.0]}}, "point 2 (case.liquid_percent 101): "),
-        ({"axes": {"frequency": [50.0]}}, "the axis frequency is in none of config, materials, scales, case"),
-        ({"axes": {"liquid.surface_tension_N_per_m": [72.8]}}, "surface_tension_N_per_m.value is 72.8, expected"),
-        ({"axes": {"materials.spheres.POM.contact_angle_deg": [95]}}, "contact_angle_deg is 95 in moist case 2"),
-        ({"axes": {"scale.stiffnes_factor": [0.1]}}, "key scales.smoke.stiffnes_factor is not known, expected stiffness_factor"),
-        ({"axes": {"laws.capillary": ["wilett"]}}, "wilett"),
-        ({"base": {**CASE["base"], "case": 99}}, "there is no case 99"),
-        ({"base": {**CASE["base"], "scale": "huge"}}, "there is no scale huge"),
-        ({"gather": ["fraction_retained"]}, "which no run has; expected fraction_retained_end"),
+        ({"axes": {"case.liquid_percent": [5.0, 101.0]}}, "config.implausible", "point 2 (case.liquid_percent 101): "),
+        ({"axes": {"frequency": [50.0]}}, "sweep.axis_file", ""),
+        ({"axes": {"liquid.surface_tension_N_per_m": [72.8]}}, "config.implausible", "surface_tension_N_per_m.value is 72.8"),
+        ({"axes": {"materials.spheres.POM.contact_angle_deg": [95]}}, "case.not_wetted", ""),
+        ({"axes": {"scale.stiffnes_factor": [0.1]}}, "config.unknown_key", ""),
+        ({"axes": {"laws.capillary": ["wilett"]}}, "law.not_of_kind", "wilett"),
+        ({"base": {**CASE["base"], "case": 99}}, "config.unknown_name", "case 99"),
+        ({"base": {**CASE["base"], "scale": "huge"}}, "config.unknown_name", "scale huge"),
+        ({"gather": ["fraction_retained"]}, "sweep.unknown_result", "fraction_retained_end"),
     ],
 )  # fmt: skip
-def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, changes: dict[str, Any], sentence: str) -> None:
-    with pytest.raises(PywetError) as caught:
+def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, changes: dict[str, Any], code: str, says: str) -> None:
+    with raises_code(code, re.escape(says)) as caught:
         of = asked(tmp_path, **changes)
         _ = of.runs
         of.cost()
-    assert sentence in str(caught.value) and "\n" not in str(caught.value), caught.value
+    assert "\n" not in str(caught.value), caught.value
 
 
 def test_cost_is_that_of_the_plan_and_disk_counts_every_run(tmp_path: Path) -> None:

@@ -11,10 +11,10 @@ import pytest
 from scipy import stats
 from scipy.stats import qmc
 
-from pywet.errors import PywetError
 from pywet.sweep import adaptive, figures, plan, significance, surface
 from pywet.sweep.description import Axis, Sweep
 from pywet.sweep.table import DONE, FAILED
+from tests.error_codes import raises_code
 from tests.sweep.files import WALL, write
 
 AXES = {"a": [0.0, 1.0, 2.0], "b": [0.0, 1.0], "law": ["x", "y"]}
@@ -169,7 +169,7 @@ def test_adaptive_points_belong_to_the_sweep(tmp_path: Path) -> None:
     text = plan.read(
         write(tmp_path, {**WALL, "axes": {"variant": ["mended", "as_printed"]}}), tmp_path / "b", tmp_path / "store"
     )
-    with pytest.raises(PywetError, match="the axis variant is not a range of numbers"):
+    with raises_code("sweep.axis_range", key="axes.variant"):
         sweep_command.carry_out(text, 1, 1, 1, lambda line: None)
 
 
@@ -188,5 +188,5 @@ def test_a_figure_has_means_and_intervals_of_the_table(sweep: Sweep) -> None:
     groups = made[made["law"] == "y"].groupby("a")["e_n"]
     half = [stats.t.ppf(0.975, len(g) - 1) * g.std() / np.sqrt(len(g)) for _, g in groups]
     assert ends[0] == pytest.approx(means) and ends[1] == pytest.approx(half)
-    with pytest.raises(PywetError, match="a and b are axes; expected a result as the third"):
+    with raises_code("sweep.two_axes"):
         figures.drawn(sweep, made, ["e_n"], "a", "b")

@@ -12,6 +12,7 @@ from pywet.collisions.wall import wall
 from pywet.errors import PywetError
 from pywet.sweep import table
 from pywet.sweep.workflow_jobs import ALL, Jobs
+from tests.error_codes import raises_code
 from tests.sweep.files import WALL, write
 
 
@@ -34,7 +35,7 @@ def test_a_failed_run_stops_no_other_and_is_a_job_again(tmp_path: Path, monkeypa
     jobs.show()
     made = table.read(jobs.folder)
     assert made["status"].tolist() == [table.DONE] * 3 + [table.FAILED] * 3
-    with pytest.raises(PywetError, match="3 of 6 runs have no results, first point 4, seed 0: no collision today"):
+    with raises_code("sweep.failed_jobs", given=3, says="point 4, seed 0: no collision today"):
         jobs.verdict(tmp_path / "verdict.txt")
     assert not done.exists() and not (tmp_path / "verdict.txt").exists()
     monkeypatch.setattr(wall, "collide", collide)
@@ -48,7 +49,7 @@ def test_a_failed_run_stops_no_other_and_is_a_job_again(tmp_path: Path, monkeypa
 
 def test_a_job_of_a_changed_sweep_is_refused(tmp_path: Path) -> None:
     jobs = Jobs(write(tmp_path, WALL))
-    with pytest.raises(PywetError, match="job 1-0-0123456789abcdef is of another state of"):
+    with raises_code("sweep.stale_job"):
         jobs.run("1-0-0123456789abcdef", tmp_path / "done.json")
     before = jobs.word
     assert Jobs(write(tmp_path, {**WALL, "gather": ["e_n"]})).word != before

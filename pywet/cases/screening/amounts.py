@@ -66,5 +66,6 @@ def refuse_too_thin(film_m: float, classes: Sequence[SphereClass]) -> None:
     if 0.0 < film_m < THINNEST * radius:
         raise PywetError(
             f"the liquid makes a film of {film_m:.3g} m on spheres of {2e3 * radius:g} mm, which is below round-off; expected "
-            f"none or at least {THINNEST * radius:.2g} m: more liquid, or none"
-        )
+            f"none or at least {THINNEST * radius:.2g} m: more liquid, or none",
+            code="case.thin_film", given=film_m, expected=THINNEST * radius,
+        )  # fmt: skip

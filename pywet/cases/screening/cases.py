@@ -95,8 +95,9 @@ def refuse_unwetted(config: Config, case: Case, walls: bool) -> None:
         if angle >= 90.0:
             raise PywetError(
                 f"materials.yaml: {name}.contact_angle_deg is {angle:g} in moist case {case.case}, expected 0 to below 90 "
-                "(or effects.bridges off in config.yaml)"
-            )
+                "(or effects.bridges off in config.yaml)",
+                code="case.not_wetted", key=f"{name}.contact_angle_deg", given=angle, where="materials.yaml",
+            )  # fmt: skip
 
 
 def planned(made: Ingredients) -> dict[str, Any]:

@@ -168,8 +168,9 @@ def write_results(run: RunDir) -> Results:
     if there != planned:
         raise PywetError(
             f"{run.path / 'trajectory.parquet'} holds {len(there)} output steps; expected the {len(planned)} planned ones, "
-            f"0 to {planned[-1]}: run the case again"
-        )
+            f"0 to {planned[-1]}: run the case again",
+            code="run.output_steps", given=len(there), expected=len(planned), where=run.path / "trajectory.parquet",
+        )  # fmt: skip
     made, folder = Results.of(run), run.path / "results"
     write_table(made.retained, folder / "fraction_retained.parquet", csv=True)
     write_table(made.liquid, folder / "liquid_by_holder.parquet", csv=True)

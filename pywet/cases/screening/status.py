@@ -19,13 +19,14 @@ EVALUATIONS = ("results", "replay", "vtk")
 
 @dataclass(frozen=True)
 class Status:
-    """Outcome of a stage; `failed_at` is the stage that failed first, `reason` its one sentence."""
+    """Outcome of a stage; `failed_at` is the stage that failed first, `reason` its one sentence, `code` that of the error."""
 
     stage: str
     ok: bool
     wall_s: float
     failed_at: str | None = None
     reason: str | None = None
+    code: str | None = None
 
     @classmethod
     def read(cls, path: Path) -> Status:
@@ -33,7 +34,7 @@ class Status:
         try:
             return read_model(path, cls, "run the case again")
         except PywetError as error:
-            return cls(Path(path).stem, False, 0.0, Path(path).stem, str(error))
+            return cls(Path(path).stem, False, 0.0, Path(path).stem, str(error), error.code)
 
 
 def status_path(run_dir: Path, stage: str) -> Path:

@@ -69,8 +69,9 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
         if status == REFUSED:  # the sentence is printed
             raise SystemExit(1)
         raise EngineError(
-            f"the engine ended with {status} on {path}, see its last lines{tables}; expected a script that runs"
-        )
+            f"the engine ended with {status} on {path}, see its last lines{tables}; expected a script that runs",
+            code="wet.engine_ended", given=status, where=path,
+        )  # fmt: skip
     if not there:
         raise refusal("wet.no_line", str(path))
     last = folder.ledger(log)

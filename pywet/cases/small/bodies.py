@@ -134,8 +134,9 @@ def in_drum(count: int, sphere_radius: float, radius: float, width: float, seed:
     if len(at) < count:
         raise PywetError(
             f"{count} spheres do not fit into their drum of {radius:g} m, only {len(at)}; expected {FIT_IN_DRUM} "
-            "or more: fix spheres"
-        )
+            "or more: fix spheres",
+            code="small.crowded_drum", key="spheres", given=count, expected=FIT_IN_DRUM,
+        )  # fmt: skip
     return at_places(at + np.random.default_rng(seed).uniform(-0.05, 0.05, at.shape) * sphere_radius)
 
 

@@ -117,7 +117,8 @@ def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:
     """Interpolate a column of the log at the requested separations; None beyond the rupture of the bridge."""
     if len(log) < 4:
         raise PywetError(
-            "the bridge lived for fewer than four steps in the engine; expected a larger volume or more steps"
+            "the bridge lived for fewer than four steps in the engine; expected a larger volume or more steps",
+            code="bridge.short_life",
         )
     gaps, values = log["separation"].to_numpy(), log[column].to_numpy()
     apart = gaps > 0.0  # overlapping bodies have the values of touching ones

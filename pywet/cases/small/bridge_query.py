@@ -126,12 +126,14 @@ def checked(given: Any, path: Path) -> Query:
         if custom_laws.is_custom(name) and custom_laws.kind_of(name) not in (*DEFAULT, *BESIDE):
             raise PywetError(
                 f"{path}: {name} is a law of {custom_laws.kind_of(name)}, which a static bridge does not use; expected one of "
-                f"{', '.join((*DEFAULT, *BESIDE))}: fix laws"
-            )
+                f"{', '.join((*DEFAULT, *BESIDE))}: fix laws",
+                code="bridge.law_kind", key="laws", given=name, where=path,
+            )  # fmt: skip
         if name not in known and not custom_laws.is_custom(name):
             raise PywetError(
-                f"{path}: there is no law named {one_line(name)}; expected names from {', '.join(sorted(known))}: fix laws"
-            )
+                f"{path}: there is no law named {one_line(name)}; expected names from {', '.join(sorted(known))}: fix laws",
+                code="bridge.unknown_law", key="laws", given=name, expected=sorted(known), where=path,
+            )  # fmt: skip
     return query
 
 
@@ -202,7 +204,10 @@ def pull_off(query: Query) -> float:
     """Largest force [N] over the separations by the one capillary law that the query names."""
     names = query.named("capillary")
     if len(names) != 1:
-        raise PywetError(f"a pull-off force is requested for {', '.join(names)}; expected one capillary law: fix laws")
+        raise PywetError(
+            f"a pull-off force is requested for {', '.join(names)}; expected one capillary law: fix laws",
+            code="bridge.capillary_laws", key="laws", given=names,
+        )  # fmt: skip
     ri, rj, ti, tj = query.pair
     if names[0] == EXACT:
         return max((force for force in exact_force(query) if force is not None), default=0.0)
@@ -232,7 +237,10 @@ def film(query: Query, name: str) -> float:
     while drawn(top) < query.volume_m3:
         top *= 2.0
         if top > 1e9 * ri:
-            raise PywetError(f"law {name} draws {query.volume_m3:g} m3 from no film, however thick; fix volume_m3")
+            raise PywetError(
+                f"law {name} draws {query.volume_m3:g} m3 from no film, however thick; fix volume_m3",
+                code="bridge.no_film", key="volume_m3", given=query.volume_m3,
+            )  # fmt: skip
     return float(brentq(lambda h: drawn(h) / query.volume_m3 - 1.0, 0.0, top, xtol=1e-18, rtol=1e-15))
 
 
@@ -245,8 +253,9 @@ def _until(rupture: float, gaps: np.ndarray, values: np.ndarray, name: str) -> l
 def _finite(value: float, name: str) -> float:
     if not math.isfinite(value):
         raise PywetError(
-            f"law {name} gives {value} for this bridge; expected a number: fix the bodies, or leave it out"
-        )
+            f"law {name} gives {value} for this bridge; expected a number: fix the bodies, or leave it out",
+            code="bridge.no_number", key=name, given=value,
+        )  # fmt: skip
     return value
 
 

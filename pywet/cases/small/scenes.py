@@ -63,7 +63,10 @@ class Choice:
             if getattr(self, name) is not None:
                 limits.read(name, getattr(self, name))
         if self.contact not in CONTACTS:
-            raise PywetError(f"contact is {one_line(self.contact)}; expected one of {', '.join(CONTACTS)}")
+            raise PywetError(
+                f"contact is {one_line(self.contact)}; expected one of {', '.join(CONTACTS)}",
+                code="small.contact_model", key="contact", given=self.contact, expected=tuple(CONTACTS),
+            )  # fmt: skip
 
     def glass(self, count: int) -> SphereClass:
         return bodies.sphere_classes(self.radius_m, counts=count, name="glass")[0]
@@ -186,7 +189,10 @@ def bed_angles(run_dir: Path) -> bodies.Floats:
     turning = (scene.motion_of(wall) for wall in scene.walls)
     motion = next((m for m in turning if isinstance(m, Rotation)), None)
     if motion is None:
-        raise PywetError(f"no wall of {run_dir} turns; expected a drum for the angle of its bed")
+        raise PywetError(
+            f"no wall of {run_dir} turns; expected a drum for the angle of its bed",
+            code="small.not_turning", where=run_dir,
+        )  # fmt: skip
     centre = read_table(run_dir / "trajectory.parquet").groupby("step")[[*"xyz"]].mean().to_numpy() - motion.origin_m
     down, axis = np.array(scene.gravity_m_per_s2), np.array(motion.axis) / np.linalg.norm(motion.axis)
     angle = np.degrees(np.arctan2(centre @ np.cross(axis, down), centre @ (down - (down @ axis) * axis)))
@@ -205,7 +211,10 @@ SCENES: dict[str, Callable[[Path, Choice], dict[str, float]]] = {
 def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, float]:
     """Run a scene by name and leave its numbers in scene_result.json."""
     if name not in SCENES:
-        raise PywetError(f"there is no scene named {name}; expected one of {', '.join(SCENES)}")
+        raise PywetError(
+            f"there is no scene named {name}; expected one of {', '.join(SCENES)}",
+            code="small.unknown_scene", given=name, expected=tuple(SCENES),
+        )  # fmt: skip
     choice, run_dir = choice or Choice(), Path(run_dir)
     word = identity.of(name, asdict(choice))
     with identity.held(run_dir, word):
@@ -233,8 +242,9 @@ def _run(
     steps = round(seconds / step)
     if steps < 1:
         raise PywetError(
-            f"{choice.seconds or 0:g} s are less than half a time step of {step:g} s; expected more: raise --seconds"
-        )
+            f"{choice.seconds or 0:g} s are less than half a time step of {step:g} s; expected more: raise --seconds",
+            code="small.short", key="--seconds", given=choice.seconds, expected=step,
+        )  # fmt: skip
     sphere = choice.glass(len(spheres))
     output = Output(
         interval_s=max(1, steps // 50) * step,

@@ -59,12 +59,15 @@ def three_equal_spheres(
     Units: length δ_12, speed v_n0, mass the reduced mass m. Ca = None: no capillary force; h23_0 = None: no third sphere;
     reference_speed: what e_wet refers to, None: v_n0. The JSON form has these keys, ranges and defaults.
     """
-    refuse(St_n > 0.0, f"St_n is {St_n:g}; expected a positive number")
-    refuse(Ca is None or Ca > 0.0, f"Ca is {Ca or 0:g}; expected a positive number, or null for no capillary force")
-    refuse(h_a > 0.0, f"h_a is {h_a:g}; expected a positive number")
+    refuse(St_n > 0.0, f"St_n is {St_n:g}; expected a positive number", "St_n")
+    refuse(
+        Ca is None or Ca > 0.0, f"Ca is {Ca or 0:g}; expected a positive number, or null for no capillary force", "Ca"
+    )
+    refuse(h_a > 0.0, f"h_a is {h_a:g}; expected a positive number", "h_a")
     refuse(
         abs(theta12_deg) < 90.0,
         f"theta12_deg is {theta12_deg:g}; expected less than 90 either way, else sphere 1 misses sphere 2",
+        "theta12_deg",
     )
     radius = 0.5 / h_a  # a_i = 2a, 4a = δ_12/h_a
     reduced = 0.5 * radius

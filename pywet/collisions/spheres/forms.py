@@ -107,6 +107,7 @@ def parse(description: Any, where: str = "the description") -> Problem:
     form = description.get("form") if isinstance(description, dict) else None
     if not isinstance(form, str) or form not in FORMS:
         raise PywetError(
-            f'{where}: "form" is {form!r}; expected one of {", ".join(FORMS)} (pywet docs sphere_collisions)'
-        )
+            f'{where}: "form" is {form!r}; expected one of {", ".join(FORMS)} (pywet docs sphere_collisions)',
+            code="spheres.form", key="form", given=form, expected=tuple(FORMS), where=where,
+        )  # fmt: skip
     return loading.parse(FORMS[form], description, where).problem()

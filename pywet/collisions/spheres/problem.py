@@ -159,30 +159,37 @@ def system(problem: Problem, unit: Scales, polar: bool) -> System:
     )
 
 
-def refuse(condition: bool, what: str) -> None:
+def refuse(condition: bool, what: str, key: str, code: str = "spheres.value") -> None:
     """Raise a `PywetError` where a condition on the input is not met."""
     if not condition:
-        raise PywetError(what)
+        raise PywetError(what, code=code, key=key)
 
 
 def check(problem: Problem) -> None:
     """Refuse what the model cannot describe, in one sentence."""
     n = len(problem.radius)
-    refuse(2 <= n <= MOST_SPHERES, f"{n} spheres were given; expected 2 to {MOST_SPHERES}")
+    refuse(
+        2 <= n <= MOST_SPHERES, f"{n} spheres were given; expected 2 to {MOST_SPHERES}", "spheres", code="spheres.count"
+    )
     numbers = np.concatenate(
         [x.ravel() for x in (problem.radius, problem.mass, problem.position, problem.velocity, problem.omega)]
     )
     finite = bool(np.isfinite(numbers).all())
-    refuse(finite, "radii, masses, positions and velocities hold a value that is not finite; expected numbers")
+    what = "radii, masses, positions and velocities hold a value that is not finite; expected numbers"
+    refuse(finite, what, "spheres", code="spheres.not_finite")
     for name, value in (("radii", problem.radius.min()), ("masses", problem.mass.min())):
-        refuse(value > 0.0, f"the {name} hold {value:g}; expected positive numbers")
+        refuse(value > 0.0, f"the {name} hold {value:g}; expected positive numbers", name)
     for name in ("viscosity", "h_min", "t_end"):
         value = getattr(problem, name)
-        refuse(math.isfinite(value) and value > 0.0, f"{name} is {value:g}; expected a positive number")
-    refuse(problem.surface_tension >= 0.0, f"surface_tension is {problem.surface_tension:g}; expected 0 or more")
-    refuse(0.0 < problem.e_dry <= 1.0, f"e_dry is {problem.e_dry:g}; expected more than 0 and at most 1")
-    refuse(problem.mu_f >= 0.0, f"mu_f is {problem.mu_f:g}; expected 0 or more")
-    refuse(1e-12 <= problem.rtol <= 1e-2, f"rtol is {problem.rtol:g}; expected 1e-12 to 1e-2")
+        refuse(math.isfinite(value) and value > 0.0, f"{name} is {value:g}; expected a positive number", name)
+    refuse(
+        problem.surface_tension >= 0.0,
+        f"surface_tension is {problem.surface_tension:g}; expected 0 or more",
+        "surface_tension",
+    )
+    refuse(0.0 < problem.e_dry <= 1.0, f"e_dry is {problem.e_dry:g}; expected more than 0 and at most 1", "e_dry")
+    refuse(problem.mu_f >= 0.0, f"mu_f is {problem.mu_f:g}; expected 0 or more", "mu_f")
+    refuse(1e-12 <= problem.rtol <= 1e-2, f"rtol is {problem.rtol:g}; expected 1e-12 to 1e-2", "rtol")
     for i, j in problem.pairs:
         gap, film = problem.gap_of(i, j), problem.film[i, j]
         name = f"spheres {i + 1} and {j + 1}"
@@ -190,12 +197,18 @@ def check(problem: Problem) -> None:
             film > problem.h_min,
             f"the films of {name} touch at a gap of {film:g}, not above h_min = {problem.h_min:g}; "
             "expected thicker films or a smaller h_min",
+            name,
+            code="spheres.thin_films",
         )
         refuse(
             gap >= problem.h_min * (1.0 - 1e-9),
             f"{name} start with a gap of {gap:g}; expected at least h_min = {problem.h_min:g}: move them apart",
+            name,
+            code="spheres.close",
         )
         refuse(
             film < min(problem.radius[i], problem.radius[j]),
             f"the films of {name} together are {film:g} thick; expected less than the smaller radius (thin films)",
+            name,
+            code="spheres.thick_films",
         )

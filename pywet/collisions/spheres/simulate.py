@@ -100,7 +100,10 @@ def run(
 ) -> Run:
     """March a problem to its end; `times` are stops whose states are recorded, `record` the most steps recorded besides."""
     if method not in METHODS:
-        raise PywetError(f"there is no integrator named {method}; expected one of {', '.join(METHODS)}")
+        raise PywetError(
+            f"there is no integrator named {method}; expected one of {', '.join(METHODS)}",
+            code="spheres.integrator", given=method, expected=tuple(METHODS),
+        )  # fmt: skip
     tableau, mode = METHODS[method]
     unit = scales(problem)
     s = system(problem, unit, polar)
@@ -113,7 +116,7 @@ def run(
     code = marching.march(stops, first_gaps(problem, unit), s, w, mode, MOST_STEPS, record > 0)
     wall = time.perf_counter() - began
     if code != marching.DONE:
-        raise PywetError(explain(code, w.now.time * unit.time))
+        raise PywetError(explain(code, w.now.time * unit.time), code="spheres.not_finished")
     return collect(problem, w, unit, wall)
 
 

@@ -33,8 +33,9 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
     if not sweep.swept(content):
         if as_table or csv is not None:
             raise PywetError(
-                f"{file} describes one collision, expected at least one list of values for --table or --csv"
-            )
+                f"{file} describes one collision, expected at least one list of values for --table or --csv",
+                code="wall.no_list", where=file,
+            )  # fmt: skip
         problem = parse(Problem, content, str(file))
         with compiling("wall"), err.status("one collision"):
             answer = collide(problem)

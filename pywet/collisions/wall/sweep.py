@@ -41,7 +41,10 @@ def swept(content: dict[str, Any], path: tuple[str, ...] = ()) -> list[tuple[tup
             places += swept(value, (*path, key))
         elif isinstance(value, list):
             if not value:
-                raise PywetError(f"key {'.'.join((*path, key))} is an empty list, expected one or more numbers")
+                raise PywetError(
+                    f"key {'.'.join((*path, key))} is an empty list, expected one or more numbers",
+                    code="wall.empty_list", key=".".join((*path, key)),
+                )  # fmt: skip
             places.append(((*path, key), value))
     return places
 
@@ -65,7 +68,10 @@ def table(
     """One row per combination: the swept values, the results, the energies [J]; a refused one has its sentence in `refused`."""
     count = math.prod(len(values) for _, values in swept(content))
     if count > MOST:
-        raise PywetError(f"{where} asks for {count} collisions, expected at most {MOST}; split the sweep")
+        raise PywetError(
+            f"{where} asks for {count} collisions, expected at most {MOST}; split the sweep",
+            code="wall.many", given=count, expected=MOST, where=where,
+        )  # fmt: skip
     problems = []
     for chosen, given in combinations(content):
         message = ", ".join(f"{key} {value}" for key, value in chosen.items())

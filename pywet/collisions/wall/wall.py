@@ -71,7 +71,7 @@ def collide(problem: Problem) -> dict[str, Any]:
             break
         rtol = max(0.03 * rtol, TIGHTEST)
     if best is None:
-        raise PywetError(_refusal(problem, raw.code, of_turnover))
+        raise PywetError(_refusal(problem, raw.code, of_turnover), code="wall.not_finished")
     return outcome(problem, p, state, *best)
 
 

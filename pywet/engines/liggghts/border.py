@@ -88,4 +88,7 @@ def _transfer(scene: EngineScene, tables: pd.DataFrame) -> None:
 
 def _refuse(wrong: object, table: str, what: str, expected: str) -> None:
     if wrong:
-        raise FileError(f"history/{table}.parquet {what}; expected {expected}: {AGAIN}")
+        raise FileError(
+            f"history/{table}.parquet {what}; expected {expected}: {AGAIN}",
+            code="run.history", key=table, given=what, expected=expected,
+        )  # fmt: skip

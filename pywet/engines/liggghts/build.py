@@ -33,13 +33,15 @@ def engine_version() -> str:
     version = process.package_version("libliggghts-dev")
     if version is None:
         raise EngineError(
-            "the LIGGGHTS headers were not found; expected Debian's package libliggghts-dev: run `make setup`"
+            "the LIGGGHTS headers were not found; expected Debian's package libliggghts-dev: run `make setup`",
+            code="liggghts.headers",
         )
     if not version.startswith(ENGINE_VERSION):
         raise EngineError(
             f"LIGGGHTS {version} is installed, the plugin is written for {ENGINE_VERSION}; "
-            f"install libliggghts-dev {ENGINE_VERSION} (Debian 12)"
-        )
+            f"install libliggghts-dev {ENGINE_VERSION} (Debian 12)",
+            code="liggghts.version", given=version, expected=ENGINE_VERSION,
+        )  # fmt: skip
     return version
 
 
@@ -62,7 +64,8 @@ def compiler_version() -> str:
     """First line of `g++ --version`."""
     if shutil.which("g++") is None or shutil.which("mpicxx") is None:
         raise EngineError(
-            "no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`"
+            "no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`",
+            code="plugin.compiler",
         )
     return process.output_of(["g++", "--version"]).partition("\n")[0]
 
@@ -95,7 +98,10 @@ def compile_to(target: Path, before: list[str], sources: list[Path], after: list
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:300])
-            raise EngineError(f"the plugin does not compile: {first}; expected headers of {of}")
+            raise EngineError(
+                f"the plugin does not compile: {first}; expected headers of {of}",
+                code="plugin.not_compiled", expected=of,
+            )  # fmt: skip
         built.rename(target)
         caches.seal(target)
 

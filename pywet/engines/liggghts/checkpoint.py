@@ -162,7 +162,7 @@ def _read_signed(path: Path) -> dict[str, Any]:
     """Content of such a file; PywetError where it is not what was written."""
     content = read_json(path, "")
     if not isinstance(content, dict) or content.pop(SUM, None) != _sum(content):
-        raise PywetError(f"{path} was changed")
+        raise PywetError(f"{path} was changed", code="checkpoint.changed", where=path)
     return content
 
 
@@ -274,8 +274,9 @@ class Recorder:
     def _not_whole(self, why: str) -> PywetError:
         return PywetError(
             f"{why}; expected the {len(self.planned)} planned output steps in "
-            f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint"
-        )
+            f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint",
+            code="checkpoint.steps", where=self.folder,
+        )  # fmt: skip
 
     def _name_stock(self) -> None:
         """Rename the stock program's restart file once the engine has continued: only then is it complete, and the engine hangs

@@ -77,8 +77,9 @@ def planned(steps: pd.Series, scene: EngineScene, what: str) -> None:
         wrong = f"lacks step {missing[0]}" if missing else f"has step {more[0]}, which is not one"
         raise NotWhole(
             f"{what} holds {len(there)} output steps and {wrong}; expected the {len(wanted)} from 0 to {wanted[-1]}: "
-            "run the case again"
-        )
+            "run the case again",
+            code="run.steps", given=len(there), expected=len(wanted),
+        )  # fmt: skip
 
 
 def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> None:

@@ -167,7 +167,10 @@ def write_data(scene: EngineScene, spheres: pd.DataFrame, path: Path) -> None:
         inside &= (spheres[axis] > low) & (spheres[axis] < high) | (spheres[axis] == low) & (axis == scene.periodic)
     if not inside.all():
         first = spheres.loc[~inside].iloc[0]
-        raise PywetError(f"sphere {int(first['id'])} starts outside the box of scene {scene.name}; enlarge the box")
+        raise PywetError(
+            f"sphere {int(first['id'])} starts outside the box of scene {scene.name}; enlarge the box",
+            code="scene.outside_box", given=int(first["id"]),
+        )  # fmt: skip
     lines = ["spheres of pywet", "", f"{len(spheres)} atoms", f"{len(scene.classes) + 1} atom types", ""]
     for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
         lines.append(f"{low!r} {high!r} {axis}lo {axis}hi")
@@ -200,8 +203,9 @@ def from_folder(path: Path, folder: Path) -> str:
     if not re.fullmatch(r"[A-Za-z0-9_./-]+", way):
         raise PywetError(
             f"the path {shown(Path(way))} cannot be used in the engine's script; expected letters, digits, _, - and . "
-            "between slashes: rename what is below the run directory"
-        )
+            "between slashes: rename what is below the run directory",
+            code="engine.path", given=way,
+        )  # fmt: skip
     return way
 
 

@@ -224,8 +224,9 @@ def _check_engine(ranks: int, mpi: Sequence[str]) -> str:
     if ranks > 1 and shutil.which(mpi[0]) is None:
         raise EngineError(
             f"{ranks} ranks were asked for but there is no {mpi[0]}; expected mpirun of openmpi-bin (run `make setup`), or "
-            f"srun within a job of SLURM"
-        )
+            f"srun within a job of SLURM",
+            code="engine.no_mpirun", key="ranks", given=ranks,
+        )  # fmt: skip
     return version
 
 

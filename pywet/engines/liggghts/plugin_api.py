@@ -76,13 +76,14 @@ class Plugin:
         installed = version or engine_version()
         if built_for != installed:
             raise EngineError(
-                f"the plugin was built for engine {built_for}, {installed} is installed: run `make setup`"
-            )
+                f"the plugin was built for engine {built_for}, {installed} is installed: run `make setup`",
+                code="plugin.version", given=built_for, expected=installed,
+            )  # fmt: skip
         self._keep: list[Any] = []
 
     def _check(self, answer: bytes | None) -> None:
         if answer:
-            raise PywetError(answer.decode())
+            raise PywetError(answer.decode(), code="plugin.refused")
 
     def configure(
         self, scene: EngineScene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
@@ -161,8 +162,9 @@ class Plugin:
         corners, part = _doubles(nodes.reshape(-1, 9)), _ints(wall.triangle_part)
         if len(corners) != len(part):
             raise PywetError(
-                f"{wall.stl} holds {len(corners)} triangles, the scene lists parts for {len(part)}: rebuild the scene"
-            )
+                f"{wall.stl} holds {len(corners)} triangles, the scene lists parts for {len(part)}: rebuild the scene",
+                code="plugin.triangles", key=f"walls.{wall.name}", given=len(corners), expected=len(part),
+            )  # fmt: skip
         widths = _doubles([math.inf if w is None else w for w in wall.part_half_width_m])
         group = _ints([groups[(w, wall.contact_angle_rad)] for w in widths] if groups else [])
         parts = len(group), _pointer(widths), _pointer(group), C.c_double(wall.contact_angle_rad)

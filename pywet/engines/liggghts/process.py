@@ -65,8 +65,8 @@ def _refuse_flood(folder: Path, scene: EngineScene) -> None:
             f"{scene.name}: LIGGGHTS was ended at step {last_step(folder)} of {scene.steps}: it wrote more than "
             f"{LARGEST_LOG // 10**6} MB into {path}, where a few hundred lines were expected; the first is: "
             f"{message[0][:200] if message else ''!r}",
-            step=last_step(folder),
-        )
+            step=last_step(folder), code="engine.flood",
+        )  # fmt: skip
 
 
 def stopped(scene: EngineScene, folder: Path, returncode: int, more: str = "") -> StoppedRun:
@@ -77,7 +77,7 @@ def stopped(scene: EngineScene, folder: Path, returncode: int, more: str = "") -
             f"{scene.name}: srun did not start all ranks ({launch[1]}); expected nodes that are machines of their own, since two "
             f"nodes on one machine do not start under PMIx: ask for one (simulate:nodes=1), or read slurmd's log on each{more}"
         )
-        return StoppedRun(sentence, reason=launch[1])
+        return StoppedRun(sentence, reason=launch[1], code="engine.not_launched")
     reason = _reason(folder, returncode)
     spheres = [int(n) for pair in re.findall(r"\bspheres? (\d+)(?: and (\d+))?", reason) for n in pair if n]
     step = re.search(r"\bstep (\d+)", reason)
@@ -85,7 +85,10 @@ def stopped(scene: EngineScene, folder: Path, returncode: int, more: str = "") -
         where = departure(scene, folder, spheres[0] if spheres else None)
         reason += f"; {where}" if where else ""
     sentence = f"{scene.name}: LIGGGHTS stopped: {reason}{more}"
-    return StoppedRun(sentence, reason=reason, spheres=tuple(spheres), step=int(step.group(1)) if step else None)
+    return StoppedRun(
+        sentence,
+        reason=reason, spheres=tuple(spheres), step=int(step.group(1)) if step else None, code="engine.stopped",
+    )  # fmt: skip
 
 
 def _reason(folder: Path, returncode: int) -> str:

@@ -37,6 +37,6 @@ def _numbers(state: Path, start: int, n: int, kind: np.dtype = COUNT) -> np.ndar
         raise FileError(
             f"{shown(state)} claims to hold {n} records but has space for {max(there, 0)}; expected a complete "
             "checkpoint: remove engine.partial and call again",
-            path=state,
-        )
+            path=state, code="checkpoint.records", given=n, expected=max(there, 0),
+        )  # fmt: skip
     return np.memmap(state, kind, "r", start, (n,)) if n else np.zeros(0, kind)

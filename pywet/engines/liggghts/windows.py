@@ -82,9 +82,14 @@ def dump_parts(path: Path, columns: list[str], most_bytes: int = 1 << 25) -> Ite
         if text or not given:
             yield _frames(text, steps, counts, columns)
     except IndexError as error:
-        raise NotWhole(f"{path} ends in the middle of a step; the run was cut off: run the case again") from error
+        raise NotWhole(
+            f"{path} ends in the middle of a step; the run was cut off: run the case again",
+            code="run.dump_cut_off", where=path,
+        ) from error  # fmt: skip
     except (ValueError, OverflowError) as error:  # of int, of a step beyond 64 bits, of the reader's, of too few rows
-        raise NotWhole(f"{path} is not the engine's dump ({one_line(error)}): run the case again") from error
+        raise NotWhole(
+            f"{path} is not the engine's dump ({one_line(error)}): run the case again", code="run.dump", where=path
+        ) from error
 
 
 def _frames(text: bytearray, steps: list[int], counts: list[int], columns: list[str]) -> pd.DataFrame:
@@ -132,4 +137,7 @@ def collect(scene: EngineScene, folder: Path, history: Path, touched: Sequence[s
         if name == STATES:
             wanted = [step for window in schedule.recorded(scene) for step in range(*window) if step < end]
             if table["step"].drop_duplicates().sort_values().tolist() != wanted:
-                raise NotWhole(f"{path} does not hold the {len(wanted)} steps of the windows: run the case again")
+                raise NotWhole(
+                    f"{path} does not hold the {len(wanted)} steps of the windows: run the case again",
+                    code="run.windows", where=path,
+                )  # fmt: skip

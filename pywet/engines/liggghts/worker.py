@@ -115,8 +115,11 @@ def name_checkpoint(step: int) -> None:
         if any(holds(data, less) for less in range(1, count)) or data[-4:] == bytes(
             4
         ):  # whole, of fewer spheres or of none
-            raise PywetError(f"spheres left the simulated box before step {step}; {KEEP}")
-        raise PywetError(f"the checkpoint {engine} could not be written; is the disk full?")
+            raise PywetError(f"spheres left the simulated box before step {step}; {KEEP}", code="engine.left_box")
+        raise PywetError(
+            f"the checkpoint {engine} could not be written; is the disk full?",
+            code="checkpoint.unwritten", where=engine,
+        )  # fmt: skip
     for path in (engine, state):
         with open(path, "rb") as file:
             os.fsync(file.fileno())

@@ -37,7 +37,8 @@ def contacts(scene: EngineScene) -> dict[str, Any]:
     if miss > LARGEST_MISS or share.min() < 0:
         raise PywetError(
             f"the coefficients of restitution of scene {scene.name} cannot be represented in YADE, which has one damping per "
-            f"material (the worst pair is off by {100 * miss:.0f} %); give spheres of all classes the same coefficient"
+            f"material (the worst pair is off by {100 * miss:.0f} %); give spheres of all classes the same coefficient",
+            code="yade.restitution",
         )
     return {
         "pairs": [(p.b, p.a) for p in scene.pairs],

@@ -68,8 +68,9 @@ def refuse(scene: EngineScene) -> None:
     if reasons:
         raise PywetError(
             f"the engine yade cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected a scene without: "
-            "use the engine liggghts"
-        )
+            "use the engine liggghts",
+            code="yade.scene", given=tuple(reasons),
+        )  # fmt: skip
 
 
 def build_task(scene: EngineScene, run_dir: Path) -> dict[str, Any]:
@@ -146,5 +147,8 @@ def _watch(run_dir: Path, folder: Path, scene: EngineScene, progress: bool) -> U
         )
     if status != 0:
         reason = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), status)
-        raise StoppedRun(f"{scene.name}: YADE stopped: {reason} (all messages: {folder / OUTPUT})", reason=reason)
+        raise StoppedRun(
+            f"{scene.name}: YADE stopped: {reason} (all messages: {folder / OUTPUT})",
+            reason=reason, code="yade.stopped",
+        )  # fmt: skip
     return usage

@@ -53,8 +53,9 @@ def convex_pieces(surface: Surface) -> list[Floats]:
         if abs(filled - wanted) > 1e3 * SAME * wanted:
             raise PywetError(
                 f"the wall {surface.name} cannot be cut into convex solids ({filled:.3g} m3 of {wanted:.3g} m3 found); the "
-                "engine yade takes wires, plates, boxes, straight tubes and bins: run this scene in LIGGGHTS"
-            )
+                "engine yade takes wires, plates, boxes, straight tubes and bins: run this scene in LIGGGHTS",
+                code="yade.wall", key=f"walls.{surface.name}",
+            )  # fmt: skip
         pieces += solids
     return pieces
 

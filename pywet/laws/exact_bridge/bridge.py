@@ -45,14 +45,21 @@ class Bodies:
     def __post_init__(self) -> None:
         for name, radius in (("radius_i", self.radius_i), ("radius_j", self.radius_j)):
             if not radius > 0.0:
-                raise PywetError(f"{name} = {radius:g} m given to the exact bridge; expected a positive length")
+                raise PywetError(
+                    f"{name} = {radius:g} m given to the exact bridge; expected a positive length",
+                    code="bridge.radius", key=name, given=radius,
+                )  # fmt: skip
         if math.isinf(self.radius_i):
-            raise PywetError("radius_i is infinite; expected the sphere first: the plate is body j")
+            raise PywetError(
+                "radius_i is infinite; expected the sphere first: the plate is body j",
+                code="bridge.plate_first", key="radius_i",
+            )  # fmt: skip
         for name, angle in (("contact_angle_i", self.theta_i), ("contact_angle_j", self.theta_j)):
             if not 0.0 <= angle < math.pi / 2:
                 raise PywetError(
-                    f"{name} = {math.degrees(angle):g} deg given to the exact bridge; expected an angle from 0 to below 90 deg"
-                )
+                    f"{name} = {math.degrees(angle):g} deg given to the exact bridge; expected an angle from 0 to below 90 deg",
+                    code="bridge.contact_angle", key=name, given=angle,
+                )  # fmt: skip
 
     @property
     def unit(self) -> float:
@@ -232,7 +239,7 @@ def _at(points: Floats, gap: float, bodies: Bodies, volume: float) -> Bridge | N
     k = int(np.searchsorted(points[:, GAP], gap))
     ok, state = branch.between(points[k - 1], points[k], gap, points[k, GAP], bodies.holding(volume))
     if not ok:
-        raise PywetError(_lost(bodies, volume))
+        raise _lost(bodies, volume)
     return Bridge(bodies, volume, state)
 
 
@@ -273,16 +280,20 @@ def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, the
 
 def _trace(bodies: Bodies, volume: float, stop: float) -> tuple[int, Floats]:
     if not (volume > 0.0 and math.isfinite(volume)):
-        raise PywetError(f"volume {volume:g} m3 given to the exact bridge; expected a positive number")
+        raise PywetError(
+            f"volume {volume:g} m3 given to the exact bridge; expected a positive number",
+            code="bridge.volume", given=volume,
+        )  # fmt: skip
     kind, points = branch.follow(bodies.holding(volume), stop)
     if kind == branch.LOST:
-        raise PywetError(_lost(bodies, volume))
+        raise _lost(bodies, volume)
     return kind, points
 
 
-def _lost(bodies: Bodies, volume: float) -> str:
-    return (
+def _lost(bodies: Bodies, volume: float) -> PywetError:
+    return PywetError(
         f"the exact bridge of {volume:g} m3 between radii {bodies.radius_i:g} and {bodies.radius_j:g} m with contact angles "
         f"{math.degrees(bodies.theta_i):g} and {math.degrees(bodies.theta_j):g} deg could not be followed; expected a volume "
-        f"below half the cube of the effective radius"
-    )
+        f"below half the cube of the effective radius",
+        code="bridge.lost", given=volume,
+    )  # fmt: skip

@@ -183,8 +183,9 @@ def build(theta_small: float, theta_large: float, progress: Callable[[int, int],
     for angle in (theta_small, theta_large):
         if not 0.0 <= angle < math.pi / 2:
             raise PywetError(
-                f"contact angle of {math.degrees(angle):g} deg given to the exact bridge; expected 0 to below 90 deg"
-            )
+                f"contact angle of {math.degrees(angle):g} deg given to the exact bridge; expected 0 to below 90 deg",
+                code="bridge.table_angle", given=angle,
+            )  # fmt: skip
     v_star, u = volumes(), np.linspace(0.0, 1.0, U_NODES)
     balance = balances(theta_small, theta_large)
     rupture, share = np.empty((Y_NODES, X_NODES)), np.empty((Y_NODES, X_NODES))
@@ -202,7 +203,8 @@ def build(theta_small: float, theta_large: float, progress: Callable[[int, int],
     if not np.isfinite(rupture).all():
         raise PywetError(
             f"{np.isnan(rupture).sum()} nodes of the exact bridge's table could not be solved for contact angles "
-            f"{math.degrees(theta_small):g} and {math.degrees(theta_large):g} deg; expected none"
+            f"{math.degrees(theta_small):g} and {math.degrees(theta_large):g} deg; expected none",
+            code="bridge.table_nodes",
         )
     return Table(theta_small, theta_large, balance, rupture, share, ratio)
 

@@ -18,6 +18,7 @@ from pywet.cases.screening import cases
 from pywet.errors import PywetError
 from pywet.scene import EngineScene
 from tests.cases.custom.conftest import beads
+from tests.error_codes import raises_code
 
 ROOT = Path(__file__).parents[3]
 BOX = {"low_mm": (0, 0, 0), "high_mm": (20, 20, 20)}
@@ -94,7 +95,7 @@ def test_a_scene_is_refused_by_keys_that_a_scene_has(name: str, tmp_path: Path) 
 
 def test_an_unstable_step_is_reported_in_words_of_a_scene(tmp_path: Path) -> None:
     """It is refused when all is written and before the engine starts."""
-    with pytest.raises(PywetError, match=r"time_step_s|time step") as error:
+    with raises_code("step.unstable") as error:
         pywet.run(pywet.Scene(**beads(**UNSTABLE)), tmp_path / "run")
     assert not set(WORD.findall(str(error.value))) & NO_KEY, str(error.value)
 

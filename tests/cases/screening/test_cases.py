@@ -13,9 +13,9 @@ import pytest
 from pywet.cases.screening import cases
 from pywet.cases.small import bodies
 from pywet.config import load
-from pywet.errors import PywetError
 from pywet.planning import step_choice
 from pywet.scene import EngineScene, SphereClass
+from tests.error_codes import raises_code
 
 CONFIG = load(Path(__file__).parents[3] / "config")
 MOIST = [n for n, c in CONFIG.cases.items() if c.liquid_percent > 0]
@@ -208,7 +208,7 @@ def test_what_water_does_not_wet_is_refused_where_there_are_bridges() -> None:
     angle = walls["PVC"].contact_angle_deg.model_copy(update={"value": 110.0})
     walls["PVC"] = walls["PVC"].model_copy(update={"contact_angle_deg": angle})
     waxed = replace(CONFIG, materials=CONFIG.materials.model_copy(update={"walls": walls}))
-    with pytest.raises(PywetError, match=r"walls\.PVC\.contact_angle_deg is 110 in moist case 2"):
+    with raises_code("case.not_wetted", key="walls.PVC.contact_angle_deg", given=110.0):
         cases.effect_plan(waxed, 2, "smoke")
     assert not cases.effect_plan(waxed, 1, "smoke").effects.bridges
     effects = waxed.settings.effects.model_copy(update={"wall_films": False})

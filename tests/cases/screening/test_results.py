@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 
 from pywet.cases.screening.results import Results, checks, coarse_share, summarise, write_results
-from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
 from pywet.runs.rundir import RunDir
 from tests.cases.screening import synthetic
 from tests.cases.screening.synthetic import UNIT
+from tests.error_codes import raises_code
 
 COARSE = 1400 * 4 / 3 * math.pi * 4e-3**3
 FINE = 1400 * 4 / 3 * math.pi * 2e-3**3
@@ -123,7 +123,7 @@ def test_film_thickness_of_thin_and_thick_films() -> None:
 
 
 def test_a_folder_that_is_no_run_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    with pytest.raises(PywetError, match="expected a run directory"):
+    with raises_code("run.no_scene"):
         write_results(RunDir(tmp_path))
 
 
@@ -133,6 +133,6 @@ def test_output_steps_must_be_the_planned_ones(moist: RunDir, written: list[int]
     table = pd.read_parquet(path)
     frames = [table[table["step"] == table["step"].unique()[0]].assign(step=step) for step in written]
     pd.concat(frames).to_parquet(path)
-    with pytest.raises(PywetError, match=rf"{len(written)} output steps; expected the 3 planned ones, 0 to 200"):
+    with raises_code("run.output_steps", given=len(written), expected=3):
         write_results(RunDir(moist.path))
     assert not (moist.path / "results").exists()

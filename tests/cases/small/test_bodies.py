@@ -12,11 +12,11 @@ import pytest
 from pywet.cases.small import bodies, small
 from pywet.cases.small.pair import Pair
 from pywet.cases.small.subset import with_spheres
-from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness, film_volume
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice
 from pywet.scene import EngineScene
+from tests.error_codes import raises_code
 
 R = 1e-3
 PULLS = Path(__file__).parents[3] / "docs" / "second_engine.md"
@@ -68,7 +68,7 @@ def test_arrangements_have_no_overlap(seed: int) -> None:
     for places in (at, turned):
         apart = np.linalg.norm(places[:, None] - places[None], axis=2) + 9.0 * np.eye(len(places))
         assert apart.min() > 2.0 * R
-    with pytest.raises(PywetError, match="do not fit into their drum"):
+    with raises_code("small.crowded_drum", key="spheres"):
         bodies.in_drum(5000, R, radius, 8.0 * R, seed)
 
 

@@ -14,11 +14,11 @@ from typer.testing import CliRunner
 from pywet.cases.small import scenes, small
 from pywet.cases.small.bodies import drum_walls
 from pywet.cli.app import app
-from pywet.errors import PywetError
 from pywet.laws import registry
 from pywet.scene import EngineScene, Rotation
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
+from tests.error_codes import code_of, raises_code
 
 pytestmark = pytest.mark.engine
 WORKS = ["gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive"]
@@ -60,7 +60,7 @@ def test_a_scene_with_hertz_contacts(tmp_path: Path) -> None:
     found = json.loads((tmp_path / scenes.RESULT).read_text())
     assert 0.5 < found["restitution"] < 0.8 and replay(tmp_path)["ok"]
     refused = CliRunner().invoke(app, [*words, "--contact", "jkr", "--out", str(tmp_path)])
-    assert refused.exit_code == 1 and "contact is jkr; expected one of linear, hertz" in refused.output
+    assert (refused.exit_code, code_of(refused)) == (1, "small.contact_model")
 
 
 def test_bed_comes_to_rest(tmp_path: Path) -> None:
@@ -119,5 +119,5 @@ def test_angle_grows_with_moisture(tmp_path: Path) -> None:
 
 def test_unknown_scene(tmp_path: Path) -> None:
     """The sentence lists what exists."""
-    with pytest.raises(PywetError, match="pull, collision, bed, drum"):
+    with raises_code("small.unknown_scene"):
         scenes.run("chute", tmp_path)

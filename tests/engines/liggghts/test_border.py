@@ -11,10 +11,10 @@ import pytest
 from pywet.engines.liggghts.border import check_start, check_tables
 from pywet.engines.liggghts.inputs import transfer_tables
 from pywet.engines.liggghts.worker import corner_points
-from pywet.errors import FileError
 from pywet.scene import EngineScene
 from pywet.util.files import read_table
 from tests.cases.screening import synthetic
+from tests.error_codes import raises_code
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_the_tables_of_a_run_pass(whole: dict[str, Any]) -> None:
     ],
 )
 def test_spheres_that_are_not_the_scenes_are_refused(whole: dict[str, Any], wrong: Any, says: str) -> None:
-    with pytest.raises(FileError, match=r"history/spheres\.parquet") as refused:
+    with raises_code("run.history", key="spheres") as refused:
         check_tables(**{**whole, "spheres": wrong(whole["spheres"])})
     assert says in str(refused.value)
 
@@ -55,9 +55,7 @@ def test_other_spheres_than_the_engines_are_refused(whole: dict[str, Any], wrong
     """The engine has those of the file that the scene starts from."""
     there = whole["spheres"]
     check_start(there, there.iloc[::-1])
-    with pytest.raises(
-        FileError, match=rf"other ids or types|has \d+ spheres; expected the {len(there)} that the scene starts from"
-    ):
+    with raises_code("run.history", key="spheres"):
         check_start(wrong(there), there)
 
 
@@ -72,7 +70,7 @@ def test_other_spheres_than_the_engines_are_refused(whole: dict[str, Any], wrong
     ],
 )
 def test_transfer_tables_of_other_pairs_are_refused(whole: dict[str, Any], wrong: Any, says: str) -> None:
-    with pytest.raises(FileError, match=r"history/transfer\.parquet") as refused:
+    with raises_code("run.history", key="transfer") as refused:
         check_tables(**{**whole, "transfer": wrong(whole["transfer"])})
     assert says in str(refused.value)
 
@@ -80,5 +78,5 @@ def test_transfer_tables_of_other_pairs_are_refused(whole: dict[str, Any], wrong
 def test_walls_without_triangles_are_refused(whole: dict[str, Any]) -> None:
     name = whole["scene"].walls[0].name
     nodes = {key: value for key, value in whole["nodes"].items() if key != name}
-    with pytest.raises(FileError, match=f"has no triangle of the walls {name}; expected some of each wall"):
+    with raises_code("run.history", key="triangles"):
         check_tables(**{**whole, "nodes": nodes})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pywet.engines.liggghts import windows
-from pywet.errors import PywetError
+from tests.error_codes import raises_code
 
 COLUMNS = ["id", "x", "y"]
 
@@ -43,5 +43,5 @@ def test_empty_frames_give_an_empty_table_of_numbers(tmp_path: Path) -> None:
 def test_a_dump_that_is_cut_off_is_refused(tmp_path: Path, cut: int) -> None:
     path = tmp_path / "states.txt"
     path.write_text(frame(10, [(k, 0.25, 0.5) for k in range(5)], " ")[:-cut])
-    with pytest.raises(PywetError, match="ends in the middle of a step"):
+    with raises_code("run.dump_cut_off"):
         windows.read_dump(path, COLUMNS)

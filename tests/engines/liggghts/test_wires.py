@@ -12,7 +12,6 @@ import pytest
 
 from pywet.cases.small import small
 from pywet.engines.liggghts import deck, driver
-from pywet.errors import PywetError
 from pywet.geometry.screen import build_wires
 from pywet.geometry.solids import wire
 from pywet.geometry.surface import Surface, make_surface
@@ -21,6 +20,7 @@ from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 from tests.engines.liggghts.test_restart import killed, same_bits
+from tests.error_codes import raises_code
 
 pytestmark = pytest.mark.engine
 RADIUS, STEP, OVERLAP = 2.5e-3, 1e-5, 2e-5
@@ -238,12 +238,12 @@ def test_killed_and_resumed(tmp_path: Path) -> None:
 
 def test_a_centre_inside_a_wire_stops_the_run(tmp_path: Path) -> None:
     sphere = small.Sphere(1, (0.0, 0.0, 0.5e-3))
-    with pytest.raises(PywetError, match="the centre of sphere 1 is inside a wire of mesh wires at step 0"):
+    with raises_code("engine.stopped", spheres=(1,), says="inside a wire"):
         run(tmp_path, [sphere], one_wire(8), True, 10)
 
 
 def test_what_is_no_analytic_wire_is_refused(tmp_path: Path) -> None:
     sphere = small.Sphere(1, (0.0, 0.0, 3e-3))
-    with pytest.raises(PywetError, match=r"part 0 of wall floor was given as a prism but is none.*set prisms to false"):
+    with raises_code("surface.not_prism"):
         small.prepare(tmp_path, spheres_of(RADIUS), [sphere], contacts(1), walls=[small.floor()], prisms=["floor"])
         small.run(tmp_path, [sphere])
