@@ -21,7 +21,7 @@ from pywet.ending import die_with_parent
 from pywet.errors import PywetError, arguments, border
 from pywet.report import active_bridges, caption, sketch, vtk
 from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame, solid
-from pywet.runs.rundir import Bools, Floats, RunDir
+from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import wall_corners
 from pywet.schema import LARGE_WALL
 from pywet.util.files import atomic_write
