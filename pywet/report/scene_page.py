@@ -146,7 +146,7 @@ def _liquid(runs: seeds.Runs) -> str:
         values = [1e9 * row[column] if of is None else 100.0 * row[column] / row[of] for row in last]
         return seeds.over(values, 4 if of is None else 3)
 
-    by_end = sorted([*reservoirs, "left_m3"], key=lambda c: -float(table[c].iloc[-1]))
+    by_end = sorted([*reservoirs, "left_m3"], key=lambda c: -table[c].to_numpy(dtype=float)[-1])
     rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in by_end]
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
