@@ -46,8 +46,8 @@ MARGIN, BESIDE_BAR = 0.03, 0.87
 """Shares of a picture: empty at its edges, and of the width up to which bodies are drawn where there is a colour bar."""
 CORE = (0.03, 0.97)
 """Quantiles of the positions along each direction between which a sphere counts for what is framed."""
-AROUND = 0.2
-"""Distance from the screen, over its length, up to which a sphere is framed."""
+AROUND = 1.0
+"""Distance from the screen, over its width, up to which a sphere is framed."""
 NEAR = 1.6
 """Size of all that is framed over that of the spheres, up to which a translucent wall of a user-defined scene is framed too."""
 FITTED = 20
@@ -215,7 +215,7 @@ def _worth_seeing(run: RunDir, step: int) -> Floats:
         turned = spheres @ axes.T
         low, high = np.quantile(turned, CORE, axis=0)
         if len(points):
-            reach = AROUND * np.ptp(points @ axes.T, axis=0).max()
+            reach = AROUND * np.ptp(points @ axes.T, axis=0)[:2].min()
             low = np.maximum(low, (points @ axes.T).min(axis=0) - reach)
             high = np.minimum(high, (points @ axes.T).max(axis=0) + reach)
         spheres = spheres[((turned >= low) & (turned <= high)).all(axis=1)]
