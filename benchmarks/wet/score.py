@@ -204,7 +204,7 @@ def verdict(problem: str, lines: list[dict], within: float) -> str:
     """The first line of a score: whether it is solved, how far off, the rank."""
     answered, asked = (sum(line[key] for line in lines) for key in ("answered", "asked"))
     worst = max((line["largest"] for line in lines if line["answered"]), default=None)
-    off = "" if worst is None else f", largest deviation {100 * worst:.2g} %"
+    off = "" if worst is None else f", largest deviation {_percent(worst)} %"
     how = "solved" if solved(lines, within) else "not solved"
     place = rank(problem, lines)
     return f"{problem}: {how} within {100 * within:g} %; {answered} of {asked} answered{off}{'; ' * bool(place)}{place}"
@@ -222,17 +222,17 @@ def show(problem: str, lines: list[dict], within: float) -> None:
     wide, long = (max(len(line[key]) for line in lines) + 2 for key in ("case", "quantity"))
     wide, long = max(wide, 26), max(long, 22)
     print(
-        f"{'case':<{wide}}{'quantity':<{long}}{'tier':<9}{'answered':>9}{'largest':>9}{'rms':>9}{'known to':>10}  class"
+        f"{'case':<{wide}}{'quantity':<{long}}{'tier':<9}{'answered':>9}{'largest %':>11}{'rms %':>9}{'known to %':>12}  class"
     )
     for line in lines:
         print(
             f"{line['case']:<{wide}}{line['quantity']:<{long}}{line['tier']:<9}{line['answered']:>4}/{line['asked']:<4}"
-            f"{_number(line['largest']):>9}{_number(line['rms']):>9}{line['uncertainty']:>10.1g}  {grade(line)}"
+            f"{_percent(line['largest']):>11}{_percent(line['rms']):>9}{_percent(line['uncertainty']):>12}  {grade(line)}"
         )
 
 
-def _number(value: float) -> str:
-    return "–" if math.isnan(value) else f"{value:.2g}"
+def _percent(value: float) -> str:
+    return "–" if math.isnan(value) else f"{100 * value:.0f}" if value >= 0.1 else f"{100 * value:.2g}"
 
 
 def everything(folder: Path, within: float, as_json: bool) -> int:

@@ -29,13 +29,13 @@ def run(name: str, as_json: bool) -> int:
         word = {True: "good ", False: "WRONG", None: "     "}[finding.ok]
         tell(f"{word}  {finding.check}: {finding.found}", "red" if finding.ok is False else None)
     if rows:
-        out.print(_table(rows, "N" if kind == "capillary" else "m"))
+        out.print(_table(rows, *(("mN", 1e3) if kind == "capillary" else ("µm", 1e6))))
         for line in checks.judged(kind, rows):
             tell(line)
     return WRONG if wrong else GOOD
 
 
-def _table(rows: list[checks.Compared], unit: str) -> Table:
+def _table(rows: list[checks.Compared], unit: str, per_si: float) -> Table:
     table = Table(
         "bodies", "V/r³", "gap in µm", f"law in {unit}", f"exact in {unit}", "deviation", box=None, header_style="bold"
     )
@@ -44,9 +44,9 @@ def _table(rows: list[checks.Compared], unit: str) -> Table:
         numbers = (
             f"{row.reduced_volume:g}",
             gap,
-            f"{row.value:.4g}",
-            f"{row.exact:.4g}",
-            f"{100 * row.deviation:+.2g} %",
+            f"{per_si * row.value:.4g}",
+            f"{per_si * row.exact:.4g}",
+            f"{100 * row.deviation:{'+.0f' if abs(row.deviation) >= 0.1 else '+.2g'}} %",
         )
         table.add_row(row.bodies, *numbers)
     return table

@@ -77,7 +77,7 @@ def show(comparison: verdict.Comparison) -> None:
         colour = "red" if row.different else "green"
         unit = "" if row.unit == "1" else f" [{row.unit}]"
         table.add_row(
-            escape(f"{row.quantity}{unit}"), f"{row.a:.3g}", f"{row.b:.3g}", _difference(row),
+            escape(f"{row.quantity}{unit}"), _number(row.a), _number(row.b), _difference(row),
             f"{row.p:.2g}" if several else f"{row.deviation:.1e}",
             "" if row.time_s is None else f"{row.time_s:.3g}", f"[{colour}]{SHORT.get(row.verdict, row.verdict)}",
         )  # fmt: skip
@@ -93,8 +93,9 @@ def show(comparison: verdict.Comparison) -> None:
     for name, entry in comparison.checks.items():
         (x, n), (y, m) = entry["a"], entry["b"]
         out.print(f"{name}: passed by {x} of {n} and {y} of {m}, worst {entry['worst']:.2g}", soft_wrap=True)
-    for label in "ab":
-        for sentence in dict.fromkeys(comparison.compared[label]):
+    counts = {label: dict.fromkeys(s.partition("; rows:")[0] for s in comparison.compared[label]) for label in "ab"}
+    for label, sentences in counts.items():
+        for sentence in sentences:
             out.print(f"{label.upper()} {sentence}", soft_wrap=True)
     if comparison.left_out:
         out.print(f"not compared, since only some runs have them: {', '.join(comparison.left_out)}", soft_wrap=True)
@@ -102,8 +103,17 @@ def show(comparison: verdict.Comparison) -> None:
 
 
 def _difference(row: verdict.Row) -> str:
-    interval = "" if row.interval is None else f" ± {row.interval:.1g}"
-    return f"{row.b - row.a:+.2g}{interval}"
+    interval = "" if row.interval is None else f" ± {_number(row.interval, 1)}"
+    return f"{'+' if row.b >= row.a else ''}{_number(row.b - row.a, 2)}{interval}"
+
+
+def _number(value: float, digits: int = 3) -> str:
+    """Return a number with a few digits, a large one without exponent.
+
+    >>> _number(12430.0), _number(0.67249), _number(-1043.2, 2)
+    ('12430', '0.672', '-1043')
+    """
+    return f"{value:.0f}" if 10**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
 
 
 def _against(runs: Sequence[Path], file: Path) -> int:

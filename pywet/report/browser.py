@@ -22,6 +22,7 @@ from pywet.laws.contact import film_thickness
 from pywet.report import active_bridges, render, vtk
 from pywet.report.embedded_json import embedded
 from pywet.report.movie import spread
+from pywet.report.sketch import solid
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import turned
 from pywet.scene import Rotation
@@ -163,7 +164,7 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
         moved.append(np.column_stack([(unit[1:] - unit[0]).T, unit[0] + shift]).ravel().round(9).tolist())
     reservoir = str(table["holder"].iloc[chosen[0]])
     return {
-        "solid": reservoir in render.SOLID,
+        "solid": bool(solid(run)[chosen[0]]),
         "hidden": reservoir in render.HIDDEN,
         "triangles": chosen.tolist(),
         "moved": moved,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from pywet.report.sketch import BRIDGE_COLOUR, METAL
+from pywet.report.sketch import BRIDGE_COLOUR, METAL, METALS, solid
 from pywet.runs.rundir import RunDir
 
 INK, PAPER, SOFT, FILM, DRY = "#27323d", "#ffffff", "#aab3bb", "#5b9fd0", "#d9d3c7"
@@ -19,10 +19,11 @@ LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 def entries(run: RunDir) -> list[tuple[str, str]]:
     """Colours and what they stand for."""
-    there = set(run.triangles["holder"]) if run.scene.walls else set()
-    metal = ", ".join(name.replace("_", " ") for name in ("wires", "impact_plate") if name in there)
+    massive, own = solid(run), (run.triangles["holder"] == "wall").to_numpy()
+    there = {*run.triangles["holder"], *(["screen"] if (massive & own).any() else [])}
+    metal = ", ".join(name.replace("_", " ") for name in (*METALS, "screen") if name in there)
     moist = [(FILM, "spheres, darker where their film is thicker"), (BRIDGE_COLOUR, "liquid bridges")]
-    cut = [(WALL, "walls, their near half cut away")] if "wall" in there else []
+    cut = [(WALL, "walls, their near half cut away")] if (own & ~massive).any() else []
     return [*(moist if run.moist else [(DRY, "spheres")]), *([(METAL, metal)] if metal else []), *cut]
 
 

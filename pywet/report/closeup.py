@@ -16,7 +16,7 @@ from pywet.errors import PywetError, arguments, border
 from pywet.laws import exact_bridge
 from pywet.laws.exact_bridge.bridge import Bridge
 from pywet.report import active_bridges, caption, render, vtk
-from pywet.report.sketch import BRIDGE_COLOUR, METAL, blues, colour_limit
+from pywet.report.sketch import BRIDGE_COLOUR, METAL, blues, colour_limit, solid
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import wall_corners
 from pywet.util.files import atomic_write
@@ -114,7 +114,7 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
     centre, radius = mesh.points[rows[sphere]], mesh.point_data["radius"][rows[sphere]]
     width = 2.4 * (radius + max((mesh.point_data["radius"][rows[n]] for n in partners), default=radius))
     corners = wall_corners(run, step)
-    near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & run.triangles["holder"].isin(render.SOLID)
+    near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & solid(run)
     if near.any():
         plotter.add_mesh(vtk.grid("TRIANGLE", 3, corners[near].reshape(-1, 3)), color=METAL)
     boxes = active_bridges.corners(run, bridges)

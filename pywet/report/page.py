@@ -81,17 +81,25 @@ def paragraph(text: str, soft: bool = False) -> str:
     return f'<p class="soft">{marked(text)}</p>' if soft else f"<p>{marked(text)}</p>"
 
 
+def folded(summary: str, body: str) -> str:
+    """HTML that is shown on a click on its summary."""
+    return f"<details><summary>{marked(summary)}</summary>{body}</details>"
+
+
 def marked(text: str) -> str:
     """Plain text as HTML; `code` between backquotes."""
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[Cell | str]]) -> str:
-    """A table; a plain string is a cell without colour."""
-    head = "".join(f"<th>{html.escape(h)}</th>" for h in header)
-    body = "".join(
-        "<tr>" + "".join((c if isinstance(c, Cell) else Cell(c)).html for c in row) + "</tr>\n" for row in rows
+    """A table; a plain string is a cell without colour. A heading is aligned as the cells below it."""
+    cells = [[c if isinstance(c, Cell) else Cell(c) for c in row] for row in rows]
+    at_left = [bool(cells) and all(row[k].left for row in cells) for k in range(len(header))]
+    head = "".join(
+        f'<th class="left">{html.escape(h)}</th>' if of_text else f"<th>{html.escape(h)}</th>"
+        for h, of_text in zip(header, at_left, strict=True)
     )
+    body = "".join("<tr>" + "".join(cell.html for cell in row) + "</tr>\n" for row in cells)
     return f'<div class="scroll"><table><tr>{head}</tr>\n{body}</table></div>'
 
 

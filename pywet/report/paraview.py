@@ -16,7 +16,7 @@ import numpy as np
 
 from pywet.report import render, vtk
 from pywet.report.plots import CONFIGURATION, PLACES
-from pywet.report.sketch import colour_limit
+from pywet.report.sketch import METALS, colour_limit
 from pywet.runs.rundir import RunDir
 from pywet.util.files import atomic_write
 
@@ -64,7 +64,7 @@ def shown(run: RunDir) -> dict[str, Any]:
 
 def opacity(holder: str) -> float:
     """Return the initial opacity of a wall; 0 for a wall that would hide the scene."""
-    if holder in render.SOLID:
+    if holder in METALS:
         return 1.0
     return 0.0 if holder in render.HIDDEN else 0.15
 

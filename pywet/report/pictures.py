@@ -21,8 +21,6 @@ COLOURS = (NAVY, ORANGE, GREEN, SKY, VIOLET, RED)
 """Colours of lines, in the order in which they are taken."""
 DASHES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 """Dashes of lines: when all colours are taken, those of the next."""
-FEW = 6
-"""The most curves whose legend is inside their panel."""
 DPI = 130
 STYLE: Any = {
     "font.size": 9,
@@ -59,16 +57,16 @@ def panels(count: int, columns: int, size: tuple[float, float], **how: Any) -> t
     return figure, list(axes.flat)
 
 
-def legend(figure: Figure, columns: int = 2) -> None:
-    """Below all panels of a figure, made higher by it, where a panel has more than a few curves; else in each of them."""
+def legend(figure: Figure) -> None:
+    """Below all panels of a figure, made higher by it, in as many columns as fit; none for a single curve without a name."""
     found = [axes.get_legend_handles_labels() for axes in figure.axes]
-    if max(len(names) for _, names in found) <= FEW:
-        for axes in figure.axes:
-            axes.legend()
-        return
     named = {name: handle for handles, names in found for handle, name in zip(handles, names, strict=True)}
-    figure.set_figheight(figure.get_figheight() + 0.2 * -(-len(named) // columns))
-    figure.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns)
+    for columns in (3, 2, 1) if named else ():
+        below = figure.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns)
+        if columns == 1 or below.get_window_extent().width <= figure.bbox.width:
+            figure.set_figheight(figure.get_figheight() + 0.2 * -(-len(named) // columns))
+            return
+        below.remove()
 
 
 def svg(figure: Figure, **how: Any) -> str:

@@ -21,7 +21,7 @@ import numpy as np
 from pywet.ending import die_with_parent
 from pywet.errors import DATA_FILE, PywetError, arguments, border
 from pywet.report import active_bridges, caption, sketch, vtk
-from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame
+from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame, solid
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.walls import wall_corners
 from pywet.schema import LARGE_WALL
@@ -32,17 +32,27 @@ ANGLE = 35.0
 """Of the camera, from top to bottom."""
 VIEWED_FROM, AIM = np.array([0.7, -2.2, 0.85]), np.array([0.04, 0.0, 0.0])
 """Of the camera, from the middle of the scene in widths of it: right, away, up."""
-SOLID, HIDDEN = ("wires", "impact_plate"), ("feed_bin", "slide")
-"""Reservoirs that are drawn solid and those that would hide the scene; the others are translucent."""
+HIDDEN = ("feed_bin", "slide")
+"""Reservoirs that would hide the scene and are left out."""
 BAR = {
-    "title": "film thickness in µm\n",
+    "title": "film in µm\n",
     "color": "#333333",
     "vertical": True,
     "height": 0.4,
     "width": 0.05,
-    "position_x": 0.86,
+    "position_x": 0.9,
     "position_y": 0.3,
 }
+MARGIN, BESIDE_BAR = 0.03, 0.87
+"""Shares of a picture: empty at its edges, and of the width up to which bodies are drawn where there is a colour bar."""
+CORE = (0.03, 0.97)
+"""Quantiles of the positions along each direction between which a sphere counts for what is framed."""
+AROUND = 1.0
+"""Distance from the screen, over its width, up to which a sphere is framed."""
+NEAR = 1.6
+"""Size of all that is framed over that of the spheres, up to which a translucent wall of a user-defined scene is framed too."""
+FITTED = 20
+"""Steps in which the camera is moved until all that is framed fits."""
 LINE = 400.0
 """Width of a picture over that of the edges of bridges."""
 WINDOWS: tuple[dict[str, str], ...] = ({"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}, {})
@@ -115,9 +125,9 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
 
 
 def telling_step(run: RunDir) -> int:
-    """The output step at which a third of what passes in the whole run has passed; without passage, the last with spheres."""
+    """The output step at which a third of what passes or leaves has done so; if nothing does, the last with spheres."""
     line = run.timeline
-    passed = line.passed.sum(axis=1)
+    passed = (line.passed | (line.entered & ~line.present)).sum(axis=1)
     if not passed[-1]:
         return int(line.steps[max(np.flatnonzero(line.present.any(axis=1)), default=-1)])
     return int(line.steps[int(np.argmax(passed >= passed[-1] / 3.0))])
@@ -126,7 +136,14 @@ def telling_step(run: RunDir) -> int:
 def draw(run: RunDir, step: int, picture: Path) -> None:
     """Draw with VTK in this process: the scene, and below it what one is looking at."""
     image, mm = scene(run, step, view(run, step), colour_limit(run, step), SIZE)
-    caption.save(caption.below(image, caption.entries(run), caption.sentence(run, step), mm), picture)
+    caption.save(caption.below(trimmed(image), caption.entries(run), caption.sentence(run, step), mm), picture)
+
+
+def trimmed(image: Any) -> Any:
+    """Return the picture without its empty rows above and below, but for a margin."""
+    rows = np.flatnonzero((np.abs(image[..., :3].astype(int) - image[0, 0, :3]) > 2).any(axis=(1, 2)))
+    edge = round(MARGIN * len(image))
+    return image[max(0, rows[0] - edge) : rows[-1] + edge + 1] if len(rows) else image
 
 
 def scene(
@@ -171,18 +188,51 @@ def camera(run: RunDir, centre: Floats, width: float) -> tuple[Floats, Floats, F
     return centre, centre + width * turned @ VIEWED_FROM, centre + width * turned @ AIM, turned @ [0.0, 0.0, 1.0]
 
 
-def view(run: RunDir, step: int) -> tuple[Floats, float]:
-    """Middle and size [m] of what is worth seeing: the screen, the bed on it, the impact plate and the fines; a drum, whole."""
+def view(run: RunDir, step: int, size: tuple[int, int] = SIZE) -> tuple[Floats, float]:
+    """Middle and width [m] of what is worth seeing, such that it fills a picture of a size [pixels] but for a margin."""
+    axes = frame(run)
+    points = _worth_seeing(run, step) @ axes.T
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    width = max(float(np.ptp(points, axis=0).max()), 1e-9)
+    half = math.tan(math.radians(ANGLE / 2.0)) * np.array([size[0] / size[1], 1.0])
+    look = (AIM - VIEWED_FROM) / np.linalg.norm(AIM - VIEWED_FROM)
+    right = np.cross(look, [0.0, 0.0, 1.0]) / np.hypot(*look[:2])
+    onto = np.stack([right, np.cross(right, look)])
+    room = np.array([[MARGIN, BESIDE_BAR if run.moist else 1.0 - MARGIN], [MARGIN, 1.0 - MARGIN]])
+    for _ in range(FITTED):
+        seen = points - middle - width * VIEWED_FROM
+        on_picture = 0.5 + 0.5 * (seen @ onto.T) / (seen @ look)[:, None] / half
+        low, high = on_picture.min(axis=0), on_picture.max(axis=0)
+        off = 2.0 * half * ((low + high) / 2.0 - room.mean(axis=1)) * width * np.linalg.norm(AIM - VIEWED_FROM)
+        middle[[0, 2]] += off / (onto[0, 0], onto[1, 2])
+        width *= float(((high - low) / np.ptp(room, axis=1)).max())
+    return middle @ axes, width
+
+
+def _worth_seeing(run: RunDir, step: int) -> Floats:
+    """Return corners of the screen or drum and the spheres around it; without these of all spheres and the walls around them."""
+    axes, table = frame(run), run.triangles
     turning = [wall.name for wall in run.scene.walls if wall.motion == "turns"]
-    here = run.trajectory[run.trajectory["step"] == step]
-    shown = (run.triangles["holder"].isin(SOLID) | run.triangles["mesh"].isin(turning)).to_numpy()
-    corners = wall_corners(run, step)[shown]
-    points = corners.reshape(-1, 3) if len(corners) else here[["x", "y", "z"]].to_numpy(dtype=float)
-    low, high = points.min(axis=0), points.max(axis=0)
-    if len(here):
-        few, most = here["z"].quantile([0.02, 0.98])
-        low[2], high[2] = min(low[2], few), max(high[2], most)
-    return np.asarray((low + high) / 2.0), float((high - low).max())
+    corners, framed = wall_corners(run, step), solid(run) | table["mesh"].isin(turning).to_numpy()
+    points = corners[framed].reshape(-1, 3)
+    spheres = run.trajectory[run.trajectory["step"] == step][["x", "y", "z"]].to_numpy(dtype=float)
+    if len(spheres):
+        turned = spheres @ axes.T
+        low, high = np.quantile(turned, CORE, axis=0)
+        if len(points):
+            reach = AROUND * np.ptp(points @ axes.T, axis=0)[:2].min()
+            low = np.maximum(low, (points @ axes.T).min(axis=0) - reach)
+            high = np.minimum(high, (points @ axes.T).max(axis=0) + reach)
+        spheres = spheres[((turned >= low) & (turned <= high)).all(axis=1)]
+        radius = float(run.spheres["radius"].max())
+        points = np.concatenate([points, spheres - radius, spheres + radius])
+    if not framed.any():
+        size = np.ptp(points, axis=0).max() if len(points) else np.inf
+        for mesh in table["mesh"][table["holder"] == "wall"].unique():
+            more = np.concatenate([points, corners[(table["mesh"] == mesh).to_numpy()].reshape(-1, 3)])
+            if np.ptp(more, axis=0).max() <= NEAR * size:
+                points = more
+    return points if len(points) else np.zeros((1, 3))
 
 
 def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float, facets: int, letters: int) -> None:
@@ -230,26 +280,26 @@ def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats, line: flo
 
 
 def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
-    """Wires and impact plate solid, every other wall translucent and only its far half."""
-    reservoirs = run.triangles["holder"]
+    """Draw wires, plates of screens and the impact plate solid, of every other wall the far half, translucent."""
+    massive, reservoirs = solid(run), run.triangles["holder"]
     whole = vtk.walls(run, step)
-    for reservoir in reservoirs.unique():
-        chosen = (reservoirs == reservoir).to_numpy(dtype=bool)
+    if massive.any():
+        part = whole.extract_cells(massive).extract_surface(algorithm="dataset_surface")
+        plotter.add_mesh(
+            part, color=METAL, specular=0.6, specular_power=15, split_sharp_edges=True, smooth_shading=True
+        )
+    for reservoir in set(reservoirs.unique()) - set(HIDDEN):
+        chosen = (reservoirs == reservoir).to_numpy(dtype=bool) & ~massive
+        if not chosen.any():
+            continue
         part = whole.extract_cells(chosen).extract_surface(algorithm="dataset_surface")
-        if reservoir in SOLID:
-            plotter.add_mesh(
-                part, color=METAL, specular=0.6, specular_power=15, split_sharp_edges=True, smooth_shading=True
-            )
-        elif reservoir not in HIDDEN:
-            away = frame(run)[1]
-            far = part.clip(normal=tuple(-away), origin=tuple(centre - 1e-4 * away))
-            if far.n_cells:
-                far.cell_data["colour"] = np.array(FACES, dtype=np.uint8)[far.cell_data["part"] % len(FACES)]
-                look: dict[str, Any] = (
-                    {"scalars": "colour", "rgb": True} if reservoir == "wall" else {"color": "#b9c4cf"}
-                )
-                plotter.add_mesh(far, opacity=0.35, **look)
-                plotter.add_mesh(far.extract_feature_edges(25.0), color="#7d8994", line_width=2)
+        away = frame(run)[1]
+        far = part.clip(normal=tuple(-away), origin=tuple(centre - 1e-4 * away))
+        if far.n_cells:
+            far.cell_data["colour"] = np.array(FACES, dtype=np.uint8)[far.cell_data["part"] % len(FACES)]
+            look: dict[str, Any] = {"scalars": "colour", "rgb": True} if reservoir == "wall" else {"color": "#b9c4cf"}
+            plotter.add_mesh(far, opacity=0.35, **look)
+            plotter.add_mesh(far.extract_feature_edges(25.0), color="#7d8994", line_width=2)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from pywet.cases.custom.walls import word_of
 from pywet.cases.screening import verdict
 from pywet.cases.screening.results import class_titles
 from pywet.errors import PywetError
+from pywet.products.screening_report import RESULT
 from pywet.report import page, render, report, screen_page
 from pywet.report.bands import mean_and_band
 from pywet.report.pictures import STYLE, legend, panels, plt
@@ -30,6 +31,10 @@ CURVES = {
     "speed [m/s]": ("mean_speed_m_per_s", "largest_speed_m_per_s"),
 }
 GREY = "#7d8994"
+LARGEST, OTHERS = 6, "others"
+"""Reservoirs of liquid that are drawn with a curve each, and the sum of all others."""
+ROUNDING = 1e-12
+"""Share of the largest volume of the ledger below which a volume is shown as 0."""
 DEEP = 0.05
 """Overlap over the radius from which on springs are said to be soft."""
 
@@ -54,10 +59,8 @@ def write(folder: Path, picture: Path) -> Path:
     runs = seeds.of_scene(folder)
     run, found = runs[0], seeds.worst(runs)
     sections = [
+        page.Section("Picture", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"),
         *screen_page.of_run(folder),
-        page.Section(
-            "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
-        ),
         *_sizes(run),
         *_retained(runs),
         page.Section("Where the liquid is", _liquid(runs), "Liquid"),
@@ -71,12 +74,17 @@ def write(folder: Path, picture: Path) -> Path:
 
 
 def _cards(runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
+    """Numbers of the screen, of one seed, then what was checked and what was simulated."""
     summary = runs[0].summary
     computing = sum(run.summary["wall_s"] for run in runs)
-    cards = [
+    screen = read_if_there(runs[0].path / "results" / f"{RESULT}.json", AGAIN, dict[str, Any])
+    cards = screen_page.cards(screen) if screen and len(runs) == 1 else []
+    cards += [
         page.Card(found.word, "recomputed and agrees", found.grade),
-        page.Card(str(sum(summary["spheres"].values())), "spheres"),
-        page.Card(f"{summary['simulated_s']:g} s", f"in {summary['steps']} steps, {computing:.0f} s of computing"),
+        page.Card(
+            f"{summary['simulated_s']:g} s",
+            f"of {sum(summary['spheres'].values())} spheres in {summary['steps']} steps; {computing:.0f} s of computing",
+        ),
     ]
     if summary["events"] is not None:
         events = [run.summary["events"] for run in runs]
@@ -126,8 +134,10 @@ def _liquid(runs: seeds.Runs) -> str:
     names = {f"wall_{word_of(wall['name'])}": f"wall {wall['name']}" for wall in description["walls"]}
     names |= class_titles(run.scene)
     order = sorted(reservoirs, key=lambda c: -table[c].to_numpy(dtype=float).max())
-    shown = {str(c): _holder(str(c), names) for c in order}
-    tables = [of.liquid.assign(**{c: 1e9 * of.liquid[c] for c in [*order, "initial_m3"]}) for of in runs]
+    few, rest = (order, []) if len(order) <= LARGEST + 1 else (order[:LARGEST], order[LARGEST:])
+    shown = {str(c): _holder(str(c), names) for c in few} | ({OTHERS: f"{len(rest)} others"} if rest else {})
+    tables = [of.liquid.assign(**{OTHERS: of.liquid[rest].sum(axis=1)}) for of in runs]
+    tables = [of.assign(**{c: 1e9 * of[c] for c in [*few, OTHERS, "initial_m3"]}) for of in tables]
     if run.scene.is_fed:
         shown["initial_m3"] = "put in until then"
     drawn = _drawn(tables, {"liquid [mm³]": shown}) + page.paragraph(
@@ -139,7 +149,8 @@ def _liquid(runs: seeds.Runs) -> str:
         values = [1e9 * row[column] if of is None else 100.0 * row[column] / row[of] for row in last]
         return seeds.over(values, 4 if of is None else 3)
 
-    rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in [*reservoirs, "left_m3"]]
+    by_end = sorted([*reservoirs, "left_m3"], key=lambda c: -table[c].to_numpy(dtype=float)[-1])
+    rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in by_end]
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
 
@@ -179,10 +190,11 @@ def _contacts(runs: seeds.Runs) -> list[page.Section]:
     most, into, through = (seeds.over([100.0 * t[column].max() for t in tables], 2) for column in overlaps)
     text = (
         f"Spheres overlap by {most} % of the smaller radius at most, at the outputs, and walls by {into} % of "
-        f"the radius, {through} % of a wall's thickness. Between two outputs an impact may go deeper."
+        f"the radius, {through} % of a wall's thickness."
     )
     if max(float(t["largest_overlap"].max()) for t in tables) > DEEP:
         text += f" That is deep: stiffer contacts (`{_stiffness(run)}`) would be nearer to hard spheres."
+    text += " Between two outputs an impact may go deeper."
     body = (
         "".join(page.paragraph(s) for s in (text, *seeds.lines_of(runs, lambda r: r.summary.get("warnings", []))))
         + drawn
@@ -222,7 +234,8 @@ def _effects(run: Run) -> str:
 def _replay(runs: seeds.Runs) -> str:
     if not all(run.replay for run in runs):
         return page.paragraph("Nothing of this run could be replayed.")
-    compared = page.table_of(seeds.agreement(runs), {
+    rows = seeds.agreement(runs)
+    compared = page.table_of(rows, {
         "quantity": lambda r: page.left(r.quantity),
         "values": lambda r: str(r.count),
         "largest deviation": lambda r: page.Cell(f"{r.largest:.2g}", "good" if r.ok else "bad"),
@@ -230,11 +243,13 @@ def _replay(runs: seeds.Runs) -> str:
         "relative to": lambda r: page.left(r.scale),
     })  # fmt: skip
     text = page.paragraph(
-        "Recomputed by a second program that shares no code with the first, from what the engine logged."
-        + (" All values of all seeds, and the largest deviation among them." if len(runs) > 1 else "")
+        f"{len(rows)} quantities in {sum(r.count for r in rows)} values were recomputed, by a second program that shares no "
+        f"code with the first, from what the engine logged; {sum(not r.ok for r in rows)} disagree."
+        + (" Deviations are the largest of all seeds." if len(runs) > 1 else "")
     )
     amber = [[page.left(what, "fair")] for what in seeds.lines_of(runs, lambda r: verdict.not_checked(r.replay))]
-    return text + compared + (page.table(["not checked"], amber) if amber else "")
+    open_points = page.folded(f"{len(amber)} points that were not checked", page.table(["not checked"], amber))
+    return text + (open_points if amber else "") + page.folded("All quantities", compared)
 
 
 def _ledger(runs: seeds.Runs) -> str:
@@ -244,7 +259,9 @@ def _ledger(runs: seeds.Runs) -> str:
     ]
     if runs[0].summary["events"] is None:
         return page.table(["energy", "J"], energies)
-    tables, held = [run.ledger for run in runs], ["films", "bridges", "walls", "left", "initial"]
+    held = ["films", "bridges", "walls", "left", "initial"]
+    tables = [of[["time"]].join(of[held].where(of[held].abs() > ROUNDING * of[held].max().max(), 0.0)) for of in
+              (run.ledger for run in runs)]  # fmt: skip
     rows = [
         [
             f"{tables[0]['time'].iloc[k]:.4g}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
 from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
-from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
+from pywet.report.pictures import COLOURS, INK, STYLE, legend, panels, plt
 from pywet.runs.rundir import RunDir
 from pywet.runs.spread import plus_minus
 
@@ -37,10 +38,11 @@ def measured(value: float | None, half: float | None, unit: str, factor: float =
 
 
 def between(value: float | None, ends: tuple[float | None, float | None], unit: str, factor: float = 1.0) -> str:
-    """A number with its unit and the ends of its 95 % interval, – for an end that is not defined."""
+    """A number with its unit and the ends of its 95 % interval, of which one may not be defined."""
     if value is None:
         return "–"
-    interval = " – ".join(shown(None if end is None else factor * end) for end in ends)
+    low, high = (shown(None if end is None else factor * end) for end in ends)
+    interval = f"at most {high}" if ends[0] is None else f"at least {low}" if ends[1] is None else f"{low} – {high}"
     return shown(factor * value, unit) + ("" if ends == (None, None) else f" ({interval})")
 
 
@@ -65,6 +67,15 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
     }
 
 
+def cards(numbers: dict[str, Any]) -> list[page.Card]:
+    """Return a card for each of the five numbers, with what follows the first value in small print."""
+    found = []
+    for name, value in five(numbers).items():
+        first, *more = re.split(r"(?= \()|, ", value, maxsplit=1)
+        found.append(page.Card(first, " ".join([name, *(m.strip() for m in more)])))
+    return found
+
+
 def unsteady(numbers: dict[str, Any]) -> str | None:
     """Return a sentence if the means are not those of a steady state."""
     if numbers["steady"]:
@@ -80,17 +91,20 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
         drawn += [_passage(run, numbers)]
         drawn += [_pegging(run, numbers)] if numbers["screen"] else []
     rows: list[list[page.Cell | str]] = [
-        [page.left(name), str(value)] for name, value in {**five(numbers), **_more(numbers)}.items()
+        [page.left(name), page.left(value)] for name, value in {**five(numbers), **_more(numbers)}.items()
     ]
+    deck = f" {numbers['deck']}" if numbers["deck"] > 1 else ""
     return [
         page.Section(
-            "Screen" + (f", deck {deck}" if (deck := numbers["deck"]) > 1 else ""),
+            "Screen" + (f", deck{deck}" if deck else ""),
             (page.paragraph(f"{warning[0].upper()}{warning[1:]}.") if (warning := unsteady(numbers)) else "")
             + page.table(["number", "value (95 % interval within the run)"], rows)
             + (page.paragraph(until.sentence(known)) if known else ""),
-            "Screen",
+            f"Screen{deck}",
         ),
-        page.Section("Partition, products, moisture, pegging", f'<div class="panels">{"".join(drawn)}</div>', "Curves"),
+        page.Section(
+            "Partition, products, moisture, pegging", f'<div class="panels">{"".join(drawn)}</div>', f"Curves{deck}"
+        ),
     ]
 
 
@@ -136,7 +150,7 @@ def _products(series: pd.DataFrame) -> str:
             series["time_s"], 1e3 * series[f"{name}_kg"], label=name.replace("_", "-"), color=colour, linestyle="-"
         )
     axes.set(xlabel="time [s]", ylabel="dry mass [g]")
-    axes.legend()
+    legend(figure)
     return page.curves(figure, "products", "Mass in the machine, and of both products until then")
 
 
@@ -147,7 +161,7 @@ def _moisture(run: RunDir, series: pd.DataFrame) -> str:
         mass = series[f"{p}_kg"].where(series[f"{p}_kg"] > 0)
         axes.plot(series["time_s"], 100 * density * series[f"{p}_liquid_m3"] / mass, label=p, color=COLOUR_OF[p])
     axes.set(xlabel="time [s]", ylabel="moisture [% of dry mass]")
-    axes.legend()
+    legend(figure)
     return page.curves(figure, "moisture", "Moisture of the products collected until then")
 
 
@@ -174,10 +188,11 @@ def _passage(run: RunDir, numbers: dict[str, Any]) -> str:
         here = crossed[crossed["type"] == c.type]["x"].to_numpy(dtype=float)
         counts, _ = np.histogram(here, edges)
         axes.plot(1e3 * 0.5 * (edges[1:] + edges[:-1]), counts / max(c.count, 1), marker=".", label=c.name)
-    axes.set(xlabel="x along the screen [mm]", ylabel="part of the feed of its size that passed here [-]")
-    if len(run.scene.classes) <= 6:
-        axes.legend()
-    return page.curves(figure, "passage", "Passage along the deck")
+    axes.set(xlabel="x along the screen [mm]", ylabel="share of the feed of its size [-]")
+    legend(figure)
+    return page.curves(
+        figure, "passage", "Passage along the deck: what passed at each place, of all that was fed of its size"
+    )
 
 
 def stretch(x_m: float, y_m: float) -> float:
@@ -232,11 +247,12 @@ def _of_deck(run: RunDir, deck: int) -> list[page.Section]:
 def write(folder: Path, numbers: dict[str, Any]) -> Path:
     """Write the page of a deck of a run whose results are there; returns its path."""
     deck = numbers["deck"]
-    cards = [page.Card(value, name) for name, value in five(numbers).items()]
     warning = unsteady(numbers)
     lead = f"{warning[0].upper()}{warning[1:]}. " if warning else ""
     lead += "Partition, efficiency, throughput and moisture of the products, with 95 % intervals within the run."
-    return page.write(page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards)
+    return page.write(
+        page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards(numbers)
+    )
 
 
 def page_of(folder: Path, deck: int) -> Path:

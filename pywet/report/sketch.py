@@ -8,14 +8,17 @@ from typing import Any
 import numpy as np
 
 from pywet.laws.contact import film_thickness
+from pywet.products.apertures import CROSS, SCREENS
 from pywet.report import vtk
-from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.runs.walls import wall_corners
 from pywet.scene import Rotation
 
 BACKGROUND = "#f4f6f8"
 METAL = "#9aa3ab"
 BRIDGE_COLOUR = "#e4572e"
+METALS = ("wires", "impact_plate")
+"""Reservoirs of the screening rig that are drawn solid; of a user-defined scene its screens are."""
 UPRIGHT = np.eye(3)
 TURN, TILT = np.radians(18.0), np.radians(24.0)
 """The view is turned about the vertical and tilted downwards by these angles."""
@@ -36,6 +39,12 @@ def frame(run: RunDir) -> Floats:
     if right[np.abs(right).argmax()] < 0.0:
         right, away = -right, -away
     return np.stack([right, away, up])
+
+
+def solid(run: RunDir) -> Bools:
+    """Return whether each triangle is drawn solid: of wires, of a screen's plate, of the impact plate."""
+    names = [w.name for w in run.scene.walls if w.prisms or w.name.rstrip("_0123456789") in (*SCREENS, CROSS)]
+    return np.asarray(run.triangles["holder"].isin(METALS) | run.triangles["mesh"].isin(names), dtype=bool)
 
 
 def project(points: Floats, seen: Floats = UPRIGHT) -> Floats:
@@ -81,7 +90,7 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
 
     spheres, bridges = vtk.particles(run, step), vtk.bridges(run, step)
     figure, axes = plt.subplots(figsize=(10, 7), dpi=150, facecolor=BACKGROUND)
-    corners = wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
+    corners = wall_corners(run, step)[solid(run)]
     seen = frame(run)
     faces = project(corners, seen)
     axes.add_collection(

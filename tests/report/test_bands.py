@@ -90,20 +90,21 @@ def test_what_cannot_be_drawn_is_refused(seeds: list[Path], tmp_path: Path) -> N
         bands.write(tmp_path / "fig.pdf", bands.grouped([dry]))
 
 
-def test_many_curves_differ_and_their_legend_is_below() -> None:
-    """No two of fourteen have colour and dash in common; the legend covers no axes and is within the figure."""
+@pytest.mark.parametrize(("count", "name"), [(2, "overs"), (3, "largest overlap of spheres with walls"), (14, "wall")])
+def test_curves_differ_and_their_legend_is_below(count: int, name: str) -> None:
+    """No two have colour and dash in common; the legend covers no axes and is within the figure, by as many columns as fit."""
     with pictures.plt.rc_context(pictures.STYLE):
         figure, (axes,) = pictures.panels(1, 1, (4.2, 3.3))
-        for k in range(14):
-            axes.plot([0.0, 1.0], [0.0, float(k)], label=f"wall number {k}")
+        for k in range(count):
+            axes.plot([0.0, 1.0], [0.0, float(k)], label=f"{name} {k}")
         axes.set(xlabel="time [s]", ylabel="liquid [mm³]")
         pictures.legend(figure)
         figure.canvas.draw()
     looks = {(line.get_color(), line.get_linestyle()) for line in axes.lines}
-    assert len(looks) == 14
+    assert len(looks) == count
     (below,) = figure.legends
     box = below.get_window_extent()
-    assert box.y1 <= axes.get_window_extent().y0 and box.y0 >= 0.0 and box.x1 <= figure.bbox.x1
+    assert box.y1 <= axes.get_window_extent().y0 and box.y0 >= 0.0 and 0.0 <= box.x0 <= box.x1 <= figure.bbox.x1
     pictures.plt.close(figure)
 
 

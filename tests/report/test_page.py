@@ -49,6 +49,13 @@ def test_page_holds_what_it_was_given(tmp_path: Path) -> None:
     assert 'src="data:image/svg+xml;base64,' in text and 'class="card bad"' in text
 
 
+def test_a_heading_is_aligned_as_its_column() -> None:
+    """Left above text, right above numbers; of a column with both right, as its numbers are."""
+    rows = [[page.left("a"), "1", page.left("x")], [page.left("b"), "2", "3"]]
+    headings = re.findall(r"<th([^>]*)>(\w+)", page.table(["text", "number", "both"], rows))
+    assert headings == [(' class="left"', "text"), ("", "number"), ("", "both")]
+
+
 def test_curves_without_a_value_are_strict_json() -> None:
     """The moisture of a product that has no mass yet is NaN: null in the page, and the curves after it are there too."""
     series = pd.DataFrame({"time_s": [0.0, 1.0], "overs_kg": [0.0, 0.0], "unders_kg": [0.0, 2.0]})

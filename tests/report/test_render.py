@@ -6,15 +6,20 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
 
+import pywet
+from pywet.cases.custom.description import Scene
+from pywet.config.loading import read_yaml
 from pywet.report import render, sketch
 from pywet.runs.rundir import RunDir
 from pywet.scene import Rotation
+from tests.cases.custom.conftest import EXAMPLES, example
 from tests.error_codes import raises_code
 
 
@@ -105,6 +110,40 @@ def test_the_wet_sphere_is_the_dark_one(run: Path, marked: int) -> None:
         pytest.skip("VTK cannot draw here")
     red = [int(line.split()[0]) for line in done.stdout.splitlines()]
     assert int(np.argmin(red)) == marked and sorted(red)[1] - min(red) > 40, done.stdout
+
+
+FILLED, OTHER_WAY = 0.8, 0.4
+"""Least share of a picture's width or height over which what is drawn extends, and of the other of both."""
+SHARES = """
+import sys
+from pathlib import Path
+import numpy as np
+from pywet.report import render
+from pywet.runs.rundir import RunDir
+run, size = RunDir(Path(sys.argv[1])), (600, 500)
+step = render.telling_step(run)
+image, _ = render.scene(run, step, render.view(run, step, size), 1.0, size, fine=False)
+drawn = (np.abs(image[:, :525, :3].astype(int) - image[0, 0, :3]) > 20).any(axis=2)
+rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+print(np.ptp(rows) / 500, np.ptp(columns) / 525)
+"""
+
+
+@pytest.mark.parametrize("name", ["case", "deck", "drum", "hopper"])
+def test_the_scene_fills_the_picture(run: Path, name: str, tmp_path: Path) -> None:
+    """Screen or drum and the spheres, not bins, feeds and the box, decide on the camera; a colour bar is right of column 525."""
+    changes: dict[str, Any] = {"duration_s": 0.02}
+    if name == "deck":
+        (feed,) = read_yaml(EXAMPLES / "deck.yaml", Scene)["feed"]
+        changes["feed"] = [{**feed, "rate_t_per_h": 0.5, "insertion": {"for_s": 0.02}}]
+    folder = run if name == "case" else pywet.run(example(name, **changes), tmp_path / name).path
+    environment = {**os.environ, "VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}
+    command = [sys.executable, "-c", SHARES, str(folder)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip("VTK cannot draw here")
+    shares = sorted(map(float, done.stdout.split()))
+    assert shares[1] >= FILLED and shares[0] >= OTHER_WAY, done.stdout
 
 
 def test_sketch_shows_the_films(run: Path, tmp_path: Path) -> None:

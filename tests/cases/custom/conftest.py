@@ -14,7 +14,8 @@ EXAMPLES = Path(__file__).parents[3] / "examples" / "scenes"
 def example(name: str, spheres: dict[str, Any] | None = None, folder: Path = EXAMPLES, **changes: Any) -> Scene:
     """An example with other `spheres` entries (of all classes) and other keys."""
     given = read_yaml(folder / f"{name}.yaml", Scene)
-    given["spheres"] = [{**s, **(spheres or {})} for s in given["spheres"]]
+    if "spheres" in given:
+        given["spheres"] = [{**s, **(spheres or {})} for s in given["spheres"]]
     return Scene(**{"folder": EXAMPLES, **given, **changes})
 
 
