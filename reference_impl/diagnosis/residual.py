@@ -53,7 +53,8 @@ def described(
         words, same = _amount(one, two, every)
         if same:
             return words
-        of_kinds = {name: _amount(one[at], two[at], every[at]) for name, at in (groups or {}).items()}
+        judged = {name: at & np.isfinite(every) for name, at in (groups or {}).items()}
+        of_kinds = {name: _amount(one[at], two[at], every[at]) for name, at in judged.items() if at.any()}
         if len(of_kinds) > 1 and all(constant for _, constant in of_kinds.values()):
             return " and ".join(f"{phrase} {name}" for name, (phrase, _) in of_kinds.items())
         words += _trend(every, table) if table is not None else ""
@@ -63,23 +64,21 @@ def described(
 
 
 def alone(rest: Floats) -> str:
-    """The components that are off, where not all are; nothing for numbers."""
+    """The components that are off, where not all are; nothing for what is no vector."""
+    if rest.shape[1] != 3:
+        return ""
     with np.errstate(all="ignore"):
         off = (np.abs(rest) > ROUND_OFF * np.linalg.norm(rest, axis=1)[:, None]).mean(axis=0) > RARE
-    return (
-        f", in component {' and '.join('xyz'[k] for k in np.flatnonzero(off))} alone"
-        if 0 < off.sum() < rest.shape[1]
-        else ""
-    )
+    names = listed("xyz"[k] for k in np.flatnonzero(off)) if off.any() and not off.all() else ""
+    return f", in component {names} alone" if names else ""
 
 
 def _amount(one: Floats, two: Floats, every: Floats) -> tuple[str, bool]:
     """The factor, the constant amount or the range of factors; and whether one number describes all records."""
     low, middle, high = np.quantile(every[np.isfinite(every)], [0.25, 0.5, 0.75])
     if high - low <= max(NARROW * abs(middle - 1.0), LEAST * (abs(middle - 1.0) > NEAR)):
-        words = (
-            f"{middle:.6g}" if abs(middle - 1.0) > 1e-4 else f"1 {'+' if middle > 1.0 else '-'} {abs(middle - 1.0):.2g}"
-        )
+        apart = middle - 1.0
+        words = f"{middle:.6g}" if abs(apart) > 1e-4 else f"1 {'+' if apart > 0.0 else '-'} {abs(apart):.2g}"
         return f"it is {words} times what is expected", True
     if one.shape[1] == 1:
         first, by, last = np.quantile(one - two, [0.25, 0.5, 0.75])
@@ -94,6 +93,8 @@ def _amount(one: Floats, two: Floats, every: Floats) -> tuple[str, bool]:
 
 def _components(one: Floats, two: Floats) -> str:
     """Components exchanged, turned or lost; nothing where that does not give the logged vectors."""
+    if two.shape[1] != 3:
+        return ""
     scale = 1e-6 * float(np.abs(two).max())
     changed = np.flatnonzero(np.abs(one - two).max(axis=0) > scale)
     for order, signs in product(permutations(range(3)), product((1.0, 0.0, -1.0), repeat=3)):
@@ -113,7 +114,7 @@ def _trend(every: Floats, table: pd.DataFrame) -> str:
             continue
         rank = float(np.corrcoef(rankdata(values), rankdata(every[use]))[0, 1])
         if abs(rank) > of:
-            best, of = f", {'more' if rank > 0.0 else 'less'} of it the larger {words} is", abs(rank)
+            best, of = f"; the factor {'rises' if rank > 0.0 else 'falls'} with {words}", abs(rank)
     return best
 
 

@@ -119,8 +119,8 @@ RESIDUALS: dict[str, tuple[np.ndarray, np.ndarray, str]] = {
     "amount": (GAPS + 0.25, GAPS, "it is off by +0.25 in every record"),
     "of the gap": (
         (1.0 + GAPS) * (2.0 - GAPS), 1.0 + GAPS,
-        "it is 1.5 times what is expected (middle half of the records 1.25 to 1.75), less of it the larger the gap is"),
-    "too small": ((1.0 + GAPS) * (0.99 - 0.02 * GAPS), 1.0 + GAPS, "it is too small by 0.02 of its value, less of it"),
+        "it is 1.5 times what is expected (middle half of the records 1.25 to 1.75); the factor falls with the gap"),
+    "too small": ((1.0 + GAPS) * (0.99 - 0.02 * GAPS), 1.0 + GAPS, "it is too small by 0.02 of its value; the factor falls"),
     "noise": (
         (1.0 + GAPS) * np.random.default_rng(2).normal(1.0, 0.01, LENGTH), 1.0 + GAPS, "it is off to both sides by 0.0"),
     "nothing expected": (1.0 + 0.0 * GAPS, 0.0 * GAPS, "it is 1 where zero is expected"),
@@ -159,7 +159,10 @@ def test_what_no_equation_speaks_of_is_said_by_its_worst_record() -> None:
     steps = pd.DataFrame({"step": [10, 20], "i": [1, 2], "partner_kind": [0, 1]})
     one = np.ones(2)
     found = {"findings": [], "follow": [], "not_explained": ["late", "first"]}
-    quantities = [compare(n, "itself", one + [at == 0, 1.0], one, one, steps) for at, n in enumerate(("first", "late"))]
+    quantities = [
+        compare(n, "itself", np.array([1.0 + (at == 0), 2.0]), one, one, steps)
+        for at, n in enumerate(("first", "late"))
+    ]
     named = diagnosis.with_unexplained(found, quantities[::-1])
     assert named is not None and named["follow"] == ["late"]
     assert [f["sentence"] for f in named["findings"]] == [
