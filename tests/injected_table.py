@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from reference_impl.replay import nothing
+from tests.compare import test_intervals
 from tests.cost import test_reference
 from tests.engines.liggghts import injected, injected_between, injected_in_bin, injected_in_fixture
 from tests.reference_impl import (
@@ -17,6 +19,7 @@ from tests.reference_impl import (
     test_configuration_files,
     test_described,
     test_newton,
+    test_nothing_compared,
     test_plan,
     test_report,
     test_scenes,
@@ -98,11 +101,72 @@ AFTER = (
     Place("OVITO", "the code that writes files for OVITO", "report/test_ovito.py", of_exports(test_ovito.FAULTS, "OVITO")),
     Place("VTKHDF", "the code that writes VTKHDF files", "report/test_vtkhdf.py", of_exports(test_vtkhdf.FAULTS, "VTKHDF")),
     Place("drawing", "the code that draws the report's figures", "reference_impl/test_report.py",
-          of_report(test_report.DRAWN, "figures")),
+          of_report({**test_report.DRAWN, **test_report.BANDS, **test_report.LATE}, "figures")),
     Place("3-D scene", "data of the 3-D scene in the report", "reference_impl/test_scenes.py",
           of_report(test_scenes.FAULTS, "3-D scene")),
     Place("page", "numbers of the report, in report.json", "reference_impl/test_report.py", of_report(test_report.SHOWN, "page")),
 )  # fmt: skip
+FIXTURE_WORKS = {name: fault for name, fault in injected_fixture.FAULTS.items() if name.startswith("works: ")}
+NO_RECORD = [f"{kind.quantity} without a record" for kind in nothing.KINDS] + [
+    f"no dry contact {name}" for name in test_nothing_compared.LAW
+]
+KINDS: dict[str, tuple[str, Iterable[str], Iterable[str]]] = {
+    "forces between the sampled steps": (
+        "replay",
+        injected_between.FORCES,
+        (
+            "pull of spheres halved unseen",
+            "forces of walls halved unseen",
+            "semi-implicit drag halved unseen",
+            "drag halved for a while unseen",
+        ),
+    ),
+    "work of one effect": ("replay", [*injected_between.WORKS, *FIXTURE_WORKS], ("work of drag twice",)),
+    "analytic wires": (
+        "replay",
+        [*injected_between.OF_WIRES, *injected_between.ON_RANKS, "work of wires turned"],
+        (
+            "springs of wires stay on their rank",
+            "forces of wires a tenth high",
+            "wires at rest for friction",
+            "work of wires turned",
+        ),
+    ),
+    "drops": ("replay", injected_between.OF_DROPS, ("drops at half the force felt",)),
+    "user-defined scenes": (
+        "replay",
+        test_described.FAULTS,
+        (
+            "angle of a wall replaced by the spheres'",
+            "friction at walls times 0.8",
+            "inserted spheres wait a hundredth too far",
+        ),
+    ),
+    "reading of the configuration": (
+        "replay",
+        test_configuration_files.FAULTS,
+        ("viscosity a tenth high where the liquid is looked up",),
+    ),
+    "drawn, not read back": (
+        "replay",
+        [
+            *(f"VTK {n}" for n in test_vtk.FAULTS),
+            *(f"OVITO {n}" for n in test_ovito.FAULTS),
+            *(f"VTKHDF {n}" for n in test_vtkhdf.FAULTS),
+            *(f"3-D {n}" for n in test_scenes.FAULTS),
+        ],
+        ("OVITO force and gap exchanged", "OVITO y mirrored"),
+    ),
+    "intervals, effect numbers, predicted cost": (
+        "replay (numbers), tests (others)",
+        [*test_plan.FAULTS, *test_intervals.FAULTS, *test_reference.FAULTS],
+        ("root of n - 1", "variance of the response left out", "capillary number halved"),
+    ),
+    "nothing compared of a kind that the scene has": ("replay, as `in part`", NO_RECORD, ("no dry contact on mantle",)),
+    "curves of the report": ("reading of the report", [*test_report.DRAWN, *test_report.BANDS, *test_report.LATE], ()),
+}
+"""Kind of fault that an earlier replay could not detect: what detects it now, its injected faults, and those of them that were
+injected by others first."""
 HEAD = """# Injected faults
 
 Each of these {count} faults, injected alone into a sound run, is detected by the [replay](replay.md) and described by a message:
@@ -112,6 +176,12 @@ description. The replay cannot detect {missed} kinds of fault ([below](#what-the
 
 | injected into | faults |
 |---|---|
+"""
+BY_KIND = """
+## Kinds that earlier versions did not detect
+
+| kind of fault | detected by | faults |
+|---|---|---|
 """
 UNSEEN = (
     ("a formation that is missed between two outputs outside the sampling windows, but takes place before the second output",
@@ -189,7 +259,16 @@ def page() -> str:
         *map(line, UNSEEN)
     ]
     head = HEAD.format(count=len(faults), nameless=nameless, missed=missed, **counts)
-    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), predicted=len(test_reference.FAULTS))
+    kinds = [line((kind, by, str(len({*of})))) for kind, (by, of, _) in KINDS.items()]
+    return (
+        head
+        + "\n".join(lines)
+        + "\n"
+        + BY_KIND
+        + "\n".join(kinds)
+        + "\n"
+        + TAIL.format(unseen="\n".join(seen), predicted=len(test_reference.FAULTS))
+    )
 
 
 def line(columns: tuple[str, ...]) -> str:

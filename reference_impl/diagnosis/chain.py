@@ -102,7 +102,8 @@ def life(run: Run) -> Iterator[Link]:
             yield Suspect(fault, np.where(rows.index.isin(found.index), 1.0, np.nan))
 
     one = np.ones(len(rows))
-    yield Link("bridge_life", "life of the bridges", rows, wrong, 0.0 * one, one, suspects)
+    words = "a formation, rupture or bridge of a snapshot cannot follow the event before it"
+    yield Link("bridge_life", "life of the bridges", rows, wrong, 0.0 * one, one, suspects, says=lambda _: words)
 
 
 def at_formation(run: Run) -> Floats:

@@ -97,7 +97,14 @@ def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
         yield Suspect(f"it is made too late (a bridge still stands at {ratio:.4g} of its limit)", stands, ratio)
 
     one = np.ones(len(stands))
-    return Link("standing_beyond_limit", "rupture", c.table, stands, 0.0 * one, one, suspects, marks=marks(c))
+
+    def says(rows: Floats) -> str:
+        at = float(np.median((c.gap / far)[rows]))
+        return f"it is made too late: a bridge still stands at {at:.4g} of its limit in the median"
+
+    return Link(
+        "standing_beyond_limit", "rupture", c.table, stands, 0.0 * one, one, suspects, marks=marks(c), says=says
+    )
 
 
 def inputs(c: Contacts, formed: pd.DataFrame) -> list[Contacts]:

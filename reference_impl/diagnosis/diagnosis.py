@@ -8,16 +8,16 @@ where, since when, how many records it explains, and the next-best. Links and su
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from reference_impl.diagnosis.residual import described
+from reference_impl.diagnosis.residual import described, listed
 from reference_impl.replay.arrays import Floats
-from reference_impl.replay.compare import plain
+from reference_impl.replay.compare import Quantity, plain
 
 MATCH = 1e-9
 """Deviation within which values agree where a link does not say otherwise."""
@@ -29,6 +29,8 @@ LEAST = 0.5
 """Share of a link's broken records that a suspect must explain to be named; below, the link counts as not explained."""
 TINY = 1e-300
 NOTHING = np.zeros(0)
+KINDS = ("between spheres", "at large walls", "at wires", "at walls")
+"""Kinds of contact, in the order of `partner_kind`; where nothing tells walls from wires both are `at walls`."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,8 @@ class Link:
     """Named groups of records, to say where."""
     since: int = -1
     """Records up to this step are not judged: they are there because others follow from them."""
+    terms: dict[str, Floats] = field(default_factory=dict)
+    """Parts of the expected value by name: residuals may follow one of them."""
     says: Callable[[Floats], str] | None = None
     """What the residuals of broken records say, where more is known than a factor between two values."""
 
@@ -147,12 +151,27 @@ def broken(link: Link) -> Floats:
     return ~right & (link.table["step"].to_numpy() > link.since)
 
 
+def kinds(link: Link, rows: Floats) -> dict[str, Floats]:
+    """Kinds of contact that some of these records are of: name -> which of them; by the groups of the link or its columns."""
+    marks, table = link.marks, link.table
+    if not any(name in marks for name in KINDS):
+        if "partner_kind" in table:
+            marks = {name: (table["partner_kind"] == k).to_numpy() for k, name in enumerate(KINDS[:3])}
+        elif "wall" in table:
+            wall = table["wall"].to_numpy(bool)
+            marks = {"between spheres": ~wall, "at walls": wall}
+    names = KINDS[:3] if KINDS[1] in marks else KINDS
+    return {name: marks[name][rows] for name in names if name in marks and (marks[name] & rows).any()}
+
+
 def place(link: Link, rows: Floats) -> tuple[str, str]:
     """Return the smallest named group that contains all rows, and the first step with its bodies, as text."""
     where, group = "everywhere", np.ones(len(rows), dtype=bool)
     for name, mark in link.marks.items():
         if (mark | ~rows).all() and mark.sum() < group.sum():
             where, group = name, mark
+    if not any(kind in where for kind in ("between", "at ")) and (of := kinds(link, rows)):
+        where = f"{where} {listed(of)}".removeprefix("everywhere ")
     steps, first = link.table["step"].to_numpy(), int(np.argmax(rows))
     later = group & (steps >= steps[first])
     row = link.table.iloc[first]
@@ -201,7 +220,9 @@ def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], name
         since=since, first=plain(link.table.iloc[int(np.argmax(rows))]), explained=int(rows.sum()) if named else 0,
         broken=int(rest.sum()), records=len(rest), tried=len(tried), next_best=others[0] if others else None,
         alike=tuple(dict.fromkeys(name for name in alike if name != best.fault)),
-        seen=link.says(rows) if link.says else described(link.logged[rows], link.expected[rows]),
+        seen=link.says(rows) if link.says else described(
+            link.logged[rows], link.expected[rows], link.table[rows], {n: term[rows] for n, term in link.terms.items()},
+            kinds(link, rows)),
     )  # fmt: skip
 
 
@@ -331,6 +352,32 @@ def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return causes
 
 
+def with_unexplained(found: dict[str, Any] | None, quantities: Sequence[Quantity]) -> dict[str, Any] | None:
+    """Add findings for the quantities that no equation of the diagnosis speaks of: those that are beyond their limits first."""
+    if found and (bad := [q for q in quantities if q.name in found["not_explained"]]):
+        start = min((q.first for q in bad if q.first is not None), default=None)
+        causes = [q for q in bad if q.first == start]
+        found["findings"] += [_of_worst(q) for q in causes]
+        found["follow"] = [*found["follow"], *(q.name for q in bad if q not in causes)]
+        found["not_explained"] = [q.name for q in causes]
+    return found
+
+
+def _of_worst(q: Quantity) -> dict[str, Any]:
+    """What the worst record of a quantity says."""
+    row = q.worst
+    kind = row.get("wall", row.get("partner_kind"))
+    where = "everywhere" if kind is None else "at walls" if kind else "between spheres"
+    who = "".join(f", {k} {row[k]}" for k in ("i", "j", "id", "triangle") if k in row)
+    since = "in the whole run" if q.first is None else f"since step {q.first}"
+    given, wanted = (
+        np.array2string(np.array(row.get(n, np.nan), dtype=float), precision=4) for n in ("logged", "reference")
+    )
+    seen = f"it is {given} where {wanted} is expected (worst of {q.count} records: step {row.get('step')}{who})"
+    finding = Finding((q.name,), q.name, None, None, where, since, row, 0, 0, q.count, 0, None, seen=seen)
+    return {**finding.as_dict(), "known": "", "sentence": finding.known}
+
+
 def text(diagnosis: dict[str, Any] | None) -> list[str]:
     """Lines to print under the table; none where all agrees."""
     if diagnosis is None:
@@ -344,5 +391,5 @@ def text(diagnosis: dict[str, Any] | None) -> list[str]:
     if diagnosis["follow"]:
         lines.append(f"beyond their limits as well, as a consequence: {', '.join(diagnosis['follow'])}")
     if diagnosis["not_explained"]:
-        lines.append(f"no known fault explains {', '.join(diagnosis['not_explained'])}; see the worst records")
+        lines.append(f"no known fault explains {', '.join(diagnosis['not_explained'])}")
     return lines

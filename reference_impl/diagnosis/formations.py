@@ -29,7 +29,13 @@ def early(run: Run, marks: dict[str, Floats]) -> Link:
         words = f"it is made too early (at up to {far:.4g} times the films' thickness)"
         yield Suspect(words, np.where(gap <= far * films * (1 + 1e-12), wrong, np.nan), far)
 
-    return Link("formation_due", "formation", run.table("events"), wrong, 0.0 * one, one, suspects, marks=marks)
+    def says(rows: Floats) -> str:
+        far = float(np.median((gap / films)[rows]))
+        return f"it is made too early, at {far:.4g} times the films' thickness in the median"
+
+    return Link(
+        "formation_due", "formation", run.table("events"), wrong, 0.0 * one, one, suspects, marks=marks, says=says
+    )
 
 
 def late(run: Run, marks: dict[str, Floats]) -> Link:
@@ -58,7 +64,11 @@ def late(run: Run, marks: dict[str, Floats]) -> Link:
         yield Suspect("it is made too late", excess, general=True)
 
     zero = np.zeros(len(excess))
-    return Link("formation_late", "formation", table, excess, zero, ri, suspects, marks=marks)
+
+    def says(rows: Floats) -> str:
+        return f"it is made too late, by {float(np.median(excess[rows])):.3g} m of the gap in the median"
+
+    return Link("formation_late", "formation", table, excess, zero, ri, suspects, marks=marks, says=says)
 
 
 def _grown(run: Run, held: formations.Held, gap: Floats, way: Floats) -> Floats:
@@ -117,7 +127,8 @@ def shared(run: Run) -> Link | None:
         yield Suspect("a sphere gets a bridge with each part of a wall that meets in one place", wrong)
 
     one = np.ones(len(wrong))
-    return Link("formation_shared", "formation", table, wrong, 0.0 * one, one, suspects)
+    words = "a sphere has more than one bridge where parts of a wall meet"
+    return Link("formation_shared", "formation", table, wrong, 0.0 * one, one, suspects, says=lambda _: words)
 
 
 def missed(run: Run) -> Iterator[Link]:
@@ -161,7 +172,8 @@ def missed(run: Run) -> Iterator[Link]:
         "at walls": wall,
         "at wires": (table["partner_kind"] == laws.SMALL_WALL).to_numpy(),
     }
-    yield Link("formation_missed", "formation", table, logged, 0.0 * one, one, suspects, marks=kinds)
+    yield Link("formation_missed", "formation", table, logged, 0.0 * one, one, suspects, marks=kinds,
+               says=lambda _: "there is no bridge though the films touch")  # fmt: skip
 
 
 def _of_walls_missed(

@@ -217,7 +217,8 @@ def triangles(run: Run, of: str) -> Link | None:
     marks = {"ruptures": (rows["kind"] == RUPTURE).to_numpy()} if "kind" in rows else {}
     what = "triangle that takes or gives liquid" if of == "event" else "triangle in a snapshot"
     size = np.ones(len(at))
-    return Link(f"{of}_triangle", what, rows, logged.astype(float), expected, size, suspects, 1e-6, marks=marks)
+    return Link(f"{of}_triangle", what, rows, logged.astype(float), expected, size, suspects, 1e-6, marks=marks,
+                says=lambda _: "it is not the closest one")  # fmt: skip
 
 
 def _formed_at(run: Run, rows: pd.DataFrame) -> Floats:
@@ -272,4 +273,5 @@ def rows_missing(run: Run) -> Iterator[Link]:
 
     wall = (table["partner_kind"] != 0).to_numpy()
     marks = {"between spheres": ~wall, "at walls": wall}
-    yield Link("contact_rows", "contact log", table, lacking, 0.0 * one, one, suspects, 0.0, marks=marks)
+    yield Link("contact_rows", "contact log", table, lacking, 0.0 * one, one, suspects, 0.0, marks=marks,
+               says=lambda _: "rows of bridges that stand are missing")  # fmt: skip

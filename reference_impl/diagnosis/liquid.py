@@ -128,7 +128,10 @@ def due(run: Run, e: Events) -> Link | None:
         yield Suspect(words, np.where(first, wrong, np.nan), lowest)
         yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)
 
-    return Link("rupture_due", "rupture", e.table, wrong, expected, one, suspects, marks=e.marks())
+    def says(rows: Floats) -> str:
+        return f"it is made too early, at {float(np.median((gap / limit)[rows])):.4g} of the limit in the median"
+
+    return Link("rupture_due", "rupture", e.table, wrong, expected, one, suspects, marks=e.marks(), says=says)
 
 
 def overdue(run: Run, e: Events) -> Link | None:
@@ -146,7 +149,11 @@ def overdue(run: Run, e: Events) -> Link | None:
         yield Suspect("it is made too late, at no fixed part of the limit", wrong, general=True)
 
     one = np.ones(len(gap))
-    return Link("rupture_late", "rupture", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks())
+
+    def says(rows: Floats) -> str:
+        return f"it is made too late, at {float(np.median((gap / limit)[rows])):.4g} of the limit in the median"
+
+    return Link("rupture_late", "rupture", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks(), says=says)
 
 
 def asked(e: Events, **other: Floats) -> tuple[Floats, Floats]:

@@ -67,10 +67,12 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
             def says(
                 broken: Floats,
                 off: Floats = logged - expected,
+                size: Floats = size,
                 terms: dict[str, Floats] = terms,
                 normals: Any = normals,
             ) -> str:
-                return parts.described(off[broken], {n: term[broken] for n, term in terms.items()}, normals, broken)
+                here = {n: term[broken] for n, term in terms.items()}
+                return parts.described(off[broken], size[broken], here, normals, broken)
 
             marks = {f"where there are {n}": length(normal) > 0 for n, normal in normals.items()}
             yield Link(name, what, rows, logged, expected, size, suspects, newton.limit(setup), marks=marks, says=says)
@@ -101,7 +103,8 @@ def _pushes(found: list[Forces], failed: list[str]) -> Iterator[Link]:
             by = fitted(lambda factor: factor * expected, logged, broken)
             yield Suspect(f"it is {by:.6g} times what it should be", by * expected, by)
 
-        yield Link(name, what, rows, logged, expected, size, suspects)
+        terms = {"that of the first sphere": expected - second, "that of the second sphere": second}
+        yield Link(name, what, rows, logged, expected, size, suspects, terms=terms)
 
 
 def _joined(laws: list[tuple[Any, ...]]) -> tuple[Floats, Floats, Floats, pd.DataFrame]:

@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from reference_impl.diagnosis.diagnosis import length
+from reference_impl.diagnosis.residual import alone, follows
 from reference_impl.diagnosis.suspects import middle
 from reference_impl.motion import newton
 from reference_impl.motion.newton import Forces
@@ -37,7 +38,8 @@ def rows(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats]:
 def kinds(setup: Setup, t: Touches) -> dict[str, Floats]:
     """Return masks of the dry contacts between spheres and at each wall."""
     walls = {f"at {v.name}": t.wall & (t.b >= v.first) & (t.b < v.last) for v in setup.walls}
-    return {"between spheres": ~t.wall, **walls}
+    every = {"at walls": t.wall} if len(walls) > 1 else {}
+    return {"between spheres": ~t.wall, **walls, **every}
 
 
 def of(setup: Setup, f: Forces) -> dict[str, Part]:
@@ -103,7 +105,7 @@ def mean(
 
 def normals(setup: Setup, found: list[dict[str, Part]]) -> dict[str, str]:
     """Kind of contact -> the part along its normal, of those kinds of which there is a contact."""
-    words = ("between spheres", *(f"at {v.name}" for v in setup.walls))
+    words = ("between spheres", *(f"at {v.name}" for v in setup.walls), "at walls")
     names = {f"{DRY} {w}": f"the springs of the dry contacts {w}" for w in words}
     for w in ("between spheres", "at walls"):
         names[f"bridges {w}"] = f"the capillary force {w}"
@@ -112,40 +114,35 @@ def normals(setup: Setup, found: list[dict[str, Part]]) -> dict[str, str]:
 
 
 def kind(normals: dict[str, Floats], broken: Floats) -> str:
-    """The kind of contact whose spheres fit the broken records best; nothing where a tenth of them has no such contact."""
+    """The kind of contact whose spheres fit the broken records best, of those that all have if there are some; nothing where a
+    tenth of them has no such contact.
+    """
     there = {name: length(n) > 0.0 for name, n in normals.items()}
     fits = {name: (at & broken).sum() / (at | broken).sum() for name, at in there.items()}
-    best = max(fits, key=lambda name: fits[name], default="")
+    best = max(fits, key=lambda name: ((there[name] | ~broken).all(), fits[name]), default="")
     return best if best and (there[best] & broken).sum() >= 0.9 * broken.sum() else ""
 
 
-def described(rest: Floats, terms: dict[str, Floats], normals: dict[str, Floats], broken: Floats) -> str:
-    """Describe a residual: kind of contact, whether it is along the normal, and which force it follows by which factor.
+def described(rest: Floats, size: Floats, terms: dict[str, Floats], normals: dict[str, Floats], broken: Floats) -> str:
+    """Describe a residual: its size, kind of contact, whether it is along the normal, and which force it follows by which factor.
 
-    `terms`: the forces by name in the broken records; `normals`: kind of contact -> a force along its normal in all records;
-    `broken`: which of them are.
+    `size`: sum of the forces' sizes; `terms`: the forces by name in the broken records; `normals`: kind of contact -> a force
+    along its normal in all records; `broken`: which of them are.
     """
+    by = middle(length(rest) / size)
     words, use = [], {name: term for name, term in terms.items() if name not in EVERY}
     if at := kind(normals, broken):
         n = normals[at][broken]
         with np.errstate(all="ignore"):
             along = float(np.nanmedian(((rest * n).sum(axis=1) / length(n) / length(rest)) ** 2))
         way = "along" if along > ALONG else "across" if along < ACROSS else "aslant to"
-        words.append(f"it is off {way} the normal of the {at}")
+        words.append(f"it is off {way} the normal of the {at}{alone(rest)}")
         dry = at.startswith(DRY)
         where = at.removeprefix(DRY).removeprefix("bridges")
         here = {n for n in use if (n.endswith(where) if where else whole(n) == n) and dry == ("force" not in n)}
         use = {n: term for n, term in use.items() if n in here}
-    best, factor, left = "", 1.0, np.inf
-    for name, term in use.items():
-        with np.errstate(all="ignore"):
-            more = middle((rest * term).sum(axis=1) / length(term) ** 2)
-            over = middle((length(rest - more * term) / length(rest)) ** 2)
-        if over < left:
-            best, factor, left = name, 1.0 + more, over
-    if best and left < 0.5:
-        share = 100.0 * (1.0 - left)
-        words.append(f"{best} would be {factor:.4g} times what is expected ({share:.3g} % of the residual)")
-    elif best:
+    if share := follows(rest, use, 0.5):
+        words.append(share)
+    elif use:
         words.append("no single force times a factor gives half of it")
-    return "; ".join(words) or "it is off where there is no contact"
+    return "; ".join([*(words or ["it is off where there is no contact"]), f"by {by:.2g} of the forces in the median"])

@@ -34,4 +34,5 @@ def links(run: Run) -> Iterator[Link]:
 
         table = rows.rename(columns={"id": "i"})
         one = np.ones(len(rows))
-        yield Link(q, WHAT.get(q, "retired sphere"), table, deviation, 0.0 * one, one, suspects, max(limit, 1e-300))
+        yield Link(q, WHAT.get(q, "retired sphere"), table, deviation, 0.0 * one, one, suspects, max(limit, 1e-300),
+                   says=lambda _, q=q: FAULTS[q])  # type: ignore[misc]  # fmt: skip

@@ -124,13 +124,13 @@ def tangential(run: Run, sets: list[Contacts], marks: Marks) -> Link | None:
     bare = c.column("factor_tangential")[:, None]
     pushed = push - (push * c.n).sum(axis=1)[:, None] * c.n
 
-    def formula(law: str, pushes: float = 1.0) -> Formula:
-        def of(k: Contacts) -> Floats:
-            slide, roll = laws.VISCOUS_TANGENTIAL[law](k.gap, k.ri, k.rj, k.wall, eta)
-            turn = np.cross(k.spin + pushes * spin_push, k.n)
-            return -bare * (slide[:, None] * (k.sideways + pushes * pushed) - roll[:, None] * turn)
+    def parts(law: str, k: Contacts, pushes: float = 1.0) -> tuple[Floats, Floats]:
+        slide, roll = laws.VISCOUS_TANGENTIAL[law](k.gap, k.ri, k.rj, k.wall, eta)
+        turn = np.cross(k.spin + pushes * spin_push, k.n)
+        return -bare * slide[:, None] * (k.sideways + pushes * pushed), bare * roll[:, None] * turn
 
-        return of
+    def formula(law: str, pushes: float = 1.0) -> Formula:
+        return lambda k: np.add(*parts(law, k, pushes))
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         for fault, other in _spins(c).items():
@@ -145,5 +145,6 @@ def tangential(run: Run, sets: list[Contacts], marks: Marks) -> Link | None:
         expected, *rest = (formula(name)(k) for k in sets)
         slide, roll = laws.VISCOUS_TANGENTIAL[name](c.gap, c.ri, c.rj, c.wall, eta)
     size = bare[:, 0] * (np.abs(slide) * (c.speed + length(push)) + np.abs(roll) * (length(c.spin) + length(spin_push)))
+    terms = dict(zip(("the part of sliding", "the part of spin"), parts(name, c), strict=True))
     return Link("viscous_tangential", "tangential viscous force", c.table, logged, expected, size, suspects,
-                excuses=tuple(rest), marks=marks)  # fmt: skip
+                excuses=tuple(rest), marks=marks, terms=terms)  # fmt: skip

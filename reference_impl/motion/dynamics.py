@@ -10,7 +10,7 @@ from typing import Any
 
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis import motion as links_motion
-from reference_impl.motion import budget, contributions, newton, window
+from reference_impl.motion import budget, contributions, newton, pushes, window
 from reference_impl.replay import between_nodes, io, stored_tables, whole
 from reference_impl.replay.compare import Quantity, merged
 
@@ -18,7 +18,7 @@ NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
 )
 
-MOTION = {"newton_force", "newton_torque", "wall_closest_point", "contact_spring", "contact_logged"}
+MOTION = {"newton_force", "newton_torque", "wall_closest_point", "contact_spring", "contact_logged", *pushes.SCALES}
 """Quantities whose faults are looked for in the motion."""
 
 

@@ -78,7 +78,7 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
             "seen": shares,
             "notes": dynamics.notes(logs.motion),
             **logs.motion,
-            "diagnosis": vtk.with_findings(misshown, failed, logs.named),
+            "diagnosis": diagnosis.with_unexplained(vtk.with_findings(misshown, failed, logs.named), quantities),
             "wall_s": time.monotonic() - started,
             "cpu_s": time.process_time() - cpu,
             "peak_memory_B": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,

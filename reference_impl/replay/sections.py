@@ -23,13 +23,15 @@ def check(folder: Path) -> list[Section]:
 
 def add(result: dict[str, Any], sections: list[Section]) -> None:
     """Put the sections into a result of the replay: quantities, verdict, findings, what was and was not compared."""
-    findings = [finding for section in sections for finding in section.findings]
     for section in sections:
         result[section.name] = section.as_dict()
         result["quantities"] |= {q.name: q.as_dict() for q in section.quantities}
         result["not_checked"] = [*result["not_checked"], *section.not_checked]
     result["ok"] = result["ok"] and all(q.ok for section in sections for q in section.quantities)
     result["notes"] = [*result["notes"], *(section.sentence for section in sections)]
-    if findings:
+    if any(section.findings for section in sections):
         logs = result["diagnosis"] or {"findings": [], "follow": [], "not_explained": []}
-        result["diagnosis"] = {**logs, "findings": [*findings, *logs["findings"]]}
+        before, after = (
+            [f for s in sections if (s.name == "scene") == first for f in s.findings] for first in (True, False)
+        )
+        result["diagnosis"] = {**logs, "findings": [*before, *logs["findings"], *after]}

@@ -218,6 +218,8 @@ def _is(runs: Runs, curve: Curve) -> str:
             values = runs.column(run, column)
             if _same(curve, values):
                 return f"but is {column} of {run}"
+            if values is not None and len(left_out := _left_out(curve, values)):
+                return f"but is {column} of {run} without its points at {', '.join(f'{t:.4g}' for t in left_out)} s"
             if values is not None and (points := _shown(curve, values[0])) is not None and len(points[0]):
                 if _same(curve, (values[0], 1.0 - values[1])):
                     return f"but is 1 minus {column} of {run}"
@@ -229,6 +231,19 @@ def _is(runs: Runs, curve: Curve) -> str:
                 if factor and _same(curve, values, factor):
                     return f"but is {factor:.4g} times {column} of {run}"
     return "but is none of the columns of any case"
+
+
+def _left_out(curve: Curve, of: tuple[Floats, Floats]) -> Floats:
+    """Times of the values that a curve leaves out, up to half of them; none where it has others than these."""
+    time, values = (column[of[0] >= 0.0] for column in of)
+    x, y = (points[curve.x >= time.min(initial=np.inf) - MARGIN] for points in (curve.x, curve.y))
+    if not 0 < len(time) - len(x) <= len(time) // 2:
+        return np.zeros(0)
+    at = np.abs(time[:, None] - x).argmin(axis=0)
+    same = (np.abs(time[at] - x) <= MARGIN).all() and (
+        np.abs(values[at] - y) <= MARGIN * max(1.0, np.abs(values).max())
+    ).all()
+    return np.delete(time, at) if same else np.zeros(0)
 
 
 def _coarse(runs: Runs, run: str, curve: Curve) -> Iterator[str]:

@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reference_impl.diagnosis import diagnosis, faults
+from reference_impl.diagnosis import diagnosis, faults, residual
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import CHANGES, PIECES, exchanged
 from reference_impl.replay import command, laws
+from reference_impl.replay.compare import compare
 from reference_impl.replay.replay import replay, table
 from tests.reference_impl import injected_log
 
@@ -107,6 +108,66 @@ def link(logged: np.ndarray, expected: np.ndarray, suspects: list[Suspect], **mo
     """A link of its own, for the rules of judgement."""
     steps = pd.DataFrame({"step": np.arange(len(logged)), "i": 1, "j": 2})
     return Link("x", "thing", steps, logged, expected, np.abs(expected), lambda _: iter(suspects), **more)  # type: ignore[arg-type]
+
+
+GAPS = np.linspace(0.0, 1.0, LENGTH)
+SIDE = np.random.default_rng(3).normal(0.0, 1.0, (LENGTH, 3))
+RESIDUALS: dict[str, tuple[np.ndarray, np.ndarray, str]] = {
+    "factor": (0.7 * (1.0 + GAPS), 1.0 + GAPS, "it is 0.7 times what is expected"),
+    "factor near one": (1.001 * (1.0 + GAPS), 1.0 + GAPS, "it is 1.001 times what is expected"),
+    "sign": (-1.0 - GAPS, 1.0 + GAPS, "it is -1 times what is expected"),
+    "amount": (GAPS + 0.25, GAPS, "it is off by +0.25 in every record"),
+    "of the gap": (
+        (1.0 + GAPS) * (2.0 - GAPS), 1.0 + GAPS,
+        "it is 1.5 times what is expected (middle half of the records 1.25 to 1.75); the factor falls with the gap"),
+    "too small": ((1.0 + GAPS) * (0.99 - 0.02 * GAPS), 1.0 + GAPS, "it is too small by 0.02 of its value; the factor falls"),
+    "noise": (
+        (1.0 + GAPS) * np.random.default_rng(2).normal(1.0, 0.01, LENGTH), 1.0 + GAPS, "it is off to both sides by 0.0"),
+    "nothing expected": (1.0 + 0.0 * GAPS, 0.0 * GAPS, "it is 1 where zero is expected"),
+    "components": (SIDE[:, [0, 2, 1]], SIDE, "components y, z are exchanged or turned"),
+    "sign of one": (SIDE * [1.0, 1.0, -1.0], SIDE * [0.1, 0.1, 1.0] + [0.0, 0.0, 0.0], "its direction is not"),
+    "turned": (SIDE * [1.0, -1.0, -1.0], SIDE, "component y has the other sign and component z has the other sign"),
+    "one component": (SIDE * [1.0, 1.0, 1.1], SIDE, "in component z alone"),
+    "direction": (SIDE[::-1], SIDE, "its direction is not the expected one"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RESIDUALS)
+def test_residuals_say_by_which_factor_or_amount(name: str) -> None:
+    logged, expected, words = RESIDUALS[name]
+    assert words in residual.described(logged, expected, pd.DataFrame({"separation": GAPS}))
+
+
+def test_residuals_say_which_part_and_at_which_kind_of_contact() -> None:
+    """Half of one of two parts; a factor of its own at each kind; a vector part by its size."""
+    one, two, wall = 1.0 + GAPS, np.sin(20.0 * GAPS), np.arange(LENGTH) % 2 == 0
+    assert "; the wave would be 0.5 times what is expected (100 % of the residual)" in residual.described(
+        one + 0.5 * two, one + two, None, {"the trend": one, "the wave": two}
+    )
+    assert residual.described(
+        np.where(wall, 0.5, 3.0) * one, one, None, None, {"between spheres": ~wall, "at walls": wall}
+    ) == "it is 3 times what is expected between spheres and it is 0.5 times what is expected at walls"  # fmt: skip
+    table = pd.DataFrame({"step": np.arange(LENGTH), "partner_kind": np.where(wall, 2, 0)})
+    (found,) = diagnosis.judge(Link("x", "thing", table, 2.0 * one, one, one, lambda _: iter(())))
+    assert found.known == "thing (between spheres and at wires, in every record): it is 2 times what is expected"
+    (found,) = diagnosis.judge(Link("x", "thing", table, np.where(wall, 2.0, 1.0) * one, one, one, lambda _: iter(())))
+    assert found.known.startswith("thing (at wires, in 100 of 200 records, the first at step 0 ()")
+
+
+def test_what_no_equation_speaks_of_is_said_by_its_worst_record() -> None:
+    """Of several quantities those that are beyond their limits first; the others follow."""
+    steps = pd.DataFrame({"step": [10, 20], "i": [1, 2], "partner_kind": [0, 1]})
+    one = np.ones(2)
+    found = {"findings": [], "follow": [], "not_explained": ["late", "first"]}
+    quantities = [
+        compare(n, "itself", np.array([1.0 + (at == 0), 2.0]), one, one, steps)
+        for at, n in enumerate(("first", "late"))
+    ]
+    named = diagnosis.with_unexplained(found, quantities[::-1])
+    assert named is not None and named["follow"] == ["late"]
+    assert [f["sentence"] for f in named["findings"]] == [
+        "first (between spheres, since step 10): it is 2. where 1. is expected (worst of 2 records: step 10, i 1)"
+    ]
 
 
 def test_two_faults_in_one_equation() -> None:

@@ -72,3 +72,10 @@ def test_the_page_lists_every_fault() -> None:
     )
     assert nameless == "0"
     assert f"{output_text} and described" in (injected_table.PAGE.parents[1] / "README.md").read_text()
+
+
+@pytest.mark.parametrize("kind", injected_table.KINDS)
+def test_each_kind_has_faults_besides_those_of_others(kind: str) -> None:
+    """Five at least that were not injected by others first; each of these is among all."""
+    _, every, others = injected_table.KINDS[kind]
+    assert {*others} <= {*every} and len({*every} - {*others}) >= 5

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 import pywet
 from reference_impl.diagnosis.held import Held, Section
+from reference_impl.motion import dynamics
 from reference_impl.replay import command, nothing
 from reference_impl.replay.compare import Quantity
 from tests.test_sound_runs import SCENES
@@ -55,6 +57,15 @@ def test_quantities_without_a_record_are_listed() -> None:
     both = [Quantity("volume", "itself", 9, 0.0, 1e-9), Quantity("event_part", "itself", 0, 0.0, 1e-9)]
     assert nothing.without_record(both) == ["no record of: event_part"]
     assert nothing.without_record(both[:1]) == []
+
+
+def test_shares_of_the_run_that_were_seen_are_reported() -> None:
+    """4 of 100 steps of a dry run; of a moist run the sentence has all four shares, of one seen step by step there is none."""
+    assert dynamics.seen(None, {"windows": [(0, 2), (5, 7)], "steps": 99}) == {"steps": 0.04}
+    shares = {"steps": 0.04, "bridges": 0.5, "impulse_in_windows": 0.06, "impulse_by_bounds": 0.9}
+    (sentence,) = dynamics.beyond(shares)
+    assert re.findall(r"[\d.]+ %", sentence) == ["4 %", "50 %", "6 %", "90 %"]
+    assert dynamics.beyond({**shares, "steps": 1.0}) == dynamics.beyond({"steps": 0.04}) == []
 
 
 def test_a_section_without_a_value() -> None:

@@ -201,14 +201,20 @@ def test_a_report_without_its_numbers_is_refused(folder: Path, right: tuple[str,
         read(folder / "alone.html")
 
 
-def test_a_slide_that_opens_late_is_no_fault(folder: Path, tmp_path: Path) -> None:
-    """Curves begin left of the picture, where they are cut: 26 of 31 points lie before the opening."""
-    late = tmp_path / "late"
-    shutil.copytree(folder, late, ignore=shutil.ignore_patterns("*.html"))
-    for path in late.glob("*/results/*.parquet"):
+@pytest.fixture(scope="module")
+def late(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same cases whose slide opens 1.2 s later: 26 of 31 points lie before the opening."""
+    root = tmp_path_factory.mktemp("late") / "runs"
+    shutil.copytree(folder, root, ignore=shutil.ignore_patterns("*.html"))
+    for path in root.glob("*/results/*.parquet"):
         table = pd.read_parquet(path)
         if "time_since_opening_s" in table:
             write_table(table.assign(time_since_opening_s=table["time_since_opening_s"] - 1.2), path)
+    return root
+
+
+def test_a_slide_that_opens_late_is_no_fault(late: Path) -> None:
+    """Curves begin left of the picture, where they are cut."""
     report = written(late)
     every = (c for _, panels in figures(report.read_text()) for p in panels for c in p.curves)
     drawn = min(len(c.x) for c in every if not c.claim.endswith("coarse_share"))
@@ -229,6 +235,26 @@ def curve(
         drawn(axes, _with(result, table), column, **look)
 
     return lambda patch: patch.setattr(plots, "_curve", other)
+
+
+def without(nth: int) -> Callable[[pytest.MonkeyPatch], None]:
+    """Every curve without one of its points after the opening."""
+    return curve(lambda t, c, k: (t.drop(index=t.index[t["time_since_opening_s"] >= 0.0][nth]), c, k))
+
+
+def moved(by_s: float) -> Callable[[pytest.MonkeyPatch], None]:
+    return curve(lambda t, c, k: (t.assign(time_since_opening_s=t["time_since_opening_s"] + by_s), c, k))
+
+
+def axis_to(end_s: float) -> Callable[[pytest.MonkeyPatch], None]:
+    """Panels whose axis of time ends before the curves do."""
+    made = plots._end
+
+    def other(axes: Any, group: Any) -> None:
+        made(axes, group)
+        axes.set_xlim(0.0, end_s)
+
+    return lambda patch: patch.setattr(plots, "_end", other)
 
 
 def _with(result: collect.CaseResult, table: Any) -> collect.CaseResult:
@@ -290,10 +316,11 @@ DRAWN: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
         curve(lambda t, c, k: (t.assign(**{c: 1 - t[c]}), c, k)),
         "but is 1 minus fraction_retained of case01",
     ),
-    "late": (
-        curve(lambda t, c, k: (t.assign(time_since_opening_s=t["time_since_opening_s"] + 0.05), c, k)),
-        "moved by 0.05 s",
-    ),
+    "late": (moved(0.05), "moved by 0.05 s"),
+    "first point left out": (without(0), "is fraction_retained of case01 without its points at 0 s"),
+    "last point left out": (without(-1), "is fraction_retained of case01 without its points at 1.4 s"),
+    "a point in between left out": (without(7), "is fraction_retained of case01 without its points at 0."),
+    "cut before the end": (axis_to(0.5), "should be fraction_retained of case01"),
     "a hundredth off": (
         curve(lambda t, c, k: (t.assign(**{c: 0.99 * t[c]}), c, k)),
         "but is 0.99 times fraction_retained of case01",
@@ -410,6 +437,14 @@ BANDS: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
         banded(lambda r, s: tuple(t.assign(fraction_retained=0.9 * t["fraction_retained"]) for t in s)),
         "labelled 'M = 5 %' is not from the least to the most",
     ),
+    "seeds one output late": (
+        banded(lambda r, s: tuple(t.assign(fraction_retained=t["fraction_retained"].shift(1).fillna(1.0)) for t in s)),
+        "labelled 'M = 5 %' is not from the least to the most",
+    ),
+    "seeds of the classes for those of all": (
+        banded(lambda r, s: tuple(t.assign(fraction_retained=t["fraction_retained_small"]) for t in s)),
+        "labelled 'M = 5 %' is not from the least to the most",
+    ),
 }
 
 
@@ -424,6 +459,25 @@ def test_faults_of_bands_are_found_and_named(name: str, seeded: Path, monkeypatc
     plant, named = BANDS[name]
     plant(monkeypatch)
     faults = read(written(seeded))
+    assert any(named in fault for fault in faults), faults
+
+
+LATE: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
+    "opens late: first point left out": (without(0), "is fraction_retained of case01 without its points at 0 s"),
+    "opens late: last point left out": (without(-1), "is fraction_retained of case01 without its points at 0.2 s"),
+    "opens late: drawn as if it had not": (moved(1.2), "should be fraction_retained of case01"),
+    "opens late: an output early": (moved(-0.05), "moved by -0.05 s"),
+    "opens late: cut before the end": (axis_to(0.1), "should be fraction_retained of case01"),
+}
+
+
+@pytest.mark.parametrize("name", LATE)
+def test_faults_of_curves_that_begin_left_of_the_picture_are_found(
+    name: str, late: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plant, named = LATE[name]
+    plant(monkeypatch)
+    faults = read(written(late))
     assert any(named in fault for fault in faults), faults
 
 

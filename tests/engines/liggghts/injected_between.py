@@ -65,6 +65,9 @@ PATCHES: list[tuple[str, str, str]] = [
      'energy_.wall_power[CONTACT] += (injected("work of wires turned") ? -1 : 1) * dot('),
     ("wires.cpp", "const Vec point = mesh.to_world(Vec(q)), d",
      'const Vec point = mesh.to_world(Vec(q)) + (injected("wires off by a micrometre") ? 1e-6 : 0.0) * Vec(0, 0, 1), d'),
+    ("wires.cpp", "touches = distance <= r;", 'touches = distance <= (injected("wires are touched late") ? 0.999 : 1.0) * r;'),
+    ("wires.cpp", "if (!prisms[weave.wires[k]].near(y, reach)) continue;",
+     'if (!prisms[weave.wires[k]].near(y, reach) || (injected("every other wire is passed") && k % 2)) continue;'),
     ("wires.cpp", "velocity = mesh.velocity_at(point);",
      'velocity = (injected("wires at rest for friction") ? 0.0 : 1.0) * mesh.velocity_at(point);'),
     ("shedding.cpp", "norm(felt), world_.rules.density",
@@ -73,13 +76,17 @@ PATCHES: list[tuple[str, str, str]] = [
      'const double part = injected("films feel at once") ? 1.0 : -std::expm1('),
     ("shedding.cpp", "/ span - g[k];", '/ span - (injected("gravity is not felt") ? 0.0 : g[k]);'),
     ("shedding.cpp", "if (!(d.volume > 0)) continue;",
-     'if (!(d.volume > 0) || (injected("one sphere never drips") && id == 3)) continue;'),
+     'if (injected("drops a tenth large")) d.volume *= 1.1;\n'
+     '    if (!(d.volume > 0) || (injected("one sphere never drips") && id == 3)) continue;'),
+    ("shedding.cpp", "for (Drop &d : drops) fall(now, d);",
+     "for (Drop &d : drops) {\n    fall(now, d);\n"
+     '    if (injected("films forget with a drop")) std::fill_n(&felt_[3 * d.i], 3, 0.0);\n  }'),
     ("shedding.cpp", "felt_[3 * id + k] += part * (mean",
      'felt_[3 * id + k] += (injected("films feel more") ? 1.1 : 1.0) * part * (mean'),
 ]  # fmt: skip
 """Changes of the sources: file, text, what replaces it."""
 EXPLICIT, SEMI, WIRES, DRIPPING = "explicit", "semi_implicit", "wires", "dripping"
-FAULTS: dict[str, tuple[str, str, str]] = {
+FORCES: dict[str, tuple[str, str, str]] = {
     "pull of spheres halved unseen": (EXPLICIT, "between_capillary", "it is 0.5 times what is expected (between spheres"),
     "pull of walls a tenth high unseen": (EXPLICIT, "between_capillary", "it is 1.1 times what is expected (at walls"),
     "pull of spheres halved for a while": (EXPLICIT, "capillary", "half of it counts (between spheres"),
@@ -96,11 +103,15 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "spheres pulled less in the motion": (EXPLICIT, "newton_force", "the capillary force between spheres"),
     "semi-implicit drag halved unseen": (SEMI, "between_drag", "it is about 0."),
     "semi-implicit drag halved for a while": (SEMI, "viscous_normal", "half of it counts"),
+}  # fmt: skip
+WORKS: dict[str, tuple[str, str, str]] = {
     "work of drag twice": (EXPLICIT, "energy_windows", "work in a window: viscous_normal: it is 2 times what is expected"),
     "work of capillary halved": (EXPLICIT, "energy_windows", "work in a window: capillary: it is 0.5 times what is expected"),
     "work of walls turned": (EXPLICIT, "energy_windows", "work in a window: wall_motion: the sign is turned"),
     "work of spin left out": (EXPLICIT, "energy_windows", "work in a window: viscous_tangential"),
     "work of wires turned": (WIRES, "energy_windows", "work in a window: wall_motion"),
+}  # fmt: skip
+OF_WIRES: dict[str, tuple[str, str, str]] = {
     "wires off by a micrometre": (WIRES, "newton_force", "it is off along the normal of the dry contacts at screen"),
     "wires at rest for friction": (WIRES, "newton_force", "the wall's velocity does not count at screen"),
     "springs of wires lost when found again": (
@@ -113,12 +124,19 @@ FAULTS: dict[str, tuple[str, str, str]] = {
         WIRES, "newton_force",
         "along the normal of the dry contacts at screen; the springs of the dry contacts at screen would be 1.1"),
     "friction of wires forgets": (WIRES, "contact_logged", "dry contact in the log: it is left out (at screen"),
+    "wires are touched late": (WIRES, "newton_force", "of the dry contacts at screen"),
+    "every other wire is passed": (WIRES, "newton_force", "of the dry contacts at screen"),
+}  # fmt: skip
+OF_DROPS: dict[str, tuple[str, str, str]] = {
     "drops at half the force felt": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is"),
     "films feel at once": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
     "gravity is not felt": (DRIPPING, "felt_force", "force felt by a sampled film: its direction is not the expected one"),
     "films feel more": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
     "one sphere never drips": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is left out"),
+    "drops a tenth large": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is 1.1 times"),
+    "films forget with a drop": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
 }  # fmt: skip
+FAULTS = {**FORCES, **WORKS, **OF_WIRES, **OF_DROPS}
 """Fault -> scene, quantity in which it must show, words of the sentence that names it."""
 ON_RANKS: dict[str, tuple[str, str]] = {
     "springs of wires stay on their rank": (

@@ -37,6 +37,9 @@ def test_sound_run_agrees(foundry: injected.Foundry, tmp_path: Path, kind: str) 
     counts = {n: q["count"] for n, q in result["quantities"].items()}
     least = {"between_capillary": 1000, "between_momentum": 100, "energy_windows": 15, "between_range": 1000}
     assert {n: counts[n] for n in least if counts[n] < least[n]} == {}
+    seen = result["seen"]
+    assert all(0.0 < seen[n] < 1.0 for n in ("steps", "bridges", "impulse_in_windows", "impulse_by_bounds")), seen
+    assert sum("checked step by step" in sentence for sentence in result["not_checked"]) == 1
 
 
 @pytest.mark.parametrize("fault", between.FAULTS)
