@@ -17,7 +17,7 @@ import pandas as pd
 
 from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
-from pywet.engines.liggghts.deck import touched
+from pywet.engines.liggghts.deck import continues, touched
 from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
 from pywet.geometry.initial import wall_groups
@@ -102,7 +102,7 @@ class Plugin:
         faces = bool(scene.walls) and not touched(scene)
         self._library.pywet_set_wall_film(WALL_FILMS.index(scene.wall_film))
         for k, wall in enumerate(scene.walls):
-            if groups or faces or wall.prisms:
+            if groups or faces or wall.prisms or continues(scene):
                 self._add_mesh(wall, nodes[wall.name], groups)
             if wall.prisms:
                 self._add_prisms(k, wall, nodes[wall.name])

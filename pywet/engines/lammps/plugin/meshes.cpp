@@ -3,6 +3,10 @@
 
 namespace pywet {
 
+void Engine::join_corners(const Walls &) const {}
+
+void Engine::before_walls(Callback) const {}
+
 bool Engine::leaves_faces() const { return false; }
 
 std::vector<int> Engine::places_of_triangles(size_t) const { return {}; }
