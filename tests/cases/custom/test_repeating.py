@@ -150,15 +150,14 @@ def test_two_spheres_across_a_face_are_those_in_the_middle(tmp_path: Path) -> No
 def test_a_wall_is_the_same_at_a_face_as_in_the_middle(tmp_path: Path, shape: str) -> None:
     """Pairs of spheres on the same wall, one near the face and one half a strip away, roll and slide over its edges alike."""
     off, face = (3.0, 1.0, 0.7, 0.4, 0.1, 0.01), 1e3 * float(np.float32(0.021))
-    pitch = 10.0
+    pitch = 10.5  # two of them are the period of bent wires, half a strip; their crests are at the face and in the middle
     more = {"crimp_mm": 1.0, "first_crossing_mm": 0.0} if shape == "bent" else {}
     bars = {
         "diameter_mm": 2, "pitch_mm": pitch, "count": len(off), "axis": "y", "length_mm": 42, **more,
         "origin_mm": (0.5 * pitch * (len(off) - 1), 0, -1),
     }  # fmt: skip
     block = {"low_mm": (-50, -21, -6), "high_mm": (100, 21, 0)}
-    top = 1.0 if shape == "bent" else 0.0  # period of the bent wires: 10.5 mm, twice in half a strip
-    bars |= {"pitch_mm": pitch, "count": len(off)}
+    top = 1.0 if shape == "bent" else 0.0
     at = [(pitch * k + 0.15, y, top + 3.02) for k, o in enumerate(off) for y in (face - o, -o)]
     walls = [{"name": "wall", **({"block": block} if shape == "block" else {"bars": bars})}]
     scene = pywet.Scene(
