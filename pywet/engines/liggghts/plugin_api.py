@@ -258,6 +258,10 @@ class Plugin:
         """Wait until all MPI ranks have reached this call."""
         self._library.pywet_wait()
 
+    def before_clear(self) -> None:
+        """Free what the engine does not free itself when it is emptied: call this before its command `clear`."""
+        self._library.pywet_before_clear()
+
     def held(self) -> dict[str, int]:
         """Count spheres, bridges and wall pairs of the fullest rank and whether contacts are batched; a collective call."""
         names = ("spheres_and_ghosts", "bridges", "wall_pairs", "contacts_in_batches")

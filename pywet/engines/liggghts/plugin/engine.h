@@ -99,6 +99,8 @@ class Engine {
   void before_walls(Callback callback) const;
   void join_corners(const Walls &walls) const;
 
+  void before_clear() const;                            // frees what the engine does not where it is emptied
+
   // Triangles by their numbers in the engine's mesh on this rank, -1: not here; of a contact with one of them what the engine says.
   bool leaves_faces() const;                            // contacts with faces can be made for it
   std::vector<int> places_of_triangles(size_t m) const;

@@ -1,4 +1,5 @@
-// The engine's meshes as the contacts with faces ask for them; beside engine.cpp and contacts.cpp the last file with its headers.
+// The engine's meshes as the contacts with faces ask for them, and what it forgets to free; beside engine.cpp and contacts.cpp the
+// last file with its headers.
 #include "engine.h"
 
 #include <algorithm>
@@ -9,10 +10,13 @@
 #include "global_properties.h"
 #include "atom.h"
 #include "domain.h"
+#include "dump.h"
 #include "fix_external.h"
 #include "fix_mesh_surface.h"
 #include "lammps.h"
 #include "modify.h"
+#include "output.h"
+#include "sort_buffer.h"
 #include "tri_mesh.h"
 
 namespace pywet {
@@ -97,6 +101,17 @@ void Engine::join_corners(const Walls &walls) const {
 void Engine::before_walls(Callback callback) const {
   auto *fix = dynamic_cast<LAMMPS_NS::FixExternal *>(lmp_->modify->find_fix_id("p_corners"));
   if (fix) fix->set_callback(callback, nullptr);
+}
+
+// A dump does not free the buffer by which it sorts, some hundred bytes a sphere.
+void Engine::before_clear() const {
+  struct Buffers : LAMMPS_NS::Dump {
+    static LAMMPS_NS::SortBuffer *&of(LAMMPS_NS::Dump *dump) { return dump->*(&Buffers::sortBuffer); }
+  };
+  for (int k = 0; k < lmp_->output->ndump; k++) {
+    delete Buffers::of(lmp_->output->dump[k]);
+    Buffers::of(lmp_->output->dump[k]) = nullptr;
+  }
 }
 
 bool Engine::leaves_faces() const { return true; }

@@ -278,6 +278,9 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
   });
 }
 
+// Before the engine is emptied.
+EXPORT void pywet_before_clear() { state->world.engine.before_clear(); }
+
 // Wait for all ranks, so that the file of the first one exists for all.
 EXPORT void pywet_wait() { MPI_Barrier(state->world.ranks.all); }
 
