@@ -67,13 +67,21 @@ def _over_seeds(found: Sequence[dict[str, Any]]) -> Iterator[str]:
 def kinetics(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR...", help="Seeds of a case: runs or stored tables.")],
     file: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Write the table to this CSV file.")] = None,
+    deck: Annotated[
+        Path | None, typer.Option("--deck", metavar="RUN_DIR", help="Predict the partition curve of this continuous deck.")
+    ] = None,
+    from_s: Annotated[float | None, number("--from", FROM, "Evaluate the deck from this time on")] = None,
 ) -> None:
-    """Fit laws of the fraction retained over time to each class, and rank them on seeds that were not fitted.
+    """Fit laws of the fraction retained over time to each class, and rank them on seeds that were not fitted; or, with --deck,
+    predict a continuous deck from them.
 
     Example: pywet kinetics docs/full_scale/data/case02-10007 docs/full_scale/data/case02-10009"""
     from pywet.products import kinetics as laws
     from pywet.util.files import write_csv
 
+    if deck is not None:
+        _predict(runs, deck, from_s, file)
+        return
     found = laws.kinetics(runs)
     table = Table("class", "law", "parameters (s, 1/s; ± 95 %)", "rms", "rms, seeds not fitted")
     for row in found.itertuples():
@@ -81,5 +89,22 @@ def kinetics(
     out.print(table)
     if len(runs) == 1:
         tell("one run: ranked by the fit itself; give several seeds for a ranking on what was not fitted")
+    if file is not None:
+        write_csv(found, file)
+
+
+def _predict(runs: list[Path], deck: Path, from_s: float | None, file: Path | None) -> None:
+    """Print the partition curve of a deck as batch kinetics predict it and as simulated."""
+    from pywet.products import batch_to_deck
+    from pywet.util.files import write_csv
+
+    found = batch_to_deck.predict(runs, deck, from_s)
+    table = Table("class", "size [mm]", "law", "T [%]: plug flow", "residence times", "simulated")
+    for row in found.itertuples():
+        ways = ((row.plug_flow, row.plug_flow_half), (row.residence_times, row.residence_times_half))
+        values = [f"{100.0 * mean:.1f} ± {100.0 * half:.1f}" for mean, half in ways]
+        simulated = f"{100.0 * row.T:.1f} ({100.0 * row.T_low:.1f} – {100.0 * row.T_high:.1f})"
+        table.add_row(str(row[1]), f"{row.diameter_mm:g}", str(row.law), *values, simulated)
+    out.print(table)
     if file is not None:
         write_csv(found, file)

@@ -25,7 +25,9 @@ import pandas as pd
 from pywet import run_lock
 from pywet.errors import PywetError, shown
 from pywet.geometry.surface import Floats
+from pywet.products import streams
 from pywet.products.partition import mean_and_half_width
+from pywet.runs.rundir import RunDir
 from pywet.util.files import check_numbers, read_csv, read_table
 
 PREFIX = "fraction_retained_"
@@ -103,6 +105,8 @@ def curves(run: Path) -> pd.DataFrame:
             table = read_table(path) if path.suffix == ".parquet" else read_csv(path, CURE)
             break
     else:
+        if (run / "history" / "retired.parquet").exists():
+            return _of_outlets(RunDir(run))
         raise PywetError(
             f"{shown(run)} has no fraction_retained; expected the finished run of a screening case, or a folder of stored tables",
             code="kinetics.no_curve", where=run,
@@ -116,6 +120,23 @@ def curves(run: Path) -> pd.DataFrame:
             code="kinetics.no_time", where=path,
         )  # fmt: skip
     return found.rename(columns={OPEN: "time_s", **{c: c.removeprefix(PREFIX) for c in classes}})
+
+
+def _of_outlets(run: RunDir) -> pd.DataFrame:
+    """The same of a batch in a scene with outlets: all spheres are there from the start, and none leaves with the overs."""
+    scene, spheres = run.scene, streams.read(run).spheres
+    overs = int((spheres["product"] == "overs").sum())
+    if scene.is_fed or overs:
+        given = "is fed during the run" if scene.is_fed else f"loses {overs} spheres with the overs"
+        raise PywetError(
+            f"{shown(run.path)} {given}; expected a batch: all spheres there from the start, a wall at the end of the deck"
+        )
+    times = streams.edges(scene, scene.duration_s)
+    found = {"time_s": times}
+    for kind in scene.classes:
+        left = np.sort(spheres.loc[(spheres["type"] == kind.type) & (spheres["product"] == "unders"), "left_s"])
+        found[kind.name] = 1.0 - np.searchsorted(left, times + 1e-9) / kind.count
+    return pd.DataFrame(found)
 
 
 def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,8 +39,12 @@ class Topology:
     plane: dict[int, frozenset[int]]
 
 
-def topology(corners: Floats, apart: bool = False) -> Topology:
-    """Work out one mesh (n, 3, 3), triangles in file order; `apart`: no triangle hands its contact on to the next."""
+def topology(corners: Floats, apart: bool = False, numbers: int | None = None) -> Topology:
+    """Work out one mesh (n, 3, 3), triangles in file order; `apart`: no triangle hands its contact on to the next.
+
+    `numbers`: after so many triangles follow their copies in the same order, which have the same numbers.
+    """
+    numbers = numbers or len(corners)
     edge = np.roll(corners, -1, axis=1) - corners
     length = np.linalg.norm(edge, axis=2)
     edge = edge / length[:, :, None]
@@ -54,6 +58,7 @@ def topology(corners: Floats, apart: bool = False) -> Topology:
         for k in range(3):
             shared[min(row[k], row[(k + 1) % 3]), max(row[k], row[(k + 1) % 3])].append((t, k))
     for sides in shared.values():
+        sides.sort(key=lambda side: side[0] % numbers)
         for n, (high, e) in enumerate(sides):
             for low, f in sides[:n]:
                 neighbours[high].add(low)
@@ -68,8 +73,9 @@ def topology(corners: Floats, apart: bool = False) -> Topology:
     corner = np.zeros((len(corners), 3), dtype=bool)
     for meeting in at_node.values():
         for group in _connected(meeting, neighbours):
-            t, k = max(group)
-            corner[t, k] = _corner_active(group, edge, nodes, active)
+            t, k = max(group, key=lambda one: one[0] % numbers)
+            if min(s for s, _ in group) < numbers:  # about others not all copies are there
+                corner[t % numbers, k] = _corner_active(group, edge, nodes, active)
     # the engine keeps only what it finds for the last corner
     obtuse = np.where(np.einsum("ij,ij->i", edge[:, 2], edge[:, 1]) > 0.0, 2, -1)
     bound = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
@@ -82,14 +88,14 @@ def topology(corners: Floats, apart: bool = False) -> Topology:
 def repeated(corners: Floats, ways: Sequence[Floats], apart: bool = False) -> Topology:
     """Compute the topology of a mesh in a periodic box: its own triangles, then those of its copies in the same order.
 
-    The engine joins no triangle to one of a copy: the border where a wall continues at a face has active edges.
+    The engine joins triangles to those of copies, each known by its number.
     """
-    one = topology(corners, apart)
-    if not len(ways):
-        return one
-    arrays = {f.name: getattr(one, f.name) for f in fields(Topology) if f.name not in ("corners", "plane")}
-    tiled = {name: np.concatenate([values] * (1 + len(ways))) for name, values in arrays.items()}
-    return Topology(corners=np.concatenate([corners, *(corners + way for way in ways)]), plane=one.plane, **tiled)
+    count = len(corners)
+    whole = topology(np.concatenate([corners, *(corners + way for way in ways)]), apart, count)
+    own = {name: getattr(whole, name)[:count] for name in ("edge_active", "corner_active")}
+    tiled = {name: np.concatenate([values] * (1 + len(ways))) for name, values in own.items()}
+    plane = {t: frozenset(s % count for s in whole.plane[t]) - {t} for t in range(count)}
+    return replace(whole, plane=plane, **tiled)
 
 
 def _nodes(corners: Floats) -> list[list[int]]:

@@ -38,8 +38,15 @@ IDS_A_LINE = 100
 
 
 def attached(scene: EngineScene) -> bool:
-    """Return whether the plugin is in use: for bridges, analytic wires, inserted or retired spheres."""
-    return scene.effects.bridges or scene.is_fed or scene.removes or any(w.prisms for w in scene.walls)
+    """Return whether the plugin is in use: for bridges, analytic wires, inserted or retired spheres, walls that may repeat."""
+    return (
+        scene.effects.bridges or scene.is_fed or scene.removes or continues(scene) or any(w.prisms for w in scene.walls)
+    )
+
+
+def continues(scene: EngineScene) -> bool:
+    """Return whether walls may continue through a periodic face, where the plugin corrects the engine's corners."""
+    return scene.periodic is not None and bool(scene.walls)
 
 
 def touched(scene: EngineScene) -> list[str]:
@@ -271,6 +278,7 @@ def write_deck(
         "touched": touched(scene),
         "below": repr(2.0 * scene.box_low_m[2] - scene.box_high_m[2]),
         "attached": attached(scene),
+        "continues": continues(scene),
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
         "runs": [(run, saved("engine", run.checkpoint, whole=False)) for run in runs(scene, done)],

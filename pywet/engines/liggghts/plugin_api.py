@@ -17,7 +17,7 @@ import pandas as pd
 
 from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
-from pywet.engines.liggghts.deck import touched
+from pywet.engines.liggghts.deck import continues, touched
 from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
 from pywet.geometry.initial import wall_groups
@@ -103,7 +103,7 @@ class Plugin:
         faces = bool(scene.walls) and not touched(scene)
         self._library.pywet_set_wall_film(WALL_FILMS.index(scene.wall_film))
         for k, wall in enumerate(scene.walls):
-            if groups or faces or wall.prisms:
+            if groups or faces or wall.prisms or continues(scene):
                 self._add_mesh(wall, nodes[wall.name], groups)
             if wall.prisms:
                 self._add_prisms(k, wall, nodes[wall.name])
@@ -259,6 +259,10 @@ class Plugin:
     def wait(self) -> None:
         """Wait until all MPI ranks have reached this call."""
         self._library.pywet_wait()
+
+    def before_clear(self) -> None:
+        """Free what the engine does not free itself when it is emptied: call this before its command `clear`."""
+        self._library.pywet_before_clear()
 
     def held(self) -> dict[str, int]:
         """Count spheres, bridges and wall pairs of the fullest rank and whether contacts are batched; a collective call."""

@@ -94,6 +94,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
             tell(f"write_restart {saved('engine', piece.checkpoint, whole=False)}")
             name_checkpoint(piece.checkpoint)
             plugin.wait()
+            plugin.before_clear()
             tell("clear", f"variable at string {piece.checkpoint}")
             begin(b"again.liggghts", piece.checkpoint)
         spent.append({"steps": piece.steps, "run_s": ran - began, "checkpoint_s": time.process_time() - ran})

@@ -152,6 +152,45 @@ def test_two_spheres_across_a_face_are_those_in_the_middle(tmp_path: Path) -> No
 
 @pytest.mark.slow
 @pytest.mark.engine
+@pytest.mark.parametrize("shape", ["rods", "bent", "block"])
+def test_a_wall_is_the_same_at_a_face_as_in_the_middle(tmp_path: Path, shape: str) -> None:
+    """Pairs of spheres on the same wall, one near the face and one half a strip away, roll and slide over its edges alike.
+
+    Wires that bend at the face are compared with the replay alone: of two triangles at an angle the later one owns their edge,
+    next to which both press, and at the face that is the other one.
+    """
+    off, face = (3.0, 1.0, 0.7, 0.4, 0.1, 0.01), 1e3 * float(np.float32(0.021))
+    pitch = 10.5  # two of them are the period of bent wires, half a strip; their crests are at the face and in the middle
+    more = {"crimp_mm": 1.0, "first_crossing_mm": 0.0} if shape == "bent" else {}
+    bars = {
+        "diameter_mm": 2, "pitch_mm": pitch, "count": len(off), "axis": "y", "length_mm": 42, **more,
+        "origin_mm": (0.5 * pitch * (len(off) - 1), 0, -1),
+    }  # fmt: skip
+    block = {"low_mm": (-50, -21, -6), "high_mm": (100, 21, 0)}
+    top = 1.0 if shape == "bent" else 0.0
+    at = [(pitch * k + 0.15, y, top + 3.02) for k, o in enumerate(off) for y in (face - o, -o)]
+    walls = [{"name": "wall", **({"block": block} if shape == "block" else {"bars": bars})}]
+    scene = pywet.Scene(
+        **beads(
+            spheres=[{**ONE, "diameter_mm": 6, "at_mm": at, "velocity_m_per_s": (0.05, 0.2, -0.3)}],
+            walls=[*walls, {"name": "tray", "block": {"low_mm": (-50, -21, -16), "high_mm": (100, 21, -10)}}],
+            periodic={"axis": "y", "low_mm": -21, "high_mm": 21}, duration_s=0.006,
+            results={"windows": 20, "window_steps": 4},
+        )
+    )  # fmt: skip
+    pywet.run(scene, tmp_path)
+    path = pd.read_parquet(tmp_path / "trajectory.parquet").pivot_table(index="step", columns="id")
+    assert path["vz"].iloc[-1].max() > 0.1  # thrown back
+    for n in range(len(off) if shape != "bent" else 0):
+        apart = np.array([path[axis][2 * n + 1] - path[axis][2 * n + 2] for axis in "xyz"])
+        apart[1] = np.remainder(apart[1], 2e-3 * face) - 1e-3 * face
+        assert np.abs(apart).max() < PLACE, off[n]
+        speeds = [path[f"v{axis}"][2 * n + 1] - path[f"v{axis}"][2 * n + 2] for axis in "xyz"]
+        assert np.abs(speeds).max() < SPEED, off[n]
+
+
+@pytest.mark.slow
+@pytest.mark.engine
 def test_a_strip_of_a_deck(tmp_path: Path) -> None:
     """Bridges reach across the face, spheres cross it and no sphere is lost; ledger and replay hold, on two ranks too."""
     sizes = {"fine": (3, 60), "coarse": (6, 14)}

@@ -3,6 +3,12 @@
 
 namespace pywet {
 
+void Engine::join_corners(const Walls &) const {}
+
+void Engine::before_walls(Callback) const {}
+
+void Engine::before_clear() const {}
+
 bool Engine::leaves_faces() const { return false; }
 
 std::vector<int> Engine::places_of_triangles(size_t) const { return {}; }

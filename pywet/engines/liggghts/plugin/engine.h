@@ -94,6 +94,13 @@ class Engine {
   // The engine's own dry contact of sphere a with a wall whose closest point is at x - d; returns the force on the sphere.
   Vec press(int a, double radius, const Vec &d, double overlap, const Vec &wall_velocity, double *spring) const;
 
+  // In a box that repeats: call this before the contacts with walls of each step; of walls that continue there, have their corners
+  // as the engine has those elsewhere.
+  void before_walls(Callback callback) const;
+  void join_corners(const Walls &walls) const;
+
+  void before_clear() const;                            // frees what the engine does not where it is emptied
+
   // Triangles by their numbers in the engine's mesh on this rank, -1: not here; of a contact with one of them what the engine says.
   bool leaves_faces() const;                            // contacts with faces can be made for it
   std::vector<int> places_of_triangles(size_t m) const;

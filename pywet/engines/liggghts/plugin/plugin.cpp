@@ -55,6 +55,13 @@ void assign(Function &slot, void *address) {
   slot = reinterpret_cast<Function>(address);
 }
 
+// Before the first contacts: from then on the engine's triangles take their flags along.
+void join(void *, int64_t, int n, int *, double **, double **extra) {
+  if (n > 0) std::memset(extra[0], 0, sizeof(double) * 3 * n);
+  if (!state->joined) state->world.engine.join_corners(state->world.walls);
+  state->joined = true;
+}
+
 }  // namespace
 
 // What a script of the user's own can print of each sphere and of all, see script.cpp.
@@ -267,8 +274,12 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
     engine = static_cast<LAMMPS_NS::LAMMPS *>(lmp);
     state->attach(engine, directory);
     pywet::hook(engine, fix_id, callback);
+    state->world.engine.before_walls(join);
   });
 }
+
+// Before the engine is emptied.
+EXPORT void pywet_before_clear() { state->world.engine.before_clear(); }
 
 // Wait for all ranks, so that the file of the first one exists for all.
 EXPORT void pywet_wait() { MPI_Barrier(state->world.ranks.all); }

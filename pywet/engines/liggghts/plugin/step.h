@@ -35,6 +35,7 @@ class Plugin {
   Retirement retirement{world, films, standing, booking, logs};
   Turnover turnover{world, films, standing, logs};
   Checkpoint checkpoint{world, films, standing, energy, faces, wires, weight, shedding, logs};
+  bool joined = false;                  // walls that continue through faces of the box, see Engine::join_corners
 
   Plugin() = default;
   Plugin(const Plugin &) = delete;       // the parts hold references to each other

@@ -1,0 +1,1 @@
+"""A continuous deck predicted from batch runs, for docs/screens.md."""

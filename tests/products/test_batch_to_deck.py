@@ -1,0 +1,107 @@
+"""A deck predicted from batch kinetics: closed forms of plug flow and mixing, made-up runs whose answer is known, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from pywet.cli.app import app
+from pywet.errors import PywetError
+from pywet.products import batch_to_deck, kinetics
+from pywet.util.files import read_table, write_json, write_table
+from tests.products import made_up
+
+FIRST_ORDER, K, DELAY = kinetics.LAWS[0], 3.0, 0.02
+TIMES = np.linspace(0.0, 1.0, 201)
+
+
+def test_plug_flow_and_a_mixer_in_closed_form() -> None:
+    """First order and one residence time L/v: exp(-k L/v); with exponential residence times of mean tau: 1/(1 + k tau)."""
+    length, speed, tau = 0.12, 0.2, 0.6
+    one, half = batch_to_deck.share_retained(FIRST_ORDER, np.array([0.0, K]), np.array([length / speed]))
+    assert one == pytest.approx(np.exp(-K * length / speed), rel=1e-12) and half == 0.0
+    quantiles = (np.arange(200_000) + 0.5) / 200_000
+    times = -tau * np.log1p(-quantiles)
+    mixed, _ = batch_to_deck.share_retained(FIRST_ORDER, np.array([0.0, K]), times)
+    assert mixed == pytest.approx(1.0 / (1.0 + K * tau), rel=1e-4)
+    plug, _ = batch_to_deck.plug_flow(FIRST_ORDER, np.array([0.0, K]), times)
+    assert plug == pytest.approx(np.exp(-K * tau), rel=1e-4)
+
+
+def test_the_interval_of_a_mean_covers_it() -> None:
+    """In 400 draws of 50 exponential residence times each, the 95 % interval holds 1/(1 + k tau) in 92 to 98 % of them."""
+    random, tau = np.random.default_rng(3), 0.6
+    held = 0
+    for _ in range(400):
+        mean, half = batch_to_deck.share_retained(FIRST_ORDER, np.array([0.0, K]), random.exponential(tau, 50))
+        held += abs(mean - 1.0 / (1.0 + K * tau)) < half
+    assert 0.92 < held / 400 < 0.98
+
+
+def batch(folder: Path, rates: dict[str, float]) -> Path:
+    """Stored table of a batch whose classes pass by first order from a delay on."""
+    folder.mkdir()
+    table = {"time_since_opening_s": TIMES}
+    table |= {f"fraction_retained_{name}": FIRST_ORDER(TIMES, DELAY, k) for name, k in rates.items()}
+    pd.DataFrame(table).to_csv(folder / "fraction_retained.csv", index=False)
+    return folder
+
+
+def test_a_made_up_deck(tmp_path: Path) -> None:
+    """All of its spheres stay 0.1 s, and up to 0.02 s more until the next look; what does not pass in the batch stays."""
+    deck = made_up.make(tmp_path / "deck")
+    seeds = [batch(tmp_path / f"batch{n}", {"2 mm": 5.0, "3 mm": k, "4 mm": 0.0}) for n, k in enumerate((2.0, 2.0))]
+    found = batch_to_deck.predict(seeds, deck).set_index("class")
+    entered = np.array(made_up.scene().enters([4] * made_up.EACH))
+    stay = made_up.STEP * (np.ceil((entered + 100) / made_up.EVERY) * made_up.EVERY - entered)
+    stay = stay[entered * made_up.STEP + stay < 2.0]  # the others are there at the end
+    assert list(found.index) == ["2 mm", "3 mm", "4 mm"] and found["T"].tolist() == pytest.approx([0.25, 0.75, 1.0], abs=0.1)
+    for name, k in (("2 mm", 5.0), ("3 mm", 2.0)):
+        assert found.loc[name, "residence_times"] == pytest.approx(np.exp(-k * (stay - DELAY)).mean(), rel=1e-3)
+        assert found.loc[name, "plug_flow"] == pytest.approx(np.exp(-k * (stay.mean() - DELAY)), rel=1e-3)
+    assert found.loc["4 mm", ["plug_flow", "residence_times"]].tolist() == [1.0, 1.0]
+    out = tmp_path / "found.csv"
+    told = CliRunner().invoke(app, ["kinetics", *map(str, seeds), "--deck", str(deck), "--out", str(out)])
+    assert told.exit_code == 0 and f"{100 * found.loc['3 mm', 'plug_flow']:.1f} ±" in told.output
+    assert pd.read_csv(out)["plug_flow"].to_numpy() == pytest.approx(found["plug_flow"].to_numpy(), rel=1e-9)
+
+
+def made_batch(folder: Path, outlet: int = 2, fed: bool = False) -> Path:
+    """The made-up run as a batch: all spheres are there from the start and leave through one outlet."""
+    run = made_up.make(folder)
+    scene = json.loads((run / "scene.json").read_text())
+    if not fed:
+        for kind in scene["classes"]:
+            kind["fed"] = None
+    write_json(run / "scene.json", scene)
+    path = run / "history" / "retired.parquet"
+    write_table(read_table(path).assign(outlet=outlet), path)
+    return run
+
+
+def test_a_batch_with_outlets_is_counted(tmp_path: Path) -> None:
+    found = kinetics.curves(made_batch(tmp_path / "batch"))
+    gone = read_table(tmp_path / "batch" / "history" / "retired.parquet")
+    for k, name in enumerate(("1 mm", "2 mm", "3 mm", "4 mm"), start=1):
+        left = gone.loc[gone["type"] == k, "time"].to_numpy()
+        share = (left[None, :] <= found["time_s"].to_numpy()[:, None] + 1e-9).sum(axis=1) / made_up.EACH
+        assert found[name].to_numpy() == pytest.approx(1.0 - share, abs=1e-12) and len(left) > 30
+
+
+def test_what_is_no_batch_or_no_tracer_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(PywetError, match="is fed during the run; expected a batch: all spheres there from the start"):
+        kinetics.curves(made_batch(tmp_path / "fed", fed=True))
+    with pytest.raises(PywetError, match="loses .* spheres with the overs; expected a batch"):
+        kinetics.curves(made_batch(tmp_path / "overs", outlet=1))
+    deck, other = made_up.make(tmp_path / "deck"), batch(tmp_path / "other", {"5 mm": 1.0})
+    with pytest.raises(PywetError, match="none of its classes, 1 mm, 2 mm, 3 mm, 4 mm, is in the batches"):
+        batch_to_deck.predict([other], deck)
+    path = deck / "history" / "retired.parquet"
+    write_table(read_table(path).assign(outlet=2), path)
+    with pytest.raises(PywetError, match="0 of the .* coarsest class that left went to the overs; expected at least 98 %"):
+        batch_to_deck.predict([other], deck)
