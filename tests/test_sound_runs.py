@@ -55,6 +55,18 @@ SCENES: dict[str, dict[str, Any]] = {
             {"name": "tray", "vessel": {"inner_width_mm": 50, "height_mm": 20, "origin_mm": [0, 0, -60]}},
         ],
     },
+    "along the dry rim of a wet plate": {  # the film on top is the nearest only once the sphere has passed the edge
+        "duration_s": 0.006, "materials": {"glass": {"density_kg_per_m3": 2500}}, "liquid": {"film_um": 40},
+        "gravity_m_per_s2": [0, 0, 0],
+        "spheres": [
+            {**BEADS, "at_mm": [[-0.5, 0, 1.7]], "velocity_m_per_s": [0, 0, -1]},
+            {**BEADS, "name": "passing", "at_mm": [[1.541, 0, -1.6]], "velocity_m_per_s": [0, 0, 0.5]},
+        ],
+        "walls": [
+            {"name": "plate", "block": {"low_mm": [-2, -1, -6], "high_mm": [0, 1, 0]}},
+            {"name": "box", "vessel": {"inner_width_mm": 40, "height_mm": 30, "origin_mm": [0, 0, -15]}},
+        ],
+    },
 }  # fmt: skip
 THIN_PLATE: dict[str, Any] = {
     "duration_s": 0.36, "materials": {"steel": {"density_kg_per_m3": 7850}}, "liquid": {"film_um": 5},

@@ -107,7 +107,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
         if _over_an_edge(run, lives, events.iloc[row], int(step[row]) - every):
             excess[row] = 0.0
             continue
-        # the closest point may have come over an edge, from a triangle with less
+        # the closest point may have come over an edge, from a triangle with less, of the same part or of one that meets it
         beside = _thinnest_beside(run, held, events.iloc[row], int(step[row]) - every)
         excess[row] = max(film[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
     return excess, way
@@ -155,13 +155,13 @@ def _meeting(parts: nearest.Parts, of: Floats, triangle: int | None = None) -> F
 
 
 def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float:
-    """Least thickness [m] at a neighbour check of the films on an event's triangle and on triangles of its part that share a
-    corner with it and can have been as near.
+    """Least thickness [m] at a neighbour check of the films on an event's triangle and on triangles of its wall that share a
+    corner with it and can have been as near: at a convex edge a sphere has one bridge, with the part that is nearest.
     """
     parts, fixed, events, triangle = nearest.parts(run), bodies(run), run.table("events"), int(event["triangle"])
     corners, part = parts.setup.corners, parts.setup.part
     apart = np.abs(images.of(run.folder).nearest(corners[:, :, None] - corners[triangle][None, None])).max(axis=3)
-    beside = np.flatnonzero((apart.min(axis=(1, 2)) < CORNER) & (part == part[triangle]))
+    beside = np.flatnonzero((apart.min(axis=(1, 2)) < CORNER) & (parts.wall[part] == parts.wall[part[triangle]]))
     beside = beside[(beside == triangle) | _in_reach(run, event, beside)]
     film = {n: max(float(held.film[fixed.walls_from + n]), 0.0) for n in fixed.film_of[beside]}
     before = events[(events["step"] <= look) & (events["partner_kind"] != laws.SPHERE)]
@@ -189,7 +189,7 @@ def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
     way = fastest * float(run.meta["time_step"]) * since_look
     parts, step = nearest.parts(run), np.full(len(triangles), int(event["step"]))
     x_of_all = np.repeat(x[None], len(triangles), axis=0)
-    distance = parts.closest(step, x_of_all, parts.setup.part[triangles]).distance
+    distance = parts.closest(step, x_of_all, parts.setup.part[triangles]).distance.min()
     return np.asarray(parts.to(step, x_of_all, triangles)[0] - distance <= 2.0 * way)
 
 
