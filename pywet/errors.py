@@ -187,6 +187,19 @@ def border(
         raise SystemExit(FAULT) from None
 
 
+@contextmanager
+def child_data() -> Iterator[tuple[dict[str, str], Callable[[], dict[str, Any]]]]:
+    """Give the environment for a process with `border`, and a function that returns the data of the error in which it ended."""
+    with tempfile.NamedTemporaryFile("r") as file:
+
+        def data() -> dict[str, Any]:
+            with suppress(ValueError):  # none, or of several ranks at once
+                return dict(json.loads(file.read()))
+            return {}
+
+        yield {DATA_FILE: file.name}, data
+
+
 def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
     """Parse the arguments of a program started by `python -m`; raise `PywetError` if their number or kind is wrong.
 

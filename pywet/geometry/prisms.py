@@ -43,7 +43,7 @@ def prism_of(corners: Floats, name: str) -> Prism:
     raise PywetError(
         f"{name} was given as a prism but is none; expected a closed convex section drawn along x, y or z: "
         "set prisms to false for this wall",
-        code="surface.not_prism", key=f"walls.{name}",
+        code="surface.not_prism", key=name,
     )  # fmt: skip
 
 

@@ -6,7 +6,6 @@ draws in a child process; when that fails, `sketch.py` draws a plainer picture w
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import subprocess
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from pywet.ending import die_with_parent
-from pywet.errors import DATA_FILE, PywetError, arguments, border
+from pywet.errors import PywetError, arguments, border, child_data
 from pywet.report import active_bridges, caption, sketch, vtk
 from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame, solid
 from pywet.runs.rundir import Floats, RunDir
@@ -95,10 +94,10 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
     for extra in WINDOWS:
         with (
             tempfile.TemporaryFile("w+") as messages,
-            tempfile.NamedTemporaryFile("r") as facts,
+            child_data() as (named, data_of),
             subprocess.Popen(
                 command,
-                env={**os.environ, **extra, DATA_FILE: facts.name},
+                env={**os.environ, **extra, **named},
                 stdout=subprocess.PIPE,
                 stderr=messages,
                 text=True,
@@ -113,7 +112,7 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
                 child.kill()
                 raise
             messages.seek(0)
-            message, data = messages.read(), json.loads(facts.read() or '{"code": "render.ended"}')
+            message, data = messages.read(), data_of() or {"code": "render.ended"}
         if child.returncode == 0:
             return
         if child.returncode == 1:  # a sentence of `border`: no other way of drawing would do

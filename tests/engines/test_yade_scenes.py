@@ -238,10 +238,10 @@ def test_what_yade_lacks_is_refused(tmp_path: Path) -> None:
     """Expect a message that names what YADE lacks; ranks and unknown engines are refused before anything runs."""
     weighing = small.PAPER.model_copy(update={"liquid_weight": True})
     tiny(tmp_path / "weight", effects=weighing, liquid=water(1e-4))
-    with raises_code("yade.scene", given=("spheres whose mass changes",)):
+    with raises_code("yade.scene", says="it lacks spheres whose mass changes"):
         driver.run(tmp_path / "weight", progress=False)
     tiny(tmp_path / "friction", effects=DRY.model_copy(update={"tangential_history": False}))
-    with raises_code("yade.scene", given=("friction without memory",)):
+    with raises_code("yade.scene", says="it lacks friction without memory"):
         driver.run(tmp_path / "friction", progress=False)
     with raises_code("engine.one_process", given=2):
         stages.simulate(tmp_path / "friction", 2, False, "yade")

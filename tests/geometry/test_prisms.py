@@ -38,5 +38,5 @@ def test_what_is_no_analytic_wire_is_refused() -> None:
     square = np.column_stack([polygon(0.01, 4), np.zeros(4)])
     shapes = {"a face": square[[[0, 1, 2], [0, 2, 3]]], "a tube": hollow}
     for name, corners in shapes.items():
-        with raises_code("surface.not_prism", key=f"walls.{name}"):
+        with raises_code("surface.not_prism", key=name):
             prism_of(corners, name)

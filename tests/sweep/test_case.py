@@ -59,7 +59,7 @@ def test_a_key_of_any_file_of_the_configuration_is_an_axis(tmp_path: Path, axis:
 @pytest.mark.parametrize(
     ("changes", "code", "says"),
     [
-        ({"axes": {"case.liquid_percent": [5.0, 101.0]}}, "config.implausible", "point 2 (case.liquid_percent 101): "),
+        ({"axes": {"case.liquid_percent": [5.0, 101.0]}}, "config.value", "point 2 (case.liquid_percent 101): "),
         ({"axes": {"frequency": [50.0]}}, "sweep.axis_file", ""),
         ({"axes": {"liquid.surface_tension_N_per_m": [72.8]}}, "config.implausible", "surface_tension_N_per_m.value is 72.8"),
         ({"axes": {"materials.spheres.POM.contact_angle_deg": [95]}}, "case.not_wetted", ""),

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from pywet.engines.liggghts.checkpoint import LOG, last_step
 from pywet.engines.liggghts.departure import KEEP, departure
 from pywet.engines.process import OUTPUT, Report, Usage, attend, last_words, surroundings
-from pywet.errors import StoppedRun
+from pywet.errors import StoppedRun, child_data
 from pywet.scene import EngineScene
 
 LOOP_TIME = "loop_cpu_s.json"
@@ -39,14 +40,15 @@ def execute(
         _refuse_flood(folder, scene)
         watch()
 
-    try:
-        status, usage = attend(command, folder, environment, look)
-    except BaseException:
-        for path in _too_large(folder):
-            os.truncate(path, LARGEST_LOG)
-        raise
-    if status != 0:
-        raise stopped(scene, folder, status, f" (all messages: {folder / OUTPUT})")
+    with child_data() as (named, data_of):
+        try:
+            status, usage = attend(command, folder, environment | named, look)
+        except BaseException:
+            for path in _too_large(folder):
+                os.truncate(path, LARGEST_LOG)
+            raise
+        if status != 0:
+            raise stopped(scene, folder, status, f" (all messages: {folder / OUTPUT})", data_of())
     return usage
 
 
@@ -69,8 +71,10 @@ def _refuse_flood(folder: Path, scene: EngineScene) -> None:
         )  # fmt: skip
 
 
-def stopped(scene: EngineScene, folder: Path, returncode: int, more: str = "") -> StoppedRun:
-    """Make the exception of a stopped engine from its output text; numbers are parsed here only."""
+def stopped(
+    scene: EngineScene, folder: Path, returncode: int, more: str = "", data: Mapping[str, Any] | None = None
+) -> StoppedRun:
+    """Make the exception of a stopped engine from its output text and the data of its process; numbers are parsed here only."""
     launch = LAUNCH.search((folder / OUTPUT).read_text(errors="replace"))
     if launch:
         sentence = (
@@ -85,10 +89,8 @@ def stopped(scene: EngineScene, folder: Path, returncode: int, more: str = "") -
         where = departure(scene, folder, spheres[0] if spheres else None)
         reason += f"; {where}" if where else ""
     sentence = f"{scene.name}: LIGGGHTS stopped: {reason}{more}"
-    return StoppedRun(
-        sentence,
-        reason=reason, spheres=tuple(spheres), step=int(step.group(1)) if step else None, code="engine.stopped",
-    )  # fmt: skip
+    at = int(step.group(1)) if step else None
+    return StoppedRun(sentence, reason=reason, spheres=tuple(spheres), step=at, **(data or {}))
 
 
 def _reason(folder: Path, returncode: int) -> str:

@@ -82,7 +82,8 @@ def test_a_crossing_is_found_at_its_place() -> None:
 def test_a_corner_that_is_far_away_is_refused_at_once(tmp_path: Path, corner: float) -> None:
     """A block that long cannot be divided into triangles in a lifetime; one 99 m long is built."""
     block = {"low_mm": (corner, -10, -5), "high_mm": (10, 10, 0)}
-    with pytest.raises(PywetError, match=r"part is .* m large, expected at most 100 m|expected .*1e\+15|part.*low_mm"):
+    with pytest.raises(PywetError) as caught:
         scene(tmp_path, block=block).scene()
+    assert caught.value.code in ("surface.large", "config.implausible")
     long = {"low_mm": (-99e3, -10, -5), "high_mm": (10, 10, 0)}
     assert scene(tmp_path, block=long).scene().box_low_m[0] == pytest.approx(-99.0, abs=0.1)
