@@ -136,7 +136,7 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
 
 def trimmed(image: Any) -> Any:
     """Return the picture without its empty rows above and below, but for a margin."""
-    rows = np.flatnonzero((np.abs(image[..., :3].astype(int) - image[0, 0, :3]) > 2).any(axis=(1, 2)))
+    rows = np.flatnonzero((np.abs(image[..., :3].astype(int) - image[0, 0, :3]) > 8).any(axis=(1, 2)))
     edge = round(MARGIN * len(image))
     return image[max(0, rows[0] - edge) : rows[-1] + edge + 1] if len(rows) else image
 
