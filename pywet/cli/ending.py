@@ -107,15 +107,17 @@ def _retained(folders: Sequence[Path]) -> Iterator[str]:
 
 
 def _screen(folders: Sequence[Path]) -> Iterator[str]:
-    """Return the lines on the screen of a custom scene; none for several seeds, which `pywet screen` combines."""
+    """Return the lines on the screen of a custom scene, of several seeds the means."""
     from pywet.products import until
     from pywet.products.screening_report import RESULT
-    from pywet.report.screen_page import five, unsteady
+    from pywet.report.screen_page import five, over_seeds, unsteady
 
-    if len(folders) == 1 and _screened(folders[0]):
-        numbers: dict[str, Any] = read_json(folders[0] / "results" / f"{RESULT}.json")
-        yield ", ".join(f"{name} {value}" for name, value in five(numbers).items())
-        if warning := unsteady(numbers):
+    if all(_screened(folder) for folder in folders):
+        read: list[dict[str, Any]] = [read_json(folder / "results" / f"{RESULT}.json") for folder in folders]
+        words = five(read[0]) if len(read) == 1 else over_seeds(read)
+        spread = f" (95 % interval of the mean over {len(read)} seeds)" if len(read) > 1 else ""
+        yield ", ".join(f"{name} {value}" for name, value in words.items()) + spread
+        if warning := next(filter(None, map(unsteady, read)), None):
             yield warning
     if (known := folders[0] / until.RESULT).exists():
         yield until.sentence(read_json(known))

@@ -50,8 +50,8 @@ AROUND = 1.0
 """Distance from the screen, over its width, up to which a sphere is framed."""
 NEAR = 1.6
 """Size of all that is framed over that of the spheres, up to which a translucent wall of a user-defined scene is framed too."""
-FITTED = 20
-"""Steps in which the camera is moved until all that is framed fits."""
+FITTED, SLOWLY, CLOSEST = 60, 0.8, 0.05
+"""Steps in which the camera is moved until all that is framed fits, least factor of a step, and least depth over the width."""
 LINE = 400.0
 """Width of a picture over that of the edges of bridges."""
 WINDOWS: tuple[dict[str, str], ...] = ({"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}, {})
@@ -140,7 +140,7 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
 
 def trimmed(image: Any) -> Any:
     """Return the picture without its empty rows above and below, but for a margin."""
-    rows = np.flatnonzero((np.abs(image[..., :3].astype(int) - image[0, 0, :3]) > 2).any(axis=(1, 2)))
+    rows = np.flatnonzero((np.abs(image[..., :3].astype(int) - image[0, 0, :3]) > 8).any(axis=(1, 2)))
     edge = round(MARGIN * len(image))
     return image[max(0, rows[0] - edge) : rows[-1] + edge + 1] if len(rows) else image
 
@@ -197,14 +197,18 @@ def view(run: RunDir, step: int, size: tuple[int, int] = SIZE) -> tuple[Floats, 
     look = (AIM - VIEWED_FROM) / np.linalg.norm(AIM - VIEWED_FROM)
     right = np.cross(look, [0.0, 0.0, 1.0]) / np.hypot(*look[:2])
     onto = np.stack([right, np.cross(right, look)])
-    room = np.array([[MARGIN, BESIDE_BAR if run.moist else 1.0 - MARGIN], [MARGIN, 1.0 - MARGIN]])
+    target = np.array([[MARGIN, BESIDE_BAR if run.moist else 1.0 - MARGIN], [MARGIN, 1.0 - MARGIN]])
     for _ in range(FITTED):
         seen = points - middle - width * VIEWED_FROM
-        on_picture = 0.5 + 0.5 * (seen @ onto.T) / (seen @ look)[:, None] / half
+        depth = seen @ look
+        if depth.min() < CLOSEST * width:
+            width /= SLOWLY
+            continue
+        on_picture = 0.5 + 0.5 * (seen @ onto.T) / depth[:, None] / half
         low, high = on_picture.min(axis=0), on_picture.max(axis=0)
-        off = 2.0 * half * ((low + high) / 2.0 - room.mean(axis=1)) * width * np.linalg.norm(AIM - VIEWED_FROM)
+        off = 2.0 * half * ((low + high) / 2.0 - target.mean(axis=1)) * width * np.linalg.norm(AIM - VIEWED_FROM)
         middle[[0, 2]] += off / (onto[0, 0], onto[1, 2])
-        width *= float(((high - low) / np.ptp(room, axis=1)).max())
+        width *= max(SLOWLY, float(((high - low) / np.ptp(target, axis=1)).max()))
     return middle @ axes, width
 
 
@@ -231,7 +235,7 @@ def _worth_seeing(run: RunDir, step: int) -> Floats:
             more = np.concatenate([points, corners[(table["mesh"] == mesh).to_numpy()].reshape(-1, 3)])
             if np.ptp(more, axis=0).max() <= NEAR * size:
                 points = more
-    return points if len(points) else np.zeros((1, 3))
+    return points if len(points) else np.array([[-1e-3] * 3, [1e-3] * 3])
 
 
 def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float, facets: int, letters: int) -> None:

@@ -5,6 +5,7 @@ A case with its configuration gets the screening report; a custom scene, and a c
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +61,7 @@ def write(folder: Path, picture: Path) -> Path:
     run, found = runs[0], seeds.worst(runs)
     sections = [
         page.Section("Picture", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"),
-        *screen_page.of_run(folder),
+        *_screens(runs),
         *_sizes(run),
         *_retained(runs),
         page.Section("Where the liquid is", _liquid(runs), "Liquid"),
@@ -73,12 +74,35 @@ def write(folder: Path, picture: Path) -> Path:
     return page.write(folder / "report.html", run.scene.name, found.sentence, sections, _cards(runs, found))
 
 
+def _screen(runs: seeds.Runs) -> dict[str, str]:
+    """Return the five numbers of the screen in words, over several seeds as means; none of a run without a screen."""
+    read = [read_if_there(run.path / "results" / f"{RESULT}.json", AGAIN, dict[str, Any]) for run in runs]
+    found = [numbers for numbers in read if numbers]
+    if len(found) < len(runs):
+        return {}
+    return screen_page.five(found[0]) if len(found) == 1 else screen_page.over_seeds(found)
+
+
+def _screens(runs: seeds.Runs) -> list[page.Section]:
+    """Sections on the screen: of several seeds the means, then all of the first one."""
+    sections, words = screen_page.of_run(runs[0].path), _screen(runs)
+    if len(runs) == 1 or not words:
+        return sections
+    table = page.table(
+        ["number", f"mean of {len(runs)} seeds ± its 95 % interval"],
+        [[page.left(name), page.left(value)] for name, value in words.items()],
+    )
+    of_first = [
+        replace(s, heading=f"{s.heading}, of {runs[0].path.name} alone", short=f"{s.short} of one") for s in sections
+    ]
+    return [page.Section("Screen", table, "Screen"), *of_first]
+
+
 def _cards(runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
-    """Numbers of the screen, of one seed, then what was checked and what was simulated."""
+    """Numbers of the screen, then what was checked and what was simulated."""
     summary = runs[0].summary
     computing = sum(run.summary["wall_s"] for run in runs)
-    screen = read_if_there(runs[0].path / "results" / f"{RESULT}.json", AGAIN, dict[str, Any])
-    cards = screen_page.cards(screen) if screen and len(runs) == 1 else []
+    cards = screen_page.cards(_screen(runs))
     cards += [
         page.Card(found.word, "recomputed and agrees", found.grade),
         page.Card(

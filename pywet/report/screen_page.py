@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from pywet.products.streams import PRODUCTS, decks
 from pywet.report import page
 from pywet.report.pictures import COLOURS, INK, STYLE, legend, panels, plt
 from pywet.runs.rundir import RunDir
-from pywet.runs.spread import plus_minus
+from pywet.runs.spread import plus_minus, with_interval
 
 COLOUR_OF = dict(zip((*PRODUCTS, "hold_up"), COLOURS, strict=False))
 """Colour of each product, and of what is in the machine, on all charts."""
@@ -67,10 +68,30 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
     }
 
 
-def cards(numbers: dict[str, Any]) -> list[page.Card]:
-    """Return a card for each of the five numbers, with what follows the first value in small print."""
+def over_seeds(every: Sequence[dict[str, Any]]) -> dict[str, str]:
+    """Return the five numbers of several seeds: mean ± half of its 95 % interval over those for which they are defined."""
+    of = "all" if all("all" in numbers["throughput_t_per_h"] for numbers in every) else "unders"
+
+    def mean(values: Iterable[float | None], unit: str, factor: float = 1.0) -> str:
+        there = [factor * value for value in values if value is not None]
+        lacking = f" ({len(there)} of {len(every)} seeds)" if 0 < len(there) < len(every) else ""
+        return f"{with_interval(there)}{unit}{lacking}" if there else "–"
+
+    moist = [numbers["moisture_percent_of_dry_mass"] for numbers in every]
+    return {
+        "cut size d50": mean((n["d50_mm"] for n in every), " mm"),
+        "ecart probable": mean((n["ecart_probable_mm"] for n in every), " mm"),
+        "efficiency": mean((n["efficiency"] for n in every), " %", 100.0),
+        f"throughput, {of}": mean((n["throughput_t_per_h"].get(of) for n in every), " kg/h", 1e3),
+        "moisture, overs / unders": " / ".join(mean((m[p] for m in moist), " %") for p in PRODUCTS),
+        "apertures pegged": mean((n.get("pegged_share") for n in every), " %", 100.0),
+    }
+
+
+def cards(words: dict[str, str]) -> list[page.Card]:
+    """Return a card for each number in words, with what follows the first value in small print."""
     found = []
-    for name, value in five(numbers).items():
+    for name, value in words.items():
         first, *more = re.split(r"(?= \()|, ", value, maxsplit=1)
         found.append(page.Card(first, " ".join([name, *(m.strip() for m in more)])))
     return found
@@ -251,7 +272,7 @@ def write(folder: Path, numbers: dict[str, Any]) -> Path:
     lead = f"{warning[0].upper()}{warning[1:]}. " if warning else ""
     lead += "Partition, efficiency, throughput and moisture of the products, with 95 % intervals within the run."
     return page.write(
-        page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards(numbers)
+        page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards(five(numbers))
     )
 
 

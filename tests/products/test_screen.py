@@ -279,6 +279,23 @@ def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path
     assert ("not steady" in result.output) == (not numbers(run)["steady"])
 
 
+def test_cards_and_seeds_in_words(made: Path, tmp_path: Path) -> None:
+    """A card has the value in front and its interval behind the name; of d50 of 2, 3, 4 mm the mean is 3.0 ± 2.5 mm (Student)."""
+    found = numbers(made)
+    cut = screen_page.cards(screen_page.five(found))[0]
+    assert cut.value == "2.5 mm" and cut.text.startswith("cut size d50 (")
+    assert screen_page.between(3.57, (None, 5.18), " mm") == "3.57 mm (at most 5.18)"
+    every = [{**found, "d50_mm": d50, "pegged_share": share} for d50, share in ((2.0, None), (3.0, 0.1), (4.0, 0.1))]
+    words = screen_page.over_seeds(every)
+    assert words.keys() == screen_page.five(found).keys()
+    folders = [shutil.copytree(made, tmp_path / f"run-{k}") for k in range(3)]
+    for folder, numbers_of in zip(folders, every, strict=True):
+        (folder / "results" / "screen.json").write_text(json.dumps(numbers_of))
+    (line, *_) = ending._screen(folders)
+    assert line.startswith("cut size d50 3.0 ± 2.5 mm, ") and line.endswith("mean over 3 seeds)")
+    assert words["cut size d50"] == "3.0 ± 2.5 mm" and words["apertures pegged"] == "10 ± 0 % (2 of 3 seeds)"
+
+
 def test_a_product_has_one_colour_on_all_charts(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Overs and unders over time as mass and as moisture."""
     colours: list[dict[str, str]] = []

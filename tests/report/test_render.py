@@ -146,6 +146,25 @@ def test_the_scene_fills_the_picture(run: Path, name: str, tmp_path: Path) -> No
     assert shares[1] >= FILLED and shares[0] >= OTHER_WAY, done.stdout
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_framed_is_in_the_picture(run: Path, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Boxes up to five times as long as wide, by a pinhole camera of the test's own: inside the margins, and up to two of them."""
+    draw = np.random.default_rng(seed)
+    points = draw.uniform(-1.0, 1.0, 3) + draw.uniform(-1, 1, (50, 3)) * 10.0 ** draw.uniform(-1.7, -1.0, 3)
+    monkeypatch.setattr(render, "_worth_seeing", lambda *_: points)
+    centre, width = render.view(RunDir(run), 0, (800, 600))
+    eye, aim = centre + width * np.array([0.7, -2.2, 0.85]), centre + width * np.array([0.04, 0.0, 0.0])
+    away = (aim - eye) / np.linalg.norm(aim - eye)
+    right = np.cross(away, [0.0, 0.0, 1.0]) / np.hypot(*away[:2])
+    focus = 300.0 / np.tan(np.radians(17.5)) / ((points - eye) @ away)
+    x, y = 400.0 + focus * ((points - eye) @ right), 300.0 + focus * ((points - eye) @ np.cross(right, away))
+    shares = x.min() / 800, 1 - x.max() / 800, y.min() / 600, 1 - y.max() / 600
+    least = render.MARGIN, 1 - render.BESIDE_BAR, render.MARGIN, render.MARGIN
+    spare = np.array(shares) - least
+    assert spare.min() >= -0.002
+    assert spare[:2].max() <= 0.005 or spare[2:].max() <= 0.005
+
+
 def test_sketch_shows_the_films(run: Path, tmp_path: Path) -> None:
     sketch.draw(RunDir(run), 0, tmp_path / "sketch.png")
     # The discs of three spheres cover several per cent of the picture.

@@ -67,6 +67,17 @@ def test_the_page_combines_the_seeds(folder: Path) -> None:
 
 
 @pytest.mark.engine
+def test_few_curves_of_liquid_add_up(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One curve for the reservoirs that have none of their own; at the end it is all the liquid."""
+    monkeypatch.setattr(page, "LARGEST", 0)
+    runs = [pywet.load(folder)]
+    (data,) = re.findall(r'<script type="application/json">(.*?)</script>', page._liquid(runs))
+    curves = {line["label"]: line["y"] for line in json.loads(data)}
+    assert list(curves) == ["2 others"]  # spheres and cup
+    assert curves["2 others"][-1] == pytest.approx(1e9 * runs[0].liquid["total_m3"].iloc[-1], rel=1e-12)
+
+
+@pytest.mark.engine
 def test_the_replay_of_the_page_is_that_of_all_seeds(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Values add up; one seed that disagrees makes the page say no, with the name of its run."""
     runs = seeds.of_scene(folder)
