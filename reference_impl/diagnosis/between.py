@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.diagnosis.diagnosis import KINDS, Link, Suspect
 from reference_impl.diagnosis.suspects import factor, middle
 from reference_impl.motion.between import OF_DRAG, Between
 from reference_impl.replay.arrays import Floats
@@ -32,7 +32,12 @@ def links(run: Run) -> Iterator[Link]:
 
 def _marks(table: pd.DataFrame) -> dict[str, Floats]:
     wall = table["wall"].to_numpy(bool)
-    return {"between spheres": ~wall, "at walls": wall}
+    kinds = {
+        name: (table["partner_kind"] == k).to_numpy()
+        for k, name in enumerate(KINDS[:3])
+        if k and "partner_kind" in table
+    }
+    return {"between spheres": ~wall, "at walls": wall, **kinds}
 
 
 def _capillary(table: pd.DataFrame) -> Link:

@@ -243,11 +243,19 @@ def joined(findings: list[Finding]) -> list[Finding]:
         found[key] = replace(
             a, quantities=(*a.quantities, *f.quantities), what=a.what if f.what in a.what else f"{a.what} and {f.what}",
             number=f.number if a.number is None else a.number, per=a.per or f.per,
-            where=a.where if a.where == f.where else "everywhere", explained=a.explained + f.explained,
+            where=_both(a.where, f.where), explained=a.explained + f.explained,
             broken=a.broken + f.broken, records=a.records + f.records, tried=max(a.tried, f.tried),
             next_best=a.next_best or f.next_best, alike=tuple(n for n in a.alike if n in f.alike),
         )  # fmt: skip
     return list(found.values())
+
+
+def _both(one: str, two: str) -> str:
+    """Where two links are broken: at the kinds of contact of either, if both have some."""
+    if one == two:
+        return one
+    of = [kind for kind in KINDS if kind in one or kind in two]
+    return listed(of) if all(any(kind in where for kind in KINDS) for where in (one, two)) else "everywhere"
 
 
 def liquid_constants(findings: list[Finding]) -> list[Finding]:

@@ -170,6 +170,7 @@ def missed(run: Run) -> Iterator[Link]:
     kinds = {
         "between spheres": ~wall,
         "at walls": wall,
+        "at large walls": (table["partner_kind"] == laws.LARGE_WALL).to_numpy(),
         "at wires": (table["partner_kind"] == laws.SMALL_WALL).to_numpy(),
     }
     yield Link("formation_missed", "formation", table, logged, 0.0 * one, one, suspects, marks=kinds,

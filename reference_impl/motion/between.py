@@ -161,7 +161,7 @@ class Between:
             "between_capillary", "largest by the bounds", logged, expected, np.maximum(high, 1e-300), rows, TOLERANCE
         )
         wall = rows["partner_kind"].to_numpy() != laws.SPHERE
-        self._keep(found, rows[["step", "i", "j"]].assign(wall=wall, logged=logged, low=low, high=high))
+        self._keep(found, rows[["step", "i", "j", "partner_kind"]].assign(wall=wall, logged=logged, low=low, high=high))
         return found
 
     def _keep(self, found: Quantity, rows: pd.DataFrame) -> None:

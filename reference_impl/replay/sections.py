@@ -10,6 +10,9 @@ from reference_impl.scene import check as scene
 from reference_impl.scene import configuration
 from reference_impl.tables import check as results
 
+PREDICTED = "scene_plan"
+"""Numbers of effects, by which a run only says what it expects."""
+
 
 def any_there(folder: Path) -> bool:
     """Return whether a run has a configuration or results that can be looked at."""
@@ -22,7 +25,10 @@ def check(folder: Path) -> list[Section]:
 
 
 def add(result: dict[str, Any], sections: list[Section]) -> None:
-    """Put the sections into a result of the replay: quantities, verdict, findings, what was and was not compared."""
+    """Put the sections into a result of the replay: quantities, verdict, findings, what was and was not compared.
+
+    Findings of the inputs come before those of the logs, findings of results and predictions after them.
+    """
     for section in sections:
         result[section.name] = section.as_dict()
         result["quantities"] |= {q.name: q.as_dict() for q in section.quantities}
@@ -31,7 +37,7 @@ def add(result: dict[str, Any], sections: list[Section]) -> None:
     result["notes"] = [*result["notes"], *(section.sentence for section in sections)]
     if any(section.findings for section in sections):
         logs = result["diagnosis"] or {"findings": [], "follow": [], "not_explained": []}
-        before, after = (
-            [f for s in sections if (s.name == "scene") == first for f in s.findings] for first in (True, False)
-        )
+        every = [f for section in sections for f in section.findings]
+        before = [f for f in every if f["where"] == "scene" and PREDICTED not in f["quantities"]]
+        after = [f for f in every if f not in before]
         result["diagnosis"] = {**logs, "findings": [*before, *logs["findings"], *after]}

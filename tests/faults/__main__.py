@@ -26,7 +26,7 @@ from tests.faults.trial import Bench
 COLUMNS = ("number", "room", "file", "line", "what", "by", "said")
 OPEN = ("not reached", "no effect", "survives")
 """Verdicts after which the tests are asked."""
-SAID = 200
+SAID = 300
 """Letters that are stored of what is said."""
 ASKED = "asked:"
 """Begins what is said of a fault that no test noticed."""

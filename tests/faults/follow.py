@@ -154,9 +154,11 @@ def _of_replay(content: dict[str, Any] | None) -> Verdict | None:
 
 
 def _finding(findings: list[Any], bad: list[str]) -> str:
-    """The first sentence of the diagnosis, else what is beyond its limit."""
+    """What the diagnosis says first of the residuals, else the sentence of a section, else what is beyond its limit."""
     first = findings[0] if findings else None
-    sentence = first.get("sentence") if isinstance(first, dict) else getattr(first, "sentence", None)
+    sentence = (
+        (first.get("known") or first.get("sentence")) if isinstance(first, dict) else getattr(first, "sentence", None)
+    )
     return str(sentence) if sentence else f"beyond: {', '.join(bad)}"
 
 

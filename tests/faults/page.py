@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections import Counter
 from pathlib import Path
@@ -27,6 +28,9 @@ this study added further checks.
 - **open**: a fault that is not detected.
 - **detected**: share of the faults that neither crash the program nor are equivalent.
 
+In {messages} of the {of_engine} changes of plugin and laws that the replay detects, its message names a force or effect of a
+contact; in {kinds} of these it names the kind of contact as well.
+
 ## Method
 
 `python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
@@ -37,6 +41,10 @@ compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {dis
 """
 NOTICED = ("replay", "program", "tests")
 NAMES = ("crash", *NOTICED, "equivalent", "open")
+ENGINE = ("plugin", "laws")
+OF_NO_CONTACT = ("scene: ", "results: ", "energy ", "sum of the works", "count in the ledger", "work in a window")
+"""Begins a message on what belongs to no contact."""
+KIND = re.compile(r"between (unequal )?spheres|at (large )?walls|at wires|contacts at \w+")
 EQUAL = "equal: "
 """Begins the reason where a change makes no difference."""
 
@@ -60,8 +68,18 @@ def page(rows: list[dict[str, str]]) -> str:
         counts = " | ".join(str(of[name]) for name in NAMES)
         all_faults = noticed + of["open"]
         table.append(f"| {module} | {len(tried)} | {counts} | {noticed} of {all_faults} |")
+    engine = [r["said"] for r in distinct if r["by"] == "replay" and r["room"] in ENGINE]
+    contact = [said for said in engine if not said.startswith(OF_NO_CONTACT)]
     return HEAD.format(
-        count=len(rows), distinct=len(distinct), faults=all_faults, found=noticed, early=early, table="\n".join(table)
+        messages=len(contact),
+        of_engine=len(engine),
+        kinds=sum(bool(KIND.search(said)) for said in contact),
+        count=len(rows),
+        distinct=len(distinct),
+        faults=all_faults,
+        found=noticed,
+        early=early,
+        table="\n".join(table),
     )
 
 
