@@ -68,7 +68,8 @@ def kinetics(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR...", help="Seeds of a case: runs or stored tables.")],
     file: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Write the table to this CSV file.")] = None,
     deck: Annotated[
-        Path | None, typer.Option("--deck", metavar="RUN_DIR", help="Predict the partition curve of this continuous deck.")
+        Path | None,
+        typer.Option("--deck", metavar="RUN_DIR", help="Predict the partition curve of this continuous deck."),
     ] = None,
     from_s: Annotated[float | None, number("--from", FROM, "Evaluate the deck from this time on")] = None,
 ) -> None:

@@ -1,7 +1,7 @@
 """Run long_deck.yaml whole and killed twice, and compare: `python -m studies.long_run.run FOLDER`.
 
-The second run is ended with SIGKILL, with all its processes, when a third and two thirds of its steps are done, and resumed by the
-same command. Memory of the engine is sampled each minute into FOLDER/memory.csv. About an hour on one core.
+The second run is ended with SIGKILL, with all its processes, when a third and two thirds of its steps are done, and resumed by
+the same command. Memory of the engine is sampled each minute into FOLDER/memory.csv. About an hour on one core.
 """
 
 from __future__ import annotations
@@ -46,7 +46,15 @@ def done(run_dir: Path) -> int:
 
 def call(run_dir: Path, until: float, memory: Path) -> int:
     """Run the command until a checkpoint beyond this step, where it is killed, or to its end; return its exit status."""
-    command = [sys.executable, "-c", "from pywet.cli.app import app; app()", "run-scene", str(SCENE), "--out", str(run_dir)]
+    command = [
+        sys.executable,
+        "-c",
+        "from pywet.cli.app import app; app()",
+        "run-scene",
+        str(SCENE),
+        "--out",
+        str(run_dir),
+    ]
     child = subprocess.Popen(command, start_new_session=True)
     began = next_sample = time.monotonic()
     while child.poll() is None:
@@ -68,7 +76,10 @@ def digests(run_dir: Path) -> dict[str, str]:
         table, digest = pd.read_parquet(path), hashlib.sha256()
         for column in table:
             values = table[column]
-            digest.update(str(column).encode() + (values.to_numpy().tobytes() if values.dtype.kind in "fiub" else values.to_csv().encode()))
+            digest.update(
+                str(column).encode()
+                + (values.to_numpy().tobytes() if values.dtype.kind in "fiub" else values.to_csv().encode())
+            )
         found[str(path.relative_to(run_dir))] = digest.hexdigest()
     return found
 

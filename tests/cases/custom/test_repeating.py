@@ -154,7 +154,9 @@ def test_a_wall_is_the_same_at_a_face_as_in_the_middle(tmp_path: Path, shape: st
     next to which both press, and at the face that is the other one.
     """
     off, face = (3.0, 1.0, 0.7, 0.4, 0.1, 0.01), 1e3 * float(np.float32(0.021))
-    pitch = 10.5  # two of them are the period of bent wires, half a strip; their crests are at the face and in the middle
+    pitch = (
+        10.5  # two of them are the period of bent wires, half a strip; their crests are at the face and in the middle
+    )
     more = {"crimp_mm": 1.0, "first_crossing_mm": 0.0} if shape == "bent" else {}
     bars = {
         "diameter_mm": 2, "pitch_mm": pitch, "count": len(off), "axis": "y", "length_mm": 42, **more,
