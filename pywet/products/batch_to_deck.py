@@ -95,15 +95,8 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
         for kind in sorted(run.scene.classes, key=lambda c: c.radius_m):
             measured = curve[np.isclose(curve["diameter_mm"], 2e3 * kind.radius_m)]
             if all(kind.name in r for r in runs) and len(measured):
-                seen = measured.iloc[0][["T", "T_low", "T_high"]].to_dict()
-                rows.append(
-                    {
-                        "class": kind.name,
-                        "diameter_mm": 2e3 * kind.radius_m,
-                        **_of_class(runs, kind.name, times),
-                        **seen,
-                    }
-                )
+                found = {"class": kind.name, "diameter_mm": 2e3 * kind.radius_m, **_of_class(runs, kind.name, times)}
+                rows.append(found | {c: float(measured[c].iloc[0]) for c in ("T", "T_low", "T_high")})
     if not rows:
         raise PywetError(
             f"{shown(folder)}: none of its classes, {', '.join(c.name for c in run.scene.classes)}, is in the batches; expected "
