@@ -68,7 +68,8 @@ def kinetics(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR...", help="Seeds of a case: runs or stored tables.")],
     file: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Write the table to this CSV file.")] = None,
     deck: Annotated[
-        Path | None, typer.Option("--deck", metavar="RUN_DIR", help="Predict the partition curve of this continuous deck.")
+        Path | None,
+        typer.Option("--deck", metavar="RUN_DIR", help="Predict the partition curve of this continuous deck."),
     ] = None,
     from_s: Annotated[float | None, number("--from", FROM, "Evaluate the deck from this time on")] = None,
 ) -> None:
@@ -100,11 +101,10 @@ def _predict(runs: list[Path], deck: Path, from_s: float | None, file: Path | No
 
     found = batch_to_deck.predict(runs, deck, from_s)
     table = Table("class", "size [mm]", "law", "T [%]: plug flow", "residence times", "simulated")
-    for row in found.itertuples():
-        ways = ((row.plug_flow, row.plug_flow_half), (row.residence_times, row.residence_times_half))
-        values = [f"{100.0 * mean:.1f} ± {100.0 * half:.1f}" for mean, half in ways]
-        simulated = f"{100.0 * row.T:.1f} ({100.0 * row.T_low:.1f} – {100.0 * row.T_high:.1f})"
-        table.add_row(str(row[1]), f"{row.diameter_mm:g}", str(row.law), *values, simulated)
+    for row in found.to_dict("records"):
+        ways = [f"{100 * row[way]:.1f} ± {100 * row[f'{way}_half']:.1f}" for way in ("plug_flow", "residence_times")]
+        simulated = f"{100 * row['T']:.1f} ({100 * row['T_low']:.1f} – {100 * row['T_high']:.1f})"
+        table.add_row(str(row["class"]), f"{row['diameter_mm']:g}", str(row["law"]), *ways, simulated)
     out.print(table)
     if file is not None:
         write_csv(found, file)

@@ -24,7 +24,7 @@ from pywet.products.screening_report import curve_of
 from pywet.runs.rundir import RunDir
 
 TRACER = 0.98
-"""Share of the coarsest class that goes to the overs at least; its residence times are then those of all that stays on the deck."""
+"""Least share of the coarsest class that goes to the overs, so that its residence times are those of what does not pass."""
 
 
 def share_retained(law: Law, values: Floats, residence_s: Floats) -> tuple[float, float]:
@@ -62,12 +62,12 @@ def tracer(flow: streams.Streams, folder: Path) -> Floats:
 
 
 def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | None = None) -> pd.DataFrame:
-    """Predict the partition curve of a continuous deck from seeds of a batch, and compare it with the simulated one.
+    """Predict the partition curve of a continuous deck from seeds of a batch and compare it with the simulated one.
 
     Parameters
     ----------
     batches : sequence of Path or str
-        Seeds of a batch with the same material, aperture, stroke, moisture and load: screening cases, or scenes with outlets whose
+        Seeds of a batch of the same material, aperture, stroke, moisture and load: screening cases, or scenes with outlets whose
         spheres leave as unders alone. Their classes have the names of those of the deck.
     deck : Path or str
         Run of a continuous deck whose coarsest class does not pass.
@@ -95,10 +95,8 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
         for kind in sorted(run.scene.classes, key=lambda c: c.radius_m):
             measured = curve[np.isclose(curve["diameter_mm"], 2e3 * kind.radius_m)]
             if all(kind.name in r for r in runs) and len(measured):
-                seen = measured.iloc[0][["T", "T_low", "T_high"]].to_dict()
-                rows.append(
-                    {"class": kind.name, "diameter_mm": 2e3 * kind.radius_m, **_of_class(runs, kind.name, times), **seen}
-                )
+                found = {"class": kind.name, "diameter_mm": 2e3 * kind.radius_m, **_of_class(runs, kind.name, times)}
+                rows.append(found | {c: float(measured[c].iloc[0]) for c in ("T", "T_low", "T_high")})
     if not rows:
         raise PywetError(
             f"{shown(folder)}: none of its classes, {', '.join(c.name for c in run.scene.classes)}, is in the batches; expected "
@@ -110,7 +108,13 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
 def _of_class(runs: Sequence[pd.DataFrame], kind: str, times: Floats) -> dict[str, str | float]:
     """Law of a class and both predictions with half of their intervals; a class that does not pass stays."""
     if min(float(run[kind].iloc[-1]) for run in runs) >= 1.0 - kinetics.PASSES:
-        return {"law": "–", "plug_flow": 1.0, "plug_flow_half": 0.0, "residence_times": 1.0, "residence_times_half": 0.0}
+        return {
+            "law": "–",
+            "plug_flow": 1.0,
+            "plug_flow_half": 0.0,
+            "residence_times": 1.0,
+            "residence_times_half": 0.0,
+        }
     name = kinetics.ranking(runs, kind)["law"].iloc[0]
     law = next(w for w in kinetics.LAWS if w.name == name)
     fits = [kinetics.fit(law, run["time_s"].to_numpy(dtype=float), run[kind].to_numpy(dtype=float))[0] for run in runs]

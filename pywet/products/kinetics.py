@@ -126,8 +126,8 @@ def _of_outlets(run: RunDir) -> pd.DataFrame:
     """The same of a batch in a scene with outlets: all spheres are there from the start, and none leaves with the overs."""
     scene, spheres = run.scene, streams.read(run).spheres
     overs = int((spheres["product"] == "overs").sum())
-    if scene.is_fed or overs:
-        given = "is fed during the run" if scene.is_fed else f"loses {overs} spheres with the overs"
+    if scene.insertion_s or overs:
+        given = "inserts spheres during the run" if scene.insertion_s else f"loses {overs} spheres with the overs"
         raise PywetError(
             f"{shown(run.path)} {given}; expected a batch: all spheres there from the start, a wall at the end of the deck"
         )

@@ -92,8 +92,8 @@ def repeated(corners: Floats, ways: Sequence[Floats], apart: bool = False) -> To
     """
     count = len(corners)
     whole = topology(np.concatenate([corners, *(corners + way for way in ways)]), apart, count)
-    own = {name: getattr(whole, name)[:count] for name in ("edge_active", "corner_active")}
-    tiled = {name: np.concatenate([values] * (1 + len(ways))) for name, values in own.items()}
+    first = {name: getattr(whole, name)[:count] for name in ("edge_active", "corner_active")}
+    tiled = {name: np.concatenate([values] * (1 + len(ways))) for name, values in first.items()}
     plane = {t: frozenset(s % count for s in whole.plane[t]) - {t} for t in range(count)}
     return replace(whole, plane=plane, **tiled)
 

@@ -48,6 +48,9 @@ def _globals(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
     faces = re.search(r"^boundary\s+(\S) (\S) (\S)", setup, re.MULTILINE)
     sides = " ".join("p" if axis == scene.get("periodic") else "f" for axis in "xyz")
     yield Held("deck: boundary", " ".join(faces.groups()) if faces else None, sides, "scene.json: periodic")
+    if scene.get("periodic") and scene["walls"]:
+        fix = re.search(r"^fix\s+p_corners all external", setup, re.MULTILINE)
+        yield Held("deck: corners at the faces", "corrected" if fix else None, "corrected", "scene.json: periodic")
     files = dict(re.findall(r"^fix\s+(\S+) all mesh/surface\S* file (\S+)", setup, re.MULTILINE))
     for wall in scene["walls"]:
         want = (f"../{wall['stl']}", f"{wall['name']}.moves.stl") if wall.get("prisms") else f"../{wall['stl']}"

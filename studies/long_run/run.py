@@ -1,7 +1,7 @@
 """Run long_deck.yaml whole and killed twice, and compare: `python -m studies.long_run.run FOLDER`.
 
-The second run is ended with SIGKILL, with all its processes, when a third and two thirds of its steps are done, and resumed by the
-same command. Memory of the engine is sampled each minute into FOLDER/memory.csv. About an hour on one core.
+The second run is ended with SIGKILL, with all its processes, when a third and two thirds of its steps are done, and resumed.
+Memory of the engine is sampled each minute into FOLDER/memory.csv. About half an hour on one core.
 """
 
 from __future__ import annotations
@@ -44,10 +44,14 @@ def done(run_dir: Path) -> int:
     return max((int(p.name.split(".")[1]) for p in run_dir.glob("engine.partial/checkpoint/sums.*.json")), default=0)
 
 
-def call(run_dir: Path, until: float, memory: Path) -> int:
-    """Run the command until a checkpoint beyond this step, where it is killed, or to its end; return its exit status."""
-    command = [sys.executable, "-c", "from pywet.cli.app import app; app()", "run-scene", str(SCENE), "--out", str(run_dir)]
-    child = subprocess.Popen(command, start_new_session=True)
+RUN_SCENE = "from pywet.cli.app import app; app()", "run-scene", str(SCENE), "--out"
+RESUME = ("import sys; from pywet.engines.liggghts import driver; driver.run(sys.argv[1], progress=False)",)
+"""Arguments of Python before the run directory: the command, and its engine alone, which does not place the spheres again."""
+
+
+def call(run_dir: Path, code: tuple[str, ...], until: float, memory: Path) -> int:
+    """Start a run or go on with it until a checkpoint beyond this step, where it is killed, or to its end; return its status."""
+    child = subprocess.Popen([sys.executable, "-c", *code, str(run_dir)], start_new_session=True)
     began = next_sample = time.monotonic()
     while child.poll() is None:
         if time.monotonic() >= next_sample:
@@ -62,13 +66,16 @@ def call(run_dir: Path, until: float, memory: Path) -> int:
 
 
 def digests(run_dir: Path) -> dict[str, str]:
-    """SHA-256 of the columns of every table of a run."""
+    """SHA-256 of the columns of every table that the engine's run makes."""
     found = {}
-    for path in sorted(run_dir.rglob("*.parquet")):
+    for path in sorted([*run_dir.glob("*.parquet"), *run_dir.glob("history/*.parquet")]):
         table, digest = pd.read_parquet(path), hashlib.sha256()
         for column in table:
             values = table[column]
-            digest.update(str(column).encode() + (values.to_numpy().tobytes() if values.dtype.kind in "fiub" else values.to_csv().encode()))
+            digest.update(
+                str(column).encode()
+                + (values.to_numpy().tobytes() if values.dtype.kind in "fiub" else values.to_csv().encode())
+            )
         found[str(path.relative_to(run_dir))] = digest.hexdigest()
     return found
 
@@ -77,11 +84,12 @@ def main(folder: Path) -> int:
     """Run, kill, resume, compare; 1 if something differs."""
     folder.mkdir(parents=True, exist_ok=True)
     memory, status = folder / "memory.csv", []
-    status.append(call(folder / "whole", float("inf"), memory))
+    status.append(call(folder / "whole", RUN_SCENE, float("inf"), memory))
     steps = EngineScene.read(folder / "whole" / "scene.json").steps
-    for share in KILLS:
-        status.append(call(folder / "killed", share * steps, memory))
-    status.append(call(folder / "killed", float("inf"), memory))
+    for code, until in zip(
+        (RUN_SCENE, RESUME, RESUME), (*(share * steps for share in KILLS), float("inf")), strict=True
+    ):
+        status.append(call(folder / "killed", code, until, memory))
     one, two = (digests(folder / name) for name in ("whole", "killed"))
     gone = pd.read_parquet(folder / "whole" / "history" / "retired.parquet")
     error = ledger_error(pd.read_parquet(folder / "whole" / "history" / "ledger.parquet"))

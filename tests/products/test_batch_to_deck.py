@@ -60,22 +60,24 @@ def test_a_made_up_deck(tmp_path: Path) -> None:
     entered = np.array(made_up.scene().enters([4] * made_up.EACH))
     stay = made_up.STEP * (np.ceil((entered + 100) / made_up.EVERY) * made_up.EVERY - entered)
     stay = stay[entered * made_up.STEP + stay < 2.0]  # the others are there at the end
-    assert list(found.index) == ["2 mm", "3 mm", "4 mm"] and found["T"].tolist() == pytest.approx([0.25, 0.75, 1.0], abs=0.1)
+    assert list(found.index) == ["2 mm", "3 mm", "4 mm"] and found["T"].tolist() == pytest.approx(
+        [0.25, 0.75, 1.0], abs=0.1
+    )
     for name, k in (("2 mm", 5.0), ("3 mm", 2.0)):
         assert found.loc[name, "residence_times"] == pytest.approx(np.exp(-k * (stay - DELAY)).mean(), rel=1e-3)
         assert found.loc[name, "plug_flow"] == pytest.approx(np.exp(-k * (stay.mean() - DELAY)), rel=1e-3)
     assert found.loc["4 mm", ["plug_flow", "residence_times"]].tolist() == [1.0, 1.0]
     out = tmp_path / "found.csv"
-    told = CliRunner().invoke(app, ["kinetics", *map(str, seeds), "--deck", str(deck), "--out", str(out)])
-    assert told.exit_code == 0 and f"{100 * found.loc['3 mm', 'plug_flow']:.1f} ±" in told.output
+    printed = CliRunner().invoke(app, ["kinetics", *map(str, seeds), "--deck", str(deck), "--out", str(out)])
+    assert printed.exit_code == 0 and f"{100 * found.loc['3 mm', 'plug_flow']:.1f} ±" in printed.output
     assert pd.read_csv(out)["plug_flow"].to_numpy() == pytest.approx(found["plug_flow"].to_numpy(), rel=1e-9)
 
 
-def made_batch(folder: Path, outlet: int = 2, fed: bool = False) -> Path:
+def made_batch(folder: Path, outlet: int = 2, inserted: bool = False) -> Path:
     """The made-up run as a batch: all spheres are there from the start and leave through one outlet."""
     run = made_up.make(folder)
     scene = json.loads((run / "scene.json").read_text())
-    if not fed:
+    if not inserted:
         for kind in scene["classes"]:
             kind["fed"] = None
     write_json(run / "scene.json", scene)
@@ -94,14 +96,18 @@ def test_a_batch_with_outlets_is_counted(tmp_path: Path) -> None:
 
 
 def test_what_is_no_batch_or_no_tracer_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(PywetError, match="is fed during the run; expected a batch: all spheres there from the start"):
-        kinetics.curves(made_batch(tmp_path / "fed", fed=True))
-    with pytest.raises(PywetError, match="loses .* spheres with the overs; expected a batch"):
+    with pytest.raises(
+        PywetError, match="inserts spheres during the run; expected a batch: all spheres there from the start"
+    ):
+        kinetics.curves(made_batch(tmp_path / "inserted", inserted=True))
+    with pytest.raises(PywetError, match=r"loses .* spheres with the overs; expected a batch"):
         kinetics.curves(made_batch(tmp_path / "overs", outlet=1))
     deck, other = made_up.make(tmp_path / "deck"), batch(tmp_path / "other", {"5 mm": 1.0})
     with pytest.raises(PywetError, match="none of its classes, 1 mm, 2 mm, 3 mm, 4 mm, is in the batches"):
         batch_to_deck.predict([other], deck)
     path = deck / "history" / "retired.parquet"
     write_table(read_table(path).assign(outlet=2), path)
-    with pytest.raises(PywetError, match="0 of the .* coarsest class that left went to the overs; expected at least 98 %"):
+    with pytest.raises(
+        PywetError, match=r"0 of the .* coarsest class that left went to the overs; expected at least 98 %"
+    ):
         batch_to_deck.predict([other], deck)

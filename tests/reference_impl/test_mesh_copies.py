@@ -15,7 +15,7 @@ def rod(parts: int) -> np.ndarray:
     ring = np.stack([np.cos(angle), np.zeros(SIDES), np.sin(angle)], axis=1) * 1e-3
     found = []
     for n in range(2 * parts):
-        one, two = (ring + [0.0, 0.5 * LENGTH * k, 0.0] for k in (n, n + 1))
+        one, two = (ring + np.array([0.0, 0.5 * LENGTH * k, 0.0]) for k in (n, n + 1))
         for k in range(SIDES):
             m = (k + 1) % SIDES
             found += [(one[k], two[k], two[m]), (one[k], two[m], one[m])]

@@ -152,15 +152,17 @@ def test_two_spheres_across_a_face_are_those_in_the_middle(tmp_path: Path) -> No
 
 @pytest.mark.slow
 @pytest.mark.engine
-@pytest.mark.parametrize("shape", ["rods", "bent", "block"])
-def test_a_wall_is_the_same_at_a_face_as_in_the_middle(tmp_path: Path, shape: str) -> None:
+@pytest.mark.parametrize(("shape", "ranks"), [("rods", 1), ("rods", 2), ("bent", 1), ("block", 1)])
+def test_a_wall_is_the_same_at_a_face_as_in_the_middle(tmp_path: Path, shape: str, ranks: int) -> None:
     """Pairs of spheres on the same wall, one near the face and one half a strip away, roll and slide over its edges alike.
 
     Wires that bend at the face are compared with the replay alone: of two triangles at an angle the later one owns their edge,
     next to which both press, and at the face that is the other one.
     """
     off, face = (3.0, 1.0, 0.7, 0.4, 0.1, 0.01), 1e3 * float(np.float32(0.021))
-    pitch = 10.5  # two of them are the period of bent wires, half a strip; their crests are at the face and in the middle
+    pitch = (
+        10.5  # two of them are the period of bent wires, half a strip; their crests are at the face and in the middle
+    )
     more = {"crimp_mm": 1.0, "first_crossing_mm": 0.0} if shape == "bent" else {}
     bars = {
         "diameter_mm": 2, "pitch_mm": pitch, "count": len(off), "axis": "y", "length_mm": 42, **more,
@@ -178,7 +180,7 @@ def test_a_wall_is_the_same_at_a_face_as_in_the_middle(tmp_path: Path, shape: st
             results={"windows": 20, "window_steps": 4},
         )
     )  # fmt: skip
-    pywet.run(scene, tmp_path)
+    pywet.run(scene, tmp_path, ranks=ranks)
     path = pd.read_parquet(tmp_path / "trajectory.parquet").pivot_table(index="step", columns="id")
     assert path["vz"].iloc[-1].max() > 0.1  # thrown back
     for n in range(len(off) if shape != "bent" else 0):
