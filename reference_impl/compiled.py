@@ -27,11 +27,11 @@ def _private(folder: str) -> bool:
 
 _folder = getattr(numba.config, "CACHE_DIR", "")
 KEPT = not _folder or _private(_folder)
-"""Return whether machine code is stored: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
+"""Whether machine code is cached: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """The function as machine code; by zero it divides as numpy does."""
+    """Return the compiled function; division by zero is as in numpy."""
     try:
         return njit(cache=KEPT, error_model="numpy")(function)
     except RuntimeError:  # no folder in which it can be kept

@@ -1,4 +1,4 @@
-"""Summary at the end of a run: at most ten lines, the answer first; details.txt, or stdout with --verbose, contains everything."""
+"""Summary at the end of a run: at most ten lines, the answer first; details.txt, or stdout with --verbose, has all."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _screened(folder: Path) -> bool:
 
 
 def _retained(folders: Sequence[Path]) -> Iterator[str]:
-    """Yield the fraction retained at the end, over seeds as mean and 95 % interval of the mean; nothing for a user-defined scene."""
+    """Yield the fraction retained at the end, over seeds as mean and 95 % interval; nothing for a user-defined scene."""
     if not (folders[0] / "results" / "fraction_retained.parquet").exists():
         return
     read = [read_json(folder / "summary.json", shape=Summary) for folder in folders]

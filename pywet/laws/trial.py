@@ -1,4 +1,4 @@
-"""Test a custom law in a child process, started by `custom_laws.py`, since a law may loop for ever or end the program."""
+"""Test a custom law in a child process, started by `custom_laws.py`, since a law may loop forever or end the program."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from pywet.util.files import write_json
 
 
 def main() -> None:
-    """`python -m pywet.laws.trial KIND NAME ANSWER LIMIT < TEXT`: the trial; writes why the law is refused, or an empty text."""
+    """Run the test as `python -m pywet.laws.trial KIND NAME ANSWER LIMIT < TEXT`.
+
+    It writes why the law is refused, or an empty text.
+    """
     kind, name, answer, limit = sys.argv[1:]
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     refused = ""

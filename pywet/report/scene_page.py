@@ -1,6 +1,7 @@
 """The page of one run: what was run, its results, and whether they were checked.
 
-A case with its configuration gets the screening report; a custom scene, and a case without, the page that is made here.
+A case with its configuration has the screening report; a user-defined scene, or a case without configuration, this
+page.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from pywet.shipped import place
 from pywet.util.files import AGAIN, read_if_there
 
 NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", "left_m3")
-"""Columns of liquid_by_wall that are no reservoir's."""
+"""Columns of liquid_by_wall that are no reservoirs."""
 CURVES = {
     "number per sphere [-]": ("contacts_per_sphere", "bridges_per_sphere"),
     "overlap over the radius [-]": ("mean_overlap", "largest_overlap", "largest_wall_overlap"),
@@ -31,7 +32,7 @@ CURVES = {
 }
 GREY = "#7d8994"
 DEEP = 0.05
-"""Overlap over the radius from which on springs are said to be soft."""
+"""Overlap over the radius above which springs are reported to be soft."""
 
 
 def of_run(folder: Path) -> Path:
@@ -88,7 +89,7 @@ def _cards(runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
 
 
 def _sizes(run: Run) -> list[page.Section]:
-    """Masses asked for and made, where numbers of spheres follow from masses."""
+    """Return the requested and simulated masses if numbers of spheres follow from masses."""
     rows = run.summary.get("amounts")
     if not rows:
         return []
@@ -103,7 +104,7 @@ def _sizes(run: Run) -> list[page.Section]:
 
 
 def _retained(runs: seeds.Runs) -> list[page.Section]:
-    """The fraction retained over time, where a run has it."""
+    """Return the fraction retained over time, if the run has it."""
     if not all(run.has("results/fraction_retained.parquet") for run in runs):
         return []
     tables = [run.fraction_retained for run in runs]
@@ -147,7 +148,7 @@ def _holder(column: str, names: dict[str, str]) -> str:
 
 
 def deep(runs: seeds.Runs) -> str | None:
-    """Return the sentence of a run's end on deep overlaps of spheres; None where there are none."""
+    """Return the sentence on deep overlaps of spheres at the end of a run; None without deep overlaps."""
     tables = [of.contact_statistics for of in runs if of.has("results/contact_statistics.parquet")]
     most = max((float(t["largest_overlap"].max()) for t in tables), default=0.0)
     if not most > DEEP:
@@ -188,7 +189,7 @@ def _contacts(runs: seeds.Runs) -> list[page.Section]:
 
 
 def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]]) -> str:
-    """Drawings of columns over time, one below the other on a narrow screen; label of an axis -> column -> its name."""
+    """Return drawings of columns over time, one below the other on a narrow screen; label of an axis -> column -> its name."""
     drawn = []
     with plt.rc_context(STYLE):
         for k, (label, columns) in enumerate(panels_of.items()):

@@ -1,4 +1,4 @@
-"""What the residuals of broken records say by themselves, in words: by which factor or amount, whatever caused it."""
+"""Description of the residuals of violated records: factor or amount, whatever the cause."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import numpy as np
 from reference_impl.replay.arrays import Floats
 
 NEAR = 0.05
-"""Distance of a factor from one below which the size of the deviation says more."""
+"""Distance of a factor from one below which the size of the deviation is more informative."""
 NARROW = 0.02
 """Relative width of the middle half of the ratios within which one factor describes all records."""
 
 
 def described(logged: Floats, expected: Floats) -> str:
-    """One phrase: the factor between logged and expected values, its range, or how far they are apart."""
+    """Describe the factor between logged and expected values, its range, or their difference, in one phrase."""
     columns = logged.reshape(len(logged), -1), expected.reshape(len(expected), -1)
     with np.errstate(all="ignore"):
         along, square = (columns[0] * columns[1]).sum(axis=1), (columns[1] ** 2).sum(axis=1)

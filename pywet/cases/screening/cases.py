@@ -183,7 +183,7 @@ def sphere_classes(config: Config, case: Case, scale: Scale) -> tuple[SphereClas
 
 
 def contact_pairs(config: Config, case: Case, scale: Scale) -> tuple[ContactPair, ...]:
-    """Return the dry contacts of all types with each other and with walls (b = 0), with stiffness reduced by the scale's factor."""
+    """Return the dry contacts of all types with each other and with walls (b = 0), softened by the scale's factor."""
     data, factor = config.materials, scale.stiffness_factor.value
     material = data.sphere(case.material)
     kinds = range(1, len(CLASS_NAMES) + 1)

@@ -105,7 +105,7 @@ def dry_walls(state: dict[str, Any], wet: Wet) -> list[str]:
 def scene_of(
     wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface], gravity: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> EngineScene:
-    """Return the scene for the plugin, without dry contacts and motion, which the script defines. It is not validated as a whole."""
+    """Return the scene for the plugin, without dry contacts and motion, which the script defines; not validated as a whole."""
     liquid = wet.liquid
     angle = {name: math.radians(degrees) for name, degrees in wet.wet_walls.items()}
     feature = {"feature_angle_deg": FEATURE_ANGLE_DEG}

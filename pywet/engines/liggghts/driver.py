@@ -174,7 +174,7 @@ def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
 
 
 def _collect(task: Task, known: dict[str, Any]) -> RunInfo:
-    """Tables and run.json of a run whose engine came to its end."""
+    """Make the tables and run.json of a run whose engine has finished."""
     try:
         spheres, error = collecting.make(task.scene, task.folder)
     except NotWhole:
@@ -186,7 +186,7 @@ def _collect(task: Task, known: dict[str, Any]) -> RunInfo:
 
 
 def _loop_cpu(folder: Path, scene: EngineScene, usage: Usage) -> float | None:
-    """Processor time of the steps: the worker's own account; the stock program starts within hundredths of a second."""
+    """Return the processor time of the steps: the worker's own record; for the stock program nearly all of its time."""
     if not deck.attached(scene):
         return usage.cpu_s
     pieces = read_if_there(folder / LOOP_TIME) or []
@@ -194,9 +194,9 @@ def _loop_cpu(folder: Path, scene: EngineScene, usage: Usage) -> float | None:
 
 
 def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
-    """A folder ready for the engine: cut back to the latest whole checkpoint of the same scene, or a new one.
+    """Prepare a folder for the engine: truncated to the latest complete checkpoint of the same scene, or a new one.
 
-    What is refused here (spheres, laws) leaves a run under way in the folder as it was.
+    A refusal here (spheres, laws) leaves an unfinished run in the folder unchanged.
     """
     scene, folder = task.scene, task.folder
     point, damaged = checkpoint.find(folder, task.mark)
