@@ -44,7 +44,10 @@ Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
 Contacts = Literal["batched", "stock", "planes"]
 Profile = Literal["constant", "ramp", "pulsed"]
 Product = Literal["overs", "middlings", "lower_middlings", "unders"]
-"""Of a screen, from the coarsest to the finest: of one deck overs and unders; middlings are the overs of a deck beneath."""
+"""Products of a screen, from the coarsest to the finest.
+
+One deck has overs and unders; middlings are the overs of a deck beneath.
+"""
 Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -258,7 +261,10 @@ RESERVED_STARTS = ("p_", "move_", "drive_")
 RETIRED_DEPTH = 2.0
 """Depth of a retired sphere below the plane of the bin in largest diameters, so that it touches nothing above the plane."""
 RETIRED_RISE = 0.01
-"""Part of that depth by which its speed may lift it (v2/2g): a blow by a heavier sphere doubles a speed, four times the rise."""
+"""Share of that depth by which its speed may lift it (v2/2g).
+
+An impact by a heavier sphere doubles a speed, which gives four times the rise.
+"""
 
 
 def not_retirable(effects: Effects, output: Output, gravity: Vector, fed: bool = False) -> str | None:
@@ -466,7 +472,7 @@ class EngineScene(Strict):
         return (min(a for a, _ in times), min(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:
-        """Step at which each sphere is released and its liquid is counted; `types` in the order of the spheres' numbers."""
+        """Return the step at which each sphere is released and its liquid is counted; `types` in the order of ids."""
         seen, steps = [0] * len(self.classes), []
         for kind in types:
             c, k = self.classes[kind - 1], seen[kind - 1]

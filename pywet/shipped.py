@@ -93,7 +93,7 @@ def _holds(path: Path, data: bytes) -> bool:
 
 
 def examples() -> list[str]:
-    """Names of what `begin` can write: the screening study, the notebook, scenes, and files of other commands."""
+    """Return the names of the examples for `begin`: the screening study, the notebook, scenes, files of other commands."""
     return ["case", "notebook", *sorted(path.stem for path in place("examples/scenes").glob("*.yaml")), *OTHERS]
 
 

@@ -208,7 +208,10 @@ class Timeline:
     present: Bools
     """Whether a sphere is in the simulated box, shape (S, N)."""
     passed: Bools
-    """In the collecting bin: at this output or an earlier one the centre was below the scene's `bin_z_m`, shape (S, N)."""
+    """Whether a sphere is in the collecting bin, shape (S, N).
+
+    Its centre was below the scene's `bin_z_m` at this output or before.
+    """
     came_back: int
     """Number of spheres that rose above `bin_z_m` again after they had passed (they still count as passed)."""
     film: Floats

@@ -28,7 +28,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Term:
-    """A main effect, of one axis, or an interaction, of two: share of the variation, change of the result, p (None: no error)."""
+    """A main effect or an interaction of two axes: share of the variation, change of the result, p (None: no error estimate)."""
 
     axes: tuple[str, ...]
     share: float
@@ -86,9 +86,10 @@ def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
 
 
 def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) -> Effects | None:
-    """Main effects and interactions of a result over all runs that have it; None where too few have, or none differs.
+    """Return main effects and interactions of a result over all runs that have it.
 
-    Of runs without a seed, which have no scatter, nothing is tested.
+    The result is None if there are too few, or if all are equal. For runs without a seed, which have no scatter,
+    nothing is tested.
     """
     rows = made[(made["status"] == DONE) & made[result].notna()].reset_index(drop=True)
     if len(rows) < 3 or rows[result].nunique() < 2:

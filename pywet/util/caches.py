@@ -40,7 +40,7 @@ def folder(*below: str) -> Path:
 
 
 def given(place: str, name: str) -> Path:
-    """A folder in one that an environment variable names, if both are the caller's own; else that of the cache, with a notice."""
+    """Return a folder in one named by an environment variable, if both belong to the caller; else the cache's, with a notice."""
     try:
         return _private(_private(Path(place).absolute()) / name)
     except PywetError as error:

@@ -38,9 +38,10 @@ def shown() -> Iterator[None]:
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[..., None]]:
-    """A bar on standard error, seen from its first move on; it is moved by `done`, of how many (1.0), and another title.
+    """Show a progress bar on standard error, visible from its first update on.
 
-    Where standard error is no terminal, as in a log file, a notice every so often.
+    Updates have `done`, the total (1.0), and a new title. If standard error is no terminal, as for a log file,
+    notices are printed occasionally.
     """
     if not sys.stderr.isatty():
         yield _line_mover(title)

@@ -84,7 +84,7 @@ def solve(separation: float, volume: float, radius_i: float, radius_j: float, th
 
 
 def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float) -> Rupture:
-    """End of the stable branch of bridges of this volume [m³], and how the narrowest section splits the liquid there."""
+    """Return the end of the stable branch of bridges of this volume [m³], and the split at the narrowest section there."""
     unit, problem = _scaled(volume, radius_i, radius_j, theta_i, theta_j)
     problem, point, ahead = _bracket(problem)
     last = _end(problem, point, _distance(point, ahead))

@@ -40,9 +40,10 @@ MODULI = {"youngs_modulus_Pa": "Young's modulus", "poissons_ratio": "Poisson's r
 def suspects(
     setup: Setup, found: list[Forces], kind: int, logged: Floats, expected: Floats, rows: Floats, at: str
 ) -> Iterator[Suspect]:
-    """A number of the dry contacts times a factor: where contacts slide, no force is the same factor times another.
+    """Suspect that a parameter of the dry contacts is multiplied by a factor.
 
-    Of all contacts, and of those `at` the wall or `between spheres` where the residuals are.
+    If contacts slide, no force is that factor times another. The parameter is that of all contacts, or only of
+    those `at` the wall or `between spheres` that have the residuals.
     """
     for where in dict.fromkeys(("", at)):
         now = np.concatenate([_dry(setup, f, where)[kind] for f in found])

@@ -17,12 +17,12 @@ from reference_impl.motion.window import Setup, Window
 from reference_impl.replay.arrays import Floats, cross, dot, size
 
 AT_LIMIT = 1e-11
-"""Part of the spring's limit within which a logged spring counts as cut back by friction."""
+"""Share of the spring's limit within which a logged spring counts as limited by friction."""
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """Forces on a (b gets the opposite), torques on both; `slid`: by how much the spring was cut back by friction [m]."""
+    """Forces on a (b has the opposite), torques on both; `slid`: reduction of the spring by friction [m]."""
 
     elastic: Floats
     damping: Floats
@@ -35,11 +35,11 @@ class Contacts:
     arm_a: Floats
     arm_b: Floats
     rolling: Floats
-    """Torque on a [N m]; b gets the opposite."""
+    """Torque on a [N m]; b has the opposite."""
     lost: Floats
-    """Power that friction and the tangential dashpot take [W]."""
+    """Power dissipated by friction and the tangential dashpot [W]."""
     doubt: Floats
-    """How far it may be off [N m], because a spin that is lost in the rounding of the step's kick has no direction."""
+    """Uncertainty of the rolling torque [N m], since a spin that is lost in the rounding of the step's kick has no direction."""
 
     def force(self, n: Floats) -> Floats:
         """Total force of a dry contact on body a."""

@@ -28,9 +28,10 @@ SCALES = {
 def against_log(
     run: Run, setup: Setup, window: Window, b: Bridges, force: Floats, torque: Floats, sizes: Floats, doubt: Floats
 ) -> dict[str, tuple[Any, ...]]:
-    """The log's pushes and counts; sums of all forces and their sizes by step and sphere, doubt over its limit.
+    """Compare the log's velocity changes and counts, given all forces and their magnitudes by step and sphere.
 
-    Behind logged values, own ones, scale and rows stands what the second sphere has of the own value.
+    Results are logged and recomputed values, scale and rows, followed by the second sphere's part of the
+    recomputed value.
     """
     new = impulses.new(run, b.table)
     broke = _ruptured(run, setup, window.steps)

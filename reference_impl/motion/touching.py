@@ -1,6 +1,6 @@
-"""Which spheres touch each other and the walls in every step of a window, from positions alone.
+"""Contacts between spheres and with walls in every step of a window, from positions alone.
 
-Candidates are found once a window (nothing moves further than a margin in it), then compared with every step.
+Candidates are found once per window (displacements within it are below a margin), then checked in every step.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ def join(parts: list[Touches]) -> Touches:
 
 
 ABOUT_ONE_SIZE = 1.3
-"""Bodies are looked for together with those that reach so many times as far at most: else the largest decides for all."""
+"""Largest ratio of ranges of bodies that are searched together: otherwise the largest range would determine all."""
 
 
 def near_copies(x: Floats, reach: Floats, box: Images) -> tuple[Floats, Floats]:
-    """Pairs as of `near_pairs`, of the nearest copies of both in a box that repeats."""
+    """Return pairs as `near_pairs`, between the nearest copies of both in a periodic box."""
     if not box.any:
         return near_pairs(x, reach)
     n, most = len(x), 2.0 * float(reach.max(initial=0.0))
@@ -67,7 +67,7 @@ def near_copies(x: Floats, reach: Floats, box: Images) -> tuple[Floats, Floats]:
 
 
 def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:
-    """Pairs a < b with |x_a - x_b| < reach_a + reach_b."""
+    """Return pairs a < b with |x_a - x_b| < reach_a + reach_b."""
     sort = np.floor(np.log(reach / reach.min()) / np.log(ABOUT_ONE_SIZE)).astype(int)
     groups = [np.flatnonzero(sort == n) for n in np.unique(sort)]
     trees, most = [cKDTree(x[g]) for g in groups], [float(reach[g].max()) for g in groups]
@@ -85,7 +85,7 @@ def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:
 
 
 def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, Floats]:
-    """Pairs (sphere, triangle) whose bounds meet."""
+    """Return pairs (sphere, triangle) whose bounds intersect."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     found, step = [], max(1, CHUNK // max(1, len(y)))
     for start in range(0, len(corners), step):
@@ -127,7 +127,7 @@ def of_pairs(setup: Setup, window: Window) -> Touches:
 
 
 def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mesh.Topology]) -> list[Touches]:
-    """Spheres that overlap walls, one table per mesh: triangles by the engine's rules, analytic wires by their closest point."""
+    """Return spheres that overlap walls, one table per mesh: triangles by the engine's rules, analytic wires by closest point."""
     found, box = [], images.of_scene(setup.scene)
     for wall in setup.walls:
         shape = shapes[wall.name]
@@ -182,7 +182,7 @@ class Springs:
         return (np.asarray(step, dtype=np.int64) * self._bodies + a) * self._bodies + b
 
     def of(self, step: Floats, a: Floats, b: Floats) -> tuple[Floats, Floats]:
-        """Springs (n, 3), zero where none is logged, and whether one is."""
+        """Return springs (n, 3), zero if none is logged, and whether one is."""
         if not len(self._keys):
             return np.zeros((len(a), 3)), np.zeros(len(a), dtype=bool)
         key = self._key(step, a, b)

@@ -1,7 +1,7 @@
 """Bridges that formed too early or too late, between spheres and at walls.
 
-Too late: how fast both sides came is logged with a formation, so where they were one neighbour check before is known, and whether
-the films touched then; of every formation of the run. Bridges that did not form: `missing`.
+The approach speed is logged with every formation, so that the position at the previous neighbour check, and whether
+the films touched then, are known. `missing` checks bridges that did not form.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
 
 ROOM = 1e-9
-"""Part of the radius by which films may miss each other: a gap is a difference of positions."""
+"""Share of the radius by which films may fail to touch: a gap is a difference of positions."""
 ROOM_OF_WAY = 1.02, 1e-5
-"""A way in one step may be longer than logged by this factor and this part of the radius: speeds change within a step."""
+"""Factor, and share of the radius, by which a displacement in one step may exceed the logged one: speeds change within a step."""
 FASTER = 2.0
-"""Between an output and an event a sphere is at most this many times as fast as at either."""
+"""Largest speed of a sphere between an output and an event, over that at either."""
 CORNER = 1e-7
-"""Corners this near [m] are one: STL files hold single precision."""
+"""Distance [m] below which corners coincide: STL files are in single precision."""
 
 
 def thickness(film: Floats, radius: Floats) -> Floats:
@@ -50,19 +50,19 @@ class Held:
 
 
 def sides_of(events: pd.DataFrame, run: Run) -> tuple[Floats, Floats]:
-    """Numbers of the reservoirs on both sides of some events."""
+    """Return the numbers of the reservoirs on both sides of some events."""
     fixed = bodies(run)
     return holders(events, pairs(events, fixed), fixed)
 
 
 def keep_films(film: Floats, events: pd.DataFrame, run: Run) -> None:
-    """Have in `film` what all reservoirs have after some events by the log."""
+    """Update `film` to the liquid of all reservoirs after some events by the log."""
     both = np.stack(sides_of(events, run), axis=1).ravel()
     film[both] = events[["film_i_after", "film_j_after"]].to_numpy().ravel()
 
 
 def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
-    """Thicknesses of both films before each event, the separation, and the radius of i."""
+    """Return the thicknesses of both films before each event, the separation, and the radius of i."""
     fixed, events = bodies(run), run.table("events")
     p = pairs(events, fixed)
     area = np.where(p.wall, film_areas(events, p, fixed), 1.0)
@@ -72,14 +72,14 @@ def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 def early(run: Run) -> tuple[Floats, Floats, Floats]:
-    """Formations where the films did not touch, not S < h_i + h_j, as 1; films of both sides and gap of every event."""
+    """Return 1 for formations whose films did not touch (not S < h_i + h_j), and films of both sides and gap of every event."""
     film, other, gap, ri = films_at_events(run)
     formed = (run.table("events")["kind"] == FORMATION).to_numpy()
     return (formed & (gap > film + other + ROOM * ri)).astype(float), film + other, gap
 
 
 def due(run: Run) -> Quantity:
-    """A bridge forms only where the films touch."""
+    """Check that a bridge forms only if the films touch."""
     wrong, _, _ = early(run)
     zero = np.zeros(len(wrong))
     scale = "formations before the films touch"
@@ -138,7 +138,7 @@ def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
 
 
 def _meeting(parts: nearest.Parts, of: Floats, triangle: int | None = None) -> Floats:
-    """Other parts of the same wall that have a corner in common with some parts, or run through a triangle."""
+    """Return other parts of the same wall that share a corner with some parts, or intersect a triangle."""
     corners, part = parts.setup.corners, parts.setup.part
     mine = np.isin(part, of)
     others = np.isin(parts.wall[part], parts.wall[of]) & ~mine
@@ -155,8 +155,9 @@ def _meeting(parts: nearest.Parts, of: Floats, triangle: int | None = None) -> F
 
 
 def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float:
-    """Least thickness [m] at a neighbour check of the films on an event's triangle and on triangles of its part that share a
-    corner with it and can have been as near.
+    """Return the smallest film thickness [m] at a neighbour check on an event's triangle and near ones.
+
+    Near ones belong to its part, share a corner with it, and may have been as near.
     """
     parts, fixed, events, triangle = nearest.parts(run), bodies(run), run.table("events"), int(event["triangle"])
     corners, part = parts.setup.corners, parts.setup.part
@@ -204,15 +205,14 @@ def _turned(run: Run, ri: Floats) -> Floats:
 
 
 def _anew(run: Run) -> Floats:
-    """Return the steps at which the engine is set up again; the velocities there are those of the step, not of half a step
-    earlier.
+    """Return the steps at which the engine is set up again; velocities there are those of the step, not of half a step earlier.
     """
     windows = slide_steps(io.scene(run.folder)).values()
     return np.array([step for window in windows for step in window], int)
 
 
 def _changed(run: Run, held: Held, step: Floats) -> Floats:
-    """The last step before each event in which the liquid on either side changed, -1 for none."""
+    """Return the last step before each event in which the liquid on either side changed, -1 for none."""
     fixed, shed = bodies(run), run.shed
     landed = np.where(
         shed["partner_kind"] == laws.SPHERE,

@@ -1,4 +1,4 @@
-"""What a scene plans: outputs, windows, what is recorded in them. Follows from scene.json alone."""
+"""Plan of a scene: outputs, windows, recorded tables, from scene.json alone."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class Plan:
     windows: tuple[tuple[int, int], ...]
     recorded: tuple[str, ...]
     energy: bool
-    """Return whether works are logged."""
+    """Whether works are logged."""
     every: int = 1
-    """Steps from one evaluation of the bridges to the next."""
+    """Number of steps between evaluations of the bridges."""
 
     @property
     def window_steps(self) -> Floats:
-        """All steps of the windows, once each."""
+        """Return all steps of the windows, once each."""
         return np.unique(np.concatenate([np.zeros(0, int), *(np.arange(a, b) for a, b in self.windows)]))
 
     @property
@@ -47,7 +47,7 @@ class Plan:
 
 
 def plan(folder: Path) -> Plan:
-    """The plan of a run directory."""
+    """Return the plan of a run directory."""
     scene = io.scene(folder)
     if (noted := script.of(folder)) is not None:
         at = np.array(noted["output_steps"], dtype=np.int64)
@@ -73,7 +73,7 @@ def plan(folder: Path) -> Plan:
 
 
 SHORT = 4
-"""Steps of the longest windows that lie at random places."""
+"""Largest number of steps of windows at random positions."""
 
 
 def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
@@ -98,7 +98,7 @@ def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
 
 
 def checkpoints_every(scene: dict[str, Any], steps: int) -> int:
-    """Steps from one checkpoint to the next; 0 where the scene has none."""
+    """Return the number of steps between checkpoints; 0 if the scene has none."""
     wanted, slow = int(scene["output"].get("checkpoints", 0)), impulse(scene)
     if wanted == 0:
         return 0
@@ -112,23 +112,24 @@ def checkpoints_every(scene: dict[str, Any], steps: int) -> int:
 RETIRED_WITHIN_S = 0.25
 """Longest time between two steps at which spheres may be retired."""
 OUTLETS_WITHIN_S = 0.02
-"""The same of outlets."""
+"""Longest time between two steps at which spheres may leave at outlets."""
 
 
 def taken_out(scene: dict[str, Any]) -> bool:
-    """Return whether spheres are taken out of a run, from the bin or at outlets."""
+    """Return whether spheres are removed from a run, from the bin or at outlets."""
     return bool(scene.get("retire", False) or scene.get("outlets"))
 
 
 def outputs_every(scene: dict[str, Any]) -> int:
-    """Steps from one output to the next."""
+    """Return the number of steps between outputs."""
     slow = impulse(scene)
     return slow * max(1, round(scene["output"]["interval_s"] / float(scene["time_step_s"])) // slow)
 
 
 def impulse(scene: dict[str, Any]) -> int:
-    """Return the number of steps between evaluations of the bridges (`bridges_every`), whose forces act for all these steps at
-    once.
+    """Return the number of steps between evaluations of the bridges (`bridges_every`).
+
+    Their forces act for all these steps at once.
     """
     return int(scene.get("bridges_every", 1))
 
