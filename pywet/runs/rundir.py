@@ -106,7 +106,7 @@ class RunDir:
 
     @cached_property
     def triangles(self) -> pd.DataFrame:
-        """history/triangles.parquet in the order of triangle numbers; a scene without walls has no such file and no triangle."""
+        """Return history/triangles.parquet, sorted by triangle number; empty for a scene without walls and its file."""
         if not self.scene.walls:
             kinds = {INTEGER: "int64", NUMBER: "float64"}
             columns = TABLES["history/triangles"].items()

@@ -45,7 +45,7 @@ def sides(table: pd.DataFrame, moves: Pair, fixed: Bodies) -> pd.DataFrame:
 
 
 def histories(run: Run) -> pd.DataFrame:
-    """Events and, as a last row of each bridge, whether it stands in the last snapshot; with the kind before of each."""
+    """Return the events with the preceding kind of each, and, as last row of each bridge, whether it is active at the end."""
     events, last = _of_lives_alone(run), int(run.table("ledger")["step"].max())
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     parts = [events[columns]]

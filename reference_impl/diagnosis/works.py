@@ -1,4 +1,4 @@
-"""Works that do not close the budget, and forces outside the windows that do not lead where spheres are (see diagnosis.py)."""
+"""Works that do not close the budget, and forces outside the windows that do not reproduce positions (see diagnosis.py)."""
 
 from __future__ import annotations
 

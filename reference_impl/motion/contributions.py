@@ -170,7 +170,7 @@ class Moved:
             self.beyond += int((longer > BEYOND).sum())
 
     def stretched(self, run: Run) -> tuple[float | None, float | None]:
-        """Mean of limit over static distance less one at rupture, and the share of ruptures where that is beyond `BEYOND`."""
+        """Return the mean of limit over static distance minus one at rupture, and the share of ruptures beyond `BEYOND`."""
         if not self.ruptures or run.meta["surface_tension"] <= 0.0:
             return None, None
         return self.stretch.value / self.ruptures, self.beyond / self.ruptures

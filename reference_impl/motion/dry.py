@@ -55,7 +55,7 @@ class Contacts:
 
 
 def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Floats | None = None) -> Contacts:
-    """All contacts of a window; `before`: springs of the step before, `given`: rows whose `before` is the present spring."""
+    """Compute all contacts of a window; `before`: springs of the previous step, `given`: rows that have the present one."""
     kinds = setup.kind[t.a], np.where(t.wall, 0, setup.kind[np.where(t.wall, 0, t.b)])
     mu, length, drag = (getattr(setup.dry, name)[kinds] for name in ("friction", "rolling", "drag"))
     partner = np.where(t.wall, 0, t.b)

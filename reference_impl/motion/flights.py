@@ -69,7 +69,7 @@ BRIDGES = ("i", "j", "volume", "ti", "tj")
 
 
 def judged(run: Run) -> bool:
-    """Whether the forces of bridges are known in every step: explicit, of closed form, and the mass is that of the spheres."""
+    """Return whether the forces of bridges are always known: explicit, in closed form, and without mass of liquid."""
     known = {None, *capillary.LAWS, *laws.VISCOUS_NORMAL, *laws.VISCOUS_TANGENTIAL}
     laws_known = all(coverage.law(run, effect) in known for effect in TERMS[1:])
     explicit = not coverage.semi_implicit(run) and impulses.every(run) == 1

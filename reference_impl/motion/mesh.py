@@ -123,7 +123,7 @@ def _connected(meeting: list[tuple[int, int]], neighbours: dict[int, set[int]]) 
 
 
 def _corner_active(group: list[tuple[int, int]], edge: Floats, nodes: list[list[int]], active: Floats) -> bool:
-    """A corner counts where an active edge ends and no two of its edges go on in a line; the last triangle owns it."""
+    """Return whether a corner is active: an active edge ends there, no two edges are collinear, the last triangle owns it."""
     arms = [(edge[t, k], nodes[t][(k + 1) % 3]) for t, k in group] + [
         (edge[t, k - 1], nodes[t][k - 1]) for t, k in group
     ]

@@ -39,7 +39,7 @@ class Outputs:
         return found
 
     def interval(self, step: Floats) -> Floats:
-        """Number of the interval that ends at or after a step; -1 up to the first output, and beyond the last one."""
+        """Return the number of the interval that contains a step; -1 up to the first output, and after the last one."""
         at = np.searchsorted(self.steps, step) - 1
         return np.asarray(np.where(at < len(self.steps) - 1, at, -1))
 

@@ -19,7 +19,7 @@ from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.io import Run
 
 SAME = 1e-9
-"""Part of the distance within which two triangles are as near: next to an edge either may be the one that is meant."""
+"""Relative difference of distances below which two triangles count as equally near, as next to an edge."""
 
 
 class Closest(NamedTuple):

@@ -24,9 +24,10 @@ CHUNK = 4_000_000
 
 @dataclass(frozen=True)
 class Touches:
-    """Dry contacts, one row each: step k of the window, bodies a and b (a triangle where `wall`), geometry and motion.
+    """Dry contacts, one row each: step k of the window, bodies a and b (a triangle if `wall`), geometry and motion.
 
-    n points from b to a; `apart` is the distance of the centres, or of centre and wall; `vb` the partner's velocity.
+    The normal n points from b to a; `apart` is the distance of the centres, or of centre and wall; `vb` is the
+    partner's velocity.
     """
 
     k: Floats

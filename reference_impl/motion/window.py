@@ -113,7 +113,7 @@ class Setup:
         return np.array(self.scene["gravity_m_per_s2"], dtype=float)
 
     def pull(self, steps: Floats) -> Floats:
-        """Acceleration by gravity [m/s2], shape (steps, spheres, 3); none before a sphere enters and once it is retired."""
+        """Return the acceleration by gravity [m/s2], shape (steps, spheres, 3); zero before entry and after retirement."""
         there = (steps[:, None] >= self.enters) & (steps[:, None] <= self.leaves)
         return np.asarray(there[:, :, None] * self.gravity)
 
@@ -321,7 +321,7 @@ def vectors_of(table: pd.DataFrame, name: str) -> Floats:
 def _window(
     setup: Setup, steps: Floats, s: dict[str, Floats], carried: Callable[[Floats], Floats] | None
 ) -> Window:  # fmt: skip
-    """Half-step speeds from those at the end of the step: the engine adds the second half of its kick after the forces."""
+    """Make a window, with half-step speeds from those at the end of the step, after the second half of the kick."""
     liquid, mass = np.zeros((len(steps), len(setup.ids))), np.tile(setup.mass, (len(steps), 1))
     if carried is not None and setup.scene["liquid"]:
         liquid = carried(steps) * setup.scene["liquid"]["density_kg_per_m3"]
@@ -345,7 +345,7 @@ STILL = 1e-13
 
 
 def springs(setup: Setup, name: str) -> pd.DataFrame:
-    """Logged springs: `step`, `a`, `b` (position of the sphere in `ids`; for walls the triangle over all meshes), vector on a."""
+    """Return logged springs on a: `step`, `a`, `b` (index of the sphere in `ids`; for walls of the triangle), vector."""
     path = setup.folder / "history" / f"window_{name}.parquet"
     if not path.exists():
         return pd.DataFrame({k: np.zeros(0) for k in ("step", "a", "b", "sx", "sy", "sz")}).astype(

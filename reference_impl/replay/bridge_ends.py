@@ -21,7 +21,7 @@ STRANGE = 1e300
 
 
 def places(run: Run) -> pd.DataFrame:
-    """Places of spheres in this part of the logs: `step`, `id`, x, y, z [m]; of two rows of a sphere and step the last counts."""
+    """Return positions of spheres in this part of the logs: `step`, `id`, x, y, z [m]; the last row of a pair is used."""
     names = [name for name in ("window_states", "trajectory") if where(run.folder, name).exists()]
     tables = [run.table(name)[["step", "id", "x", "y", "z"]] for name in names]
     none = pd.DataFrame({"step": np.zeros(0, np.int64), "id": np.zeros(0, np.int64), **{a: np.zeros(0) for a in "xyz"}})

@@ -51,7 +51,7 @@ def rabinovich(
 def rabinovich_small_gap(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """The first term in its limit S -> 0, where d = sqrt(V/(pi r)) at a wall and sqrt(V/(2 pi r)) between spheres (E 15)."""
+    """Return the force with the first term for S -> 0: d = sqrt(V/(pi r)) at a wall, sqrt(V/(2 pi r)) between spheres."""
     r, gap = harmonic_radius(ri, rj, wall), np.maximum(s, 0.0)
     phi = np.sqrt(2.0 * _immersion(gap, v, r, wall) / r)
     near = np.sqrt(v / (np.pi * r) / np.where(wall, 1.0, 2.0))
@@ -62,7 +62,7 @@ def rabinovich_small_gap(
 def rabinovich_as_printed(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """Lever sin(theta_m) in place of sin(phi); at a wall 1 + S sqrt(pi r/V), and phi of (E 18) without its -1."""
+    """Return the force with lever sin(theta_m) for sin(phi); at a wall 1 + S sqrt(pi r/V), and phi of (E 18) without its -1."""
     r, gap = harmonic_radius(ri, rj, wall), np.maximum(s, 0.0)
     d = _immersion(gap, v, r, wall)
     flat = v / (np.pi * r)

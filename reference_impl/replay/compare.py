@@ -20,7 +20,7 @@ TOLERANCE = 1e-9
 KEPT = 1 << 18
 """Number of deviations stored individually, for an exact median."""
 DROPPED_BITS = 13
-"""Of more of them a histogram is stored over the leading bits of single precision: the median is good to a thousandth."""
+"""Bits dropped for a histogram of more deviations over the leading bits: the median is accurate to a thousandth."""
 
 
 @dataclass(frozen=True)

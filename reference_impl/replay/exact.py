@@ -64,7 +64,7 @@ def force(gap: float, body: Body) -> float:
 
 
 def chosen(number: int, kind: Floats, first: Floats, second: Floats) -> list[int]:
-    """Rows of the sample: equal parts of the range of `first` for each kind, in each part another place of `second`."""
+    """Return the rows of the sample: equal parts of the range of `first` for each kind, with varying position in `second`."""
     rows: set[int] = set()
     kinds = np.unique(kind)
     for k in kinds:

@@ -87,10 +87,9 @@ def due(run: Run) -> Quantity:
 
 
 def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
-    """Return the overlap of the films of each formation at the previous neighbour check at least [m], and the displacement
-    since.
+    """Return the smallest overlap [m] of the films of each formation at the previous neighbour check, and the displacement since.
 
-    Zero where a film changed since, where all is new (step 0) and where the engine was set up again.
+    Both are zero if a film has changed since, at the start (step 0) and after the engine was set up again.
     """
     events, every = run.table("events"), impulses.every(run)
     film, other, gap, ri = films_at_events(run)
@@ -173,7 +172,7 @@ def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float
 
 
 def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
-    """Triangles that the closest point of an event can have been on: all, but where the nearest output tells where i was."""
+    """Return the triangles that may contain the closest point of an event, limited by the nearest output if known."""
     everywhere = np.ones(len(triangles), dtype=bool)
     if not where(run.folder, "trajectory").exists():
         return everywhere

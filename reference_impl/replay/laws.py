@@ -91,7 +91,7 @@ def lian_rupture(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj:
 
 
 def pitois_factor(speed: Floats, eta: float, sigma: float) -> Floats:
-    """Dynamic rupture (E 33); without surface tension, where the formula has no value, the static distance holds."""
+    """Return the factor of dynamic rupture (E 33); without surface tension, where it is undefined, 1."""
     if sigma == 0.0:
         return np.ones_like(speed)
     return 1.0 + np.sqrt(speed * eta / sigma)

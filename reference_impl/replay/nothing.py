@@ -10,7 +10,7 @@ from reference_impl.replay.compare import Quantity
 
 
 class Kind(NamedTuple):
-    """A feature that a scene may have: whether it has it, the quantity that records it, and the sentence if there is none."""
+    """A feature that a scene may have: its condition, the quantity that records it, and the sentence without it."""
 
     there: Callable[[Mapping[str, Any]], Any]
     quantity: str

@@ -24,7 +24,7 @@ ONE_PLACE = 1e-6
 
 
 def check(run: Run, lives: Lives) -> Quantity:
-    """No bridge forms in a place where its sphere has one, or with a part at whose closest point another continues nearer."""
+    """Check that no bridge forms where its sphere has one, or with a part at whose closest point another continues nearer."""
     table = judged(run, lives)
     wrong, zero = table["wrong"].to_numpy(float), np.zeros(len(table))
     return compare("formation_shared", "second bridges at one place", wrong, zero, zero + 1.0, table, 0.0)
@@ -96,7 +96,7 @@ def _ends(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> Floats:
 
 
 def _feet(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """Whether the closest point of a row's part is on the other one, and that one's on it; whether both are surely two places."""
+    """Return whether the closest points of a row's part and of the other are on each other, and whether they are distinct."""
     parts, x = nearest.parts(run), rows[["x", "y", "z"]].to_numpy(float)[at]
     step, part = (rows[name].to_numpy(np.int64)[at] for name in ("step", "j"))
     radius = bodies(run).radius[rows["i"].to_numpy(np.int64)[at]]

@@ -40,9 +40,7 @@ class Regions:
         return np.asarray(self.numbers(x, margin).any(axis=0))
 
     def booked(self, x: Floats, v: Floats, outlet: Floats, margin: float) -> Floats:
-        """Check that each row names the first outlet that contains the sphere: that one may, and no earlier one does beyond
-        doubt.
-        """
+        """Check that each row names the first outlet that contains the sphere: no earlier one certainly contains it."""
         may, does = self.numbers(x, margin), self.numbers(x, -margin)
         named = np.clip(outlet.astype(int), 1, len(self.low)) - 1
         column = np.arange(len(x))

@@ -135,7 +135,7 @@ def impulse(scene: dict[str, Any]) -> int:
 
 
 FOREIGN = ("YADE",)
-"""Engines whose dry contacts are not those of LIGGGHTS, and whose springs are not recorded."""
+"""Engines whose dry contacts differ from those of LIGGGHTS, and whose springs are not recorded."""
 
 
 def engine(folder: Path) -> str:
@@ -148,12 +148,12 @@ def engine(folder: Path) -> str:
 
 
 def entered(scene: dict[str, Any], spheres: pd.DataFrame) -> Floats:
-    """Step at which each sphere enters: from its table for a script's run, else from its class."""
+    """Return the step at which each sphere enters: from its table for a script's run, else from its class."""
     return np.asarray(spheres["enters"] if "enters" in spheres else enters(scene, spheres["type"].to_numpy()))
 
 
 def enters(scene: dict[str, Any], kind: Floats) -> Floats:
-    """Step at which each sphere enters: of a class that is fed one after the other; `kind` in the order of numbers."""
+    """Return the step at which each sphere enters; inserted classes enter one by one; `kind` in the order of ids."""
     found = np.zeros(len(kind), dtype=np.int64)
     for c in scene["classes"]:
         if given := c.get("fed"):
@@ -164,8 +164,10 @@ def enters(scene: dict[str, Any], kind: Floats) -> Floats:
 
 
 def enter_times(given: Mapping[str, Any], count: int) -> Floats:
-    """Times [s] by which equal parts of the mass have come, each in the middle of its own: the rate is constant, rises in
-    proportion to time, or is there for a share of each period alone."""
+    """Return the times [s] at which equal parts of the mass have entered, each in the middle of its part.
+
+    The rate is constant, rises in proportion to time, or is limited to a share of each period.
+    """
     order, profile = np.arange(count) + 0.5, given.get("profile", "constant")
     if profile == "constant":
         return np.asarray(given["from_s"] + given["for_s"] * order / count)

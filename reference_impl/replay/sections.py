@@ -1,4 +1,4 @@
-"""What a replay says alongside the logs: the scene against its configuration, the results against the logs."""
+"""Sections of a replay next to the logs: the scene compared with its configuration, the results with the logs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from reference_impl.tables import check as results
 
 
 def any_there(folder: Path) -> bool:
-    """Return whether a run has a configuration or results that can be looked at."""
+    """Return whether a run has a configuration or results that can be checked."""
     return (folder / configuration.FILE).exists() or results.there(folder)
 
 
@@ -22,7 +22,7 @@ def check(folder: Path) -> list[Section]:
 
 
 def add(result: dict[str, Any], sections: list[Section]) -> None:
-    """Put the sections into a result of the replay: quantities, verdict, findings, what was and was not compared."""
+    """Add the sections to a result of the replay: quantities, verdict, findings, what was and was not compared."""
     findings = [finding for section in sections for finding in section.findings]
     for section in sections:
         result[section.name] = section.as_dict()
