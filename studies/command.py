@@ -29,7 +29,7 @@ ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configu
 
 
 def carried_out(study: Study, title: str) -> Path:
-    """Do what is missing, with a progress bar; the page."""
+    """Execute missing runs with a progress bar and return the page."""
     with bar(title) as move:
         return study.carry_out(lambda name, share: move(share, title=f"{title}: {name}"))
 

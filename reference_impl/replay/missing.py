@@ -66,8 +66,7 @@ def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Frames:
-    """Steps at which all places are known: x of spheres (steps, spheres, 3), those of retired ones out of
-    reach, their liquid, and that of all triangles."""
+    """Steps with known positions: x of spheres (steps, spheres, 3), retired ones out of reach, and all liquid."""
 
     step: Floats
     ids: Floats

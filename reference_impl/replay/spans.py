@@ -48,8 +48,10 @@ OF_PLACES = ("bridges", "films", "wall_films", "impulses", "trajectory", "window
 
 @dataclass(frozen=True)
 class Before:
-    """State of the log before a chunk: its last step, the last events of all reservoirs, the formations of active bridges, and
-    which events these are.
+    """State of the log before a chunk.
+
+    It has the last step, the last events of all reservoirs, the formations of active bridges, and the indices of
+    these events.
     """
 
     step: int

@@ -1,7 +1,8 @@
-"""Whether a run's tables are whole: every output step, window, sphere and bridge that its scene plans, and none of another run.
+"""Check that a run's tables contain every planned output step, window, sphere and bridge, and none of another run.
 
-What is planned follows from scene.json alone. Of each table only the columns that say so are read, so that this is quick on long
-runs. What is not whole is refused in one sentence; what is whole is counted, for the result to say what it speaks of.
+The plan follows from scene.json alone. Only the necessary columns of each table are read, so that this is fast for
+long runs. An incomplete table is refused in one sentence; complete ones are counted, so that the result can state its
+extent.
 """
 
 from __future__ import annotations
@@ -184,7 +185,7 @@ def _events(path: Path, ledger: pd.DataFrame, planned: Plan) -> int:
 
 
 def event_counts(events: pd.DataFrame, ledger: pd.DataFrame) -> pd.DataFrame:
-    """Events up to each output by the log and by the ledger: `step`, `logged`, `counted`; `last` step and `rows` of the log."""
+    """Return events up to each output by log and ledger: `step`, `logged`, `counted`; `last` step and `rows` of the log."""
     steps = np.sort(events["step"].to_numpy())
     logged = np.searchsorted(steps, ledger["step"], "right")
     counted = (ledger["formations"] + ledger["ruptures"]).to_numpy()

@@ -80,10 +80,11 @@ def moisture(config: Mapping[str, Any]) -> float:
 
 
 def whole(asked: Sequence[float], one: Sequence[float]) -> list[int]:
-    """Number of spheres of each size for requested masses and the mass of one sphere [kg] (docs/configuration.md, Sizes).
+    """Return the number of spheres of each size for requested masses [kg] (docs/configuration.md, Sizes).
 
-    The nearest numbers where all together are within 0.5 % of the mass. Elsewhere the coarsest size is rounded first, and each
-    finer one after its mass has been multiplied by what is still to be made over what is still asked, within 5 %.
+    The nearest numbers are used if the total is within 0.5 % of the mass. Otherwise the coarsest size is rounded
+    first, and each finer one after its mass has been multiplied by the mass still to be made over the mass still
+    requested, within 5 %.
     """
     most, made = sum(asked), [max(1, math.floor(a / m + 0.5)) for a, m in zip(asked, one, strict=True)]
     if abs(sum(n * m for n, m in zip(made, one, strict=True)) - most) <= 0.005 * most:

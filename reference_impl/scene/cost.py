@@ -141,7 +141,7 @@ def _mean(values: Floats) -> float:
 
 @dataclass(frozen=True)
 class _Bed:
-    """Numbers and radii [m] of the classes, chance of passage in a try, layers that one sphere of each makes, tries a second."""
+    """Numbers and radii [m] of the classes, probability of passage per attempt, layers per sphere, attempts per second."""
 
     n: Floats
     radius: Floats
@@ -186,7 +186,7 @@ class _Bed:
 
 
 def _touching(bed: _Bed, scene: Mapping[str, Any], time: Floats, on: Floats) -> Floats:
-    """Contacts: of spheres at rest in the feed bin and, some time after they have passed, in the collecting bin; else in hops."""
+    """Return contacts: of spheres at rest in the feed bin and, after a delay, in the collecting bin; else in hops."""
     mass = {c["type"]: 4.0 / 3.0 * math.pi * c["radius_m"] ** 3 * c["density_kg_per_m3"] for c in scene["classes"]}
     durations = []
     for pair in scene["pairs"]:
@@ -227,7 +227,7 @@ def _lists(
 
 
 def _wires_near(bed: _Bed, scene: Mapping[str, Any], tower: Plan) -> Floats:
-    """Wires within reach of one sphere of each class anywhere in the bed: wire length times half a circle, over its volume."""
+    """Return the wires within reach of one sphere of each class: wire length times half a circle, over the bed's volume."""
     reach = bed.radius + 0.5 * tower.wire + 1.5 * _skin(scene, bed)
     height = 4.0 / 3.0 * math.pi * (bed.n @ bed.radius**3) / (PACKED * bed.area)
     return np.asarray(math.pi / tower.pitch * reach**2 / np.maximum(height, reach))

@@ -208,7 +208,7 @@ def _liquid(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
 
 
 def _word(name: str) -> str:
-    """The name of a wall in the scene: its own, if that is up to 40 letters, digits and underscores of ASCII, a letter first."""
+    """Return the name of a wall in the scene: its own, if it has up to 40 ASCII letters, digits, underscores, a letter first."""
     if re.fullmatch(r"[A-Za-z]\w{0,39}", name, re.ASCII):
         return name
     bare = unicodedata.normalize("NFKD", name)

@@ -1,7 +1,7 @@
-"""Where the spheres that enter during a run wait: at a place at random in their region, as the seed gives it, less their way.
+"""Initial positions of spheres that enter during a run: random positions in their region minus their path.
 
-In the order in which they enter, numpy's generator of the scene's seed is asked for two numbers across and one along z, again
-where the place is not in a round region or too near an earlier one.
+In the order of entry, numpy's generator with the scene's seed gives two numbers across and one along z, repeated if
+the position is outside a round region or too near an earlier one.
 """
 
 from __future__ import annotations

@@ -144,9 +144,9 @@ LARGE = 0.005
 
 
 def half_width(corners: Floats, upright: bool) -> float | None:
-    """Half of the shorter side of one part [m]: a flat face, a rim, or the edge of a slab (`upright` its height); None: large.
+    """Return half the shorter side [m] of a flat face, a rim, or the edge of a slab (`upright` its height); None: large.
 
-    A rim of width w lies between two outlines of together the length P, so that its area is w P/2.
+    A rim of width w is between two outlines of total length P, so that its area is w P/2.
     """
     points, index = nodes(corners)
     edges = np.concatenate([index[:, [0, 1]], index[:, [1, 2]], index[:, [2, 0]]])

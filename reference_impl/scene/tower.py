@@ -62,7 +62,7 @@ class Plan:
 
     @property
     def wires(self) -> Floats:
-        """Places of parallel wires: one pitch apart, about the axis or between two, all that reach into the tower."""
+        """Return the positions of parallel wires in the tower: one pitch apart, with one at the axis or two beside it."""
         first = 0.5 * self.pitch if round(2.0 * self.apothem / self.pitch) % 2 else 0.0
         reach = self.apothem + 0.5 * self.wire * (1.0 - 1e-6)
         right = first + self.pitch * np.arange(math.ceil(reach / self.pitch) + 2)
@@ -88,7 +88,7 @@ class Heights:
 
     @classmethod
     def of(cls, config: Mapping[str, Any]) -> Heights:
-        """The outlet begins under the wires, the plate two apertures below, the feed bin a clearance above the side wall."""
+        """Return the heights: outlet under the wires, plate two apertures below, feed bin a clearance above the side wall."""
         plan, tower = Plan.of(config), config["apparatus"]
         side, feed, slide, outlet, vessel = (
             1e-3 * number(tower, f"{name}_height_mm")

@@ -1,7 +1,7 @@
-"""Reads a panel of a figure as a person does: label of a line or area in the legend, its colour, dashes, points by the axes.
+"""Read a panel of a figure from its visible content: labels in the legend, colours, dashes, points by the axes.
 
-Of the SVG only what is visible counts: texts, strokes, fills, places. Names of groups tell axes and legend apart, as matplotlib
-has them; the name of a curve's group is handed on as its claim.
+Only visible parts of the SVG are used: texts, strokes, fills, positions. matplotlib's names of groups identify axes
+and legend; the name of a curve's group is returned as the name that it claims.
 """
 
 from __future__ import annotations

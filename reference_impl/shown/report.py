@@ -1,7 +1,7 @@
-"""The report against the files it shows: report.json, every number of the page, every curve by its legend, colour and points.
+"""Compare the report with its sources: report.json, every number of the page, every curve by legend, colour and points.
 
-`python -m reference_impl.shown.report REPORT CASES.csv` prints what is shown wrong; exit status 1 where anything is. What numbers
-and curves mean is read from report.json by keys, never from the words of the page.
+`python -m reference_impl.shown.report REPORT CASES.csv` prints errors of the report; exit status 1 if there are any.
+The meaning of numbers and curves is read from report.json by keys, never from the wording of the page.
 """
 
 from __future__ import annotations
@@ -239,7 +239,7 @@ def _coarse(runs: Runs, run: str, curve: Curve) -> Iterator[str]:
 
 
 def _colours(runs: Runs, figure: str, panel: Panel, seen: dict[tuple[str, str], str]) -> Iterator[str]:
-    """A colour means one liquid amount in all panels of a material, or one reservoir in all; two colours differ visibly."""
+    """Check that a colour means one liquid amount per material, or one reservoir, in all panels, and that colours differ."""
     here, kind = {}, {"classes": "moisture"}.get(figure, figure.partition(".")[0])
     for curve in panel.curves if figure != "dry" else ():
         run, _, column = curve.claim.partition(":")

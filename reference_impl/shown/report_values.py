@@ -223,7 +223,7 @@ def _thresholds(cases: Cases) -> Iterator[Value]:
 
 
 def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
-    """Yield the share that has passed of what can pass, for each case, all dry and all moist ones, and the effect of moisture."""
+    """Yield the passed share of passable material, for each case, all dry and all moist ones, and the effect of moisture."""
     there = [n for n in cases.listed if _there(cases, n, numbers) and cases.retained(n)]
     groups: dict[str, list[int]] = {}
     for n in sorted(there, key=cases.liquid):

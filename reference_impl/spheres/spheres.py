@@ -1,6 +1,7 @@
-"""Collisions of N wet spheres in a plane (Davis 2023), a second time: Cartesian coordinates, scipy's integrators, own events.
+"""Independent solution of collisions of N wet spheres in a plane (Davis 2023), in Cartesian coordinates.
 
-Shares nothing with pywet; reads the same JSON descriptions. Plain and slow: python -m reference_impl.spheres.spheres FILE.json
+It uses scipy's integrators and its own events, shares nothing with pywet and reads the same JSON descriptions. Simple
+and slow: python -m reference_impl.spheres.spheres FILE.json
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ SEGMENTS = 20000
 
 
 def from_groups(d: dict[str, Any]) -> dict[str, Any]:
-    """The dimensional description of the paper's three equal spheres, lengths in δ_12, speeds in v_n0, mass in reduced masses."""
+    """Return the description of the paper's three equal spheres, lengths in δ_12, speeds in v_n0, mass in reduced masses."""
     r = 1.0 / (2.0 * d.get("h_a", 0.01))
     t12, t23 = math.radians(d.get("theta12_deg", 45.0)), math.radians(d.get("theta23_deg", 0.0))
     viscosity = 1.0 / (6.0 * math.pi * (r / 2.0) ** 2 * d["St_n"])

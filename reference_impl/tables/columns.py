@@ -29,7 +29,7 @@ def read(path: Path) -> pd.DataFrame:
 
 
 def held(name: str, given: pd.DataFrame, recomputed: pd.DataFrame, scales: dict[str, float]) -> list[Held]:
-    """Every value of a table, column by column; `scales`: size of a column's values by the first word of its name that fits."""
+    """Compare every value of a table, column by column; `scales`: scale of values by the start of a column's name."""
     found = [Held(f"{name}: column {c}", MISSING, "there", "docs/results.md") for c in recomputed if c not in given]
     found += [Held(f"{name}: column {c}", "there", NONE, "docs/results.md") for c in given if c not in recomputed]
     if "step" not in given:

@@ -158,7 +158,7 @@ def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats)
 
 
 def _at(folder: Path, scene: Mapping[str, Any], step: int) -> tuple[float, float, float]:
-    """Kinetic energy of places and of spins, and work of gravity from the origin [J], of all spheres at an output."""
+    """Return translational and rotational kinetic energy, and work of gravity from the origin [J], at an output."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", step)])
     if step and scene.get("outlets"):  # of spheres that left, as they left
         t = io.table(where(folder, "trajectory"), "trajectory").sort_values("step").drop_duplicates("id", keep="last")

@@ -166,7 +166,7 @@ def quantities(scene: str, folder: Path) -> list[dict[str, Any]]:
 
 
 def law_errors(setting: Setting) -> dict[str, float]:
-    """Largest error of force (of that at touch) and rupture distance (of itself) against the exact bridge, over BRIDGES."""
+    """Return the largest error of force (over that at touch) and of rupture distance against the exact bridge, over BRIDGES."""
     exact = setting.capillary == "exact"
     name = "young_laplace" if exact else setting.capillary
     force, rupture = [], []

@@ -112,7 +112,7 @@ def _differences(values: pd.Series, finest: pd.Series, quantity: Quantity) -> np
 
 
 def _pooled(differences: Iterable[np.ndarray]) -> tuple[float, int]:
-    """Standard deviation of a difference and its degrees of freedom, over levels that are not bit for bit the reference."""
+    """Return the standard deviation of a difference and its degrees of freedom, over levels not identical to the reference."""
     moved = [d for d in differences if len(d) > 1 and np.any(d != 0.0)]
     freedom = sum(len(d) - 1 for d in moved)
     if freedom == 0:

@@ -51,7 +51,7 @@ class AccuracyStudy(study.Study):
         return [f"{self.size}/{scene}-{seed}" for scene, seed in rounds]
 
     def runs(self, job: str) -> list[study.Run]:
-        """Default, every level of every setting but the default's (from another start each seed), and the default again."""
+        """Return default, every other level of every setting (with a new start for each seed), and the default again."""
         scene, _, seed = job.partition("/")[2].rpartition("-")
         base = knobs.default(self.size)
         turned: list[tuple[str, Level | None]] = [

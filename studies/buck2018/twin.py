@@ -1,7 +1,7 @@
 """The engine's normal collision in a few lines of Python: its laws, its linear contact, its bridge; and the steps towards it.
 
-Serves to say where the difference between the model and the engine comes from: what the twin shares with the engine is not an
-error of the engine. Only the normal motion; the tangential one does not act on it.
+It explains the difference between the model and the engine: deviations that these equations share with the engine are
+no errors of the engine. Only the normal motion is computed; the tangential one does not affect it.
 """
 
 from __future__ import annotations

@@ -56,12 +56,12 @@ class Bed:
 
     @property
     def choice(self) -> Choice:
-        """The bed as a scene of `pywet scene`."""
+        """Return the bed as a scene of `pywet scene`."""
         return Choice(spheres=self.spheres, moisture_percent=self.moisture_percent, seed=self.seed, viscosity_Pa_s=0.0)
 
 
 def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> EngineScene:
-    """Spheres on a loose lattice above the floor of a box, or in a drum; the same places for every engine."""
+    """Prepare spheres on a loose lattice above the floor of a box, or in a drum, at the same positions for every engine."""
     choice = bed.choice
     sphere = choice.glass(bed.spheres)
     if bed.drum:
@@ -115,7 +115,7 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
 def measure(run_dir: Path) -> dict[str, float]:
     """Mean height of the centres over the radius, contacts, speed and bridges per sphere at the end, of a drum its angle [deg].
 
-    Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN where no ledger is stored.
+    Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN if no ledger is stored.
     """
     scene = EngineScene.read(run_dir / "scene.json")
     end = last(run_dir)

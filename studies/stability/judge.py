@@ -1,8 +1,9 @@
-"""Judges each cell of a finished run: finite, its own ledger, its own energy, and what the independent replay says of the run.
+"""Judge each cell of a finished run: finite values, its ledger, its energy, and the independent replay of the run.
 
-Energy of a cell: kinetic and spin energy, springs of its touching spheres, capillary energy of its active bridges. It may
-fall (drag, dashpot, friction), and changes by known amounts when a bridge forms, ruptures, or gravity works. What is more
-than that was made by the time stepping. Not for cells on moving walls: for them the run's own budget is asked.
+The energy of a cell is kinetic and spin energy, contact springs of its touching spheres, capillary energy of its
+active bridges. It may fall (drag, dashpot, friction), and changes by known amounts when a bridge forms, ruptures, or
+gravity works. Any excess was created by the time stepping. Cells on moving walls are judged by the run's energy
+budget instead.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ LEDGER = 1e-12
 
 
 class Run:
-    """The tables of a finished run and the unchanging data of its spheres."""
+    """Tables of a finished run and the constant data of its spheres."""
 
     def __init__(self, batch: Batch, run_dir: Path) -> None:
         self.batch, history = batch, run_dir / "history"
@@ -82,7 +83,7 @@ def stored(run: Run, table: pd.DataFrame) -> Floats:
 
 
 def pull(run: Run, table: pd.DataFrame) -> Floats:
-    """Capillary force of each row's bridge at its separation [N]."""
+    """Return the capillary force of each row's bridge at its separation [N]."""
     if table.empty or not run.batch.effects.capillary:
         return np.zeros(len(table))
     gap, force, _ = run.bridge_law(table)
@@ -107,7 +108,7 @@ def springs(run: Run) -> Floats:
 
 
 def moving(run: Run) -> Floats:
-    """Kinetic and spin energy, shape (steps, cells) [J]."""
+    """Return the kinetic and spin energy, shape (steps, cells) [J]."""
     t = run.trajectory
     i = t["id"].to_numpy(int)
     speed = (t[["vx", "vy", "vz"]].to_numpy(float) ** 2).sum(axis=1)
