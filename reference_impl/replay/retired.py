@@ -153,7 +153,7 @@ class Count:
         return [*of_places(self.rule, self.gone, part.table("trajectory")), *self._of_bridges(part)]
 
     def _of_bridges(self, part: Run) -> list[Deviation]:
-        """A bridge ends by retirement where a sphere of it is retired in that step, and none outlives its spheres."""
+        """Check that a bridge ends by retirement if one of its spheres is retired in that step, and that none outlives them."""
         events, bridges = part.table("events"), part.table("bridges")
         step_of = dict(zip(self.gone["id"], self.gone["step"], strict=True))
         first, later = (_earliest(rows, step_of) for rows in (events, bridges))

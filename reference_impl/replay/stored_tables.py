@@ -84,7 +84,7 @@ class Count:
         self.fallen = run.shed[run.shed["partner_kind"] == 3]
 
     def values(self, run: Run) -> tuple[pd.DataFrame, tuple[Floats, Floats], tuple[Floats, Floats], Floats]:
-        """The outputs of a part of the log: rows of the ledger; counts and liquid, as logged and own; scale of the liquid."""
+        """Return the outputs of a part of the log: rows of the ledger; counts and liquid, logged and recomputed; their scale."""
         events, ledger = run.table("events"), run.table("ledger").sort_values("step")
         shots = run.table("films")["step"]
         ledger = ledger[ledger["step"].isin(shots.unique())].reset_index(drop=True)

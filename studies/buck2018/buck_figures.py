@@ -1,4 +1,4 @@
-"""Draws the tables of `curves`, `accuracy_cost` and `twin`: model lines only, the paper's measurements are not in the project."""
+"""Draw the tables of `curves`, `accuracy_cost` and `twin`: model lines only, without the paper's measurements."""
 
 from __future__ import annotations
 

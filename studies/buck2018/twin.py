@@ -33,7 +33,7 @@ def _law(kind: str, name: str | None) -> ForceLaw:
 
 
 def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
-    """e_n of the engine's equations for a wet problem: bridge from touch of the film to rupture, linear spring in overlap."""
+    """Return e_n of the engine's equations for a wet problem: bridge from touch to rupture, linear spring in overlap."""
     liquid, radius, mass = case.liquid, case.particle.radius_m, case.mass
     assert liquid is not None
     pair = engine.contact_of(case)
@@ -75,7 +75,7 @@ def _solved(rates: Callable[..., list[float]], until: float, y: np.ndarray, even
 
 
 def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)) -> pd.DataFrame:
-    """e_n of 1.74 mm glass on 100 µm of water over the impact velocity: model, its nearest readings, twin and engine."""
+    """Return e_n of 1.74 mm glass on 100 µm of water over the velocity: model, its nearest readings, equations, engine."""
     near = Readings(bridge_volume="frozen", rupture_from="wall", capillary="film_and_bridge")
     rows = []
     with TemporaryDirectory() as scratch:

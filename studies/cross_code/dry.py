@@ -24,7 +24,7 @@ from studies.cross_code.replayed import momenta
 from studies.cross_code.rows import EASO, EXACT, LIGGGHTS, REFERENCE, SAME, WASHINO, YADE
 
 R, STIFFNESS, RESTITUTION, FRICTION, SPEED = 2.5e-3, 1e7, 0.8, 0.3, 0.2
-"""So stiff that the line of centres turns by 1e-4 rad at most while the spheres touch; the exact solution has it fixed."""
+"""Parameters for which the line of centres, fixed in the exact solution, turns by at most 1e-4 rad in contact."""
 TWO = sphere_classes(R, counts=2)
 PARTS = 200
 """Number of the programs' steps in a collision."""
@@ -37,7 +37,7 @@ ACROSS = np.cross(MOVING, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(MOVING, [0.
 
 
 class Outcome(NamedTuple):
-    """After the impact: relative normal and tangential velocity, and the spin times the radius (equal for both), over SPEED."""
+    """State after the impact over SPEED: relative normal and tangential velocity, and the spin times the radius."""
 
     normal: float
     tangential: float

@@ -37,7 +37,7 @@ def distance(velocity: np.ndarray, exact: Run) -> float:
 
 
 def measured() -> pd.DataFrame:
-    """One row per case, integrator, kind of pairs and tolerance; the first run of each case compiles, uncounted."""
+    """Return one row per case, integrator, kind of pairs and tolerance; the first run of each case only compiles."""
     rows = []
     for name, problem in cases().items():
         exact = run(problem.with_(rtol=1e-11))

@@ -65,7 +65,7 @@ NEAR_PERCENT = 0.4
 
 
 def numbers(rtol: float = 1e-9) -> pd.DataFrame:
-    """Tabulate the paper's numbers: place, quantity, printed and computed value, difference, change with half the tolerance."""
+    """Tabulate the paper's numbers: position, quantity, printed and computed value, change with half the tolerance."""
     rows = []
     for n in (*davis_numbers.NUMBERS, *davis_numbers.APPROXIMATE, *davis_numbers.NOT_REPRODUCED):
         ours, finer = n.compute(rtol), n.compute(0.5 * rtol)

@@ -83,7 +83,7 @@ def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Fi
 
 
 def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
-    """For each scene: largest change by the plan's choice, and the time of a run with and without what it leaves out."""
+    """Draw, for each scene, the largest change by the plan's choice, and the time of a run with and without omitted effects."""
     names = list(judged)
     plans = [planned(judged[n]) for n in names]
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 0.5 * len(names) + 1.4), sharey=True)

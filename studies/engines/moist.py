@@ -143,7 +143,7 @@ def merged(there: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def lines(table: pd.DataFrame) -> list[str]:
-    """The table in Markdown: for each case seeds, and of each number both means and the difference with its 95 % interval."""
+    """Return the table in Markdown: for each case seeds, and for each number both means and the difference with interval."""
     heads = ["case", "seeds", *SHOWN.values()]
     found = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for case, of in table.groupby("case"):
@@ -157,7 +157,7 @@ def lines(table: pd.DataFrame) -> list[str]:
 
 
 def over_cases(table: pd.DataFrame, name: str) -> str:
-    """Mean of the cases' differences and its interval, from the scatter within cases with two seeds or more in both engines."""
+    """Return the mean of the cases' differences and its interval, from the scatter within cases with at least two seeds."""
     differences, variance, freedom = [], 0.0, 0
     for _, of in table.groupby("case"):
         one, two = (of.loc[of["engine"] == engine, name].to_numpy() for engine in ROOTS)

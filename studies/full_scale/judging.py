@@ -143,7 +143,7 @@ def decide(part: Part, value: float, half: float) -> str:
 
 
 def fingerprint(statements: Sequence[Statement]) -> str:
-    """Digest of all statements, their words and ranges; stored with each run, so that a range changed later is found."""
+    """Return the digest of all statements with their ranges, stored with each run to detect later changes of a range."""
     rows = [
         [s.number, s.place, s.says, list(s.cases), [[p.text, str(p.low), str(p.high)] for p in s.parts]]
         for s in statements

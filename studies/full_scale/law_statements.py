@@ -49,7 +49,7 @@ def shares(start: float, stop: float) -> Floats:
 
 
 def deviation(law: Callable[..., float], of: Bridge, start: float, stop: float) -> float:
-    """Largest relative deviation of a capillary law from the exact bridge between two shares of the rupture distance."""
+    """Return the largest relative deviation of a capillary law from the exact bridge over a range of separations."""
     volume, ri, rj, ti, tj, tension = of
     rupture = bridge.rupture(volume, ri, rj, ti, tj).separation
     worst = 0.0

@@ -82,7 +82,7 @@ def store(runs: Annotated[list[Path], typer.Argument(help="Run directories, NAME
 
 
 def figures(finished: RunDir) -> dict[str, float | str]:
-    """Mean of the fraction retained since the opening, and at the end; of all liquid at the end what wires and all walls hold."""
+    """Return the fraction retained, mean and at the end, and the share of liquid on wires and all walls at the end."""
     name, case = finished.path.name.rsplit("-", 1)
     retained, liquid = (finished.table(f"results/{t}") for t in ("fraction_retained", "liquid_by_holder"))
     since = retained["time_since_opening_s"].to_numpy()

@@ -45,7 +45,7 @@ def side_walls(runs: Sequence[RunDir]) -> pd.DataFrame:
 
 
 def curves(runs: Sequence[RunDir]) -> pd.DataFrame:
-    """Y, Y_small and Y_near of trials after the opening, by trial and case, from run directories NAME-CASE of `trials.py`."""
+    """Return Y, Y_small and Y_near of trials after the opening, by trial and case, from run directories NAME-CASE."""
     parts = []
     for run in runs:
         trial, case = named(run)

@@ -76,7 +76,7 @@ def sieve(diameter_mm: float) -> dict[str, Any]:
 
 
 def amplitude(share: float) -> dict[str, Any]:
-    """Vertical amplitudes of this share of those as configured; 0.5: the amplitude of the text is the whole stroke."""
+    """Return entries for vertical amplitudes of this share of the configured ones; 0.5: the text's amplitude is the stroke."""
     strokes = "materials.yaml: motion strokes"
     return {f"{strokes} {k} z_amplitude_mm value": round(share * z, 4) for k, z in enumerate((0.9, 0.72))}
 
@@ -84,7 +84,7 @@ def amplitude(share: float) -> dict[str, Any]:
 PRINTED = {"config.yaml: readings capillary_spheres": "as_printed"}
 """Entries for equation (14) with the misprint that its validation, at 0 and 10 degrees, would not reveal."""
 WALL = {f"config.yaml: readings {key}": value for key, value in (("wall_film", "wall"), ("wall_transfer", "at_tenth"))}
-"""Films of whole walls and the transfer ratio with the trend of section 4: the most liquid on walls of all readings."""
+"""Entries for films of whole walls and the transfer ratio of section 4: the most liquid on walls of all readings."""
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},

@@ -40,7 +40,7 @@ COLUMNS = ("case", "quantity", "seeds", "mean", "standard_deviation", "differenc
 
 
 def rows(runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None = None) -> list[Row]:
-    """For each case with seeds each quantity's mean and standard deviation, and how a run with other settings differs."""
+    """Return each quantity's mean and standard deviation for each case with seeds, and the deviation of another run."""
     found: list[Row] = []
     for case in cases:
         seeds = runs.get(case, ())

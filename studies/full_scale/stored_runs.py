@@ -81,7 +81,7 @@ class StoredRun:
         return bool(self.times[0] <= time < self.times[-1] + beyond)
 
     def at(self, values: Floats, time: float) -> float:
-        """A series at a time, by linear interpolation, less than an output beyond the last as there; else it is refused."""
+        """Return a series at a time by linear interpolation, constant for up to one output interval after the end."""
         if not self.has(time):
             raise PywetError(
                 f"{self.folder.name} goes from {self.times[0]:g} to {self.end:g} s, {time:g} s is not in it"

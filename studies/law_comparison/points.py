@@ -26,7 +26,7 @@ SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.
 
 @dataclass(frozen=True)
 class Comparison:
-    """`forces`: one row per bridge with its exact force. `limits`: one row per volume and pair with rupture and split."""
+    """Tables: `forces`, one row per bridge with its exact force; `limits`, one per volume and pair with rupture and split."""
 
     forces: pd.DataFrame
     limits: pd.DataFrame

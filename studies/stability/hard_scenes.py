@@ -180,7 +180,7 @@ def unwetted() -> Batch:
 
 
 def mismatch() -> Batch:
-    """Contact angles of 0 and 89 degrees on one bridge: the parabola has no meridian; this is reported before the run."""
+    """Return the batch with contact angles of 0 and 89 degrees on one bridge, for which the parabola has no meridian."""
     classes = spheres(R, TINY, angle_rad=(0.0, math.radians(89.0)))
     cells = (Cell("angles of 0 and 89 degrees, size ratio 10", two(0.0, -0.3, (of(0.1), of(0.1, TINY)), (1, 2))),)
     return replace(thick(), name="hard-mismatch", classes=classes, cells=cells)
@@ -197,7 +197,7 @@ def bare() -> Batch:
 
 
 def out_of_the_box() -> Batch:
-    """One sphere faster than the guard allows, one pressed too deep: they stop the run by name, and the others go on."""
+    """Return the batch with one sphere faster than the guard allows and one pressed too deep, which stop the run."""
     cells = (
         Cell("too fast for the step", (ball(1, (0.0, 0.0, 0.0), (100.0, 0.0, 0.0), film=of(0.1)),)),
         Cell("pressed too deep", two(-0.6 * R, 0.0, (of(0.1), of(0.1)))),

@@ -57,7 +57,7 @@ class Run:
         return out
 
     def bridge_law(self, table: pd.DataFrame) -> tuple[Floats, Callable[[Floats], Floats], list[Floats]]:
-        """Gap of each row's bridge [m], its capillary force as a function of the gap, and V, r_i, r_j, theta_i, theta_j."""
+        """Return each row's gap [m], its capillary force as a function of the gap, and V, r_i, r_j, theta_i, theta_j."""
         i, wall = table["i"].to_numpy(int), table["partner_kind"].to_numpy(int) != SPHERE
         j = np.where(wall, 0, table["j"].to_numpy(int))
         other, angle = np.where(wall, np.inf, self.radius[j]), np.where(wall, self.batch.wall_angle, self.angle[j])
@@ -68,7 +68,7 @@ class Run:
 
 
 def stored(run: Run, table: pd.DataFrame) -> Floats:
-    """Capillary energy of each row's bridge [J]: minus the integral of the force from S to the static rupture distance."""
+    """Return the capillary energy of each row's bridge [J]: minus the integral of the force from S to static rupture."""
     if table.empty or not run.batch.effects.capillary:
         return np.zeros(len(table))
     rupture = registry.get("rupture", str(run.batch.effects.rupture)).functions[0]
@@ -117,14 +117,14 @@ def moving(run: Run) -> Floats:
 
 
 def falling(run: Run) -> Floats:
-    """Potential energy in gravity, shape (steps, cells) [J]."""
+    """Return the potential energy in gravity, shape (steps, cells) [J]."""
     t = run.trajectory
     height = t[["x", "y", "z"]].to_numpy(float) @ np.asarray(run.batch.gravity)
     return run.by_cell(t, "id", -run.mass[t["id"].to_numpy(int)] * height)
 
 
 def ledgers(run: Run) -> Floats:
-    """Error of each cell's liquid over its liquid, the largest over all outputs, shape (cells,)."""
+    """Return the error of each cell's liquid over its liquid, the largest over all outputs, shape (cells,)."""
     films = run.by_cell(run.films, "id", run.films["film"].to_numpy(float))
     active = run.by_cell(run.bridges, "i", run.bridges["volume"].to_numpy(float))
     wall = run.events[run.events["partner_kind"] != SPHERE]
@@ -137,7 +137,7 @@ def ledgers(run: Run) -> Floats:
 
 
 def _at_output(run: Run, events: pd.DataFrame) -> pd.DataFrame:
-    """Events with the step of the first output that includes them."""
+    """Return the events with the step of the first output that includes them."""
     at = np.searchsorted(run.steps, events["step"].to_numpy())
     known = np.append(run.steps, run.steps[-1] + 1)[at]
     return events.assign(step=known)
@@ -171,14 +171,14 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
 
 
 def rounding(run: Run, kinetic: Floats) -> Floats:
-    """Last digit of a position over the displacement of one step, shape (cells,): contacts and bridges are that much too long."""
+    """Return the last digit of a position over the displacement of one step, the relative error of ranges, shape (cells,)."""
     coordinate = float(np.abs(run.trajectory[["x", "y", "z"]].to_numpy(float)).max())
     way = np.sqrt(2.0 * kinetic.max(axis=0) / run.mass.min()) * run.batch.time_step
     return np.asarray(np.minimum(1.0, np.spacing(coordinate) / np.maximum(way, 1e-300)), dtype=np.float64)
 
 
 def order(run: Run, cell: int) -> float:
-    """A third of the largest k dt²/m of a cell's contacts, plus 1e-9 for round-off."""
+    """Return a third of the largest k dt²/m of a cell's contacts, plus 1e-9 for round-off."""
     kinds = {b.kind for b in run.batch.cells[cell].bodies}
     walls = bool(run.batch.cells[cell].walls)
     largest = 0.0

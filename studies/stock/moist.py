@@ -33,9 +33,9 @@ class Bridges:
 
 
 def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
-    """Run `run_dir`/scene.json with these bridges in place of its liquid; active bridges at the end: volume, gap, wall.
+    """Run `run_dir`/scene.json with these bridges in place of its liquid; return the final bridges: volume, gap, wall.
 
-    Writes trajectory, mesh motion and engine/ as a dry run does. PywetError for what YADE cannot express.
+    Writes trajectory, mesh motion and engine/ like a dry run. PywetError for features that YADE does not support.
     """
     run_dir = Path(run_dir).resolve()
     scene = EngineScene.read(run_dir / "scene.json")

@@ -1,7 +1,7 @@
 """Force of YADE's own bridge laws at given gaps, from the installed program.
 
-YADE takes the volume of a bridge as a property of the material, so it is the one asked for. It refuses bodies of two contact
-angles. A wall is a large facet.
+In YADE the volume of a bridge is a property of the material, so that it is exactly the requested one. YADE does not
+support bodies with two contact angles. A wall is a large facet.
 """
 
 from __future__ import annotations
