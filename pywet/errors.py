@@ -92,7 +92,7 @@ class LawError(PywetError):
 
 
 class UnstableStep(PywetError):
-    """The time step exceeds what the scene allows."""
+    """The time step exceeds a stability limit of the scene."""
 
     code = "step.unstable"
 

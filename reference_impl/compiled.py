@@ -1,6 +1,7 @@
-"""Loops that numba compiles, kept from one process to the next.
+"""Loops compiled by numba and cached between processes.
 
-For changes numba looks in the file of the kept function alone: what is compiled into it stands in the same file (tested).
+numba detects changes only in the file of the cached function, so that all functions compiled into it are in the same file
+(tested).
 """
 
 from __future__ import annotations

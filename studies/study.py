@@ -1,9 +1,9 @@
 """Common part of the three studies: definition of a run, its storage and retrieval, the table of all runs.
 
 A study is a list of jobs; a job is a few runs executed one after the other, so that compared runs are timed side by
-side. Each run leaves one file: its rows, and a hash of all that they follow from. A run whose file is there with the
-same hash is not done again, so that a study that was cut off goes on, and one whose configuration was edited does
-what the edit touches. `carry_out` does the jobs in turn; Snakemake does several at a time and calls it last
+side. Each run has one file: its rows, and a digest of all data that determine them. A run whose file exists with the
+same digest is not repeated, so that an interrupted study resumes, and one whose configuration was edited does what
+the edit touches. `carry_out` does the jobs in turn; Snakemake does several at a time and calls it last
 (workflow/rules/studies.smk).
 """
 

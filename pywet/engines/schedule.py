@@ -51,8 +51,9 @@ def windows(scene: EngineScene) -> list[Window]:
 
 
 def _drawn_start(scene: EngineScene, part: int) -> int:
-    """First step of a short window: the first lies in the first eighth of its part, every fourth at a checkpoint or an output.
+    """Return the first step of a short window.
 
+    The first window is in the first eighth of its part, every fourth one at a checkpoint or an output.
     Bridges act in it. Only its first step may be a checkpoint, and not if that step's forces are evaluated again
     or spheres are retired at it.
     """

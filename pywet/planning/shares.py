@@ -20,7 +20,7 @@ RELATIVE_SPEED = 0.1
 SHEAR = 0.4
 """Slip over the speed of approach, reduced by rolling of spheres on each other; fitted to the scenes of the effects study."""
 WITHIN = {"gravity": 3.0, "capillary": 3.0, "viscous_normal": 15.0, "viscous_tangential": 15.0}
-"""Accuracy factor of a predicted share."""
+"""Factor by which a measured share may differ from the predicted one, by effect."""
 
 
 def predicted_shares(of: Sequence[Groups], counts: Sequence[int], s: Surroundings) -> dict[str, float]:

@@ -30,7 +30,7 @@ from reference_impl.replay.lives import FORMATION, Lives, keys
 SAMPLES = (0.0, 0.5, 1.0)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 APART = 0.01
-"""Smallest separation, over the radius of i, above which the steps of a drag's sum are small compared with the separation."""
+"""Smallest separation, over the radius of i, above which a step changes the separation little."""
 SMALL = 0.05
 """Share of a separation, or of its change, that the error of a step may have."""
 GROUP, FEWEST = 25, 10

@@ -1,9 +1,10 @@
-"""The dry contact, typed again: normal spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
+"""Dry contact, implemented independently: normal spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
 
-As the engine does it: the dashpot acts in attraction too; friction is limited by the whole normal force, rolling by its
-elastic part; arms reach to the middle of the overlap; the tangential spring is turned into the present tangent plane. Friction
-without memory is a drag c v up to the same limit. Springs and dashpots are constant, or those of Hertz and Mindlin at the present
-overlap (`window.Dry`); a Hertz contact that does not slide has a tangential dashpot besides, which the limit leaves out.
+Conventions are those of the engine: the dashpot also acts in attraction; friction is limited by the whole normal force,
+rolling by its elastic part; lever arms extend to the middle of the overlap; the tangential spring is rotated into the present
+tangent plane. Friction without history is a drag c v up to the same limit. Springs and dashpots are constant, or those of Hertz
+and Mindlin at the present overlap (`window.Dry`); a Hertz contact that does not slide also has a tangential dashpot, which the
+limit omits.
 """
 
 from __future__ import annotations

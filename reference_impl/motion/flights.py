@@ -164,7 +164,7 @@ class Hangar:
 
 
 LIMIT = 1e-8
-"""Limit after some hundred steps near contact, in which rounding of a gap grows."""
+"""Limit of deviations after some hundred steps near contact, in which rounding errors of a gap grow."""
 
 
 def fly(

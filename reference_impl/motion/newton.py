@@ -1,14 +1,14 @@
-"""Newton's law of every sphere in the recorded windows: own forces and torques against the change of speed and spin.
+"""Newton's law of every sphere in the recorded windows: recomputed forces and torques, change of speed and spin.
 
-From a step's end to the next the engine adds half a kick of the one and half a kick of the other step's forces, so that
+Between the ends of two steps the engine adds half a kick by the forces of each, so that
 
     m (v(n+1) - v(n))/dt = (F(n) + F(n+1))/2
 
-holds to round-off, as it does for spin and torque. F is the reference's own: weight, dry contacts (dry.py, contacts found by
-touching.py), bridges (wet.py). The engine's own sums enter only in the half step back to the speeds with which forces are taken;
-that they belong to the recorded speeds is checked as well.
+holds to round-off, as it does for spin and torque. F is computed by the reference: weight, dry contacts (dry.py, contacts
+found by touching.py), bridges (wet.py). The engine's sums are used only for the half step back to the speeds in the forces;
+their consistency with the recorded speeds is checked as well.
 
-Bridges act for as many steps as impulses.py says.
+impulses.py determines for how many steps bridges act.
 """
 
 from __future__ import annotations

@@ -1,8 +1,11 @@
-"""What semi-implicit drag starts from, in the recorded windows: by how much all other forces push the bodies of a bridge in the
-step, and among how many bridges the mass of a sphere is shared. Forces are those of newton.py without the drag.
+"""Inputs of semi-implicit drag in the recorded windows, recomputed.
 
-Where bridges act every few steps, a new one acts in the step in which it forms, after all others: their drag pushes it, the new
-bridges push none of them; and it shares its spheres with the bridges that are left, they with those that rupture."""
+They are the velocity change of a bridge's bodies by all other forces in the step, and the number of bridges among which the
+mass of a sphere is divided. Forces are those of newton.py without the drag.
+
+If bridges act every few steps, a new one acts in the step in which it forms, after all others: their drag affects it, the new
+bridges affect none of them; and it shares its spheres with the remaining bridges, they with those that rupture.
+"""
 
 from __future__ import annotations
 

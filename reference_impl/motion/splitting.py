@@ -1,4 +1,4 @@
-"""What semi-implicit drag does to the impulse of one bridge between two outputs.
+"""Effect of semi-implicit drag on the impulse of one bridge between two outputs.
 
 Each sphere is split into n equal parts, one per bridge; drag acts at the velocity of the parts after the step, which afterwards
 take their mean (docs/engine.md). The part of sphere i that belongs to a bridge is faster than the sphere by dt (n F - D)/m, with

@@ -1,7 +1,7 @@
-"""The engine's interpolated transfer ratios against the own solution at the volumes of the run's ruptures.
+"""Compare the engine's interpolated transfer ratios with independent solutions at the volumes of the run's ruptures.
 
-The table's nodes are checked in transfer.py; what is left between them is the error of linear interpolation, information with a
-stated bound and not a fault.
+transfer.py checks the table's nodes; between them there is the error of linear interpolation, which has a stated bound and is
+not a fault.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class Pairs:
     wall: Floats
     i: Floats
     sphere_j: Floats
-    """Sphere j; at a wall the index that no sphere has."""
+    """Index of sphere j; at a wall an index that belongs to no sphere."""
     part: Floats
     ri: Floats
     rj: Floats

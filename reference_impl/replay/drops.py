@@ -30,9 +30,11 @@ ONSET, FACTOR, POWER = (0.2, 1.2), 3.60, 2.81
 
 
 def falls(film: float, radius: float, felt: float, density: float, tension: float) -> float:
-    """Drop that falls from a film [m3]: none up to Tate's weight 2 pi r sigma, then Harkins and Brown's part of that.
+    """Return the drop that falls from a film [m3].
 
-    Their part F is that of r over the cube root of what falls, phi; as 3.60 phi^2.81 = Bond number, phi from 0.2 to 1.2.
+    There is none up to Tate's weight 2 pi r sigma; beyond it the drop is Harkins and Brown's fraction of it.
+    Their fraction F depends on phi, r over the cube root of the falling volume; 3.60 phi^2.81 = Bond number, phi
+    from 0.2 to 1.2.
     """
     if felt * density * film <= 2.0 * np.pi * radius * tension:
         return 0.0
@@ -82,7 +84,7 @@ class Places:
         return found if found[0] != NOTHING else (NOTHING, -1, 0.0)
 
     def _wall(self, step: int, start: Floats) -> tuple[int, float]:
-        """Return the first triangle below a point and its distance, by the sides of the projected edges on which the point is."""
+        """Return the first triangle below a point and its distance, from its side of the projected edges."""
         best = (-1, np.inf)
         for wall in self._walls:
             corners = self._motion.to_world(wall, step, self._setup.corners[wall.first : wall.last].reshape(-1, 3))

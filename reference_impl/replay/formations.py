@@ -125,9 +125,12 @@ def _born(run: Run) -> Floats:
 
 
 def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
-    """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that meets the event's, or that
-    meets one which does: where parts meet in one closest point a sphere has one bridge, and a part whose place is taken so, as
-    the rim between two sides, takes the place of the part beyond it."""
+    """Return whether a bridge with an adjacent part prevented a formation at the previous neighbour check.
+
+    This is a bridge of the same sphere with a part of the wall adjacent to the event's, or adjacent to such a
+    part. A sphere has one bridge with parts that meet in one closest point, and a part excluded in this way, such
+    as the rim between two sides, excludes the part beyond it.
+    """
     parts, fixed, number = nearest.parts(run), bodies(run), int(event["j"])
     next_to = _meeting(parts, np.array([number]), int(event["triangle"]))
     reached = np.setdiff1d(np.union1d(next_to, _meeting(parts, next_to)), number)
@@ -204,8 +207,7 @@ def _turned(run: Run, ri: Floats) -> Floats:
 
 
 def _anew(run: Run) -> Floats:
-    """Return the steps at which the engine is set up again; velocities there are those of the step, not of half a step earlier.
-    """
+    """Return the steps at which the engine is set up again; velocities there are those of the step, not of half a step earlier."""
     windows = slide_steps(io.scene(run.folder)).values()
     return np.array([step for window in windows for step in window], int)
 

@@ -1,5 +1,7 @@
-"""Copies of a box that repeats along some axes: of two places the shortest way, of a wall the nearest copy. Of a user's script
-script.json says how long the box is along each of these axes, of a scene the faces of its box."""
+"""Copies of a periodic box: shortest displacement between two positions, nearest copy of a wall.
+
+script.json of a user's script contains the length of the box along each periodic axis, a scene the faces of its box.
+"""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
-    """Compare the snapshots with the logs; nothing without events or drops, nor where there is nothing to compare."""
+    """Compare the snapshots with the logs; no quantities without events or drops, or without snapshots."""
     optional, moved = ("formation_missed", "snapshot_volume", "snapshot_share"), found.events or len(run.shed)
     return [q for q in found.of("snapshots") if moved and (q.count or q.name not in optional)]
 

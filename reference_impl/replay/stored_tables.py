@@ -1,6 +1,6 @@
-"""Tables that later stages read, row by row: how walls stood, times, what the ledger counts and who holds the liquid.
+"""Check tables that later stages read, row by row: positions of walls, times, counts and liquid of the ledger.
 
-Whether they are whole is asked in whole.py; here whether they say the same as the logs and as scene.json.
+whole.py checks that they are complete; here they are compared with the logs and with scene.json.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def sentence(held: dict[str, Any]) -> str:
 
 
 def _steps(path: Path, steps: Floats, planned: Floats, what: str) -> None:
-    """Refuse a table that lacks a planned step or has one besides."""
+    """Refuse a table that lacks a planned step or has an additional one."""
     there = np.unique(steps)
     for wrong, word in (
         (np.setdiff1d(planned, there), "is not there"),

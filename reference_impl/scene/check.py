@@ -96,7 +96,7 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
 
 
 def _is_edited(path: str, edited: list[str]) -> bool:
-    """Return whether a field, or one within it, was set by hand; `classes.count` stands for that of every class."""
+    """Return whether a field, or one within it, was set explicitly; `classes.count` represents that of every class."""
     parts = path.split(".")
     short = ".".join([parts[0], *parts[2:]])
     return any(name in (path, short) or path.startswith(f"{name}.") for name in edited)

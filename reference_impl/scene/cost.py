@@ -1,9 +1,9 @@
-"""Predicted time, memory and disk of a screening run, derived again from scene.json, the configuration and the measured costs.
+"""Predicted time, memory and disk of a screening run, derived independently from scene.json, configuration and measured costs.
 
 Time is start + steps (step + touches touch + triangles triangle + near wire) + evaluations bridge + lists list. Costs were
-measured with few and with many spheres: what a step of the whole bed takes is linear in their number n, what one contact, wire
-or bridge takes is linear in 1/n between the two and constant beyond. The number of spheres on the screen has a closed form: in
-time t with L layers (one at least) every class falls to exp(-p tau), d tau = f dt/L, p = (1 - d/a)^2 (a/pitch)^2.
+measured with few and with many spheres: the time of a step of the whole bed is linear in their number n, that of one contact,
+wire or bridge is linear in 1/n between the two and constant beyond. The number of spheres on the screen has a closed form: in
+time t with L layers (at least one) every class falls to exp(-p tau), d tau = f dt/L, p = (1 - d/a)^2 (a/pitch)^2.
 """
 
 from __future__ import annotations

@@ -153,7 +153,7 @@ def _read(feed: Description, scene: Description) -> list[float]:
 
 
 def _sizes(psd: Description) -> list[float]:
-    """Return the sizes of the non-empty classes, from the finest: middles of equal parts of each."""
+    """Return the mean sizes of equal parts of the non-empty classes, starting with the finest."""
     low, high, per = float(psd["smallest_mm"]), _largest(psd), psd["sizes_per_class"]
     edges = [low * (high / low) ** (k / psd["classes"]) for k in range(psd["classes"] + 1)]
     found = []

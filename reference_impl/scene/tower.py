@@ -62,7 +62,7 @@ class Plan:
 
     @property
     def wires(self) -> Floats:
-        """Return the positions of parallel wires in the tower: one pitch apart, with one at the axis or one on each side of it."""
+        """Return the positions of parallel wires in the tower: one pitch apart, with one at the axis or one on either side."""
         first = 0.5 * self.pitch if round(2.0 * self.apothem / self.pitch) % 2 else 0.0
         reach = self.apothem + 0.5 * self.wire * (1.0 - 1e-6)
         right = first + self.pitch * np.arange(math.ceil(reach / self.pitch) + 2)

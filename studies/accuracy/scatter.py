@@ -1,7 +1,7 @@
-"""What scatter of the inputs makes of the fraction retained, in the units and with the seeds of the settings' errors.
+"""Effect of the scatter of inputs on the fraction retained, in the units and with the seeds of the settings' errors.
 
-The study's screening scenes again, with an input a standard deviation above and below its value. Its effect is half of what the
-two differ by. Multiple time stepping, which the stored tables do not have, is run next to it; `scatter.json` keeps the rows.
+The study's screening scenes are repeated with an input one standard deviation above and below its value; its effect is half the
+difference. Multiple time stepping, which the stored tables lack, is run as well; `scatter.json` stores the rows.
 
     python -m studies.accuracy.scatter [FOLDER]      runs what is missing (some minutes), stores the rows
 """

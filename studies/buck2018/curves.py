@@ -120,7 +120,7 @@ def oblique() -> pd.DataFrame:
 
 
 def spinning() -> pd.DataFrame:
-    """Figs. 11 and 12: γ-Al2O3 on 100 µm Tween 20 with the mean spins of table 4 (the text says about −600 to −1800 rad/s)."""
+    """Compute Figs. 11 and 12: γ-Al2O3 on 100 µm Tween 20 with the mean spins of table 4 (in the text −600 to −1800 rad/s)."""
     friction, spins = buck_tables.FRICTION["tween20"], [mean for mean, _ in buck_tables.SPINS["tween20_100um"].values()]
     return _table([("", f"{w:g} rad/s", over_angle(("tween20", 100), friction, w)) for w in spins])
 

@@ -1,9 +1,7 @@
-"""A small moist bed that settles in a box, or is turned in a drum, in every engine: how dense and how steep it lies, how many
-contacts and bridges it has.
+"""A small moist bed in every engine, settled in a box or turned in a drum: its density, angle, contacts and bridges.
 
-Capillary forces alone (viscosity zero) and no rolling resistance: what all engines have. Our engine draws each bridge from the
-films; YADE gets the mean volume of our bridges for all of its own; `washino` and `easo` get the same liquid per sphere and make
-of it what they do.
+There are only capillary forces (viscosity zero) and no rolling resistance, which all engines support. Our engine draws each
+bridge from the films; in YADE all bridges have the mean volume of ours; `washino` and `easo` have the same liquid per sphere.
 """
 
 from __future__ import annotations

@@ -192,7 +192,7 @@ def main(
     data: Annotated[Path, typer.Option(help="Folder of what is kept.")] = Path("docs/full_scale/data"),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what each case will take.")] = False,
 ) -> None:
-    """Run the screening cases at full scale, keep their tables, and say how long and how much disk it takes."""
+    """Run the screening cases at full scale, store their tables, and report time and disk space."""
     config = settings.load(config_dir)
     configs = dict.fromkeys(case or [n for n in ORDER if n in config.cases], config)
     if scale == "full" and not variant:

@@ -70,7 +70,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer to a statement; `values`: each part's value for every seed; `chance`: half its 95 % interval."""
+    """Answer to a statement; `values`: each part's value for every seed; `chance`: half the 95 % interval of each part."""
 
     verdict: str
     values: tuple[tuple[float, ...], ...] = ()

@@ -64,8 +64,10 @@ MAJORITY = 0.1
 
 
 def settled(c: Cases, case: int) -> float:
-    """Largest change of the share of coarse material, fines or walls after the majority has passed, over that before; inf
-    where the majority never passes."""
+    """Return the largest change of the share of coarse material, fines or walls after the majority has passed, relative.
+
+    It is relative to the change before; inf if the majority never passes.
+    """
     since = through(c, case, MAJORITY)
     if not since < c[case].end:
         return math.inf

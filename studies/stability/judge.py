@@ -144,11 +144,11 @@ def _at_output(run: Run, events: pd.DataFrame) -> pd.DataFrame:
 
 
 def energies(run: Run) -> tuple[Floats, Floats, Floats]:
-    """Return the spurious energy over the energy in play, the bound of the method's order, and all spurious energy, shape
-    (cells,) each.
+    """Return the spurious energy over the energy in play, its bound by the order of the method, and all spurious energy.
 
-    Allowed is the force at each event times the way of one step (a bridge acts from the step after its formation on), a third of
-    k dt²/m of the energy in play (the leapfrog's own swing), and round-off of the places.
+    Each has the shape (cells,). Allowed are the force at each event times the displacement of one step (a bridge acts from the
+    step after its formation on), a third of k dt²/m of the energy in play (the oscillation of leapfrog integration), and
+    round-off of positions.
     """
     kinetic, touching, potential = moving(run), springs(run), falling(run)
     active = run.by_cell(run.bridges, "i", stored(run, run.bridges))
@@ -190,11 +190,12 @@ def order(run: Run, cell: int) -> float:
 
 
 def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
-    """Verdict on each cell of a finished run, by its name.
+    """Return the verdict on each cell of a finished run, by its name.
 
-    ledger: largest error of its liquid over its liquid. made: energy made over the energy in play; below zero: all of it was
-    lost or stored. allowed: what the order of the method allows for it. raw: `made` with nothing subtracted for the step between
-    a bridge's formation and its first force. said: nothing, as no guard stopped it.
+    ledger: largest error of its liquid over its liquid. made: energy created over the energy in play; below zero:
+    all of it was lost or stored. allowed: its limit by the order of the method. raw: `made` with nothing
+    subtracted for the step between a bridge's formation and its first force. said: nothing, as no guard stopped
+    it.
     """
     run = Run(batch, run_dir)
     columns = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]

@@ -1,9 +1,8 @@
-"""Runs a batch in the engine, replays it, and says what became of every cell.
+"""Run a batch in the engine, replay it, and report the outcome of every cell.
 
-A cell that stops the run by a guard is noted and taken out, and the others run again.
-
-The engine's processes are forked from a server that has everything imported and compiled, so that a run of a few
-milliseconds does not wait for seconds of start-up.
+A cell that stops the run by a guard is recorded and removed, and the others run again. The engine's processes are
+forked from a server with all modules imported and compiled, so that a run of a few milliseconds does not wait for
+seconds of start-up.
 """
 
 from __future__ import annotations

@@ -33,10 +33,10 @@ BATCH = 400
 
 
 def liggghts_force(points: pd.DataFrame, model: str = "washino") -> pd.DataFrame:
-    """Attraction [N] that the stock model gives at each point (columns: see points.COLUMNS); adds `force` and `reason`.
+    """Return the attraction [N] by the stock model at each point (columns: see points.COLUMNS); adds `force` and `reason`.
 
     A point with S = 0 is measured at a gap of 1e-7 of the smaller radius, S < 0 at that overlap. Beyond the model's own
-    rupture distance the force is zero. PywetError where the program is missing or stops.
+    rupture distance the force is zero. PywetError if the program is missing or stops.
     """
     if model not in LIGGGHTS_MODELS:
         raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")

@@ -1,9 +1,9 @@
-"""A moist scene in YADE as far as its bridges go: a fixed volume per bridge, made at touch, gone at rupture, no film.
+"""A moist scene in YADE with simplified bridges: a fixed volume per bridge, formed at touch, removed at rupture, no film.
 
-It is not the scene's liquid: nothing is drawn from spheres or given back. So this is a function for comparisons, and the
-driver of dry scenes refuses moist ones. The contact is `ViscElCapMat`: linear spring and dashpot with kn, ks, cn of the scene,
-but without the attraction of the dashpot at the end of a collision, and stiffness, damping and friction of a pair follow from
-one number per material; scenes with one class of spheres can be given exactly.
+The liquid differs from that of the scene: nothing is drawn from spheres or returned. This function is for comparisons
+only, and the driver of dry scenes refuses moist ones. The contact is `ViscElCapMat`: linear spring and dashpot with kn,
+ks, cn of the scene, but without the attraction of the dashpot at the end of a collision. Stiffness, damping and friction
+of a pair follow from one number per material; scenes with one class of spheres can be represented exactly.
 """
 
 from __future__ import annotations

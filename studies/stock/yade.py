@@ -23,10 +23,10 @@ SCRIPT = Path(__file__).with_name("in_yade.py")
 
 
 def yade_force(points: pd.DataFrame, law: str) -> pd.DataFrame:
-    """Attraction [N] that YADE's law gives at each point (columns: see points.COLUMNS); adds `force` and `reason`.
+    """Return the attraction [N] by YADE's law at each point (columns: see points.COLUMNS); adds `force` and `reason`.
 
     A point with S = 0 is measured at a gap of 1e-7 of the smaller radius, S < 0 at that overlap. Beyond YADE's rupture
-    distance the force is zero. PywetError where the program is missing or stops.
+    distance the force is zero. PywetError if the program is missing or stops.
     """
     if law not in YADE_LAWS:
         raise PywetError(f"the law {law} was asked for; expected one of {', '.join(YADE_LAWS)}")

@@ -1,4 +1,4 @@
-"""Initial positions of inserted spheres: as far back along their path as they travel until they enter."""
+"""Initial positions of inserted spheres, at the start of the path on which they travel until they enter."""
 
 from __future__ import annotations
 

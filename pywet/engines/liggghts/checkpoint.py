@@ -2,7 +2,7 @@
 
 `engine.partial/checkpoint/` holds `engine.<step>` (LIGGGHTS' restart file: spheres, contact histories, mesh
 positions), in a run with the plugin `state.<step>` (its films, bridges, springs, work done, forces), and
-`sums.<step>.json`: sizes and check sums of both and of all that the logs held up to that step, written last, by the
+`sums.<step>.json`: sizes and check sums of both and of the logs up to that step, written last, by the
 process that monitors the engine. A run resumes only from files that agree with their sums.
 `engine.partial/fingerprint.json` identifies the scene; `finished.json` marks that the engine has finished, with the
 sums of all logs.

@@ -1,4 +1,4 @@
-"""Find where a sphere left the simulated box from the last output that contains it, since the engine reports no position."""
+"""Find where a sphere left the simulated box from the last output that contains it; the engine reports no position."""
 
 from __future__ import annotations
 

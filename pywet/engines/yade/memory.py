@@ -29,13 +29,13 @@ FIRST, SECOND = 40, 16
 
 
 class Layout(C.Structure):
-    """Struct of the same name in the host."""
+    """Memory offsets passed to the plugin, as struct Layout in yade's host sources."""
 
     _fields_ = [(name, C.c_int64) for name in LAYOUT]
 
 
 class Given(C.Structure):
-    """Struct of the same name in plugin/host.h."""
+    """Data of YADE passed to the plugin, as struct Given in plugin/host.h."""
 
     _fields_ = [
         *((name, C.c_int64) for name in ("spheres", "walls", "bodies", "types", "every")),

@@ -125,8 +125,8 @@ def residual(y: Floats, c: Case) -> Floats:
 def antisymmetric(y: Floats, c: Case) -> float:
     """Return a number whose sign changes where an asymmetric branch of solutions begins between equal bodies.
 
-    Moving the meridian along the axis while both contact lines slide costs nothing where H R sin 2φ = sin(2φ + θ). A cylinder
-    moved along its axis is no change at all; dividing by 1 − 2H r at half length takes that zero out.
+    Moving the meridian along the axis while both contact lines slide requires no energy if H R sin 2φ = sin(2φ +
+    θ). A cylinder moved along its axis does not change; dividing by 1 − 2H r at half length removes that zero.
     """
     phi, h = y[PHI_I], y[CURVATURE]
     w0, w1, w2, _ = start(y, c)
