@@ -149,7 +149,7 @@ def rendered() -> dict[str, str]:
     return found
 
 
-def test_every_mistake_has_a_code_of_its_own() -> None:
+def test_every_mistake_has_a_distinct_code() -> None:
     found = codes()
     assert "none" not in found, found["none"]
     assert all(CODED.fullmatch(code) for code in found)

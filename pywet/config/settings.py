@@ -30,7 +30,7 @@ class LawSettings(Laws):
     """User reference implementation of a custom law for the replay: path/to/file.py:function for each kind."""
 
     @model_validator(mode="after")
-    def _beside_own_laws(self) -> LawSettings:
+    def _with_custom_laws(self) -> LawSettings:
         for kind, function in self.reference.items():
             law = getattr(self, kind)
             if law is None or not custom_laws.is_custom(law):

@@ -124,7 +124,7 @@ def _liquid(runs: seeds.Runs) -> str:
     names = {f"wall_{word_of(wall['name'])}": f"wall {wall['name']}" for wall in description["walls"]}
     names |= class_titles(run.scene)
     order = sorted(reservoirs, key=lambda c: -table[c].to_numpy(dtype=float).max())
-    shown = {str(c): _holder(str(c), names) for c in order}
+    shown = {str(c): _reservoir_name(str(c), names) for c in order}
     tables = [of.liquid.assign(**{c: 1e9 * of.liquid[c] for c in [*order, "initial_m3"]}) for of in runs]
     if run.scene.is_fed:
         shown["initial_m3"] = "put in until then"
@@ -137,11 +137,11 @@ def _liquid(runs: seeds.Runs) -> str:
         values = [1e9 * row[column] if of is None else 100.0 * row[column] / row[of] for row in last]
         return seeds.over(values, 4 if of is None else 3)
 
-    rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in [*reservoirs, "left_m3"]]
+    rows = [[_reservoir_name(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in [*reservoirs, "left_m3"]]
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
 
-def _holder(column: str, names: dict[str, str]) -> str:
+def _reservoir_name(column: str, names: dict[str, str]) -> str:
     """Name the liquid reservoir of a column; `names`: of walls and classes, by their columns without unit."""
     kind = column.removesuffix("_m3")
     return names.get(kind, "left with drops" if kind == "left" else kind.replace("_", " ", 1))

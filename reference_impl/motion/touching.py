@@ -134,7 +134,7 @@ def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mes
         shape = shapes[wall.name]
         rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
         a, t = near_triangles(rest[0], setup.radius + travel(rest, box) * 1.01, shape.corners)
-        one_step = _prism_step if wall.analytic else _wall_step
+        one_step = _analytic_wire_step if wall.analytic else _wall_step
         rows = []
         for k, step in enumerate(window.steps.tolist()):
             y = rest[0] + box.nearest(rest[k] - rest[0]) if box.any else rest[k]  # next to the copies that were near
@@ -154,7 +154,9 @@ def _wall_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Flo
     return a[at], t[at] % (wall.last - wall.first) + wall.first, apart[at], point[at], kind[at] == mesh.FACE
 
 
-def _prism_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats) -> tuple[Floats, ...]:
+def _analytic_wire_step(
+    setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats
+) -> tuple[Floats, ...]:
     """Find contacts with analytic wires, each part being one body with the closest of its triangles."""
     part = setup.part[wall.first + t]
     point = closest_point(y[a], shape.corners[t])

@@ -207,7 +207,7 @@ def _turned(run: Run, ri: Floats) -> Floats:
 
 
 def _anew(run: Run) -> Floats:
-    """Return the steps at which the engine is set up again; velocities there are those of the step, not of half a step earlier."""
+    """Return the steps at which the engine is set up again; velocities there are those of the step itself."""
     windows = slide_steps(io.scene(run.folder)).values()
     return np.array([step for window in windows for step in window], int)
 

@@ -48,7 +48,7 @@ def contact_of(case: Problem) -> ContactPair:
     return bodies.contact(1, 0, stiffness, friction=case.friction, restitution=case.particle.restitution)
 
 
-def throw(case: Problem, folder: Path, effects: Effects = BUCK, film: float | None = None) -> EngineRun:
+def impact(case: Problem, folder: Path, effects: Effects = BUCK, film: float | None = None) -> EngineRun:
     """Collide the sphere of a problem with a plate in the engine; `film` [m] on the sphere, by default the layer's thickness."""
     if case.wall is None:
         raise PywetError("the engine's comparison takes a wall, expected `wall` and no `partner`")

@@ -90,5 +90,5 @@ def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5,
                 rows.append({"line": line, "x": float(v), "e_n": e_n})
         for v in velocities:
             case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=v)
-            rows.append({"line": "engine", "x": v, "e_n": engine.throw(case, Path(scratch) / f"{v:g}").e_n})
+            rows.append({"line": "engine", "x": v, "e_n": engine.impact(case, Path(scratch) / f"{v:g}").e_n})
     return pd.DataFrame(rows)

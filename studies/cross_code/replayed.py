@@ -149,8 +149,8 @@ def _cluster(folder: Path, engine: str) -> Iterator[Cell]:
     """Yield momentum, angular momentum and energy of three free wet spheres that collide; again without tangential drag."""
     kinds, link = sphere_classes(R, 2e-3), "runs/cluster/"
     plain = folder.with_name("cluster_no_tangential")
-    _throw(folder, kinds, small.PAPER, engine)
-    _throw(plain, kinds, small.PAPER.model_copy(update={"viscous_tangential": None}), engine)
+    _collide_cluster(folder, kinds, small.PAPER, engine)
+    _collide_cluster(plain, kinds, small.PAPER.model_copy(update={"viscous_tangential": None}), engine)
     note = "largest change over the run; formations, ruptures and impacts happen in it"
     arm = f"{note}; the tangential drag acts at each sphere's radius as lever arm, which leaves out the gap"
     yield from _stored("momentum_wet", folder, kinds, 0, note, link)
@@ -159,7 +159,7 @@ def _cluster(folder: Path, engine: str) -> Iterator[Cell]:
     yield from _energy("energy_wet", folder, link)
 
 
-def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects, engine: str) -> None:
+def _collide_cluster(folder: Path, kinds: Sequence[SphereClass], effects: Effects, engine: str) -> None:
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.02)),
         small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),

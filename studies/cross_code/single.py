@@ -43,7 +43,7 @@ def _buck(folder: Path) -> Iterator[Cell]:
     row, engine_e, expected, model = "buck", [], [], []
     for k, speed in enumerate(SPEEDS):
         case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=speed)
-        engine_e.append(engine.throw(case, folder / f"buck_{k}").e_n)
+        engine_e.append(engine.impact(case, folder / f"buck_{k}").e_n)
         expected.append(normal_coefficient(case))
         model.append(float(wall.collide(case)["e_n"]))
     names = [f"{speed:g} m/s" for speed in SPEEDS]

@@ -1,6 +1,6 @@
 """Small tables of finished full-scale runs in the repository, read as curves over time.
 
-docs/full_scale/data/<run>/ contains fraction_retained.csv, liquid_by_holder.csv and spheres.csv at every output, and run.json. Times
+docs/full_scale/data/<run>/ contains fraction_retained.csv, liquid_by_holder.csv, spheres.csv at every output, and run.json. Times
 count from the opening of the slide, which is the paper's t = 0.
 """
 

@@ -28,7 +28,7 @@ from pywet.cases.custom.placing import (
     origin_of,
     refuse_far,
 )
-from pywet.cases.custom.walls import OwnMotion
+from pywet.cases.custom.walls import EngineMotion
 from pywet.cases.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 from pywet.cases.small import bodies
 from pywet.config.loading import placed_laws
@@ -175,7 +175,7 @@ class Building:
         )
 
     @cached_property
-    def motions(self) -> tuple[OwnMotion | None, ...]:
+    def motions(self) -> tuple[EngineMotion | None, ...]:
         """Motion of each wall, in the order of the scene."""
         return tuple(w.own_motion(s.vertices) for w, s in zip(self.user_scene.walls, self.surfaces, strict=True))
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from pywet.cases.custom.walls import OwnMotion
+from pywet.cases.custom.walls import EngineMotion
 from pywet.errors import ConfigError
 from pywet.geometry.motion import peak_speed
 from pywet.geometry.surface import Floats
@@ -24,7 +24,7 @@ THROW = 2.0
 """Speed of a thrown sphere over that of the wall, for an elastic impact."""
 
 
-def moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
+def moved(at: Floats, motion: EngineMotion | None) -> list[Floats]:
     """Return points that span, with `at` (n, 3), a box around all positions of the corners of a wall [m]."""
     if isinstance(motion, Slide):
         return [at + motion.travel_s * np.array(motion.velocity_m_per_s)]
@@ -38,7 +38,7 @@ def moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
     return []
 
 
-def speed(at: Floats, motion: OwnMotion | None) -> float:
+def speed(at: Floats, motion: EngineMotion | None) -> float:
     """Largest speed of the corners of a wall [m/s]."""
     if isinstance(motion, Slide):
         return math.hypot(*motion.velocity_m_per_s)

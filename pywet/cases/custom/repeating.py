@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from pywet.cases.custom.description import Periodic, Scene
-from pywet.cases.custom.walls import MM, OwnMotion
+from pywet.cases.custom.walls import MM, EngineMotion
 from pywet.errors import ConfigError
 from pywet.geometry.surface import SAME_POINT_M, Floats, Surface
 from pywet.scene import Rotation, Slide
@@ -55,7 +55,7 @@ def refuse_short(scene: Scene, reach: float) -> None:
         )  # fmt: skip
 
 
-def continued(scene: Scene, name: str, surface: Surface, motion: OwnMotion | None) -> Surface:
+def continued(scene: Scene, name: str, surface: Surface, motion: EngineMotion | None) -> Surface:
     """Return a wall that continues through the faces: without its end faces where both ends have the same outline."""
     if (periodic := scene.periodic) is None:
         return surface
@@ -86,7 +86,7 @@ def _of(surface: Surface, rows: NDArray[np.bool_]) -> Surface:
     return replace(surface, triangles=surface.triangles[rows], part=np.searchsorted(left, part), part_half_width=widths)
 
 
-def _refuse_moving(scene: Scene, name: str, motion: OwnMotion | None, k: int) -> None:
+def _refuse_moving(scene: Scene, name: str, motion: EngineMotion | None, k: int) -> None:
     """Refuse a wall that moves through the faces."""
     axis = "xyz"[k]
     if isinstance(motion, Rotation):

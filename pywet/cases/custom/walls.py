@@ -25,7 +25,7 @@ from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Titl
 from pywet.util.notices import notice
 
 MM = 1e-3
-OwnMotion = Vibration | Rotation | Slide
+EngineMotion = Vibration | Rotation | Slide
 Axis = Literal["x", "y", "z"]
 
 
@@ -363,7 +363,7 @@ class Wall(Excusable):
         key = chosen(self, *MOTIONS, needed=False)
         return MOTIONS[key] if key else "fixed"
 
-    def own_motion(self, corners: Floats) -> OwnMotion | None:
+    def own_motion(self, corners: Floats) -> EngineMotion | None:
         """Convert the wall's motion to SI units; `corners` (n, 3) as it is at the start [m]."""
         way = self.vibrates or self.turns or self.moves or self.removed
         return way.engine_motion(corners) if way else None

@@ -105,7 +105,7 @@ class Plugin:
             if groups or faces or wall.prisms:
                 self._add_mesh(wall, nodes[wall.name], groups)
             if wall.prisms:
-                self._add_prisms(k, wall, nodes[wall.name])
+                self._add_analytic_wires(k, wall, nodes[wall.name])
         ids, types = _ints(spheres["id"]), _ints(spheres["type"])
         self._library.pywet_set_spheres(len(ids), _pointer(ids), _pointer(types), _pointer(films))
         if scene.is_fed:
@@ -169,7 +169,7 @@ class Plugin:
         mesh = wall.name.encode(), len(part), _pointer(corners), _pointer(part), *parts
         self._check(self._library.pywet_add_mesh(*mesh, 1 if wall.prisms else len(part)))
 
-    def _add_prisms(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
+    def _add_analytic_wires(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
         """Register the parts of the last added mesh as analytic wires; `number` is that of the wall in the scene."""
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
