@@ -10,13 +10,13 @@ from contextlib import contextmanager
 from types import FrameType
 
 DEATH_SIGNAL = 1
-"""PR_SET_PDEATHSIG of prctl(2)."""
+"""Constant PR_SET_PDEATHSIG of prctl(2)."""
 ASKED = (signal.SIGTERM, signal.SIGHUP)
-"""Signals that ask a command to end, besides that of Ctrl-C."""
+"""Signals that request the end of a command, in addition to that of Ctrl-C."""
 
 
 class Ended(KeyboardInterrupt):
-    """A signal asked the process to end; whoever clears up after Ctrl-C does so after it."""
+    """Raised if a signal requests the end; handlers of Ctrl-C clean up after it as well."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -24,7 +24,7 @@ class Ended(KeyboardInterrupt):
 
 
 def die_with_parent() -> None:
-    """Let the kernel end this process when the one that started it is gone, so that no orphan writes on."""
+    """Let the kernel end this process when its parent has ended, so that no orphan continues to write."""
     ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
 
 
@@ -36,9 +36,9 @@ def _end(number: int, _: FrameType | None) -> None:
 
 @contextmanager
 def clearing_up() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP end what is done here as Ctrl-C does: with its engine, and without temporary files.
+    """Let SIGTERM and SIGHUP end the enclosed code as Ctrl-C does: engine included, and without temporary files.
 
-    A signal that is ignored, as SIGHUP under nohup, stays so.
+    A signal that is ignored, such as SIGHUP under nohup, remains ignored.
     """
     main = threading.current_thread() is threading.main_thread()
     before = {s: signal.getsignal(s) for s in ASKED if main and signal.getsignal(s) == signal.SIG_DFL}
@@ -52,7 +52,7 @@ def clearing_up() -> Iterator[None]:
 
 
 def message(given: str, stop: KeyboardInterrupt) -> tuple[str, int]:
-    """The sentence and the exit code, as shells have it, of a command that a signal ended."""
+    """Return the sentence and the exit code, as in shells, of a command that a signal ended."""
     number = stop.number if isinstance(stop, Ended) else signal.SIGINT
     name = signal.Signals(number).name + (" (Ctrl-C)" if number == signal.SIGINT else "")
     return (

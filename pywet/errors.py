@@ -1,8 +1,8 @@
 """Exceptions for users' mistakes and missing resources: one sentence with what was given, expected, and where to fix it.
 
-The kinds below are for callers who want to tell them apart, the codes for programs; what a caller may want to know of one is an
-attribute, so that no sentence has to be read by a program. All data have defaults: an exception that comes from another process
-is made of its sentence first.
+The classes below allow callers to distinguish kinds, the codes are for programs; all data are attributes, so that no
+program has to parse a sentence. All data have defaults, because an exception from another process is first created
+from its sentence alone.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ class PywetError(Exception):
     Attributes
     ----------
     code : str
-        The mistake as a word that stays between versions, such as `config.unknown_key`; else that of the class.
+        Identifier of the mistake that is stable across versions, such as `config.unknown_key`; by default that of the class.
     key : str
-        What is wrong: a dotted key of a file, or an option; empty where it is all of it.
+        Wrong entry: a dotted key of a file, or an option; empty for a whole file.
     given, expected : object
-        What was found there, and what belongs there: a value in SI units, or the names to choose from; None: not known.
+        The value found, and the expected one: a value in SI units, or the allowed names; None: not known.
     where : str
-        The file or folder to fix; empty where it is none.
+        The file or folder to fix; empty if there is none.
     """
 
     code = "error"
@@ -49,7 +49,7 @@ class PywetError(Exception):
 
     @property
     def data(self) -> dict[str, Any]:
-        """Return code, key, given, expected and where, as the constructor of another error of this kind takes them."""
+        """Return code, key, given, expected and where, as arguments of the constructor of another error of this class."""
         return {name: getattr(self, name) for name in ("code", "key", "given", "expected", "where")}
 
 
@@ -93,7 +93,7 @@ class LawError(PywetError):
 
 
 class UnstableStep(PywetError):
-    """The time step is beyond what the scene allows."""
+    """The time step exceeds a stability limit of the scene."""
 
     code = "step.unstable"
 
@@ -103,13 +103,13 @@ class UnstableStep(PywetError):
 
 
 class EngineError(PywetError):
-    """The engine, or what its plugin is built with, is missing or of another version, does not start, or stopped."""
+    """The engine or a requirement of its plugin is missing or of another version, does not start, or stopped."""
 
     code = "engine"
 
 
 class StoppedRun(EngineError):
-    """The engine stopped a run; carries the reason, the spheres (numbered from 1) and the step."""
+    """The engine stopped a run; the attributes are the reason, the spheres (numbered from 1) and the step."""
 
     code = "engine.stopped"
 
@@ -148,7 +148,7 @@ LONG_WORD = re.compile(r"(\S{80})\S{140,}(\S{80})")
 DATA_FILE = "PYWET_ERROR_DATA"
 """Environment variable: the file into which `border` writes code and data of an error for the process that started this one."""
 FAULT = 70
-"""Exit code of a command that ended in an exception that is none of ours (EX_SOFTWARE of sysexits.h)."""
+"""Exit code of a command that ended in an unexpected exception (EX_SOFTWARE of sysexits.h)."""
 
 
 def _to_stderr(sentence: str) -> None:
@@ -161,9 +161,9 @@ def border(
 ) -> Iterator[None]:
     """Run a command so that any exception ends in one sentence and an exit code; `given`: its arguments if not `sys.argv`.
 
-    Exit code 1 for what the user can fix: a `PywetError`, what the operating system refuses, memory that ran out; 128 and its
-    number for a signal. Every other exception but those `passed` is a fault of pywet: the exit code is `FAULT`, and the traceback
-    is in a file that the sentence names.
+    The exit code is 1 for errors that the user can fix: a `PywetError`, a refusal by the operating system,
+    insufficient memory; for a signal it is 128 plus its number. Every other exception except those `passed` is a
+    fault of pywet: the exit code is `FAULT`, and the traceback is in a file that the message names.
     """
     given = given or shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
     quiet: tuple[type[BaseException], ...] = (BrokenPipeError, *passed)

@@ -1,4 +1,4 @@
-"""Laws that a configuration, a scene or a query names: a checked name for each kind."""
+"""Names of laws in a configuration, a scene or a query: a checked name for each kind."""
 
 from __future__ import annotations
 
@@ -30,4 +30,4 @@ class Laws(Strict):
     formation: LawName | None = None
     transfer: LawName | None = None
     shedding: LawName | None = None
-    """When a film lets a drop go; None: never."""
+    """Law by which a film sheds a drop; None: never."""

@@ -1,8 +1,9 @@
 """The run directory: which of its files pywet wrote, and every deletion in it. Access is controlled by run_lock.py.
 
-`.pywet-run` in a run directory lists what pywet wrote there, a line each: `+ path` written, `- path` removed, a folder that is
-pywet's with all it holds with a slash at its end. Nothing else in a run directory is deleted or overwritten, and a folder
-without such a list only becomes one while it is empty. What of the disk each module may touch is in docs/reliability.md.
+`.pywet-run` in a run directory lists what pywet wrote there, one line each: `+ path` written, `- path` removed; a
+folder that belongs to pywet with all its content ends with a slash. Nothing else in a run directory is deleted or
+overwritten, and a folder without such a list becomes a run directory only if it is empty. docs/reliability.md lists
+the files that each module may change.
 """
 
 from __future__ import annotations
@@ -30,17 +31,17 @@ FOLDERS = (
     "vtk",
     "vtk.partial",
 )
-"""Folders of a run, none of which may be a symbolic link."""
+"""Folders of a run that must not be symbolic links."""
 DEEPEST = 4
-"""Folders between a run directory and its deepest file."""
+"""Largest number of folders between a run directory and its deepest file."""
 TEMPORARY = re.compile(r"\..+\.(\d+)\.[0-9a-f]{8}\.partial(\.[^.]*)?")
-"""Name of a file that is being written, with the number of the process that does so (`files.atomic_write`)."""
+"""Pattern of the name of an unfinished file, with the id of the process that writes it (`files.atomic_write`)."""
 TORN = "\0"
-"""Ends a line of the list of which a full disk took only the beginning."""
+"""End of a line of the list that a full disk truncated."""
 
 
 def root(path: Path) -> Path | None:
-    """The run directory that a file lies in, None where it lies in none."""
+    """Return the run directory that contains a file, or None."""
     above = Path(os.path.abspath(path)).parents
     return next((folder for folder in above[:DEEPEST] if os.path.lexists(folder / LIST)), None)
 
@@ -55,7 +56,7 @@ def refuse_within(folder: Path) -> None:
 
 
 def claim(run_dir: Path) -> None:
-    """Make a new or empty folder a run directory; refused where it holds what no run of pywet wrote."""
+    """Make a new or empty folder a run directory; raises if it contains files that no run of pywet wrote."""
     run_dir = Path(run_dir)
     try:
         refuse_links(run_dir)
@@ -95,7 +96,7 @@ def refuse_links(run_dir: Path) -> None:
 
 
 def open_regular(path: Path, flags: int) -> int:
-    """Open a regular file of one name, never through a symbolic link, never cutting it."""
+    """Open a regular file with a single link, never through a symbolic link and without truncating it."""
     file = os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK, 0o666)
     if not stat.S_ISREG(os.fstat(file).st_mode):
         os.close(file)
@@ -104,7 +105,7 @@ def open_regular(path: Path, flags: int) -> int:
 
 
 def listed(run_dir: Path) -> set[str]:
-    """Paths in a run directory that pywet wrote, folders that are its own with a slash; empty without a list."""
+    """Return the paths in a run directory that pywet wrote, with a slash for its own folders; empty without a list."""
     names: set[str] = set()
     try:
         with open(open_regular(Path(run_dir) / LIST, os.O_RDONLY), encoding="utf-8", errors="surrogateescape") as file:
@@ -126,7 +127,7 @@ def _covers(names: set[str], name: str) -> bool:
 
 
 def record(run_dir: Path, names: Iterable[str], removed: bool = False) -> None:
-    """Add paths to the list of a run directory, or, `removed`, take them out; nothing without a list."""
+    """Add paths to the list of a run directory, or, if `removed`, delete them from it; nothing without a list."""
     if not os.path.lexists(Path(run_dir) / LIST):
         return
     known = listed(run_dir)
@@ -143,7 +144,7 @@ def record(run_dir: Path, names: Iterable[str], removed: bool = False) -> None:
 
 
 def write_here(path: Path) -> None:
-    """Before a file is given its name: list it, or refuse to overwrite what pywet did not write in its run directory."""
+    """Register a file before it gets its name, or refuse to overwrite a file in a run directory that pywet did not write."""
     run_dir = root(path)
     if run_dir is None:
         return
@@ -173,7 +174,10 @@ def remove(run_dir: Path, *names: str) -> None:
 
 
 def drop_temporary(run_dir: Path) -> None:
-    """Delete what killed processes had begun to write; called with the run directory locked. Other run directories in it stay."""
+    """Delete unfinished files of killed processes; called with the run directory locked.
+
+    Run directories within it are not changed.
+    """
     for folder, below, files in os.walk(run_dir):
         inner = Path(folder) != Path(run_dir) and LIST in files
         below[:] = [] if inner or len(Path(folder).relative_to(run_dir).parts) >= DEEPEST else below
@@ -184,7 +188,7 @@ def drop_temporary(run_dir: Path) -> None:
 
 
 def remove_listed(run_dir: Path, patterns: Iterable[str]) -> None:
-    """Delete what the run's list holds of these files and folders; all else stays, and so do folders that hold it."""
+    """Delete the files and folders that match and are in the run's list; all else remains, with the folders that contain it."""
     run_dir, known = Path(run_dir), listed(run_dir)
     for pattern in patterns:
         for top in sorted(run_dir.glob(pattern)):
@@ -198,7 +202,7 @@ def remove_listed(run_dir: Path, patterns: Iterable[str]) -> None:
 
 
 def discard(top: Path) -> None:
-    """Delete the run directories in a folder as far as their lists go, and what is empty then; all else stays."""
+    """Delete the listed files of run directories in a folder, and then empty folders; all else remains."""
     for mark in sorted(Path(top).rglob(LIST), reverse=True):
         run_dir = mark.parent
         drop_temporary(run_dir)
@@ -214,14 +218,14 @@ def discard(top: Path) -> None:
 
 
 def _drop_empty(top: Path) -> None:
-    """Remove a folder and those in it as far as they hold no file."""
+    """Remove a folder and its subfolders if they contain no file."""
     for folder, _, _ in os.walk(top, topdown=False):
         if not os.listdir(folder):
             os.rmdir(folder)
 
 
 def make_folder(run_dir: Path, name: str) -> Path:
-    """Make a folder that is pywet's with all it will hold, such as `engine.partial`; an earlier one is removed first."""
+    """Make a folder that belongs to pywet with all its content, such as `engine.partial`; an earlier one is removed first."""
     remove_folder(run_dir, name)
     record(run_dir, [f"{name}/"])
     path = Path(run_dir) / name
@@ -230,7 +234,7 @@ def make_folder(run_dir: Path, name: str) -> Path:
 
 
 def remove_folder(run_dir: Path, name: str) -> None:
-    """Delete a folder that pywet made as its own, with all it holds; refused for another."""
+    """Delete a folder that belongs to pywet, with all its content; raises for any other folder."""
     path = Path(run_dir) / name
     if os.path.lexists(path):
         if path.is_symlink() or f"{name}/" not in listed(run_dir):
@@ -240,16 +244,16 @@ def remove_folder(run_dir: Path, name: str) -> None:
 
 
 def rename_folder(run_dir: Path, name: str, new: str) -> None:
-    """Give a folder of pywet's own a new name that is free."""
+    """Rename a folder that belongs to pywet; the new name must be free."""
     record(run_dir, [f"{new}/"])
     (Path(run_dir) / name).rename(Path(run_dir) / new)
     record(run_dir, [f"{name}/"], removed=True)
 
 
 def publish(run_dir: Path, name: str, new: str) -> None:
-    """Put a folder of pywet's own, now whole, in the place of an earlier one; its files are listed one by one from now on.
+    """Replace an earlier folder by a completed one that belongs to pywet; its files are listed individually from then on.
 
-    Refused where the earlier one holds what no run wrote.
+    Raises if the earlier one contains files that no run wrote.
     """
     made, place = Path(run_dir) / name, Path(run_dir) / new
     files = [p.relative_to(made).as_posix() for p in made.rglob("*") if not p.is_dir()]
@@ -261,7 +265,7 @@ def publish(run_dir: Path, name: str, new: str) -> None:
 
 
 def refuse_foreign(run_dir: Path, name: str) -> None:
-    """Refuse a folder that a run will replace and that holds what no run wrote."""
+    """Raise if a folder that a run will replace contains files that no run wrote."""
     known, folder = listed(run_dir), Path(run_dir) / name
     for path in folder.rglob("*"):
         if not path.is_dir() and not _covers(known, path.relative_to(run_dir).as_posix()):
@@ -269,13 +273,13 @@ def refuse_foreign(run_dir: Path, name: str) -> None:
 
 
 def place(made: Path, run_dir: Path, name: str) -> None:
-    """Give a file that was made in a folder of the run its place in it."""
+    """Move a file that was made in a folder of the run to its final path."""
     write_here(Path(run_dir) / name)
     made.replace(Path(run_dir) / name)
 
 
 def set_aside(run_dir: Path) -> Path:
-    """Move a run directory to the first free of `NAME.1`, `NAME.2` … next to it; its new path."""
+    """Move a run directory to the first free of `NAME.1`, `NAME.2` … next to it, and return the new path."""
     run_dir = Path(run_dir)
     here = Path(os.path.realpath(run_dir))
     why = "is a symbolic link" if run_dir.is_symlink() else "is the working folder"

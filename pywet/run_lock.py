@@ -14,15 +14,15 @@ from pywet.run_folder import LIST, LOCK, claim, drop_temporary, open_regular, re
 
 Key = tuple[int, int, str]
 _held: dict[Key, int] = {}
-"""Locks of this process by process, thread and folder: a stage within a call that holds the folder needs none of its own."""
+"""Locks of this process by process, thread and folder: a stage within a call that has locked the folder needs no lock."""
 
 
 @contextmanager
 def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
-    """Lock the run directory; `shared` with others that only evaluate a finished run. It is made where it is missing.
+    """Lock the run directory, which is made if missing; `shared` with others that only evaluate a finished run.
 
-    Raises `PywetError` at once where another call holds it, before anything in it is written. The lock ends with the process,
-    also when that is killed.
+    Raises `PywetError` at once if another call has locked it, before anything in it is written. The lock ends
+    with the process, also if that is killed.
     """
     run_dir, key = Path(run_dir), _key(run_dir)
     if key in _held or (shared and not any((run_dir / name).exists() for name in (LIST, "scene.json"))):
@@ -47,7 +47,7 @@ def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
 
 @contextmanager
 def reading(*run_dirs: Path) -> Iterator[None]:
-    """Hold runs together with others that read or evaluate them; refused where one is being simulated."""
+    """Lock runs together with others that read or evaluate them; raises if one is being simulated."""
     with ExitStack() as held:
         for run_dir in run_dirs:
             held.enter_context(hold(run_dir, shared=True))
@@ -95,7 +95,7 @@ def _same(lock: int, path: Path) -> bool:
 
 
 def check_held(run_dir: Path) -> None:
-    """Raise where the folder that this process holds is no longer where it was."""
+    """Raise if the folder that this process has locked has been moved."""
     lock = _held.get(_key(run_dir))
     if lock is not None and not _same(lock, Path(run_dir) / LOCK):
         raise PywetError(

@@ -1,7 +1,7 @@
 """Typed description of what is simulated: spheres, walls, liquid, motion and timing.
 
-An `EngineScene` is complete (every number an engine needs, SI units, radians) and engine-neutral; it knows nothing of cases,
-files, decks or engines. It is written to `scene.json` in every run directory and read back from there.
+An `EngineScene` is complete (every number an engine needs, SI units, radians) and engine-neutral; it is independent
+of cases, files, decks and engines. It is written to `scene.json` in every run directory and read from there.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from pywet.util.files import read_model
 
 
 def _title(text: str) -> str:
-    """A name for people: it also stands in comments of decks and in file names' messages."""
+    """Validate a title, which also appears in comments of decks and in messages."""
     if not text or len(text) > 80 or not text.isprintable() or text != text.strip():
         raise ValueError("a name is one line of 1 to 80 printable characters without leading or trailing blanks")
     return text
 
 
 def _inside(path: Path) -> Path:
-    """A path that an engine's script can hold and that stays inside the run directory."""
+    """Validate a path that an engine's script can contain and that is inside the run directory."""
     if path.is_absolute() or ".." in path.parts or not re.fullmatch(r"[A-Za-z0-9_./-]{1,200}", str(path)):
         raise ValueError("a path inside the run directory: letters, digits, _, - and . between slashes, no ..")
     return path
@@ -37,34 +37,37 @@ def _inside(path: Path) -> Path:
 
 Title = Annotated[str, AfterValidator(_title)]
 Word = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")]
-"""A name that becomes a folder or a file: letters, digits, _, - and ., not first of them a dot or a dash."""
+"""Name of a folder or a file: letters, digits, _, - and ., not starting with a dot or a dash."""
 IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_]{0,39}$"
 Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
-"""A name that an engine's script uses as a word of its own."""
+"""Name that is one word of an engine's script."""
 Contacts = Literal["batched", "stock", "planes"]
 Profile = Literal["constant", "ramp", "pulsed"]
 Product = Literal["overs", "middlings", "lower_middlings", "unders"]
-"""Of a screen, from the coarsest to the finest: of one deck overs and unders; middlings are the overs of a deck beneath."""
+"""Products of a screen, from the coarsest to the finest.
+
+One deck has overs and unders; middlings are the overs of a deck beneath.
+"""
 Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
 Across = Literal["x", "y"]
-"""An axis along which a box may repeat: ranks share it in columns, which do not repeat along z."""
+"""Axis along which a box may be periodic; not z, because ranks divide the box into columns."""
 Bound = tuple[float | None, float | None, float | None]
 Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
 
 
 class Fed(Strict):
-    """Insertion of the spheres of a class: one after the other in the order of their numbers, at a rate over time."""
+    """Insertion of the spheres of a class: one after the other in the order of their ids, at a rate over time."""
 
     from_s: NonNegative
     for_s: Positive
     profile: Profile = "constant"
-    """Rate over time; a ramp rises from nothing to twice the mean, pulses are of equal length and mass."""
+    """Rate over time; a ramp rises from zero to twice the mean, pulses have equal length and mass."""
     pulses: Annotated[int, Field(ge=1)] = 1
     pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
-    """Part of its period in which a pulse enters."""
+    """Fraction of a period during which a pulse inserts spheres."""
 
     def at(self, k: int, count: int) -> float:
         """Return the time [s] at which the k-th (from 0) of `count` spheres enters.
@@ -87,11 +90,11 @@ class Outlet(Strict):
     low_m: Bound
     high_m: Bound
     product: Product | None = None
-    """The product of the screen that what leaves here belongs to."""
+    """Product of the screen that is collected here."""
 
     @property
     def ends(self) -> tuple[Vector, Vector]:
-        """Both corners, infinite where the region is open [m]."""
+        """Return both corners [m], infinite if the region is open."""
         x, y, z = (-math.inf if v is None else v for v in self.low_m)
         a, b, c = (math.inf if v is None else v for v in self.high_m)
         return (x, y, z), (a, b, c)
@@ -108,7 +111,7 @@ class SphereClass(Strict):
     count: Annotated[int, Field(ge=0)]
     passes_aperture: bool = True
     fed: Fed | None = None
-    """Until they enter they have no weight, and go on as they began; None: they are there from the start."""
+    """Insertion, until which they move uniformly without weight; None: they are present from the start."""
 
     @property
     def mass_kg(self) -> float:
@@ -121,7 +124,7 @@ class ContactPair(Strict):
     a: Annotated[int, Field(ge=1)]
     b: Annotated[int, Field(ge=0)]
     normal_stiffness_N_per_m: Annotated[float, Field(ge=1e-12, le=1e15)]
-    """Of the linear spring; in a scene with `hertz` of its equivalent (`Hertz.springs`), by which estimates go."""
+    """Stiffness of the linear spring; in a scene with `hertz` that of its equivalent (`Hertz.springs`), used for estimates."""
     tangential_stiffness_N_per_m: Annotated[float, Field(ge=1e-12, le=1e15)]
     friction: NonNegative
     rolling_friction_m: NonNegative
@@ -129,7 +132,7 @@ class ContactPair(Strict):
 
 
 class Liquid(Strict):
-    """The liquid and where it is at the start (same film thickness on every sphere, walls dry)."""
+    """The liquid and its initial distribution (same film thickness on every sphere, walls dry)."""
 
     surface_tension_N_per_m: NonNegative
     viscosity_Pa_s: NonNegative
@@ -138,7 +141,7 @@ class Liquid(Strict):
 
 
 class Vibration(Strict):
-    """x_k(t) = amplitude_k · sin(2π f t + phase_k), with t from the start of the run and the rest position at zero."""
+    """Vibration x_k(t) = amplitude_k · sin(2π f t + phase_k), with t from the start of the run and the rest position at zero."""
 
     amplitude_m: Vector
     phase_rad: Vector
@@ -162,7 +165,7 @@ class Rotation(Strict):
 
 
 MOTIONS = {"vibrates": Vibration, "slides": Slide, "turns": Rotation}
-"""Word for a wall's motion -> what says how it moves."""
+"""Name of a wall's motion -> class that describes it."""
 
 
 class WallMesh(Strict):
@@ -174,15 +177,15 @@ class WallMesh(Strict):
     contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
     motion: Literal["fixed", "vibrates", "slides", "turns"] = "fixed"
     own_motion: Vibration | Slide | Rotation | None = None
-    """How it moves, where that is not the scene's motion of this kind."""
+    """Motion of the wall, if it is not the scene's motion of this kind."""
     triangle_part: tuple[int, ...]
-    """For each triangle of the STL, in file order, the index of its part within this mesh (0, 1, …)."""
+    """Index of the part (0, 1, …) of each triangle of the STL file, in file order."""
     part_half_width_m: tuple[float | None, ...]
-    """For each part its half width r_w [m] (a wire's radius); None for a large wall."""
+    """Half width r_w [m] of each part (a wire's radius); None for a large wall."""
     feature_angle_deg: Annotated[float, Field(gt=0, le=180)] | None = None
-    """Angle between neighbouring facets above which a part ends; None: the parts follow from how the wall was built."""
+    """Angle between neighbouring facets above which a part ends; None: the parts follow from the construction of the wall."""
     prisms: bool = False
-    """Every part is a prism along an axis (a wire) and dry contacts are made with its closest point, not with triangles."""
+    """Whether every part is an analytic wire: dry contacts are with its closest point, not with triangles."""
 
     @model_validator(mode="after")
     def _moving(self) -> WallMesh:
@@ -197,17 +200,17 @@ class WallMesh(Strict):
 
 
 class Effects(Laws):
-    """Effects that are simulated (the outcome of the effect plan), and their laws."""
+    """Simulated effects (the result of the effect plan), and their laws."""
 
     bridges: bool
     wall_films: bool = True
-    """Bridges between spheres and walls; off: the liquid never meets a wall."""
+    """Bridges between spheres and walls; off: the liquid never wets a wall."""
     rolling: bool = True
     tangential_history: bool = True
-    """Friction as a spring that remembers the slip; off: a drag up to the same Coulomb limit, without static friction."""
+    """Friction as a spring with tangential history; off: a drag up to the same Coulomb limit, without static friction."""
     gravity: bool = True
     liquid_weight: bool = False
-    """Spheres have the mass of the liquid they hold besides their own."""
+    """Whether spheres have the mass of their liquid in addition to their own."""
 
     @model_validator(mode="after")
     def _complete(self) -> Effects:
@@ -226,39 +229,42 @@ class Effects(Laws):
 
 
 SHORT_WINDOW = 4
-"""Steps up to which sampling windows lie at random places; longer ones lie evenly."""
+"""Largest number of steps of sampling windows at random positions; longer ones are evenly spaced."""
 
 
 class Output(Strict):
-    """Intervals and windows in which results and logs are written."""
+    """Intervals of outputs, and windows of detailed logs."""
 
     interval_s: Positive
     contact_windows: int = Field(default=2, ge=0)
     contact_window_steps: int = Field(default=20, ge=1)
     checkpoints: int = Field(default=0, ge=0)
-    """How many times during the run the state is saved for a resumption, evenly spread."""
+    """Number of times during the run that the state is saved for a resumption, evenly spaced."""
     window_trajectories: bool = False
-    """Return whether motion, forces and contact springs of all spheres are recorded in every step of the windows."""
+    """Whether motion, forces and contact springs of all spheres are recorded in every step of the windows."""
     energy: bool = True
-    """Return whether a moist run adds up the work of every effect in every step, for `history/energy`."""
+    """Whether a moist run accumulates the work of every effect in every step, for `history/energy`."""
 
 
 WallFilm = Literal["triangle", "part", "wall"]
 WALL_FILMS: tuple[WallFilm, ...] = get_args(WallFilm)
-"""Over what the liquid of a wall is spread at once."""
+"""Areas over which the liquid of a wall spreads at once."""
 MOST_STEPS, MOST_OUTPUTS = 2**31 - 1, 1_000_000
-"""Steps that an engine counts; outputs whose steps can be listed."""
+"""Largest number of steps that an engine counts, and of outputs whose steps can be listed."""
 SCRIPTED = "script"
-"""Name of the scene that a run of a user's script leaves; it has no pairs, since dry contacts are the script's own."""
+"""Name of the scene of a user's script; it has no pairs, since the script defines the dry contacts."""
 RESERVED = ("gravity", "walls", "integrate", "pywet")
 RESERVED_STARTS = ("p_", "move_", "drive_")
-"""Words of the decks themselves, which no wall can have for its name."""
+"""Prefixes used in the decks, with which no wall's name may start."""
 
 
 RETIRED_DEPTH = 2.0
-"""Largest diameters by which a retired sphere lies below the plane of the bin: it does not touch what is above the plane."""
+"""Depth of a retired sphere below the plane of the bin in largest diameters, so that it touches nothing above the plane."""
 RETIRED_RISE = 0.01
-"""Part of that depth by which its speed may lift it (v2/2g): a blow by a heavier sphere doubles a speed, four times the rise."""
+"""Share of that depth by which its speed may lift it (v2/2g).
+
+An impact by a heavier sphere doubles a speed, which gives four times the rise.
+"""
 
 
 def not_retirable(effects: Effects, output: Output, gravity: Vector, fed: bool = False) -> str | None:
@@ -274,14 +280,14 @@ def not_retirable(effects: Effects, output: Output, gravity: Vector, fed: bool =
 
 
 class EngineScene(Strict):
-    """Everything an engine needs to run one case."""
+    """Complete description of one case for an engine."""
 
     name: Title
     seed: int
     classes: Annotated[tuple[SphereClass, ...], Field(min_length=1)]
     pairs: tuple[ContactPair, ...]
     hertz: Hertz | None = None
-    """Dry contacts by Hertz and Mindlin; None: linear springs."""
+    """Hertz–Mindlin dry contacts; None: linear springs."""
     liquid: Liquid | None
     walls: tuple[WallMesh, ...]
     vibration: Vibration | None
@@ -290,36 +296,39 @@ class EngineScene(Strict):
     effects: Effects
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
     bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
-    """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
+    """Steps between evaluations of the bridges, each of which acts for all of them; outputs and checkpoints are multiples."""
     contacts: Contacts = "planes"
-    """Who makes dry contacts where the plugin takes part, to the same bits: `planes`, the plugin those of spheres in batches
-    and those with the triangles of walls; `batched`, the plugin those of spheres alone; `stock`, the engine. Batches hold the
-    linear spring with history; other contacts of spheres are the stock loop's."""
+    """Program that computes dry contacts if the plugin is in use, with identical results.
+
+    `planes`: the plugin for pairs of spheres in batches and for triangles of walls; `batched`: the plugin for
+    pairs of spheres only; `stock`: the engine. Batches are for the linear spring with history; the stock loop
+    computes other contacts of spheres.
+    """
     wall_film: WallFilm = "triangle"
-    """What has a film of one thickness: a triangle, a part (a wire, a flat face) or a whole wall."""
+    """Area that has a film of one thickness: a triangle, a part (a wire, a flat face) or a whole wall."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     transfer_nodes: Annotated[int, Field(ge=2)] = 201
-    """Nodes over V* of the tables that say who keeps how much of a rupturing bridge."""
+    """Number of nodes over V* of the tables of transfer ratios of a rupturing bridge."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     box_low_m: Vector
     box_high_m: Vector
     periodic: Across | None = None
-    """Axis along which the box repeats: spheres, contacts and bridges continue at the opposite face."""
+    """Axis along which the box is periodic: spheres, contacts and bridges continue at the opposite face."""
     spheres_file: Inside
     """Parquet table of the spheres at the start: id, type, x, y, z [m] (and optional vx … wz)."""
     time_step_s: Positive
     duration_s: Positive
     blocks: Annotated[int, Field(ge=1)] | None = None
-    """Equal blocks that the run consists of, if it is extended block by block; None: its duration is given."""
+    """Number of equal blocks of a run that is extended block by block; None: its duration is given."""
     output: Output
     screen_z_m: float = 0.0
     bin_z_m: float
-    """A sphere whose centre is below this height has left through the outlet into the collecting bin."""
+    """Height below which a sphere's centre counts as in the collecting bin."""
     retire: bool = False
-    """Return whether spheres that lie in the collecting bin are taken out of the run at checkpoints (`retire_below_m`)."""
+    """Whether spheres that lie in the collecting bin are removed from the run at checkpoints (`retire_below_m`)."""
     outlets: tuple[Outlet, ...] = ()
-    """Where spheres are taken out of the run at checkpoints, booked to the first outlet that holds their centre."""
+    """Regions in which spheres are removed from the run at checkpoints, by the first outlet that contains their centre."""
 
     @model_validator(mode="after")
     def _consistent(self) -> EngineScene:
@@ -382,7 +391,7 @@ class EngineScene(Strict):
         return self
 
     def _check_outlets(self) -> None:
-        """Refuse outlets of one name, together with `retire`, or where no sphere can be taken out."""
+        """Refuse outlets of the same name, together with `retire`, or in a run that cannot remove spheres."""
         names = [o.name for o in self.outlets]
         if len(set(names)) < len(names):
             raise ValueError(f"scene {self.name}: outlets {', '.join(names)}; expected a name for each")
@@ -393,7 +402,7 @@ class EngineScene(Strict):
             raise ValueError(f"scene {self.name}: there are outlets but {obstacle}; expected no outlets")
 
     def _check_periodic(self) -> None:
-        """Refuse what does not continue at the opposite face of a periodic box."""
+        """Refuse objects that do not continue at the opposite face of a periodic box."""
         if self.periodic is None:
             return
         obstacles = {
@@ -420,7 +429,7 @@ class EngineScene(Strict):
 
     @property
     def periods_m(self) -> Vector:
-        """Return the lengths of the box along x, y, z [m], 0 where it does not repeat."""
+        """Return the lengths of the box along x, y, z [m], 0 along non-periodic axes."""
         x, y, z = (
             high - low if axis == self.periodic else 0.0
             for axis, low, high in zip("xyz", self.box_low_m, self.box_high_m, strict=True)
@@ -429,17 +438,17 @@ class EngineScene(Strict):
 
     @property
     def removes(self) -> bool:
-        """Return whether spheres are taken out of the run, from the collecting bin or at outlets."""
+        """Return whether spheres are removed from the run, from the collecting bin or at outlets."""
         return self.retire or bool(self.outlets)
 
     @property
     def retire_below_m(self) -> float:
-        """Height of the centre [m] below which a slow sphere is retired: RETIRED_DEPTH below `bin_z_m`."""
+        """Return the height of the centre [m] below which a slow sphere is retired: RETIRED_DEPTH below `bin_z_m`."""
         return self.bin_z_m - self._retired_depth_m
 
     @property
     def retire_slower_m_per_s(self) -> float:
-        """Speed [m/s] below which a sphere is retired: it lifts the sphere by RETIRED_RISE of that depth at most."""
+        """Return the speed [m/s] below which a sphere is retired: it lifts the sphere by at most RETIRED_RISE of that depth."""
         return float((2.0 * abs(self.gravity_m_per_s2[2]) * RETIRED_RISE * self._retired_depth_m) ** 0.5)
 
     @property
@@ -458,12 +467,12 @@ class EngineScene(Strict):
 
     @property
     def insertion_s(self) -> tuple[float, float] | None:
-        """Times at which the first insertion begins and the first one ends [s]; None where nothing enters during the run."""
+        """Return the times of the first start and the first end of an insertion [s]; None without insertion."""
         times = [(f.from_s, f.from_s + f.for_s) for f in (c.fed for c in self.classes) if f]
         return (min(a for a, _ in times), min(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:
-        """Step at which each sphere is released and its liquid is counted; `types` in the order of the spheres' numbers."""
+        """Return the step at which each sphere is released and its liquid is counted; `types` in the order of ids."""
         seen, steps = [0] * len(self.classes), []
         for kind in types:
             c, k = self.classes[kind - 1], seen[kind - 1]
@@ -477,7 +486,7 @@ class EngineScene(Strict):
 
     @property
     def block_steps(self) -> int:
-        """Return the steps of a block; of a run whose duration is given, all."""
+        """Return the number of steps of a block; of all steps if the duration is given."""
         return self.steps // (self.blocks or 1)
 
     def of_blocks(self, blocks: int) -> EngineScene:
@@ -493,13 +502,13 @@ class EngineScene(Strict):
 
     @property
     def output_every(self) -> int:
-        """Steps between outputs, at which bridges act."""
+        """Return the number of steps between outputs, at which bridges act."""
         every = self.bridges_every
         return every * max(1, round(self.output.interval_s / self.time_step_s) // every)
 
     @property
     def output_steps(self) -> list[int]:
-        """Steps at which trajectory, liquid and ledger are written."""
+        """Return the steps at which trajectory, liquid and ledger are written."""
         return list(range(0, self.steps + 1, self.output_every))
 
     @classmethod

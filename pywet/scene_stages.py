@@ -1,4 +1,4 @@
-"""Stages of a user-defined scene: read, plan, run, load, replay, view. These are the functions of `import pywet`."""
+"""Stages of a user-defined scene: read, plan, run, load, replay, view; the functions of `import pywet`."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
 
 
 def fingerprint(scene: Scene) -> str:
-    """Return what determines a run of this scene: its description, the files that it names, the program's code."""
+    """Return the data that determine a run of this scene: its description, the files that it names, the program's code."""
     named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values()
     laws = [law for law in named if isinstance(law, str)]
     files = [Path(law.rpartition(":")[0]) for law in laws if ".py:" in law]

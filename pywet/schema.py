@@ -35,7 +35,7 @@ CODES: dict[str, dict[int, str]] = {
         NOTHING: "of a drop that met nothing below: its liquid has left",
     },
 }
-"""Column -> what its numbers stand for."""
+"""Column -> meaning of its codes."""
 HOLDERS = {
     "wires": "the screen's wires",
     "side_wall": "walls above the screen",
@@ -46,8 +46,11 @@ HOLDERS = {
     "collecting_bin": "the bin below",
     "wall": "every wall of a scene of one's own: there `mesh` is the wall's name",
 }
-"""Word in the column `holder` -> what holds the liquid. Tables hold the word; walls_*.vtu number those of a run, in this order of
-its walls, and say the words in their field data `holder_from_0`."""
+"""Value of the column `holder` -> reservoir of liquid.
+
+Tables contain these names; walls_*.vtu have numbers, in the order of a run's walls, and list the names in their field
+data `holder_from_0`.
+"""
 _STEP = "step i8 - number of the time step"
 _TIME = f"""{_STEP}
 time f8 s from the start of the run"""
@@ -194,12 +197,12 @@ fallen f8 m from the centre of i to where it lands
 felt f8x3 m/s2 specific force that the film felt: 9.81 upwards at rest
 x f8x3 m centre of i""",
 }
-"""Raw table -> a line for each column: name, number of bytes and how many, unit, meaning. All else is made from it."""
+"""Raw table -> a line for each column: name, type, unit, meaning. All definitions below are derived from it."""
 _TEXT["window_energy"] = _TEXT["energy"]
 
 
 def _record(text: str) -> np.dtype:
-    """The packed record of a raw table."""
+    """Return the packed record type of a raw table."""
     fields: list[Any] = []
     for line in text.splitlines():
         name, kind, _ = line.split(maxsplit=2)
@@ -212,7 +215,7 @@ RAW = {name: _record(text) for name, text in _TEXT.items()}
 """Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""
 _OF_ENERGY = list(RAW["energy"].fields or ())
 WORKS = _OF_ENERGY[_OF_ENERGY.index("gravity") : _OF_ENERGY.index("drive") + 1]
-"""The works among them."""
+"""Columns of works among them."""
 
 _SAID = {
     **{f"history/{name}": text for name, text in _TEXT.items()},
@@ -242,12 +245,12 @@ mean_speed_m_per_s f8 m/s of all spheres
 largest_speed_m_per_s f8 m/s of all spheres
 centre_of_mass_height_m f8 m against gravity, from the origin""",
 }
-"""The same of every table that has the same columns in every run."""
+"""Table with the same columns in every run -> a line for each column: name, type, unit, meaning."""
 INTEGER, NUMBER, ANY = "integer", "number", "anything"
 
 
 def _columns(table: str) -> Iterator[tuple[str, str, str, str]]:
-    """Name of each column, what it holds, its unit, its meaning; a vector has three, padding none."""
+    """Yield name, type, unit and meaning of each column; a vector has three columns, padding none."""
     for line in _SAID.get(table, "").splitlines():
         name, kind, unit, meaning = line.split(maxsplit=3)
         if name != "pad":
@@ -276,11 +279,11 @@ TABLES: dict[str, dict[str, str]] = {
     "results/fraction_retained": {"step": INTEGER, **_all(NUMBER, *_TIMES, "fraction_retained")},
     "results/liquid_by_holder": {"step": INTEGER, **_all(NUMBER, *_TIMES, "total_m3", "initial_m3")},
 }
-"""Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
+"""Table of a run directory, without its suffix -> type of each column; NaN is allowed only for ANY."""
 
 
 def meanings(table: str) -> dict[str, tuple[str, str]]:
-    """Column of a table, `history/events` or `trajectory` -> its unit (- where it has none) and what it is."""
+    """Return column -> (unit, meaning) of a table such as `history/events` or `trajectory`; unit - if it has none."""
     return {name: (unit, meaning) for name, _, unit, meaning in _columns(table)}
 
 
@@ -298,7 +301,7 @@ MAY_BE_EMPTY = {
     "history/wall_films",
     "mesh_motion",
 }
-"""Tables of a whole run that may have no row."""
+"""Tables of a complete run that may be empty."""
 
 
 def expected_columns(path: Path) -> Mapping[str, str]:

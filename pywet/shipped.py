@@ -1,6 +1,6 @@
 """Data files of the program outside the package: configuration, deck templates, workflow, wet problems, scenes, documentation.
 
-In a checkout they lie next to the package, where people look for them; `setup.py` puts them into the package of a wheel.
+In a checkout they are next to the package; `setup.py` copies them into the package of a wheel.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ OTHERS = {
     ),
     "calibration": (("calibrations/drum.yaml", "calibrations/small_drum.yaml"), "calibrate drum.yaml", "calibrate"),
 }  # fmt: skip
-"""Example that is no scene: its files in `examples`, the words of the command to begin with, the page of the documentation."""
+"""Examples that are not scenes: files in `examples`, command for them, page of the documentation."""
 OTHER_README = """# An example: {name}
 
     pywet {words}
@@ -73,7 +73,7 @@ def place(name: str) -> Path:
 
 
 def open_studies() -> bool:
-    """Let this process and its children import the studies of a checkout; False where there are none, as in a wheel."""
+    """Make the studies of a checkout importable in this process and its children; False if there are none, as in a wheel."""
     root = Path(__file__).parents[1]
     if not (root / "studies" / "command.py").exists():
         return False
@@ -85,7 +85,7 @@ def open_studies() -> bool:
 
 
 def _holds(path: Path, data: bytes) -> bool:
-    """Tell whether a file of the user has this content."""
+    """Return whether a file of the user has this content."""
     try:
         return not path.is_symlink() and path.read_bytes() == data
     except OSError:
@@ -93,12 +93,12 @@ def _holds(path: Path, data: bytes) -> bool:
 
 
 def examples() -> list[str]:
-    """Names of what `begin` can write: the screening study, the notebook, scenes, and files of other commands."""
+    """Return the names of the examples for `begin`: the screening study, the notebook, scenes, files of other commands."""
     return ["case", "notebook", *sorted(path.stem for path in place("examples/scenes").glob("*.yaml")), *OTHERS]
 
 
 def _contents(example: str) -> dict[str, bytes]:
-    """Files of an example by their names."""
+    """Return the files of an example by name."""
     if example not in examples():
         raise PywetError(
             f"there is no example {one_line(example)}; expected one of {', '.join(examples())}",
@@ -124,7 +124,7 @@ def _contents(example: str) -> dict[str, bytes]:
 def begin(folder: Path, example: str = "case") -> list[Path]:
     """Write an example into a folder, ready to run; a folder that contains one of its files is refused.
 
-    A folder that an interrupted call has left incomplete is completed, if each of its files is as it is written here.
+    A folder left incomplete by an interrupted call is completed, if its files are unchanged.
     """
     folder = Path(folder)
     run_folder.refuse_within(folder)

@@ -1,7 +1,8 @@
-"""The stages of one case, from configuration to results, and the status file that each leaves in the run directory.
+"""The stages of one case, from configuration to results, and the status file that each writes into the run directory.
 
-A stage that fails writes why into its status file and does not raise; the stages after it pass the reason on. So one failed
-case never stops the others, and the report can name it. Used by the command line and by the workflow's scripts.
+A stage that fails writes the reason into its status file and does not raise; later stages repeat it. One failed case
+therefore never stops the others, and the report can name it. The command line and the workflow's scripts use these
+stages.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def logged(path: Path, echo: bool = False) -> Iterator[None]:
-    """Send notices, and what else is printed, to a log file; with `echo` also to standard error at the end."""
+    """Send notices and other printed output to a log file; with `echo` also to standard error at the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with open(path, "w", buffering=1) as log, redirect_stdout(log), redirect_stderr(log), shown():
@@ -38,10 +39,10 @@ def logged(path: Path, echo: bool = False) -> Iterator[None]:
 
 
 def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = True) -> Status:
-    """Run a stage when the one it needs went well; write and return its status.
+    """Run a stage if the one that it requires succeeded; write and return its status.
 
-    An exception that is none of ours, a fault, is in the status as well; `aloud` its traceback and why the stage failed go to
-    the notices, else the fault is raised.
+    An unexpected exception, a fault of pywet, is in the status as well; with `aloud` its traceback and the reason
+    of the failure are printed as notices, otherwise it is raised.
     """
     with run_lock.hold(run_dir, shared=stage in EVALUATIONS):
         return _attempt(run_dir, stage, work, aloud)
@@ -85,9 +86,9 @@ def _run(work: Callable[[], Any]) -> tuple[tuple[str | None, str | None], Except
 def resolved(
     config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None, trust: bool = False
 ) -> Config:
-    """The configuration as a run takes it: `preset` replaces its laws, `seed` its seed; `trust`: see `load`.
+    """Return the configuration for a run: `preset` replaces its laws, `seed` its seed; `trust`: see `load`.
 
-    Rolling resistance and retirement are off for an engine that does not have them as the scene means it.
+    Rolling resistance and retirement are off for an engine that does not support the scene's form of them.
     """
     from pywet import config
 
@@ -101,7 +102,7 @@ def resolved(
 
 
 def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:
-    """Stage scene: configuration -> run directory."""
+    """Run the stage scene: configuration -> run directory."""
     from pywet.cases.screening import cases, identity
     from pywet.runs import second
 
@@ -111,7 +112,7 @@ def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "l
 
 
 def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:
-    """Return whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
+    """Return whether a folder contains the finished, replayed run of this case: same scene, laws, plugin and engine."""
     from pywet.cases.screening import identity
 
     if missing(run_dir):
@@ -137,17 +138,17 @@ def simulate(
     mpi: str = "",
     extend: Callable[..., object] | None = None,
 ) -> None:
-    """Stage simulate: run the engine; `mpi` are the words that start its ranks where mpirun does not, `srun --mpi=pmix`.
+    """Run the stage simulate, the engine; `mpi` is the command that starts its ranks in place of mpirun, `srun --mpi=pmix`.
 
-    `extend` decides after each block of a run whether it goes on.
+    `extend` decides after each block of a run whether it continues.
     """
     chosen(engine, ranks).start(run_dir, ranks, progress, mpi, extend)
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:
-    """Stage replay: recompute a run by the reference and write replay.json, then hold its shares against the effect plan.
+    """Run the stage replay: recompute a run by the reference, write replay.json, and compare its shares with the effect plan.
 
-    A dry run that recorded no motion in windows has nothing to replay (None); that it is whole is checked all the same.
+    A dry run without recorded motion in windows has nothing to replay (None); its completeness is still checked.
     """
     from pywet.planning import audit
     from pywet.runs import second
@@ -169,7 +170,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 
 
 def results(run_dir: Path) -> None:
-    """Stage results: fraction retained, liquid by reservoir, checks, summary, numbers of the screen."""
+    """Run the stage results: fraction retained, liquid by reservoir, checks, summary, results of the screen."""
     from pywet.cases.screening.results import summarise, write_results
     from pywet.products import screening_report
     from pywet.runs.rundir import RunDir
@@ -181,7 +182,7 @@ def results(run_dir: Path) -> None:
 
 
 def vtk(run_dir: Path, paraview: bool = False) -> None:
-    """Stage vtk: time series, read back by the reference and compared with the logs; `paraview`: cuboids and a script too."""
+    """Run the stage vtk: time series, read by the reference and compared with the logs; `paraview`: also cuboids and a script."""
     from pywet.report import vtk as series
     from reference_impl.shown import vtk as shown
 
@@ -223,7 +224,7 @@ def _read_back(paths: list[Path], disagreement: Callable[[Path], str | None], ru
 
 
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:
-    """The first run with bridges that has results."""
+    """Return the first run with bridges that has results."""
     from pywet.scene import EngineScene
 
     for run_dir in run_dirs:
@@ -233,7 +234,7 @@ def first_moist(run_dirs: Iterable[Path]) -> Path | None:
 
 
 def judge(run_dirs: Iterable[Path]) -> list[str]:
-    """All problems of all cases, one line each; failed stages lose their status, so that the next call tries them again."""
+    """Return all problems of all cases, one line each; failed stages lose their status, so that the next call repeats them."""
     lines = []
     for run_dir in run_dirs:
         lines += [f"{run_dir.name}: {text}" for text in problems(run_dir)]

@@ -1,4 +1,4 @@
-"""Independent replay of a run: liquid and forces recomputed from the logs with the papers' equations; needs no pywet."""
+"""Independent replay of a run: liquid and forces recomputed from the logs with the papers' equations; does not need pywet."""
 
 import os
 

@@ -1,6 +1,7 @@
-"""Loops that numba compiles, kept from one process to the next.
+"""Loops compiled by numba and cached between processes.
 
-For changes numba looks in the file of the kept function alone: what is compiled into it stands in the same file (tested).
+numba detects changes only in the file of the cached function, so that all functions compiled into it are in the same file
+(tested).
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ def _private(folder: str) -> bool:
 
 _folder = getattr(numba.config, "CACHE_DIR", "")
 KEPT = not _folder or _private(_folder)
-"""Return whether machine code is stored: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
+"""Whether machine code is cached: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """The function as machine code; by zero it divides as numpy does."""
+    """Return the compiled function; division by zero is as in numpy."""
     try:
         return njit(cache=KEPT, error_model="numpy")(function)
     except RuntimeError:  # no folder in which it can be kept

@@ -1,4 +1,4 @@
-"""How a command of the reference ends: in one sentence, also after an exception that is none of its own."""
+"""End a command of the reference with one sentence, also after an unexpected exception."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ READING = (
     RecursionError,
     SyntaxError,
 )
-"""What reading something else than what was expected may raise."""
+"""Exceptions raised by reading something else than expected."""
 
 
 class Refused(Exception):
@@ -29,7 +29,7 @@ class Refused(Exception):
 
 @contextmanager
 def reading(what: str, expected: str) -> Iterator[None]:
-    """Let a failure of reading `what` end in a sentence that says what was expected."""
+    """Convert a failure of reading `what` into a sentence that names what was expected."""
     try:
         yield
     except READING as error:
@@ -38,19 +38,19 @@ def reading(what: str, expected: str) -> Iterator[None]:
 
 
 def regular(path: Path) -> Path:
-    """The path, unless it is a pipe or a device, which may never end."""
+    """Return the path, unless it is a pipe or a device, reading which may never end."""
     if path.exists() and not path.is_file():
         raise Refused(f"{path} is no regular file; expected one")
     return path
 
 
 STATUS = 70
-"""Exit status of a command that ended in such an exception (EX_SOFTWARE of sysexits.h)."""
+"""Exit status of a command that ended with an unexpected exception (EX_SOFTWARE of sysexits.h)."""
 
 
 @contextmanager
 def border(refused: int) -> Iterator[None]:
-    """Print what a command raises as one sentence; exit status `refused` for files that the system does not give."""
+    """Print exceptions of a command as one sentence; exit status `refused` for files that the system does not provide."""
     try:
         yield
     except BrokenPipeError:
@@ -69,7 +69,7 @@ def border(refused: int) -> Iterator[None]:
 
 
 def _sentence(given: str, error: Exception) -> str:
-    """One sentence that names what was given and the file with the traceback, which it writes."""
+    """Return one sentence that names the arguments and the file with the traceback, and write that file."""
     text = "".join(traceback.format_exception(error))
     try:
         with tempfile.NamedTemporaryFile("w", prefix="reference-fault-", suffix=".txt", delete=False) as file:

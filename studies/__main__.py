@@ -1,4 +1,4 @@
-"""`python -m studies NAME`: what `pywet study NAME` does."""
+"""Run `python -m studies NAME`, like `pywet study NAME`."""
 
 from pywet.errors import border
 from studies.command import app

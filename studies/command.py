@@ -29,7 +29,7 @@ ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configu
 
 
 def carried_out(study: Study, title: str) -> Path:
-    """Do what is missing, with a progress bar; the page."""
+    """Execute missing runs with a progress bar and return the page."""
     with bar(title) as move:
         return study.carry_out(lambda name, share: move(share, title=f"{title}: {name}"))
 
@@ -80,7 +80,7 @@ def accuracy(
     anew: Annotated[bool, typer.Option("--anew", help="Forget the runs that are there.")] = False,
     show: Annotated[bool, typer.Option("--show", help="Only table and page, from the runs that are there.")] = False,
 ) -> None:
-    """What accuracy costs: every setting against a finer one, its error, its cost, and where the defaults are."""
+    """What accuracy costs: every setting compared with a finer one, its error, its cost, and the position of the defaults."""
     from pywet.cost import command
     from studies.accuracy import study as accuracy_study
 
@@ -104,7 +104,7 @@ def stability(
     seed: Annotated[int, number("--seed", LIMITS["seed"], "Seed of the cases; the same seed gives the same cases")] = 1,
     folder: Annotated[Path, typer.Option("--out", help="Folder of the tables.")] = Path("results/studies/stability"),
 ) -> None:
-    """Maps of where runs stay stable, stress tests, random hard cases; one page. A study that was cut off goes on."""
+    """Maps of stable runs, stress tests, random extreme cases; one page. An interrupted study resumes."""
     from studies.stability.study import StabilityStudy
 
     make_folder(folder)

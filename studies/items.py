@@ -1,4 +1,4 @@
-"""Figures and tables of a page: each computed, drawn and shown; NAME.csv and NAME.svg are left next to the page."""
+"""Figures and tables of a page: each computed, drawn and shown; NAME.csv and NAME.svg are written next to the page."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
-"""The reference scenes whose digests are stored (tests/data/digests): small, each done in seconds, over several seeds where a
-seed means anything. `pywet digest` runs them again; it refuses when the replay disagrees.
+"""Reference scenes whose digests are stored (tests/data/digests): small, each finished in seconds, over several seeds if random.
+
+`pywet digest` reruns them and refuses if the replay disagrees.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ from pywet.util.files import read_table
 STORE = Path("tests/data/digests")
 Numbers = dict[str, tuple[float, float, str]]
 KEPT = {1: 12, 2: 2, 3: 2}
-"""Spheres of each class in the tiny screening."""
+"""Number of spheres of each class in the tiny screening."""
 SHORTEST_S = 0.9
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A scene: how a seed of it is run, over which seeds its digest is made."""
+    """A scene: the function that runs a seed of it, and the seeds of its digest."""
 
     command: str
     seeds: tuple[int, ...]
@@ -38,7 +39,7 @@ class Reference:
 
 
 def _replayed(run_dir: Path) -> Numbers:
-    """Replay a run and give its numbers; refused when the replay disagrees."""
+    """Replay a run and return its numbers; raises if the replay disagrees."""
     replay = stages.replay(run_dir)
     if replay is not None and not replay["ok"]:
         bad = [name for name, q in replay["quantities"].items() if not q["ok"]]
@@ -47,7 +48,7 @@ def _replayed(run_dir: Path) -> Numbers:
 
 
 def _scene(name: str, **chosen: float) -> Callable[[int, Path], Numbers]:
-    """A scene of `pywet scene` with its choices; a seed of it."""
+    """Return the function that runs a seed of a scene of `pywet scene` with some choices."""
 
     def run_seed(seed: int, folder: Path) -> Numbers:
         scenes.run(name, folder, scenes.Choice(**{**chosen, "seed": seed}))  # type: ignore[arg-type]
@@ -57,7 +58,7 @@ def _scene(name: str, **chosen: float) -> Callable[[int, Path], Numbers]:
 
 
 def screening(seed: int, folder: Path) -> Numbers:
-    """Case 2 at smoke scale with sixteen spheres, the first 0.9 s, from configuration to results."""
+    """Run case 2 at smoke scale with sixteen spheres, the first 0.9 s, from configuration to results."""
     loaded = config.load(place("config")).with_seed(10000 + seed)
     scene = cases.build(loaded, 2, "smoke", folder)
     spheres = read_table(folder / scene.spheres_file)
@@ -70,7 +71,7 @@ def screening(seed: int, folder: Path) -> Numbers:
 
 
 def wall(seed: int, folder: Path) -> Numbers:
-    """A wet glass sphere against a wall by the model of Buck et al. 2018: coefficients and budget."""
+    """Run a wet glass sphere against a wall by the model of Buck et al. 2018: coefficients and budget."""
     from pywet.collisions.wall import wall as module
     from studies.buck2018.curves import problem
 
@@ -79,7 +80,7 @@ def wall(seed: int, folder: Path) -> Numbers:
 
 
 def spheres(seed: int, folder: Path) -> Numbers:
-    """Three wet spheres by the model of Davis 2023: final velocities and energy."""
+    """Run three wet spheres by the model of Davis 2023: final velocities and energy."""
     from pywet.collisions.spheres.equal import three_equal_spheres
     from pywet.collisions.spheres.simulate import run
 
@@ -102,7 +103,7 @@ SCENES: dict[str, Reference] = {
     "wall": Reference("pywet collide wall (glass 1.74 mm, 100 µm of water, 1 m/s, 30°)", (1,), wall),
     "spheres": Reference("pywet collide spheres (three equal, St 6, 30°)", (1,), spheres),
 }  # fmt: skip
-"""Name of a digest -> its scene. A seed means nothing to a scene of one seed: it is deterministic."""
+"""Name of a digest -> its scene. A scene with one seed is deterministic."""
 
 
 def made(name: str) -> Digest:

@@ -1,9 +1,10 @@
-"""The frame of the three studies: what a run is, how it is stored and found again, how all of them become one table.
+"""Common part of the three studies: definition of a run, its storage and retrieval, the table of all runs.
 
-A study is a list of jobs; a job is some runs that are done one after the other, so that what is compared is timed side by side.
-Each run leaves one file: its rows, and a hash of all that they follow from. A run whose file is there with the same hash is not
-done again, so that a study that was cut off goes on, and one whose configuration was edited does what the edit touches.
-`carry_out` does the jobs in turn; Snakemake does several at a time and calls it last (workflow/rules/studies.smk).
+A study is a list of jobs; a job is a few runs executed one after the other, so that compared runs are timed side by
+side. Each run has one file: its rows, and a digest of all data that determine them. A run whose file exists with the
+same digest is not repeated, so that an interrupted study resumes, and one whose configuration was edited does what
+the edit touches. `carry_out` does the jobs in turn; Snakemake does several at a time and calls it last
+(workflow/rules/studies.smk).
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from pywet.util.files import atomic_write, read_json, write_json
 
 Row = dict[str, Any]
 Report = Callable[[str, float], None]
-"""Called with what is being done and the share of the study that is done."""
+"""Progress callback with the current work and the finished share of the study."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: the name of its file, all that its rows follow from (plain data), and the function that gives them.
+    """One run: the name of its file, the data that determine its rows, and the function that computes them.
 
-    `labels` are put next to the rows in the table. Runs of one name and the same `given` are done once.
+    `labels` are added to the rows in the table. Runs of one name with the same `given` are executed once.
     """
 
     name: str
@@ -62,11 +63,11 @@ class Study(ABC):
 
     @abstractmethod
     def jobs(self) -> list[str]:
-        """Names of the jobs, in the order they are done."""
+        """Return the names of the jobs, in order of execution."""
 
     @abstractmethod
     def runs(self, job: str) -> list[Run]:
-        """The runs of a job, in the order they are done."""
+        """Return the runs of a job, in order of execution."""
 
     @abstractmethod
     def show(self) -> Path:
@@ -81,7 +82,7 @@ class Study(ABC):
         return self.folder / "runs" / f"{run.name}.json"
 
     def stored(self, run: Run) -> list[Row] | None:
-        """The rows of a run; None where its file is not there, is damaged, or of something else."""
+        """Return the rows of a run; None if its file is missing, damaged, or of other data."""
         try:
             stored = read_json(self.file(run), shape=StoredRun)
         except PywetError:
@@ -97,7 +98,7 @@ class Study(ABC):
                 self.file(run).unlink(missing_ok=True)
 
     def do(self, job: str, report: Report = lambda name, share: None) -> None:
-        """Do what is missing of a job; the share that is reported is that of the job."""
+        """Execute the missing runs of a job; the reported share is that of the job."""
         runs = self.runs(job)
         for k, run in enumerate(runs):
             if self.stored(run) is None:
@@ -106,12 +107,12 @@ class Study(ABC):
                 write_json(self.file(run), {"key": run.key, "rows": rows})
 
     def gather(self, jobs: Iterable[str] | None = None) -> pd.DataFrame:
-        """The rows of all stored runs (of these jobs) in one table, with the runs' names and labels."""
+        """Return the rows of all stored runs (of these jobs) in one table, with the runs' names and labels."""
         runs = [run for job in (self.jobs() if jobs is None else jobs) for run in self.runs(job)]
         return pd.DataFrame([{"run": r.name, **r.labels, **row} for r in runs for row in self.stored(r) or ()])
 
     def carry_out(self, report: Report = lambda name, share: None) -> Path:
-        """Do what is missing, then show all; the page."""
+        """Execute missing runs, show all results, and return the page."""
         jobs = self.jobs()
         for k, job in enumerate(jobs):
             self.do(job, lambda name, share, k=k: report(name, (k + share) / len(jobs)))  # type: ignore[misc]
@@ -119,12 +120,12 @@ class Study(ABC):
 
 
 def plain(row: Row) -> Row:
-    """A row as JSON can store it: a number that is not finite is missing."""
+    """Return a row as JSON can store it: a number that is not finite is missing."""
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
 
 
 def write_rows(path: Path, value: Any) -> None:
-    """JSON to be stored under version control: what holds no list or object of its own stands on one line."""
+    """Write JSON for version control: lists and objects without nested ones are on one line."""
     text = re.sub(r"[{\[][^{}\[\]]*[}\]]", lambda row: " ".join(row[0].split()), json.dumps(value, indent=1))
     with atomic_write(path) as temporary:
         temporary.write_text(text + "\n")

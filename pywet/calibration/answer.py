@@ -22,15 +22,15 @@ from pywet.errors import PywetError
 from pywet.util.files import make_folder, read_if_there, write_json
 
 MISFIT = 0.01
-"""Probability below which the runs are said not to follow the polynomial."""
+"""Probability below which the polynomial is reported to misfit the runs."""
 ALIKE = 5
-"""Places that are told along a direction of no slope."""
+"""Number of points reported along a direction of zero slope."""
 
 
 def calibrate(
     file: Path, folder: Path, ranks: int = 1, say: Callable[[str], None] = lambda line: None
 ) -> dict[str, Any]:
-    """Answer a file; writes `calibration.json` and `calibration.svg` into the folder, next to the runs; returns the answer."""
+    """Calibrate according to a file; write `calibration.json` and `calibration.svg` next to the runs and return the answer."""
     from pywet.calibration import figure
 
     question, experiments = asking.read(file)
@@ -49,13 +49,13 @@ def calibrate(
 
 
 def fingerprint(question: Question, experiments: Sequence[Experiment]) -> str:
-    """Hash of a calibration: its file and the contents of the files of its targets."""
+    """Return the digest of a calibration: its file and the contents of its targets' files."""
     content = [question.model_dump_json(), *(json.dumps(e.content, sort_keys=True, default=str) for e in experiments)]
     return hashlib.sha256("\n".join(content).encode()).hexdigest()[:16]
 
 
 def _rename_another(folder: Path, question: str, say: Callable[[str], None]) -> None:
-    """Rename the answer to another question, or one that cannot be read, before this one takes its place."""
+    """Rename a stored answer to another question, or an unreadable one, before the new answer is written."""
     path = folder / "calibration.json"
     try:
         stored = read_if_there(path, shape=dict[str, Any])
@@ -98,7 +98,7 @@ def described(question: Question, found: Found) -> dict[str, Any]:
 
 
 def _alike(question: Question, found: Found, group: list[int]) -> list[dict[str, float]]:
-    """Values of all parameters that fit alike, along the first of the group."""
+    """Return values of all parameters that fit equally well, along the first parameter of the group."""
     solved, k = found.problem, group[0]
     span = solved.intervals(k)[0]
     places = [solved.profile(k, float(at))[1] for at in np.linspace(span.low, span.high, ALIKE)]
@@ -106,7 +106,7 @@ def _alike(question: Question, found: Found, group: list[int]) -> list[dict[str,
 
 
 def _runs(question: Question, found: Found) -> dict[str, Any]:
-    """All runs of the engine, and what is known of the response from those that count."""
+    """Return all engine runs, and the properties of the response fitted to those inside the window."""
     assert found.runs is not None and found.surface is not None
     rows = [
         {"seed": k, **question.values(place), "values": value.tolist()}
@@ -119,7 +119,7 @@ def _runs(question: Question, found: Found) -> dict[str, Any]:
 
 
 def _check(question: Question, experiments: list[Experiment], found: Found, runs: Runs) -> list[dict[str, Any]]:
-    """Fresh seeds at the answer: mean of each target of chance, with the interval of that mean."""
+    """Run new seeds at the answer and return the mean and its interval for each target that depends on the seed."""
     n = question.check_runs
     values = np.array([runs.measure(found.problem.best, question.most_runs + k)[0] for k in range(n)])
     targets = [t for t, e in zip(question.targets, experiments, strict=True) if e.random_start]

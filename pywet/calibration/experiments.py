@@ -1,6 +1,6 @@
 """Experiments that give a target: a bridge, a wall collision or a user-defined scene, and the quantities read from them.
 
-A bridge and a collision are computed at once, without chance; a scene is run in the engine, from a seed.
+A bridge and a collision are deterministic; a scene is run in the engine with a random seed.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def _collision(problem: Problem, name: str) -> float:
 
 @dataclass(frozen=True)
 class Kind:
-    """Functions that build an experiment from a file and evaluate its quantities; `of_chance`: it needs runs of an engine."""
+    """Functions that build and evaluate an experiment; `random_start`: its result depends on the seed of an engine run."""
 
     read: Callable[[Path], dict[str, Any]]
     build: Callable[[dict[str, Any], Path], Any]
@@ -84,7 +84,7 @@ KINDS = {
         random_start=True,
     ),
 }
-"""Key of a target -> its kind of experiment."""
+"""Kind of experiment by the key of a target."""
 
 
 class StoredResult(TypedDict):
@@ -153,7 +153,7 @@ class Experiment:
 
 
 def _name(scene: Scene) -> str:
-    """Fingerprint of a run: its scene, STL files, laws in files, and the program."""
+    """Return the digest of a run: its scene, STL files, law files, and the program."""
     message = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
     word = hashlib.sha256(message.encode() + _program())
     chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
@@ -167,7 +167,7 @@ def _name(scene: Scene) -> str:
 
 @cache
 def _program() -> bytes:
-    """Hash of the code that a run goes through, of the engine's plugin, and of the engine's version."""
+    """Return the digest of the code that a run executes, the engine's plugin and the engine's version."""
     return sources.digest([*sources.of_a_run(), *sources.of(("cases",))], package_version("liggghts") or "").encode()
 
 
@@ -206,7 +206,7 @@ def _inside(content: Any, path: list[str]) -> Any:
 
 
 def _filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy with other values at dotted keys that exist."""
+    """Return a copy in which the existing dotted keys have new values."""
     filled = copy.deepcopy(content)
     for key, value in values.items():
         *path, last = key.split(".")

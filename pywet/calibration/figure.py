@@ -28,7 +28,7 @@ def draw(question: Question, found: Found, path: Path) -> None:
 
 
 def _column(question: Question, found: Found, k: int, axes: list[Axes]) -> None:
-    """Draw the responses over one parameter, with the others at their best for each of its values."""
+    """Draw the responses against one parameter, with the other parameters optimised at each value."""
     solved, (name, parameter) = found.problem, list(question.parameters.items())[k]
     shares = np.linspace(solved.window[0][k], solved.window[1][k], PLACES)
     profiles = [solved.profile(k, float(u)) for u in shares]

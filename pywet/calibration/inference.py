@@ -1,9 +1,9 @@
 """Infer parameters from responses and targets: best values, profile-likelihood intervals, undetermined directions.
 
-Places are in the unit cube of the parameters' bounds. A residual is (response - target) over the standard error of both together.
-An interval holds all values of a parameter for which, the others chosen as well as can be, the sum of squared residuals exceeds
-the least one by no more than Student's quantile squared. For one parameter and one target that is Fieller's interval of inverse
-regression, and with a flat prior and a straight response the posterior's.
+Points are in the unit cube of the parameters' bounds. A residual is (response - target) over the standard error of
+both together. An interval holds all values of a parameter for which the sum of squared residuals, minimised over the
+other parameters, exceeds the minimum by at most Student's quantile squared. For one parameter and one target that is
+Fieller's interval of inverse regression, and with a flat prior and a straight response the posterior's.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from scipy.optimize import brentq, least_squares
 
 Floats = NDArray[np.float64]
 Response = Callable[[Floats], tuple[Floats, Floats, Floats]]
-"""Place -> mean of each target's response, variance of that mean, degrees of freedom of the variance."""
+"""Point -> mean of each target's response, variance of that mean, degrees of freedom of the variance."""
 STEP = 1e-3
-"""Of difference quotients: above the noise of what is computed, below what bends."""
+"""Step of difference quotients: above the noise of the experiments, below the scale on which responses curve."""
 GRID = {1: 33, 2: 9, 3: 5}
-"""Number of parameters -> places along each among which starts are sought."""
+"""Number of points along each axis of the grid of starting points, by the number of parameters."""
 PLACES = 33
-"""Of a parameter, at which its profile is looked at."""
+"""Number of values of a parameter at which its profile is evaluated."""
 STARTS = 8
 LEAST = 1e-9
 
@@ -44,7 +44,7 @@ class Interval:
 
 @dataclass
 class Problem:
-    """Targets with their standard errors and degrees of freedom, and the response; `window`: lowest and highest place."""
+    """Targets with their standard errors and degrees of freedom, and the response; `window`: lowest and highest corner."""
 
     response: Response
     values: Floats
@@ -60,7 +60,7 @@ class Problem:
         return len(self.window[0])
 
     def residuals(self, place: Floats) -> Floats:
-        """Residual of each target at a place."""
+        """Return the residual of each target at a point."""
         key = place.tobytes()
         if key not in self._known:
             mean, variance, _ = self.response(place)
@@ -117,7 +117,7 @@ class Problem:
         return sorted((self.least(start) for start in starts), key=self.sum)
 
     def _grid(self, held: int | None = None, at: float = 0.0) -> Floats:
-        """Places all over the window, one parameter held or none."""
+        """Return a grid of points over the window, with one parameter fixed or none."""
         axes = [np.linspace(low, high, GRID[self.count]) for low, high in zip(*self.window, strict=True)]
         if held is not None:
             axes[held] = np.array([at])
@@ -172,8 +172,9 @@ class Problem:
     def unknown(self) -> list[list[int]]:
         """Return the parameters of each flat direction: along it the residuals change by less than the quantile.
 
-        Told from the slopes at the best place. A parameter belongs to a direction where changing it alone would matter; a
-        direction without such is one parameter on which the targets do not depend.
+        Determined from the slopes at the best point. A parameter belongs to a direction if changing it alone
+        has an effect; a direction without such parameters is one parameter on which the targets do not
+        depend.
         """
         slopes = self.slopes(self.best) * self._width
         _, sizes, directions = np.linalg.svd(slopes, full_matrices=True)
@@ -202,9 +203,9 @@ def terms(places: Floats) -> Floats:
 class Surface:
     """The response of an engine over the parameters: a polynomial through runs of several seeds, and how well it is known.
 
-    Of third order for one parameter, of second for several. Coefficients (terms, quantities), their spread, and the deviation
-    of a single run from the surface: its residuals hold the scatter of seeds and what the polynomial does not follow, so that
-    both widen what is said of it.
+    Of third order for one parameter, of second for several. Coefficients (terms, quantities), their spread, and
+    the deviation of a single run from the surface: its residuals contain the scatter of seeds and the misfit of
+    the polynomial, so that both widen the intervals.
     """
 
     coefficients: Floats
@@ -212,7 +213,7 @@ class Surface:
     deviation: Floats
     freedom: int
     misfit: float
-    """Probability that seeds alone make the means of places deviate as far (least of all quantities)."""
+    """Probability that the scatter of seeds alone explains the deviation of the means (smallest over the quantities)."""
 
     @classmethod
     def through(cls, places: Floats, values: Floats) -> Surface:

@@ -19,7 +19,7 @@ from pywet.scene import Positive, Title
 from pywet.strict import Strict
 
 LEVELS = {1: 5, 2: 3, 3: 3}
-"""Number of parameters -> values of each that a round of runs tries."""
+"""Number of values of each parameter in a round of runs, by the number of parameters."""
 
 
 class Target(Limited):
@@ -29,13 +29,13 @@ class Target(Limited):
     wall: Path | None = None
     scene: Path | None = None
     changes: dict[str, Any] = Field(default_factory=dict)
-    """Keys of that file that have other values here, dotted: one file for several targets."""
+    """Values that replace keys of that file (dotted), so that one file serves several targets."""
     quantity: str
     value: float
     scatter: Positive
     """Standard deviation of a single measurement."""
     repeats: Annotated[int, Field(ge=1, le=10_000)] = 1
-    """`value` is the mean of so many; of one, `scatter` is taken as known exactly."""
+    """Number of measurements of which `value` is the mean; with 1, `scatter` is taken as exactly known."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -60,13 +60,13 @@ class Target(Limited):
 
 
 class Parameter(Strict):
-    """Parameter to be found: a number between bounds, written to `keys` (dotted) of every experiment that has them."""
+    """Parameter to be determined: a number between bounds, written to `keys` (dotted) of every experiment that has them."""
 
     keys: Annotated[tuple[str, ...], Field(min_length=1)]
     low: float
     high: float
     log: bool = False
-    """Sought on a logarithmic scale: equal ratios count alike."""
+    """Search on a logarithmic scale: equal ratios have equal weight."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -89,10 +89,10 @@ class Question(Strict):
     parameters: Annotated[dict[Title, Parameter], Field(min_length=1, max_length=3)]
     confidence: Annotated[float, Field(ge=0.5, le=0.999)] = 0.95
     seeds: Annotated[int, Field(ge=2, le=20)] = 2
-    """Runs at each place that is tried in an engine, each of a seed of its own."""
+    """Number of runs, each with its own seed, at each point of a round."""
     most_runs: Annotated[int, Field(le=10_000)] = 60
     check_runs: Annotated[int, Field(ge=2, le=100)] = 3
-    """Runs at the answer, which take no part in finding it."""
+    """Number of runs at the answer, which are not used to determine it."""
 
     @model_validator(mode="after")
     def _enough(self) -> Self:
@@ -102,7 +102,7 @@ class Question(Strict):
         return self
 
     def values(self, place: Floats) -> dict[str, float]:
-        """Values of the parameters at a place of the unit cube."""
+        """Return the values of the parameters at a point of the unit cube."""
         return {name: p.at(float(u)) for (name, p), u in zip(self.parameters.items(), place, strict=True)}
 
     def settings(self, place: Floats) -> dict[str, float]:

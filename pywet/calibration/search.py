@@ -1,8 +1,9 @@
 """Find the parameters: directly for deterministic experiments, else by rounds of engine runs that narrow the range.
 
-A round tries places all over a window with several seeds each; all runs inside the window give the response. Then, whichever
-holds first: the answer ends at a side of the window that is no bound: the window grows there; it fills less than a third of the
-window: the window is drawn in; the response is known less than twice as well as the target: another round; else enough is known.
+A round tries points throughout a window with several seeds each; all runs inside the window give the response. Then
+the first condition that is met decides: if the answer is at a side of the window that is not a bound, the window
+grows there; if the interval fills less than a third of the window, the window shrinks; if the standard error of the
+response exceeds half that of the target, another round follows; otherwise the search ends.
 """
 
 from __future__ import annotations
@@ -19,20 +20,20 @@ from pywet.calibration.inference import Floats, Problem, Surface
 from pywet.calibration.question import LEVELS, Question
 
 DRAWN_IN = 1.0 / 3.0
-"""Share of the window that an answer must fill."""
+"""Share of the window below which an interval causes the window to shrink."""
 KNOWN = 0.5
-"""Standard error of the response over that of the target which is enough: the interval is at most 12 % wider than need be."""
+"""Standard error of the response over that of the target at which the search ends: the interval is at most 12 % too wide."""
 ENOUGH = "the response is known at least twice as well as the target"
 SPENT = "most_runs are spent, more would narrow the intervals"
 AT_ONCE = "nothing is of chance"
 Report = Callable[[str], None]
 Measure = Callable[[Floats, int], tuple[Floats, float]]
-"""Place, seed -> values of the targets that are of chance, seconds."""
+"""Point, seed -> values of the targets that depend on the seed, computing time [s]."""
 
 
 @dataclass
 class Runs:
-    """Runs of the engine so far: places (n, parameters), values (n, targets of chance)."""
+    """Engine runs so far: points (n, parameters), values (n, targets that depend on the seed)."""
 
     measure: Measure
     say: Report
@@ -76,7 +77,7 @@ def find(question: Question, experiments: list[Experiment], folder: Path, ranks:
     targets, names = question.targets, [t.quantity for t in question.targets]
 
     def direct(place: Floats) -> Floats:
-        """Means of all targets without chance, zero in place of the others."""
+        """Return the means of all deterministic targets, zero for the others."""
         settings = question.settings(place)
         return np.array(
             [0.0 if e.random_start else e.value(q, settings) for e, q in zip(experiments, names, strict=True)]
@@ -128,7 +129,7 @@ def rounds(
 
 
 def _round(window: tuple[Floats, Floats], seeds: int) -> list[Floats]:
-    """Places of a round, all of them once, then again."""
+    """Return the points of a round, as many times as there are seeds."""
     grid = product(np.linspace(0.0, 1.0, LEVELS[len(window[0])]), repeat=len(window[0]))
     return [window[0] + np.array(u) * (window[1] - window[0]) for u in grid] * seeds
 

@@ -1,7 +1,7 @@
-"""The command `pywet`: one thin function per subcommand, here and in `cases`, `bodies` and `evidence`; others do the work.
+"""The command `pywet`: one thin function per subcommand, here and in `cases`, `bodies` and `evidence`; other modules do the work.
 
 A user's mistake ends with one red sentence and exit code 1, a fault of the program with one and exit code 70 (`errors.border`).
-Heavy modules are imported inside the commands, so that `pywet --help` answers at once.
+Heavy modules are imported inside the commands, so that `pywet --help` responds at once.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from pywet.errors import border, one_line
 from pywet.util.notices import shown
 
 ENDS = (typer.Exit, typer.Abort, typer.BadParameter.__mro__[2])
-"""How typer ends a command; the last is ClickException, which it does not export."""
+"""Exceptions with which typer ends a command; the last is ClickException, which it does not export."""
 
 
 class Group(TyperGroup):
-    """Ends every command in a red sentence and an exit code, see `errors.border`."""
+    """Command group that reports every error in one red sentence and with an exit code, see `errors.border`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Refuse an empty argument: it is most often a variable of the shell that is not set, and would name this folder."""
+        """Refuse an empty argument: it usually comes from an unset shell variable and would mean the current folder."""
         ctx.meta["given"] = shlex.join(["pywet", *args])
         empty = next((k for k, word in enumerate(args) if not word or (word[:2] == "--" and word[-1] == "=")), None)
         if empty is not None:

@@ -1,4 +1,4 @@
-"""Commands on scenes of a few bodies: pulled apart, colliding, in a small bed or drum; one bridge asked."""
+"""Commands on scenes of a few bodies: pull, collision, small bed or drum, and queries on one bridge."""
 
 from __future__ import annotations
 

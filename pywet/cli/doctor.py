@@ -1,4 +1,7 @@
-"""Report what this machine has and lacks: engine, compiler, MPI, Python packages, plugin, disk. It installs nothing."""
+"""Report which requirements this machine meets and lacks: engine, compiler, MPI, Python packages, plugin, disk.
+
+It installs nothing.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,7 @@ MAIN_PACKAGES = (
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that is needed: what was found, which version, what is needed, and how to fix it."""
+    """A requirement: what was found, which version, what is needed, and how to fix it."""
 
     name: str
     found: str | None
@@ -45,7 +48,7 @@ class Check:
 
 
 def checks() -> list[Check]:
-    """All checks, in the order in which they are needed."""
+    """Return all checks, in the order in which they are needed."""
     version, current = sys.version.split()[0], sys.version_info >= (3, 11)
     return [
         _engine(),
@@ -69,7 +72,7 @@ def pinned() -> dict[str, str]:
 
 
 def banner_version(program: str) -> str | None:
-    """Version in the first line that the engine prints; None if there is none."""
+    """Return the version in the first line that the engine prints; None if there is none."""
     with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
         message = process.output_of([program, "-log", "none"], "\n", Path(folder))
     named = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", message)
@@ -143,7 +146,7 @@ def _disk() -> Check:
 
 
 def main(as_json: bool = False) -> int:
-    """Print the checks; 0 when nothing that is needed is missing or of another version."""
+    """Print the checks; return 0 if nothing required is missing or of another version."""
     from rich.console import Console
     from rich.table import Table
 

@@ -22,13 +22,13 @@ from pywet.util.files import atomic_write, read_if_there, read_json
 
 DETAILS = "details.txt"
 WIDE = 160
-"""Columns of details.txt."""
+"""Width of details.txt in characters."""
 LISTED, LARGEST = 2, 3
-"""Sentences on what was not checked that are printed, and liquid reservoirs; further sentences are counted."""
+"""Number of sentences on what was not checked, and of liquid reservoirs, that are printed; further sentences are counted."""
 
 
 def show(folders: Sequence[Path], verbose: bool = False) -> None:
-    """End `pywet run` and `run-scene`: `folders` holds the run, then those of further seeds; raises where a check objects."""
+    """End `pywet run` and `run-scene`: `folders` are the run, then those of further seeds; raises if a check fails."""
     from pywet.cases.screening import verdict
 
     report = _report(folders[0])
@@ -45,7 +45,7 @@ def show(folders: Sequence[Path], verbose: bool = False) -> None:
 
 
 def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
-    """The lines: what was run, the answer, liquid, whether it was checked, files, the next command."""
+    """Yield the summary: what was run, the answer, liquid, whether it was checked, files, the next command."""
     from pywet.cases.screening import verdict
 
     folder = folders[0]
@@ -84,7 +84,7 @@ def _next(folders: Sequence[Path], word: str) -> str:
 
 
 def _screened(folder: Path) -> bool:
-    """Return whether a run is of a custom scene with numbers of a screen."""
+    """Return whether a run is a user-defined scene with screening results."""
     from pywet.products.screening_report import RESULT
 
     results = folder / "results"
@@ -92,7 +92,7 @@ def _screened(folder: Path) -> bool:
 
 
 def _retained(folders: Sequence[Path]) -> Iterator[str]:
-    """The fraction retained at the end, over seeds as mean and 95 % interval of the mean; nothing of a custom scene."""
+    """Yield the fraction retained at the end, over seeds as mean and 95 % interval; nothing for a user-defined scene."""
     if not (folders[0] / "results" / "fraction_retained.parquet").exists():
         return
     read = [read_json(folder / "summary.json", shape=Summary) for folder in folders]
@@ -143,7 +143,7 @@ def _liquid(folders: Sequence[Path]) -> Iterator[str]:
 
 
 def _deep(folders: Sequence[Path]) -> Iterator[str]:
-    """Yield the line on deep overlaps, of a custom scene that has some."""
+    """Yield the line on deep overlaps of a user-defined scene, if any."""
     from pywet.report import scene_page
     from pywet.runs.loaded import Run
 
@@ -152,7 +152,7 @@ def _deep(folders: Sequence[Path]) -> Iterator[str]:
 
 
 def _reservoir(name: str) -> bool:
-    """Return whether a volume of liquid_end_m3 is a reservoir by itself, neither a sum nor a class of spheres of one."""
+    """Return whether a volume of liquid_end_m3 is a reservoir, neither a sum nor one class of spheres."""
     parts = ("coarse_material_", "fines_")
     return name not in ("total", "standing_bridges") and not name.startswith(parts)
 
@@ -178,7 +178,7 @@ def _write_details(folder: Path) -> None:
 
 
 def details(folder: Path, to: Console) -> None:
-    """Liquid at the end, the laws by kind (of one in a file the file's name), the effects, and what the replay found."""
+    """Print the final liquid, the laws by kind (with the file of a law in a file), the effects, and the replay's findings."""
     from pywet.scene import EngineScene
 
     message = read_json(folder / "summary.json", shape=RunSummary)
@@ -192,7 +192,7 @@ def details(folder: Path, to: Console) -> None:
 
 
 def _agreement(replay: dict[str, Any], to: Console) -> None:
-    """The agreement table, what was not checked, and what the diagnosis of a disagreement found."""
+    """Print the agreement table, what was not checked, and the diagnosis of a disagreement."""
     from pywet.cases.screening import verdict
     from reference_impl.replay import whole
 

@@ -47,11 +47,11 @@ GROUPS = {
         "study": "study stability --cases 20",
     },
 }
-"""Group -> command -> words of an example."""
+"""Example command line of each command, by group."""
 
 
 def arrange(*apps: typer.Typer) -> None:
-    """Give each command of the apps its group, and an example below its help."""
+    """Assign each command of the apps to its group, with an example below its help."""
     for info in _commands(apps):
         name = info.name or info.callback.__name__.replace("_", "-")
         group = next(g for g, members in GROUPS.items() if name in members)

@@ -1,4 +1,4 @@
-"""`pywet laws --check LAW`: what is printed, and the exit code."""
+"""Print the result of `pywet laws --check LAW` and return the exit code."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ GOOD, WRONG = 0, 1
 
 
 def run(name: str, as_json: bool) -> int:
-    """Check a law and print what was found; 1 where it is not as a law must be."""
+    """Check a law and print the findings; return 1 if it violates a requirement."""
     name = custom_laws.placed(name)
     custom_laws.trust([name])
     kind = checks.kind_of(name)

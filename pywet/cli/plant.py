@@ -54,7 +54,7 @@ def screen_numbers(
 
 
 def _over_seeds(found: Sequence[dict[str, Any]]) -> Iterator[str]:
-    """Means of several seeds of one scene with their intervals."""
+    """Yield the means over several seeds of one scene with their intervals."""
     from pywet.runs.spread import with_interval
 
     for key, name, factor in (("d50_mm", "cut size [mm]", 1.0), ("efficiency", "efficiency [%]", 100.0)):

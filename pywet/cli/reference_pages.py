@@ -1,4 +1,4 @@
-"""Pages of the documentation: those of docs/, and the references generated from the program's classes and schemas."""
+"""Pages of the documentation: those of docs/, and the reference pages generated from classes and schemas."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Made from the schemas in `workflow/schemas`, with which every file is checked. H
 
 
 def configuration() -> str:
-    """The page of all keys of `config/`, a table for each group, from the schemas that check them."""
+    """Return the page of all keys of `config/`, a table for each group, from their validation schemas."""
     lines = [HEAD]
     for path in sorted((place("workflow") / "schemas").glob("*.schema.json")):
         schema = json.loads(path.read_text())
@@ -66,7 +66,7 @@ How scenes are written: [a custom scene](own-scene.md).
 
 
 def scene() -> str:
-    """The page of all classes of `pywet` that a scene is made of."""
+    """Return the page of all classes of `pywet` that make up a scene."""
     import pywet
 
     classes = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_json_schema")]
@@ -91,7 +91,7 @@ def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
 
 
 def _limits(value: dict[str, Any]) -> list[str]:
-    """The bounds that a schema states for a key."""
+    """Return the bounds that a schema states for a key."""
     limits = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
     return limits + [limit for inner in value.get("anyOf", ()) for limit in _limits(inner)]
 
@@ -105,7 +105,7 @@ Columns of every table of a run, with unit and meaning, from `pywet/schema.py`. 
 
 
 def columns() -> str:
-    """The page of all columns that have a meaning, and of codes and reservoirs."""
+    """Return the page of all documented columns, codes and reservoirs."""
     from pywet.schema import CODES, HOLDERS, TABLES, meanings
 
     lines = [COLUMNS, "\n## Codes\n\n| column | code | stands for |\n|---|---|---|"]
@@ -122,11 +122,11 @@ def columns() -> str:
 LIMITS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
 
 MADE = {"configuration_reference": configuration, "columns": columns, "scene_reference": scene}
-"""Page -> what makes its text."""
+"""Page -> function that generates its text."""
 
 
 def write(folder: Path) -> None:
-    """Write the pages that are made into a folder, where they have changed."""
+    """Write the generated pages into a folder if they have changed."""
     for name, made in MADE.items():
         page, text = folder / f"{name}.md", made()
         if not page.exists() or page.read_text() != text:
@@ -134,7 +134,7 @@ def write(folder: Path) -> None:
 
 
 def page(name: str) -> str:
-    """The text of a page by its name, with or without `.md` or a section; a page that there is not is refused."""
+    """Return the text of a page by its name, with or without `.md` or a section; raises for an unknown page."""
     word = name.partition("#")[0].removeprefix("docs/").removesuffix(".md").removesuffix(".ipynb")
     if word in MADE:
         return MADE[word]()
@@ -157,7 +157,7 @@ def page(name: str) -> str:
 
 
 def _named(block: str) -> str:
-    """Return the signatures and first docstring lines of what a block of Sphinx directives documents."""
+    """Return the signatures and first docstring lines of the objects in a block of Sphinx directives."""
     lines = []
     for directive, path in re.findall(r"^\.\. (auto\w+):: ([\w.]+)", block, flags=re.MULTILINE):
         if directive == "automodule":
@@ -192,7 +192,7 @@ def _is_module(name: str) -> bool:
 
 
 def _signature(found: Any) -> str:
-    """Return the parameters with their defaults, without types; none of what has no signature."""
+    """Return the parameters with their defaults, without types; empty for an object without signature."""
     try:
         parameters = inspect.signature(found).parameters.values()
     except (TypeError, ValueError):

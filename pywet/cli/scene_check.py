@@ -1,4 +1,4 @@
-"""`pywet run-scene FILE --check`: what would be run, and what is wrong with it."""
+"""Print what `pywet run-scene FILE --check` would run, and the errors in the file."""
 
 from __future__ import annotations
 

@@ -18,12 +18,12 @@ err = Console(stderr=True, highlight=False)
 
 
 def tell(line: object, style: str | None = None) -> None:
-    """A line of the answer as it is: not wrapped, nothing in it marked up."""
+    """Print a line of the answer as it is: not wrapped, without markup."""
     out.print(str(line), style=style, soft_wrap=True, markup=False)
 
 
 def bridge_table(query: Query, answer: dict[str, Any]) -> None:
-    """The answer of `pywet bridge` as tables, with what each law is off the exact bridge."""
+    """Print the answer of `pywet bridge` as tables, with the deviation of each law from the exact bridge."""
     from pywet.cases.small import bridge_query
     from pywet.report import bridge
 
@@ -33,7 +33,7 @@ def bridge_table(query: Query, answer: dict[str, Any]) -> None:
 
 
 def bridge_plot(query: Query, answer: dict[str, Any], path: Path) -> None:
-    """Force over gap up to the longest bridge; what an engine measured is drawn as points."""
+    """Draw force over gap up to the longest bridge; measurements in an engine are drawn as points."""
     from pywet.cases.small import bridge_query
     from pywet.report import bridge
 
@@ -90,7 +90,7 @@ def stage(folder: Path, stage: str, work: Any) -> None:
 
 
 def show_audit(run_dir: Path, to: Console = out) -> None:
-    """Print what each effect contributed, compared with the effect plan, if the run has both."""
+    """Print each effect's contribution, compared with the effect plan, if the run has both."""
     from pywet.planning import audit
 
     if rows := audit.read(run_dir):

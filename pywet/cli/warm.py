@@ -1,6 +1,6 @@
 """Compile machine code ahead of time, so that the first command of each kind does not wait; called by `make setup`.
 
-Each kind of question is asked once, so that whatever it compiles is stored. Quick where that is done.
+Each kind of command is run once, so that the code it compiles is cached. Fast if the cache is complete.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pywet.util import machine_code
 
 
 def _laws() -> None:
-    """Compile the laws as the engine needs them."""
+    """Compile the laws in the form that the engine uses."""
     from pywet.engines.liggghts.plugin_api import in_use
     from pywet.laws import registry
 
@@ -61,7 +61,7 @@ QUESTIONS: dict[str, Callable[[], None]] = {
 
 
 def main() -> None:
-    """Compile what is not compiled yet for these sources and this processor."""
+    """Compile everything that is not yet compiled for these sources and this processor."""
     for name, ask in () if machine_code.ready() else QUESTIONS.items():
         print(f"machine code, once for this processor: {name}", flush=True)
         ask()

@@ -1,6 +1,6 @@
-"""Remove the lock of a killed Snakemake, or list its processes that still run. `make run` calls this first.
+"""Remove the lock of a killed Snakemake, or list its processes that are still running.
 
-A Snakemake that was killed leaves its lock behind, and the jobs that it had begun work on to their end.
+`make run` calls this first. A killed Snakemake leaves its lock, and its jobs continue to run.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from pywet.errors import border
 
 LOCKS = Path(".snakemake/locks")
 SCRIPTS = ".snakemake/scripts/"
-"""What the command of a job holds."""
+"""Part of the command line of every Snakemake job."""
 
 
 def at_work(folder: Path) -> tuple[list[int], list[int]]:
-    """Processes of this machine that work in a folder: those of Snakemake itself, those of its jobs."""
+    """Return the processes of this machine that run in a folder: those of Snakemake, and those of its jobs."""
     mains, jobs = [], []
     for entry in Path("/proc").glob("[0-9]*"):
         try:

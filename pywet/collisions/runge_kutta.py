@@ -1,6 +1,6 @@
-"""Compiled parts that both collision models share: scipy's tableaus, a stage of a step, its error, location of an event.
+"""Compiled parts of both collision models: scipy's tableaus, a stage of a step, its error, location of an event.
 
-An event is the root of a function over the length of a step, each trial being a step of its own from the same start: no
+An event is the root of a function of the step length; each trial is a full step from the same start, so there is no
 interpolation error, and the state after an event is a state of the method.
 """
 
@@ -15,22 +15,22 @@ from scipy import integrate
 from pywet.util.machine_code import njit
 
 LOW, F_LOW, HIGH, F_HIGH, SIDE = range(5)
-"""A bracket: its ends and the values there, and which end moved last (−1, 1; 0 none)."""
+"""Bracket of a root: its ends, the values there, and which end moved last (−1, 1; 0 none)."""
 
 
 class Tableau(NamedTuple):
     """Explicit method (Hairer, Nørsett & Wanner I) whose last stage is the first of the next step."""
 
     a: np.ndarray
-    """Weights of the stages before, a row per stage; the last row makes the new state."""
+    """Weights of the preceding stages, one row per stage; the last row gives the new state."""
     error: np.ndarray
     error_low: np.ndarray
     order: float
-    """That by which the step's length follows from its error."""
+    """Order of the error estimate that controls the step length."""
 
 
 def tableau(method: Any, error: np.ndarray, error_low: np.ndarray, order: float) -> Tableau:
-    """The tableau of one of scipy's methods."""
+    """Return the tableau of one of scipy's methods."""
     stages = np.pad(method.A, ((0, 0), (0, method.n_stages - method.A.shape[1])))
     return Tableau(np.vstack([stages, method.B]), np.array(error), np.array(error_low), order)
 
@@ -41,7 +41,7 @@ DOPRI5 = tableau(integrate.RK45, integrate.RK45.E, 0.0 * integrate.RK45.E, 5.0)
 
 @njit(error_model="numpy")
 def combine(y: Any, stages: Any, weights: Any, count: int, dt: float, out: Any) -> None:
-    """`out` = y + dt Σ weights·stages, over the first `count` stages."""
+    """Compute `out` = y + dt Σ weights·stages, over the first `count` stages."""
     for q in range(out.size):
         out[q] = y[q]
     for k in range(count):
@@ -53,7 +53,7 @@ def combine(y: Any, stages: Any, weights: Any, count: int, dt: float, out: Any) 
 
 @njit(error_model="numpy")
 def error_of(stages: Any, error: Any, error_low: Any, scale: Any, dt: float) -> float:
-    """scipy's estimate of a step's local error over the tolerance `scale`; infinite where it is no number."""
+    """Return scipy's estimate of a step's local error over the tolerance `scale`; infinite if it is not a number."""
     high = low = 0.0
     for q in range(scale.size):
         x = z = 0.0
@@ -77,7 +77,7 @@ def trial(bracket: Any, number: int) -> float:
 
 @njit(error_model="numpy")
 def narrow(bracket: Any, x: float, f: float) -> None:
-    """Take the value f at x into the bracket (Illinois: an end that stays twice counts half)."""
+    """Update the bracket with the value f at x (Illinois: the value of an end that remains twice is halved)."""
     side = 1 if f >= 0.0 else -1
     moves, stays = (HIGH, LOW) if f >= 0.0 else (LOW, HIGH)
     bracket[moves], bracket[moves + 1] = x, f

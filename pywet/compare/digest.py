@@ -1,8 +1,8 @@
 """Digest of a reference run: mean and spread of its quantities over several seeds, a few kilobytes of JSON with provenance.
 
-A digest is a regression alarm, not an oracle: it says that numbers have moved, not that they were right. A run is compared with
-mean ± Student's quantile (two-sided, shared out over all numbers of the digest) × spread × √(1 + 1/n), plus a numerical
-tolerance of the quantity's scale.
+A digest is a regression alarm, not an oracle: it reports that numbers have changed, not that they were right. A run
+is compared with mean ± Student's quantile (two-sided, divided among all numbers of the digest) × spread × √(1 + 1/n),
+plus a numerical tolerance of the quantity's scale.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from pywet.scene import EngineScene
 from pywet.util.files import read_if_there, read_model, write_json
 
 TIMES = 5
-"""Places of a curve that are stored, evenly spaced, the start left out."""
+"""Number of stored points of a curve, evenly spaced, without the start."""
 TOLERANCE = 1e-6
-"""Of a digest's numbers, over their scale, besides the spread of the seeds."""
+"""Numerical tolerance of a digest's numbers over their scale, in addition to the spread of the seeds."""
 ALARM = 0.01
-"""Probability that an unchanged program raises the alarm, over all numbers of a digest together."""
+"""Probability that an unchanged program raises an alarm, for all numbers of a digest together."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Digest:
     versions: dict[str, str]
     numbers: dict[str, Number]
     scene: dict[str, Any] | None = None
-    """What makes its scene the case that it is; None for what is no run of an engine."""
+    """Facts that define the scene; None for results that are no engine run."""
     purpose: str = "regression alarm: says that numbers moved, not that they were right"
 
 
@@ -75,7 +75,7 @@ class Row:
 
 
 def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
-    """Numbers of a run as (value, scale, unit): each quantity, a curve at TIMES of its span."""
+    """Return the numbers of a run as (value, scale, unit): each quantity, a curve at TIMES points of its duration."""
     numbers = {}
     for q in run.quantities.values():
         if len(q.times) == 0:
@@ -88,7 +88,7 @@ def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
 
 
 def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
-    """Numbers of a run directory, those of scene_result.json included where `pywet scene` has left one."""
+    """Return the numbers of a run directory, including those of scene_result.json, if written by `pywet scene`."""
     numbers = numbers_of(read_run(run_dir))
     for name, value in (read_if_there(Path(run_dir) / RESULT, shape=dict[str, Any]) or {}).items():
         if isinstance(value, int | float):
@@ -111,7 +111,7 @@ UNITS = {"_m_per_s": "m/s", "_N": "N", "_J": "J", "_m": "m", "_s": "s", "_deg": 
 def make(
     name: str, command: str, runs: Sequence[dict[str, tuple[float, float, str]]], scene: dict[str, Any] | None = None
 ) -> Digest:
-    """Digest of the numbers of several runs of one scene."""
+    """Make the digest of the numbers of several runs of one scene."""
     numbers = {}
     for key, (_, scale, unit) in runs[0].items():
         values = np.array([r[key][0] for r in runs])
@@ -150,7 +150,7 @@ def _same_scene(wanted: dict[str, Any], scene: EngineScene, who: str) -> None:
 
 
 def provenance() -> dict[str, str]:
-    """Versions that the numbers depend on, and the commit."""
+    """Return the versions that the numbers depend on, and the commit."""
     from pywet.engines.liggghts.build import engine_version
 
     made_by = {"liggghts": engine_version(), "machine": platform.machine(), "commit": commit() or "unknown"}
@@ -187,7 +187,7 @@ def allowed(digest: Digest, number: Number) -> float:
 
 
 def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]]) -> list[Row]:
-    """Compare each stored number with that of a run; a number that the run lacks is NaN, which always fails."""
+    """Compare each stored number with that of a run; a number missing from the run is NaN, which always fails."""
     return [
         Row(run, key, values[key][0] if key in values else float("nan"), n.mean, allowed(digest, n), n.unit)
         for key, n in digest.numbers.items()

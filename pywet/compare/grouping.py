@@ -1,4 +1,4 @@
-"""Group runs by scene: runs that differ in nothing but the seed belong together."""
+"""Group runs by scene: runs of one group differ only in the seed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pywet.runs.rundir import RunDir
 
 
 def by_scene(folders: Sequence[Path]) -> list[list[Path]]:
-    """Group runs that differ in nothing but the seed, in the order in which they were given."""
+    """Group runs that differ only in the seed, in the given order."""
     groups: list[list[Path]] = []
     for folder in map(Path, folders):
         found = next((group for group in groups if same_scene(group[0], folder)), None)
@@ -23,9 +23,10 @@ def by_scene(folders: Sequence[Path]) -> list[list[Path]]:
 
 
 def same_scene(a: Path, b: Path) -> bool:
-    """Return whether two runs differ in nothing but the seed: in their descriptions, facts of the scene, effects and steps.
+    """Return whether two runs differ only in the seed, comparing their descriptions, facts of the scene, effects and steps.
 
-    Of runs without a description, such as cases, scenes are compared as a whole; the box follows the initial positions.
+    For runs without a description, such as cases, whole scenes are compared, except the box, which depends on the
+    initial positions.
     """
     one, other = but_seed(a), but_seed(b)
     if one or other:

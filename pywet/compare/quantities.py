@@ -1,7 +1,7 @@
 """Compared quantities of a run: curves over time and single numbers, from the tables in its run directory.
 
-Reads only the tables that every engine writes (results, history, trajectory, summary.json, replay.json); a run of which its
-scene planned more than is there is refused. Each quantity has a scale [its unit], against which deviations are measured.
+Reads only the tables that every engine writes (results, history, trajectory, summary.json, replay.json); a run with
+less data than its scene planned is refused. Each quantity has a scale, in its unit, to which deviations are relative.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 Ends = tuple[float | None, float | None] | None
 RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
 CASE = "case"
-"""The case's name among the `facts`; it may differ wherever another setting may."""
+"""Key of the case's name among the `facts`; it may differ wherever another setting may."""
 HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
 
 
@@ -48,12 +48,12 @@ class Quantity:
     times: Floats
     scale: float
     interval: Ends = None
-    """Ends of the 95 % interval of a number within the run; None where the run itself gives none."""
+    """Ends of the 95 % interval of a number within the run; None if the run provides none."""
     of_screen: bool = False
-    """Whether it is a number of `pywet screen`."""
+    """Whether it is a result of `pywet screen`."""
 
     def at(self, times: Floats) -> Floats:
-        """Values at other times, linear between outputs; a number as it is."""
+        """Return the values at other times, interpolated linearly between outputs; a number is constant."""
         return self.values if len(self.times) == 0 else np.interp(times, self.times, self.values)
 
 
@@ -65,12 +65,12 @@ class RunData:
     scene: EngineScene
     quantities: dict[str, Quantity]
     checks: dict[str, tuple[bool, float]]
-    """Name -> (passed, value); not a matter of statistics."""
+    """Name -> (passed, value); not part of the statistics."""
     held: dict[str, Any]
-    """What the run holds, all that its scene planned: steps, outputs, windows, rows of each table."""
+    """Amount of data in the run, all that its scene planned: steps, outputs, windows, rows of each table."""
 
     def fingerprint(self) -> dict[str, str]:
-        """Hash of the content of each table (not of its file)."""
+        """Digest of the content of each table (not of its file)."""
         hashes = {}
         for name in HASHED:
             table = RunDir(self.path).table_if_there(name)
@@ -97,7 +97,7 @@ def facts(scene: EngineScene) -> dict[str, Any]:
 
 
 def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = ()) -> list[str]:
-    """Name the `facts` in which a scene differs from another; settings of `across` (and then the case's name) may differ."""
+    """Name the `facts` in which two scenes differ; settings in `across` (and then the case's name) may differ."""
     there, free = facts(scene), {*across, *([CASE] if across else [])}
     if unknown := [name for name in across if name not in wanted]:
         known = ", ".join(name for name in wanted if name != CASE)
@@ -149,7 +149,7 @@ def _number(name: str, unit: str, value: float, scale: float) -> Quantity:
 
 
 def _screen(run: RunDir) -> Iterator[Quantity]:
-    """Numbers of the decks of a scene with outlets, each with its interval within the run."""
+    """Yield the results of the decks of a scene with outlets, each with its interval within the run."""
     if not run.scene.outlets:
         return
     for deck in range(1, streams.decks(run) + 1):
@@ -161,7 +161,7 @@ def _screen(run: RunDir) -> Iterator[Quantity]:
 
 
 def _of_screen(numbers: dict[str, Any]) -> Iterator[tuple[str, str, float | None, Ends, float]]:
-    """Name, unit, value, ends of the interval and scale of each number of screen.json that is compared; scale 0: the value."""
+    """Yield name, unit, value, ends of the interval and scale (0: the value) of each compared number of screen.json."""
 
     def around(value: float | None, half: float | None) -> Ends:
         return None if value is None or half is None else (value - half, value + half)
@@ -183,7 +183,7 @@ def _of_screen(numbers: dict[str, Any]) -> Iterator[tuple[str, str, float | None
 
 
 def _retained(run: RunDir) -> Iterator[Quantity]:
-    """Fraction retained over time, in all and per class."""
+    """Yield the fraction retained over time, in total and per class."""
     table = run.table_if_there("results/fraction_retained")
     if table is None:
         return
@@ -193,7 +193,7 @@ def _retained(run: RunDir) -> Iterator[Quantity]:
 
 
 def _liquid(run: RunDir) -> Iterator[Quantity]:
-    """Liquid by reservoir over time, over the liquid put in; of a small scene films, bridges and walls from the ledger."""
+    """Yield liquid by reservoir over time, over the initial liquid; for a small scene films, bridges and walls of the ledger."""
     table, ledger = run.table_if_there("results/liquid_by_holder"), run.table_if_there("history/ledger")
     if not run.moist:
         return
@@ -211,7 +211,7 @@ def _liquid(run: RunDir) -> Iterator[Quantity]:
 
 
 def _counts(run: RunDir) -> Iterator[Quantity]:
-    """Formations and ruptures in all, active bridges over time."""
+    """Yield the total numbers of formations and ruptures, and the active bridges over time."""
     ledger = run.table_if_there("history/ledger")
     if ledger is None:
         return
@@ -223,7 +223,7 @@ def _counts(run: RunDir) -> Iterator[Quantity]:
 
 
 def _energies(run: RunDir) -> Iterator[Quantity]:
-    """Energies and works at the end, over the largest of them."""
+    """Yield energies and works at the end, over the largest of them."""
     table, summary = run.table_if_there("history/energy"), run.json("summary.json", RunSummary)
     if table is not None and not table.empty:
         end = table.sort_values("step").iloc[-1].drop(["step", "time"])
@@ -255,7 +255,7 @@ def _bed(run: RunDir) -> Iterator[Quantity]:
 
 
 def _checks(run: RunDir) -> Iterator[tuple[str, tuple[bool, float]]]:
-    """Liquid ledger and replay: each run passes or not, whatever the other does."""
+    """Yield liquid ledger and replay: each run passes or fails independently of the other."""
     ledger = run.table_if_there("history/ledger")
     if ledger is not None:
         error = ledger_error(ledger)

@@ -1,8 +1,9 @@
 """Test whether two groups differ by more than their scatter: one family of tests over all quantities and times.
 
-Groups large enough (2/(number of ways to deal the runs out) not above the level): a permutation test on the largest |t|, single
-step (Westfall & Young 1993): exact for exchangeable runs, whatever the distribution and however the quantities hang together.
-Smaller groups: Student's or Welch's t with few degrees of freedom, Bonferroni within a curve (five times), Holm over quantities.
+For large groups (2/(number of permutations) not above the level): a permutation test on the largest |t|, single step
+(Westfall & Young 1993): exact for exchangeable runs, for any distribution and correlation of quantities. For smaller
+groups: Student's or Welch's t with few degrees of freedom, Bonferroni within a curve (five times), Holm over
+quantities.
 """
 
 from __future__ import annotations
@@ -18,12 +19,12 @@ from scipy import stats
 
 Floats = NDArray[np.float64]
 LEVEL = 0.05
-"""Probability that equal groups are called different anywhere in the whole comparison."""
+"""Probability that equal groups are reported as different anywhere in the comparison."""
 ROUND_OFF = 1e-9
-"""Deviation over the scale that no test looks below: summation order, not physics."""
+"""Deviation over the scale below which no test is made: round-off of sums, not physics."""
 PERMUTATIONS = 5000
 POINTS = 5
-"""Times of a curve that are tested one by one in small groups."""
+"""Number of times of a curve that are tested individually in small groups."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Finding:
-    """Largest |t| of a quantity, where (index of time), and its p-value adjusted for the whole comparison."""
+    """Largest |t| of a quantity, its position (index of time), and its p-value adjusted for the whole comparison."""
 
     t: float
     at: int
@@ -78,7 +79,7 @@ def pooled_t(a: Floats, b: Floats) -> Floats:
 
 
 def arrangements(n: int, m: int) -> list[NDArray[np.int64]]:
-    """Index sets that become group a: all of them, the real one first, or PERMUTATIONS random ones where there are more."""
+    """Return index sets that form group a: all of them, the real one first, or PERMUTATIONS random ones if there are more."""
     total = comb(n + m, n)
     if total <= PERMUTATIONS:
         return [np.array(c) for c in combinations(range(n + m), n)]
@@ -96,7 +97,7 @@ def can_permute(n: int, m: int) -> bool:
 
 
 def permutation(samples: Sequence[Sample]) -> list[Finding]:
-    """p of each quantity: share of arrangements whose largest |t| over all quantities and times is at least its own."""
+    """Return p of each quantity: share of arrangements whose largest |t| over all quantities and times is at least its own."""
     n, m = len(samples[0].a), len(samples[0].b)
     joined = np.concatenate([np.concatenate([s.a, s.b]) for s in samples], axis=1)
     largest = _largest(joined - joined.mean(0), arrangements(n, m), n, m)
@@ -110,7 +111,7 @@ def permutation(samples: Sequence[Sample]) -> list[Finding]:
 
 
 def _largest(centred: Floats, chosen: list[NDArray[np.int64]], n: int, m: int) -> Floats:
-    """Largest |t| over all columns for each arrangement, all at once; `pooled_t` of centred columns."""
+    """Return the largest |t| over all columns for each arrangement at once; `pooled_t` of centred columns."""
     first = np.zeros((len(chosen), n + m))
     np.put_along_axis(first, np.array(chosen), 1.0, axis=1)
     a, b = first @ centred / n, (1.0 - first) @ centred / m
@@ -120,7 +121,7 @@ def _largest(centred: Floats, chosen: list[NDArray[np.int64]], n: int, m: int) -
 
 
 def student(samples: Sequence[Sample]) -> list[Finding]:
-    """Welch's t of two small groups, Student's where one is a single run; Bonferroni over POINTS times, then Holm."""
+    """Compute Welch's t of two small groups, Student's if one is a single run; Bonferroni over POINTS times, then Holm."""
     raw = []
     for s in samples:
         picks = np.unique(np.linspace(0, s.a.shape[1] - 1, min(POINTS, s.a.shape[1])).round().astype(int))
@@ -131,7 +132,7 @@ def student(samples: Sequence[Sample]) -> list[Finding]:
 
 
 def _p_value(a: Floats, b: Floats) -> tuple[float, float]:
-    """|t| and two-sided p of one number."""
+    """Return |t| and two-sided p of one number."""
     difference = abs(float(a.mean() - b.mean()))
     one, two = (float(x.std(ddof=1)) if len(x) > 1 else 0.0 for x in (a, b))
     if max(one, two) < ROUND_OFF:  # no spread at all: the runs do not depend on the seed
@@ -156,7 +157,7 @@ def holm(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def test(samples: Sequence[Sample]) -> tuple[str, list[Finding]]:
-    """Name of the method that these group sizes allow, and the finding of each quantity."""
+    """Return the name of the method for these group sizes, and the finding of each quantity."""
     n, m = len(samples[0].a), len(samples[0].b)
     if can_permute(n, m):
         ways = comb(n + m, n)

@@ -18,9 +18,9 @@ from pywet.products.partition import NORMAL_95
 from reference_impl.replay import whole
 
 WITHIN_ONE = "one run each: numbers of the screen by their 95 % intervals within one run, Holm over these numbers"
-"""Method for the numbers of a screen."""
+"""Name of the method for results of a screen."""
 MAIN = "fraction retained"
-"""The quantity of the first line, where the runs have it."""
+"""Quantity of the first line, if the runs have it."""
 
 
 class NotComparable(PywetError):
@@ -31,19 +31,21 @@ class NotComparable(PywetError):
 
 @dataclass(frozen=True)
 class Row:
-    """One quantity: means of both (a curve at the place of its largest difference), spread, deviation, verdict."""
+    """One quantity: means of both groups (a curve at its largest difference), spread, deviation, verdict."""
 
     quantity: str
     unit: str
     a: float
     b: float
     deviation: float
-    """|a − b| over the quantity's scale, at the place of the largest difference (or |t|)."""
+    """|a − b| over the quantity's scale, at the largest difference (or |t|)."""
     spread: float | None
     """Pooled standard deviation of a run there, over the scale; None with one run each."""
     interval: float | None
-    """Half width of the 95 % confidence interval of b − a there [unit], of this quantity alone; with one run each that of the
-    scatter within the runs, for numbers of a screen only."""
+    """Half width of the 95 % confidence interval of b − a there [unit], for this quantity alone.
+
+    With one run each it is that of the scatter within the runs, for results of a screen only.
+    """
     time_s: float | None
     t: float | None
     p: float | None
@@ -64,15 +66,15 @@ class Comparison:
     rows: list[Row]
     checks: dict[str, Any]
     compared: dict[str, list[str]]
-    """For each group, what its runs hold, a sentence each."""
+    """Description of the runs of each group, one sentence each."""
     left_out: list[str]
     """Quantities that only some of the runs have."""
     end: str
-    """The fraction retained at the end (of other scenes the first quantity) in both, and its difference with interval."""
+    """Fraction retained at the end (for other scenes the first quantity) in both groups, and its difference with interval."""
 
 
 def runs_in(folder: Path) -> list[Path]:
-    """The folder itself when it is a run directory, else the run directories directly inside it."""
+    """Return the folder itself if it is a run directory, else the run directories directly inside it."""
     folder = Path(folder)
     if (folder / "scene.json").exists():
         return [folder]
@@ -135,7 +137,7 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: S
 
 
 def _at_end(groups: list[list[RunData]], name: str) -> str:
-    """A quantity at the last common time in both groups and their difference, each with its interval."""
+    """Describe a quantity at the last common time in both groups and their difference, each with its interval."""
     times, unit = _times(groups, name), groups[0][0].quantities[name].unit
     a, b = (np.array([float(r.quantities[name].at(times)[-1]) for r in g]) for g in groups)
     when = f" at {times[-1]:.3g} s" if len(times) else ""
@@ -153,7 +155,7 @@ def _at_end(groups: list[list[RunData]], name: str) -> str:
 
 
 def _within(a: Quantity, b: Quantity) -> float | None:
-    """Half width of the 95 % interval of b − a from the intervals of both numbers, on the sides that face each other (MOVER)."""
+    """Return the half width of the 95 % interval of b − a from the intervals of both numbers, on the facing sides (MOVER)."""
     x, y = float(a.values[-1]), float(b.values[-1])
     sides = (1, 0) if y >= x else (0, 1)
     ends = [q.interval[k] if q.interval else None for q, k in zip((a, b), sides, strict=True)]
@@ -170,7 +172,7 @@ def _mean(values: Floats) -> str:
 
 
 def _same_tables(groups: list[list[RunData]]) -> None:
-    """A table of results that only some runs have must not pass as equal."""
+    """Refuse runs of which only some have a table of results, since they must not pass as equal."""
     runs = [run for group in groups for run in group]
     for name in RESULTS:
         there = [name in run.held["rows"] for run in runs]
@@ -206,7 +208,7 @@ def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
 
 
 def _checks(groups: list[list[RunData]]) -> tuple[dict[str, Any], str]:
-    """Checks by name: passed of all in each group; and what one group passes and the other not."""
+    """Return the checks by name, passed of all in each group, and a sentence on checks that only one group passes."""
     checks: dict[str, Any] = {}
     for label, group in zip("ab", groups, strict=True):
         for run in group:
@@ -220,7 +222,7 @@ def _checks(groups: list[list[RunData]]) -> tuple[dict[str, Any], str]:
 
 
 def _times(groups: list[list[RunData]], name: str) -> Floats:
-    """Times of the first run's curve that all runs cover."""
+    """Return the times of the first run's curve that all runs cover."""
     curves = [r.quantities[name].times for g in groups for r in g]
     if len(curves[0]) == 0:
         return np.array([])
@@ -229,7 +231,7 @@ def _times(groups: list[list[RunData]], name: str) -> Floats:
 
 
 def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], str]:
-    """Compare one run with one: bit-identical, within round-off, or different; significance is not judged."""
+    """Compare two single runs: bit-identical, equal within round-off, or different; significance is not judged."""
     rows = []
     for name in names:
         times = _times([[a], [b]], name)
@@ -265,7 +267,7 @@ def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], s
 
 
 def _screen_rows(a: RunData, b: RunData, rows: list[Row]) -> list[Row]:
-    """Judge the numbers of a screen that differ by their intervals within the runs, with Holm's adjustment."""
+    """Judge the results of a screen that differ by their intervals within the runs, with Holm's adjustment."""
     halves = {r.quantity: _within(a.quantities[r.quantity], b.quantities[r.quantity]) for r in rows if r.different}
     tested = [r for r in rows if a.quantities[r.quantity].of_screen and halves.get(r.quantity) is not None]
     found = []
@@ -284,7 +286,7 @@ def _judged(row: Row, half: float | None, finding: statistics.Finding) -> Row:
 
 
 def _of_screen(a: RunData, rows: list[Row]) -> str:
-    """The verdict on the numbers of a screen of one run each."""
+    """Return the verdict on the results of a screen from one run each."""
     of = [r for r in rows if a.quantities[r.quantity].of_screen]
     called = [r.quantity for r in of if r.verdict == "differs beyond the intervals"]
     unknown = [r.quantity for r in of if r.verdict == "differs"]
@@ -302,7 +304,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _groups(groups: list[list[RunData]], names: list[str]) -> tuple[str, list[Row], str]:
-    """Several seeds: tests over all quantities at once."""
+    """Compare groups of several seeds: tests over all quantities at once."""
     first, times = groups[0][0].quantities, [_times(groups, name) for name in names]
     samples = [
         Sample(*(np.array([r.quantities[name].at(at) / first[name].scale for r in g]) for g in groups))

@@ -1,6 +1,7 @@
-"""Configuration: four files in one folder, read into typed objects; every number knows where it comes from.
+"""Configuration: four files in one folder, read into typed objects; every number has its source.
 
-Reading and checking only. What is built from it is in `pywet.cases.screening.cases`; how to write it: docs/configuration.md.
+This package only reads and checks; `pywet.cases.screening.cases` builds scenes from it, and docs/configuration.md
+describes the files.
 """
 
 from pywet.config.cases import Case

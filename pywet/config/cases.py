@@ -1,4 +1,4 @@
-"""The screening cases: cases.csv, one row each (the 18 of table 4, and whatever a user adds)."""
+"""The screening cases: cases.csv, one row each (the 18 of table 4, and those that a user adds)."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Case(Limited):
     liquid_percent: Annotated[float, Field(ge=0, le=100)]
     source: Annotated[str, Field(min_length=1)]
     class_mass_g: Positive | None = None
-    """Mass of each class on the sieve of `feed`, in place of its reference material's."""
+    """Mass of each class on the sieve of `feed`, in place of that of the reference material."""
     class_volume_cm3: Positive | None = None
-    """The same as the solid volume of each class."""
+    """Solid volume of each class, in place of `class_mass_g`."""
     liquid: Annotated[str, Field(min_length=1)] | None = None
-    """One of `liquids` in materials.yaml, in place of its `liquid`."""
+    """Name of one of `liquids` in materials.yaml, in place of its `liquid`."""
 
     @property
     def name(self) -> str:
@@ -39,7 +39,7 @@ class Case(Limited):
 
     @property
     def diameters_mm(self) -> tuple[float, float, float]:
-        """Diameters of the classes small, near_mesh, large [mm]."""
+        """Return the diameters of the classes small, near_mesh, large [mm]."""
         return self.small_mm, self.near_mesh_mm, self.large_mm
 
     @model_validator(mode="after")
@@ -50,7 +50,7 @@ class Case(Limited):
 
     @property
     def own_feed(self) -> bool:
-        """Return whether the case itself gives the amount of its feed."""
+        """Return whether the case specifies the amount of its feed."""
         return self.class_mass_g is not None or self.class_volume_cm3 is not None
 
     @model_validator(mode="after")

@@ -15,9 +15,10 @@ REPLACED = ("scale", "cases", "ranks", "both_presets", "seed", "seeds")
 
 
 def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
-    """Settings with the overrides of the command line; `given` is all of config.yaml with them. A single case is a list of one.
+    """Settings with the overrides of the command line; `given` is the whole config.yaml with overrides.
 
-    Numbers in a list arrive as text. Raises `PywetError` for a wrong value and for a key that is not replaced.
+    A single case is a list of one. Numbers in a list are given as text. Raises `PywetError` for a wrong value and
+    for a key that cannot be overridden.
     """
     cases = given.get("cases")
     listed = list(cases) if isinstance(cases, list | tuple) else [cases]
@@ -39,7 +40,7 @@ def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
 
 
 def _text(settings: Settings, name: str) -> object:
-    """A setting as it is compared: without the folders of laws in own files, which are whole in `configured` only."""
+    """Return a setting in comparable form: without the folders of law files, which only `configured` contains in full."""
     value = getattr(settings, name)
     if not isinstance(value, LawSettings):
         return value

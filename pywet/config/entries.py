@@ -13,11 +13,11 @@ from pywet.strict import Strict
 from pywet.util.ranges import LIMITS
 
 Why = Annotated[str, Field(min_length=1)] | None
-"""Why a value outside the range of its key is meant."""
+"""Reason for a value outside the range of its key."""
 
 
 LEAST, MOST = 1e-40, 1e15
-"""Sizes between which a number in SI units can be computed with: powers of what is beyond leave double precision."""
+"""Range of numbers in SI units whose powers stay within double precision."""
 
 
 def _numbers(value: Any) -> Iterator[float]:
@@ -33,7 +33,7 @@ class Limited(Strict):
 
     @model_validator(mode="after")
     def _computable(self) -> Self:
-        """Numbers without a range of their own are not too large or too small to compute with."""
+        """Check that numbers without a range are neither too large nor too small for double precision."""
         for key, value in self:
             if key in LIMITS:
                 continue
@@ -62,14 +62,14 @@ class Limited(Strict):
 
 
 class Excusable(Limited):
-    """A group of bare numbers with a place to say why one is outside its range."""
+    """Group of plain numbers with a key for the reason why one is outside its range."""
 
     unusual: Why = None
-    """Why a number outside the plausible range of its key is meant."""
+    """Reason for a number outside the plausible range of its key."""
 
 
 class Sourced(Strict):
-    """Value with its origin: the paper (table or section), measured or assumed, with a reason where known."""
+    """Value with its source: the paper (table or section), measured or assumed, with a reason if known."""
 
     source: Literal["paper", "measured", "assumption"]
     table: Annotated[int, Field(ge=1)] | None = None
@@ -85,7 +85,7 @@ class Sourced(Strict):
 
 
 class Entry(Sourced):
-    """Any number; the unit is the end of its key. `tolerance` is plus or minus, in the same unit."""
+    """A number; the unit is the suffix of its key. `tolerance` is plus or minus, in the same unit."""
 
     value: float
     tolerance: Positive | None = None

@@ -37,7 +37,7 @@ FILES: dict[str, type[BaseModel]] = {
     scales.FILE: Scales,
     cases_module.FILE: Case,
 }
-"""File of the configuration -> the type of its content (of each row for cases.csv)."""
+"""File of the configuration -> type of its content (of each row for cases.csv)."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Config:
     scales: Scales
     cases: Mapping[int, Case]
     read: Mapping[str, tuple[str, Any]] = field(default_factory=dict)
-    """File -> its text and what was made of it; empty where the configuration was made otherwise."""
+    """File -> its text and its parsed content; empty for a configuration that was not read from files."""
 
     @property
     def apparatus(self) -> Apparatus:
@@ -58,18 +58,18 @@ class Config:
 
     @property
     def readings(self) -> list[str]:
-        """A line for each reading of the paper that is not the default."""
+        """Return a line for each non-default reading of the paper."""
         diameter = self.materials.feed.sieve_diameter_mm.value
         other = f"reading: feed.sieve_diameter_mm is {diameter:g} (default {SIEVE_MM:g})"
         return [*self.settings.readings.lines, *([other] if diameter != SIEVE_MM else [])]
 
     def size(self, material: str, diameter_mm: float) -> Size:
-        """A size of spheres, with the density that the readings give it."""
+        """Return a size of spheres, with the density selected by the readings."""
         found = self.materials.size(material, diameter_mm)
         return found.as_weighed if self.settings.readings.sphere_mass == "weighed" else found
 
     def liquid_percent(self, number: int) -> float:
-        """Liquid on the spheres of a case at the start [% of their mass], as the readings take it."""
+        """Return the initial liquid on the spheres of a case [% of their mass], according to the readings."""
         case = self.case(number)
         if case.liquid_percent == 0 or self.settings.readings.liquid_amount == "full":
             return case.liquid_percent
@@ -88,7 +88,7 @@ class Config:
         return case.liquid_percent * (1.0 - 0.01 * lost.value)
 
     def scale(self, name: str) -> Scale:
-        """A scale by its name; a sieve without a width of its own is that of the feed."""
+        """Return a scale by its name; a sieve without a width has that of the feed."""
         found = self._one_of(self.scales.scales, name, f"scale {one_line(name) if name else '(empty)'}", scales.FILE)
         return found.model_copy(update={"width_mm": found.width_mm or self.materials.feed.sieve_diameter_mm})
 
@@ -169,9 +169,9 @@ def texts(config: Config) -> dict[str, Any]:
 
 
 def twins(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, tuple[int, str]]:
-    """Runs that repeat a case with another preset: the first moist one with `exact`, if wanted and configured for `paper`.
+    """Return runs that repeat a case with another preset: the first moist one with `exact`, if wanted and set to `paper`.
 
-    `cases`: folder name -> number. Returns folder name -> (number, preset).
+    `cases`: folder name -> number. Result: folder name -> (number, preset).
     """
     if not wanted or config.settings.laws.preset != "paper":
         return {}
@@ -182,7 +182,7 @@ def twins(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, t
 def load(config_dir: Path, trust: bool = False) -> Config:
     """Read config.yaml, materials.yaml, scales.yaml and cases.csv of a folder; raises `PywetError` for any mistake.
 
-    `trust`: laws in files outside of the folder may run.
+    `trust`: permit law files outside of the folder.
     """
     folder, wrong = Path(config_dir), Mistakes()
     read = {
@@ -204,7 +204,7 @@ def load(config_dir: Path, trust: bool = False) -> Config:
 
 
 class Resolved(TypedDict):
-    """config.json of a run, see `Config.resolved`: its materials hold the case's liquid alone."""
+    """Content of config.json of a run, see `Config.resolved`: its materials contain only the case's liquid."""
 
     case: dict[str, Any]
     scale: dict[str, Any]
@@ -214,7 +214,7 @@ class Resolved(TypedDict):
 
 
 def of_run(run_dir: Path) -> tuple[Config, int, str]:
-    """The configuration that a run of a case was made from, as its config.json holds it, the case's number and the scale."""
+    """Return the configuration of a case's run from its config.json, the case's number and the scale."""
     path = Path(run_dir) / "config.json"
     where, data = str(path), read_json(path, AGAIN, Resolved)
     name = str(data["scale"].get("name", ""))
@@ -266,7 +266,7 @@ def _read_model(path: Path, model: type[Model]) -> Model:
 
 
 CONFIGURATION = "a folder of the configuration has it, `pywet init DIR` writes one"
-"""What a missing file of the configuration is asked for with; `begun` is that of files of other commands."""
+"""Hint on how to create a missing file of the configuration; `begun` is that of files of other commands."""
 
 
 def begun(example: str) -> str:
@@ -288,14 +288,14 @@ def _read_text(path: Path, cure: str = CONFIGURATION) -> str:
 
 
 MOST_NODES = 1_000_000
-"""Values and groups of a YAML file, each alias counted as what it stands for."""
+"""Largest number of values and groups of a YAML file, with aliases expanded."""
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML whose keys are text as it was written, each once in its group."""
+    """YAML loader that reads keys as text and refuses duplicate keys."""
 
     def get_single_node(self) -> Any:
-        """The document, unless its aliases stand for more than can be worked with."""
+        """Return the document, unless its aliases expand to more than `MOST_NODES` nodes."""
         node = super().get_single_node()
         if node is not None and _size(node, {}) > MOST_NODES:
             raise ConstructorError(None, None, f"its aliases unfold to more than {MOST_NODES} values", node.start_mark)
@@ -318,7 +318,7 @@ class _Loader(yaml.SafeLoader):
 
 
 def _size(node: Any, known: dict[int, float]) -> float:
-    """Nodes at and below a node, of an alias again; infinite where one holds itself."""
+    """Return the number of nodes at and below a node, with aliases expanded; infinite for a node that contains itself."""
     if not isinstance(node, yaml.CollectionNode):
         return 1.0
     if id(node) not in known:
@@ -329,7 +329,10 @@ def _size(node: Any, known: dict[int, float]) -> float:
 
 
 def read_yaml(path: Path, model: type[BaseModel], cure: str = CONFIGURATION) -> dict[str, Any]:
-    """The content of a YAML file that is to become `model`, each key once; not checked otherwise. `cure`: of a missing file."""
+    """Return the content of a YAML file for `model`, without duplicate keys and not yet validated.
+
+    `cure`: hint for a missing file.
+    """
     try:
         data = yaml.load(_read_text(path, cure), _Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: a date or number that is none
@@ -402,7 +405,7 @@ def _read_cases(path: Path) -> dict[int, Case]:
 def placed_laws(laws: LawSettings, folder: Path, trust: bool = False) -> LawSettings:
     """Return a copy of the laws in which the user's files have absolute paths, found relative to `folder`.
 
-    Those in or below it may run from now on; with `trust` the others too.
+    Files in or below it are permitted to run; with `trust` the others too.
     """
     given = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     named = {kind: custom_laws.placed(law, folder) for kind, law in given.items()}
@@ -414,7 +417,7 @@ def placed_laws(laws: LawSettings, folder: Path, trust: bool = False) -> LawSett
 
 
 def _check_choice(config: Config) -> None:
-    """The scale and the cases that config.yaml chooses must exist."""
+    """Check that the scale and the cases selected in config.yaml exist."""
     try:
         config.scale(config.settings.scale)
         for number in config.settings.cases:
@@ -441,7 +444,11 @@ def _check_references(config: Config) -> None:
 
 
 def _look_up(case: Case, data: Materials) -> None:
-    """Material, sizes (the reference material's too, unless the case has its own feed), liquid, screen, stroke, contacts."""
+    """Check that all names and sizes of a case exist.
+
+    These are material, sizes (the reference material's too, unless the case has its own feed), liquid, screen,
+    stroke and contacts.
+    """
     for diameter in case.diameters_mm:
         data.size(case.material, diameter)
         if not case.own_feed:

@@ -24,7 +24,7 @@ from pywet.strict import Strict
 
 FILE = "materials.yaml"
 MASS_MISFIT = 0.1
-"""Relative misfit allowed between mass and density times volume where the mass has no tolerance."""
+"""Allowed relative misfit between mass and density times volume if the mass has no tolerance."""
 
 
 SIEVE_MM = 200.0
@@ -32,7 +32,7 @@ SIEVE_MM = 200.0
 
 
 class Size(Limited):
-    """One size of spheres. The simulation takes diameter and density; a mass that is given must agree with them."""
+    """One size of spheres. The simulation uses diameter and density; a given mass must agree with them."""
 
     diameter_mm: PositiveEntry
     mass_g: PositiveEntry | None = None
@@ -44,7 +44,7 @@ class Size(Limited):
 
     @property
     def sphere_mass_kg(self) -> float:
-        """Mass of a sphere of this size [kg]: density times volume."""
+        """Return the mass of a sphere of this size [kg]: density times volume."""
         return self.density_kg_per_m3.value * 4.0 / 3.0 * math.pi * self.radius_m**3
 
     @property
@@ -79,7 +79,7 @@ class Size(Limited):
 
 
 class SphereMaterial(Limited):
-    """A material of spheres; Young's modulus and Poisson's ratio are for the record, the linear contact law does not use them."""
+    """A material of spheres; the linear contact law does not use Young's modulus and Poisson's ratio."""
 
     sizes: Annotated[tuple[Size, ...], Field(min_length=1)]
     youngs_modulus_Pa: PositiveEntry | None = None
@@ -88,7 +88,7 @@ class SphereMaterial(Limited):
     stiffness_sphere_wall_N_per_m: PositiveEntry
     contact_angle_deg: AngleEntry
     residual_liquid_percent: NonNegativeEntry | None = None
-    """Part of the liquid that is lost before the screening; counts where `readings.liquid_amount` is less_residual."""
+    """Part of the liquid lost before the screening, used if `readings.liquid_amount` is less_residual."""
 
 
 class WallMaterial(Limited):
@@ -101,7 +101,7 @@ class WallMaterial(Limited):
 
 
 class Contact(Limited):
-    """Dry contact of a sphere material with a partner (its own kind or a wall material)."""
+    """Dry contact of a sphere material with a partner (the same material or a wall material)."""
 
     sphere: str
     partner: str
@@ -111,7 +111,7 @@ class Contact(Limited):
 
     @property
     def numbers(self) -> tuple[float, float, float]:
-        """Friction, rolling friction [m] and restitution of a pair of materials."""
+        """Return friction, rolling friction [m] and restitution of a pair of materials."""
         return self.friction.value, self.rolling_friction_m.value, self.restitution.value
 
 
@@ -140,7 +140,7 @@ class Screen(Limited):
 
 
 class Stroke(Limited):
-    """Measured amplitudes of the screen for an amplitude set at the machine."""
+    """Measured amplitudes of the screen for a nominal amplitude."""
 
     set_amplitude_mm: PositiveEntry
     x_amplitude_mm: NonNegativeEntry
@@ -186,7 +186,7 @@ class Materials(Limited):
     contacts: tuple[Contact, ...]
     tangential_stiffness_ratio: PositiveEntry
     liquid: LiquidData
-    """Of every case that names none of `liquids`."""
+    """Liquid of every case that names none of `liquids`."""
     liquids: dict[str, LiquidData] = Field(default_factory=dict)
     screens: tuple[Screen, ...]
     motion: Motion
@@ -215,7 +215,7 @@ class Materials(Limited):
         return self.spheres[material]
 
     def liquid_named(self, name: str | None) -> LiquidData:
-        """One of `liquids` by name; None: the liquid of all other cases."""
+        """Return one of `liquids` by name; None: the default liquid."""
         if name is None:
             return self.liquid
         if name not in self.liquids:
@@ -253,7 +253,7 @@ class Materials(Limited):
         )
 
     def wall_contact(self, sphere: str) -> Contact:
-        """The one dry contact of a sphere material with all walls: engines take the walls as one material."""
+        """Return the only dry contact of a sphere material with all walls: engines treat the walls as one material."""
         partners = sorted({choice.material for _, choice in self.wall_materials})
         found = [self.contact(sphere, partner) for partner in partners]
         for other in found[1:]:

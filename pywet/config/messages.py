@@ -21,9 +21,9 @@ LITTLE = reprlib.Repr()
 LITTLE.maxlist = LITTLE.maxtuple = LITTLE.maxdict = LITTLE.maxstring = LITTLE.maxother = LITTLE.maxlong = 100
 LITTLE.maxlevel = 4
 PAGES = {"Scene": "scene_reference", "Query": "bridge"}
-"""Model of a file -> the page of the documentation with its keys; of the files of config/ it is `configuration_reference`."""
+"""Model of a file -> documentation page with its keys; for the files of config/ `configuration_reference`."""
 MOST = 20
-"""Mistakes that are listed; a file of another kind has hundreds."""
+"""Largest number of mistakes listed; a file of another kind has hundreds."""
 
 
 def mistake(error: ValidationError, model: type[BaseModel], where: str) -> ConfigError:
@@ -45,11 +45,11 @@ CODES = {
     "extra_forbidden": "config.unknown_key", "missing": "config.missing_key", "value_error": "config.inconsistent",
     "implausible": "config.implausible", "switch": "config.switch",
 }  # fmt: skip
-"""Kind of a mistake -> its code; all others are `config.value`."""
+"""Code for each kind of mistake; all others are `config.value`."""
 
 
 def _data(problem: Any, problems: list[Any], model: type[BaseModel]) -> dict[str, Any]:
-    """Code and key of a mistake, what was given and what was expected."""
+    """Return code and key of a mistake, the given value and the expected one."""
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
     key = ".".join(str(k) for k in (*problem["loc"], *([context["key"]] if "key" in context else [])))
     expected = str(context.get("expected") or problem["msg"].removeprefix("Value error, "))
@@ -97,7 +97,7 @@ def _shown(value: Any) -> str:
 
 
 def _meant(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
-    """The key that an unknown one may stand for, those that are missing next to it first; else all there are."""
+    """Return the likely intended key for an unknown one, missing ones next to it first; otherwise all keys."""
     group, given = problem["loc"][:-1], str(problem["loc"][-1])
     missing = [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == group]
     known = missing or list(getattr(_model_at(model, group), "model_fields", {}))
@@ -119,7 +119,7 @@ def _kind(model: type[BaseModel], loc: Loc) -> str:
 
 
 def _model_at(model: type[BaseModel], loc: Loc) -> type[BaseModel] | None:
-    """The model that describes the place `loc` within `model`; None if there is none."""
+    """Return the model that describes position `loc` within `model`; None if there is none."""
     here: Any = model
     for step in loc:
         if isinstance(here, type) and issubclass(here, BaseModel):

@@ -1,4 +1,4 @@
-"""Size, stiffness and duration of a run: scales.yaml. The apparatus' dimensions are common to all scales."""
+"""Size, stiffness and duration of a run: scales.yaml. All scales have the same dimensions of the apparatus."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Scale(Limited):
 
     shape: Literal["square", "cylinder"]
     width_mm: PositiveEntry | None = None
-    """Side or diameter of the sieve; left out, which only a round one may: that of `feed` in materials.yaml."""
+    """Side or diameter of the sieve; only a round one may omit it, for that of `feed` in materials.yaml."""
     wire_sides: CountEntry
     wires: Literal["mesh", "prism"] = "mesh"
-    """Dry contacts with wires: with each of their triangles, as the engine makes them, or with the prism's closest point."""
+    """Dry contacts with wires: with each of their triangles, as the engine does, or with the analytic wire's closest point."""
     cylinder_sides: CountEntry | None = None
     stiffness_factor: RatioEntry
     duration_s: PositiveEntry
@@ -62,13 +62,13 @@ class Scale(Limited):
 
     @property
     def asked_width_mm(self) -> float:
-        """The width that is configured [mm]; `Config.scale` has filled it in."""
+        """Return the configured width [mm], which `Config.scale` has filled in."""
         if self.width_mm is None:
             raise ValueError("a scale of Config.scale was expected: this one has no width of its own")
         return self.width_mm.value
 
     def sieve_width_m(self, pitch_m: float) -> float:
-        """Side length or diameter of the sieve [m] for a screen of this pitch [m]."""
+        """Return the side length or diameter of the sieve [m] for a screen of this pitch [m]."""
         wished = 1e-3 * self.asked_width_mm
         return wished if self.shape == "cylinder" else max(1, round(wished / pitch_m)) * pitch_m
 

@@ -1,6 +1,6 @@
 """JSON schemas of the configuration files, generated from the types; the workflow validates with them.
 
-`python -m pywet.config.schema workflow/schemas` writes them again; a test says when they are out of date.
+`python -m pywet.config.schema workflow/schemas` rewrites them; a test fails if they are out of date.
 """
 
 from __future__ import annotations

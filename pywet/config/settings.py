@@ -17,9 +17,9 @@ from pywet.strict import Strict
 
 FILE = "config.yaml"
 Switch = Literal["auto", True, False]
-"""YAML reads on and off as true and false."""
+"""Switch of an effect; YAML reads on and off as true and false."""
 Seconded = Literal["capillary", "viscous_normal", "viscous_tangential", "rupture"]
-"""Kinds of law for which the replay takes a user reference implementation of the user's."""
+"""Kinds of law for which the replay accepts a user reference implementation."""
 
 
 class LawSettings(Laws):
@@ -27,10 +27,10 @@ class LawSettings(Laws):
 
     preset: Preset = "paper"
     reference: dict[Seconded, LawName] = Field(default_factory=dict)
-    """For a law of your own a second function, by which the replay recomputes it: path/to/file.py:function for each kind."""
+    """User reference implementation of a custom law for the replay: path/to/file.py:function for each kind."""
 
     @model_validator(mode="after")
-    def _beside_own_laws(self) -> LawSettings:
+    def _with_custom_laws(self) -> LawSettings:
         for kind, function in self.reference.items():
             law = getattr(self, kind)
             if law is None or not custom_laws.is_custom(law):
@@ -66,8 +66,9 @@ class EffectSettings(Strict):
 class TimeStepSettings(Limited):
     """Time step as a fraction of the shortest time scale (duration of a collision, viscous damping time).
 
-    viscous_integration `semi_implicit`: lubrication is stable at any step, so that the viscous damping time does not count.
-    bridges_every: bridges are evaluated every so many steps and act as an impulse for all of them (multiple time stepping).
+    viscous_integration `semi_implicit`: lubrication is stable at any step, so that the viscous damping time does
+    not apply. bridges_every: bridges are evaluated every so many steps and act as an impulse for all of them
+    (multiple time stepping).
     """
 
     fraction: RatioEntry
@@ -78,9 +79,10 @@ class TimeStepSettings(Limited):
 class OutputSettings(Limited):
     """Windows of steps in which every bridge is logged in every step; the interval of results belongs to the scale.
 
-    window_trajectories: whether the motion of all spheres is recorded there too, so that the replay can close Newton's law.
-    checkpoints: how many times during a run the state is saved, so that a run that was cut off resumes from there.
-    energy: whether the work of every effect is added up in every step of a moist run, for `history/energy`.
+    window_trajectories: whether the motion of all spheres is recorded there too, so that the replay can close
+    Newton's law. checkpoints: how many times during a run the state is saved, so that an interrupted run can
+    resume. energy: whether the work of every effect is added up in every step of a moist run, for
+    `history/energy`.
     """
 
     contact_windows: Annotated[int, Field(ge=0)] = 20
@@ -97,21 +99,22 @@ class Settings(Limited):
     cases: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(min_length=1)]
     ranks: Annotated[int, Field(ge=1)] = 1
     both_presets: bool = True
-    """Run the first moist case with preset `exact` too, so that the report can lay the two next to each other."""
+    """Run the first moist case with preset `exact` too, so that the report can compare both."""
     seed: Annotated[int, Field(ge=0)]
     seeds: Annotated[int, Field(ge=1)] = 1
-    """Runs of each case, with this seed and the next ones: the report shows their band."""
+    """Number of runs of each case, with consecutive seeds from this one: the report shows their band."""
     laws: LawSettings = LawSettings()
     readings: Readings = Readings()
     effects: EffectSettings
     time_step: TimeStepSettings
     contacts: Contacts = "planes"
-    """Who makes dry contacts wherever the plugin runs, to the same bits: the plugin (planes), the plugin those of spheres
-    alone (batched), the engine (stock)."""
+    """Program that computes dry contacts if the plugin is in use, with identical results.
+
+    The plugin (planes), the plugin for pairs of spheres only (batched), or the engine (stock).
+    """
     output: OutputSettings = OutputSettings()
     retire: Switch = "auto"
-    """Take spheres that lie in the collecting bin out of the run. auto: where what happens in the bin is not asked and much is
-    saved."""
+    """Remove spheres that lie in the collecting bin from the run. auto: if the bin is not evaluated and the saving is large."""
 
     @model_validator(mode="after")
     def _each_once(self) -> Settings:
@@ -131,17 +134,17 @@ class Settings(Limited):
 
     @property
     def _used(self) -> dict[str, str]:
-        """The law of each kind, by name or by preset."""
+        """Return the law of each kind, by name or by preset."""
         return {**PRESETS[self.laws.preset], **self.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)}
 
     @property
     def _read(self) -> dict[str, str]:
-        """The laws that the readings make of those in use."""
+        """Return the laws selected by the readings."""
         return {kind: law for kind, law in self.readings.laws.items() if self._used[kind] == PRESETS["paper"][kind]}
 
     @property
     def laws_as_read(self) -> LawSettings:
-        """Laws of the settings, after the readings have replaced those with alternative readings."""
+        """Return the laws of the settings, with alternatives selected by the readings."""
         return self.laws.model_copy(update=self._read)
 
     @model_validator(mode="after")

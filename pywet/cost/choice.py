@@ -1,9 +1,9 @@
 """Choose settings from the stored table: the cheapest combination whose summed errors stay below the required accuracy.
 
-A level is charged, in each group of quantities, with the largest of its errors there. The burden of proof is on the cheaper
-level: one that is not dearer than the default in every round is charged with error and chance (its bound), the default and
-dearer ones with what is resolved. Charges of the settings are added, costs multiplied. A looser accuracy allows all that a
-tighter one does, and so never costs more.
+In each group of quantities a level has the largest of its errors there. The burden of proof is on the cheaper level:
+for a level that is not more expensive than the default in every round, the upper bound of the error is used; for the
+default and more expensive levels, the resolved error. Errors of the settings are added, costs multiplied. A lower
+accuracy permits all combinations of a higher one, and so never costs more.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from pywet.util.files import read_json
 
 STORED = Path(__file__).with_name("table.json")
 GROUPS = ("fraction retained", "liquid shares", "force", "restitution", "packing")
-"""Groups of quantities that errors are given for; a test compares them with those of the accuracy study."""
+"""Groups of quantities for which errors are given; a test compares them with those of the accuracy study."""
 WANTED = ("fraction retained", "liquid shares", "force", "restitution")
-"""Groups that count unless others are named."""
+"""Groups that are used unless others are named."""
 SCENES = {"moist": ("moist", "bed", "pair_wet", "pull", "laws"), "dry": ("dry", "pair_dry")}
-"""Kind of case -> scenes of the study that speak for it."""
+"""Kind of case -> scenes of the study that represent it."""
 NEAREST = ("reduced", "smoke")
-"""Whose table is taken for a scale without one."""
+"""Scales whose table is used for a scale without one."""
 MATTERS = 1e-3
-"""Errors closer than this share are the same."""
+"""Difference below which errors count as equal."""
 GAIN, WORTH = 0.05, 1.3
-"""A level that is better by this share for no more than this cost is a bargain."""
+"""Reduction of the error above which, and cost ratio up to which, a level is reported as an improvement."""
 
 
 @dataclass(frozen=True)
@@ -100,10 +100,9 @@ def options(
 ) -> dict[str, list[Option]]:
     """List the levels of every setting of a moist or a dry case with their cost and errors.
 
-    Settings that are not varied have their default, and a level with which a run of the study stopped is left out.
-
-    `longer_by`: of this case, the step of semi-implicit drag over that of explicit drag. The study's liquid is water, where both
-    have the same step; with a thicker one the longer step divides the cost.
+    Settings that are not varied have their default; a level for which a run of the study failed is omitted.
+    `longer_by`: time step of semi-implicit over explicit drag for this case. The study's liquid is water, for
+    which both steps are equal; for a more viscous one the cost is divided by this ratio.
     """
     kind = "moist" if moist else "dry"
     scenes = SCENES[kind]
@@ -137,7 +136,7 @@ def choose(
     turned: Sequence[str] = CONFIGURABLE,
     longer_by: float = 1.0,
 ) -> Chosen:
-    """The cheapest combination within the accuracy in all wanted groups; raises `PywetError` where there is none."""
+    """Return the cheapest combination within the accuracy in all wanted groups; raises `PywetError` if there is none."""
     best: Chosen | None = None
     nearest = math.inf
     for combination in combinations(options(table, moist, turned, longer_by), wanted):
@@ -155,14 +154,14 @@ def choose(
 
 
 def combinations(by_parameter: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
-    """List the combinations of levels that no other level of their setting beats in both cost and all relevant errors."""
+    """Yield the combinations of levels for which no other level of the setting is better in both cost and all relevant errors."""
     for picked in product(*(_worth(levels, wanted) for levels in by_parameter.values())):
         error = {group: sum(o.charge[group] for o in picked) for group in wanted}
         yield Chosen({o.setting: o.level for o in picked}, math.prod(o.price for o in picked), error)
 
 
 def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
-    """Levels that no other of the same setting beats in everything; of equal ones the first listed."""
+    """Return the levels for which no other level of the setting is better in every respect; of equal ones the first listed."""
     rows = np.array([[o.price, *(o.charge[g] for g in wanted)] for o in levels])
     beaten = [bool(((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any()) for row in rows]
     _, first = np.unique(rows, axis=0, return_index=True)
@@ -185,7 +184,7 @@ def largest_setting(table: dict[str, Any], moist: bool, group: str) -> str:
 
 
 def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
-    """Group -> largest error of any level that is due to scatter alone, the resolution of the study."""
+    """Return the largest error of any level that is due to scatter alone, by group: the resolution of the study."""
     scenes = SCENES["moist" if moist else "dry"]
     largest = dict.fromkeys(GROUPS, 0.0)
     for rows in table["knobs"].values():
@@ -198,21 +197,21 @@ def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
 class Rank:
     """Rank of the default of a setting among its levels in one group of quantities.
 
-    It is beaten when another level is no dearer and no less accurate, beyond doubt: at the limit for all errors of the study
-    together (`family`), since all of them are looked at.
+    It is beaten if another level is significantly neither more expensive nor less accurate, at the limit for all
+    errors of the study together (`family`).
     """
 
     setting: str
     kind: str
     group: str
     verdict: str
-    """`on the front`, `not distinguished` (a cheaper level differs by no more than chance) or `beaten`."""
+    """Verdict: `on the front`, `not distinguished` (a cheaper level differs by less than the scatter) or `beaten`."""
     by: knobs.Level | None
     verdict_text: str
 
 
 def points(table: dict[str, Any], setting: str, kind: str, group: str) -> list[dict[str, Any]]:
-    """Levels of a setting with cost and the error that is largest in the group; coarse to fine."""
+    """Return the levels of a setting, coarse to fine, with cost and the largest error in the group."""
     of_levels = []
     for row in table["knobs"].get(setting, ()):
         price = row["price"].get(kind)
@@ -278,7 +277,7 @@ def bargain(table: dict[str, Any], setting: str, kind: str, group: str) -> str |
 
 
 def _compare(one: dict[str, Any], two: dict[str, Any]) -> tuple[list[Any], list[Any]]:
-    """Quantities in which the first level is better than the second beyond chance, and worse."""
+    """Return the quantities in which the first level is significantly better than the second, and significantly worse."""
     shared = [k for k in one["errors"] if k in two["errors"]]
     better = [k for k in shared if _less(one["errors"][k], two["errors"][k])]
     return better, [k for k in shared if _less(two["errors"][k], one["errors"][k])]

@@ -27,13 +27,13 @@ def habit(table: dict[str, Any]) -> cost.Habit:
 
 
 def calibrated(config_dir: Path) -> cost.Coefficients:
-    """The cost model of this machine; measured with a progress bar at the first call."""
+    """Return the cost model of this machine; at the first call it is measured, with a progress bar."""
     with bar("measuring this machine (once, a minute)") as move:
         return cost.of_this_machine(config_dir, move)
 
 
 def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str], write: Path | None) -> list[str]:
-    """Settings for an accuracy and the time they take, as lines; with `write` a copy of the configuration that has them."""
+    """Return settings for an accuracy and the time they take, as lines; `write`: folder for a configuration with them."""
     share, groups = choice.parse(accuracy), tuple(wanted) or choice.WANTED
     unknown = [g for g in groups if g not in choice.GROUPS]
     if unknown:
@@ -70,7 +70,7 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
 
 
 def _shown(share: float, groups: tuple[str, ...], moist: bool, table: dict[str, Any]) -> list[str]:
-    """State the accuracy of the settings: the one asked for or, if the study cannot show it, the best that it can."""
+    """State the accuracy of the settings: the requested one or, if the study cannot resolve it, the best that it can."""
     kind = "moist" if moist else "dry"
     blurred = {g: r for g, r in choice.resolution(table, moist).items() if g in groups and r > share}
     if not blurred:
@@ -83,7 +83,7 @@ def _shown(share: float, groups: tuple[str, ...], moist: bool, table: dict[str, 
 
 
 def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups: tuple[str, ...]) -> str:
-    """Report what the other viscous integration would save, and why it was not chosen."""
+    """Report the saving by the other viscous integration, and why it was not chosen."""
     charge = next(
         o.charge for o in choice.options(table, True, longer_by=2.0)["integration"] if o.level == "semi_implicit"
     )

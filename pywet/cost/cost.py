@@ -1,11 +1,11 @@
 """Run time of a case: operation counts (`counts.py`) times the cost of each on this machine (`trial.py`).
 
-    seconds = start + steps (step + touches touch + triangles triangle + near (mesh or prism))
-              + evaluations of bridges (bridge) + lists (list)
+seconds = start + steps (step + touches touch + triangles triangle + near (mesh or prism)) + evaluations of bridges
+(bridge) + lists (list)
 
-Costs are measured once with few and once with many spheres, and stored in the cache under the machine and the program. With n
-spheres the cost of one of anything is a + b/n between the two. It is processor time: on a machine with nothing else to do the
-wall time.
+Costs are measured once with few and once with many spheres, and stored in the cache under the machine and the
+program. With n spheres the cost per operation is a + b/n between the two. It is processor time, which on an idle
+machine equals the wall time.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pywet.util import caches
 from pywet.util.files import read_model, write_json
 
 VERSION = 3
-"""Part of the cache's key; to be raised with any change of `trial.py` or of what its numbers mean."""
+"""Version in the cache's key; to be increased with any change of `trial.py` or of the meaning of its numbers."""
 
 
 @dataclass(frozen=True)
@@ -43,18 +43,18 @@ class Coefficients:
     many: Costs
 
     def _total(self, spheres: float, name: str) -> float:
-        """A cost of the whole bed: linear in the number of spheres, so that a part is the same for every number."""
+        """Return a cost of the whole bed, linear in the number of spheres, so that each sphere has the same share."""
         low, high = getattr(self.few, name), getattr(self.many, name)
         slope = (high - low) / (self.many.spheres - self.few.spheres)
         return float(max(low + slope * (spheres - self.few.spheres), 0.0))
 
     def _each(self, spheres: float, name: str) -> float:
-        """The cost of one: a cache that holds the few serves a share of more spheres that falls with their number."""
+        """Return a cost per operation, linear in 1/n, as is the share of n spheres whose data fit in the cache."""
         sizes = [1.0 / self.many.spheres, 1.0 / self.few.spheres]
         return float(np.interp(1.0 / spheres, sizes, [getattr(self.many, name), getattr(self.few, name)]))
 
     def loop(self, load: Load) -> float:
-        """Processor time of the time loop [s]."""
+        """Return the processor time of the time loop [s]."""
         n = load.spheres
         stock = _program(load) == "stock"
         # a triangle's cost is told from the plugin's where spheres are few
@@ -68,7 +68,7 @@ class Coefficients:
         return load.steps * step + load.evaluations * self._each(n, "bridge") + load.lists * lists
 
     def start(self, load: Load) -> float:
-        """Processor time before the first step [s]."""
+        """Return the processor time before the first step [s]."""
         return self._total(load.spheres, f"start_{_program(load)}")
 
 
@@ -85,7 +85,7 @@ def _path() -> Path:
 
 
 def measured_here() -> Coefficients | None:
-    """The coefficients in the cache; None where there are none or they are damaged."""
+    """Return the coefficients in the cache; None if there are none or they are damaged."""
     try:
         return read_model(_path(), Coefficients)
     except PywetError:
@@ -112,9 +112,9 @@ def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambd
 
 @dataclass(frozen=True)
 class Habit:
-    """Measured factors on the cost of a moist run by law and by integration, relative to the defaults.
+    """Measured cost factors of a moist run by law and by integration, relative to the defaults.
 
-    `exact_start`: the same of the start, where the exact bridge's functions are compiled as well.
+    `exact_start`: factor on the start, when the exact bridge's functions are compiled as well.
     """
 
     laws: dict[str, float] = field(default_factory=dict)
@@ -123,7 +123,7 @@ class Habit:
 
 
 def predict(config: Config, case: int, scale: str, machine: Coefficients, habit: Habit) -> tuple[float, Load]:
-    """Predict the wall time of the engine's run on an idle machine [s], including its start, and the operation counts."""
+    """Predict the engine's wall time on an idle machine [s], including its start, and the operation counts."""
     load, retirement = load_of(config, case, scale), cases.ingredients(config, case, scale).retirement
     loop = machine.loop(load) * (1.0 - retirement.saves if retirement.on else 1.0)
     if not load.bridges:

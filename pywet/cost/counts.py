@@ -1,9 +1,9 @@
 """Operation counts of a screening run: steps, neighbour lists, spheres in contact or near wires, bridges.
 
-All of it follows from the scene before it is run, none from a fit to a case. In the feed bin and in the collecting bin spheres
-rest on each other; on the screen they fly, and touch only while they collide. How many are still there follows from the chance
-that a sphere meets an opening (Gaudin, Principles of Mineral Dressing, 1939: (1 - d/a)^2 times the open share), one try a
-stroke for the lowest layer.
+All counts follow from the scene before it is run, none from a fit to a case. In the feed bin and in the collecting
+bin spheres rest on each other; on the screen they fly, and touch only during collisions. The number remaining follows
+from the probability that a sphere passes an opening (Gaudin, Principles of Mineral Dressing, 1939: (1 - d/a)^2 times
+the open area fraction), with one attempt per stroke for the lowest layer.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ AT_REST = 2.25
 """Contacts per sphere in a heap at rest: two pairs, since the isostatic number of spheres with friction is four each, and a
 quarter for those next to floor and walls (heaps of some five layers in a bin of 200 mm)."""
 COLLISIONS = 4.0
-"""Collisions of a sphere in a stroke on the screen: 210 1/s in a full-scale run (case 1, 50.6 strokes a second)."""
+"""Collisions of a sphere per stroke on the screen: 210 1/s in a full-scale run (case 1, 50.6 strokes a second)."""
 SETTLING = 1.5
-"""Time [s] after which a sphere in the collecting bin is no longer kept hopping by those that fall on it (the same run)."""
+"""Time [s] after which a sphere in the collecting bin is no longer agitated by impacts of others (the same run)."""
 DENSE = 0.4
-"""Solid fraction of the whole feed on the vibrating screen; as it empties, the bed keeps its height (the same run)."""
+"""Solid fraction of the feed on the vibrating screen at the start; as it empties, the bed retains its height (the same run)."""
 FILM_BRIDGES = 2.6
 """Bridges per sphere: 2.5 to 2.8 in settled full-scale beds, 2.5 to 2.6 on average in whole runs of the accuracy study."""
 EVENTS = 80.0
-"""Formations and ruptures of bridges per second and sphere that has not passed; those in the bin hardly count."""
+"""Formations and ruptures of bridges per second and sphere that has not passed; those in the bin are negligible."""
 HOP = 3.0
-"""Speed of the fastest sphere on the screen over the peak speed of the screen: 0.83 m/s in that run once none passed."""
+"""Speed of the fastest sphere on the screen over the screen's peak speed: 0.83 m/s in that run after the last passage."""
 INSTANTS = 2000
 
 
@@ -50,11 +50,11 @@ class Load:
     lists: float
     spheres: float
     triangles: float = 0.0
-    """Of wires that are meshes."""
+    """Triangles of wires that are meshes."""
     near: float = 0.0
-    """Pairs of a sphere and a wire that is near enough to be looked at in every step."""
+    """Pairs of a sphere and a wire that is near enough to be checked in every step."""
     touches: float = 0.0
-    """Contacts of spheres with each other, and with floor and walls where they rest."""
+    """Contacts of spheres with each other, and with floor and walls on which they rest."""
     bridges: float = 0.0
     evaluations: float = 0.0
     """Bridges whose forces are evaluated, over the whole run."""
@@ -64,7 +64,7 @@ class Load:
 
 
 def load_of(config: Config, case: int, scale: str) -> Load:
-    """Predict the operations of a case from its configuration alone, in a tenth of a second."""
+    """Predict the operation counts of a case from its configuration alone, in a tenth of a second."""
     row, size = config.case(case), config.scale(scale)
     spec = cases.apparatus_spec(config, row, size)
     apparatus = build_apparatus(spec)
@@ -91,7 +91,7 @@ def load_of(config: Config, case: int, scale: str) -> Load:
 
 
 def staying(scene: EngineScene, spec: ApparatusSpec, time: Floats) -> Floats:
-    """Number of each class that has not passed, shape (times, classes); those in the feed bin count as well."""
+    """Return the number of spheres of each class not yet passed, shape (times, classes), including those in the feed bin."""
     assert scene.slide is not None and scene.vibration is not None
     counts = np.array([float(c.count) for c in scene.classes])
     width = 2.0 * np.array([c.radius_m for c in scene.classes])
@@ -107,7 +107,7 @@ def staying(scene: EngineScene, spec: ApparatusSpec, time: Floats) -> Floats:
 
 
 def area(spec: ApparatusSpec) -> float:
-    """Area [m2] of the screen."""
+    """Return the area [m2] of the screen."""
     return spec.width_m**2 * (1.0 if spec.shape == "square" else 0.25 * math.pi)
 
 
@@ -124,10 +124,10 @@ def touching(scene: EngineScene, time: Floats, on_screen: Floats) -> Floats:
 
 
 def list_rate(scene: EngineScene, apparatus: Apparatus, time: Floats, on_screen: Floats) -> Floats:
-    """Neighbour lists a second at each time: one when the fastest sphere, or a wall, has moved by half the skin.
+    """Return neighbour lists per second at each time: one when the fastest sphere, or a wall, has moved by half the skin.
 
-    The fastest sphere falls from the slide to the screen, then hops on it, or is the one of those on their way that is nearest
-    to the bottom of the collecting bin: of m it has m/(m + 1) of the speed there.
+    The fastest sphere falls from the slide to the screen, then hops on it, or is the falling sphere nearest to
+    the bottom of the collecting bin: of m falling spheres it has m/(m + 1) of the speed there.
     """
     assert scene.slide is not None and scene.vibration is not None
     since = time - scene.slide.opens_at_s
@@ -144,7 +144,7 @@ def list_rate(scene: EngineScene, apparatus: Apparatus, time: Floats, on_screen:
 
 
 def near_wires(scene: EngineScene, spec: ApparatusSpec) -> Floats:
-    """Wires near a sphere of each class on the screen: those whose axis is nearer than radii and 1.5 skins.
+    """Return the wires near a sphere of each class on the screen: those whose axis is nearer than radii and 1.5 skins.
 
     A sphere anywhere in a bed of height H above wires of length L on an area A: L pi D^2/(2 A H).
     """

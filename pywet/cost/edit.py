@@ -18,7 +18,7 @@ from pywet.util.files import atomic_write
 
 Levels = Mapping[str, Level]
 SCALE = "study"
-"""Name of the scale that is made for the study."""
+"""Name of the scale made for the study."""
 PLACES = {
     "fraction": "config.yaml: time_step fraction value",
     "integration": "config.yaml: time_step viscous_integration",
@@ -26,14 +26,14 @@ PLACES = {
     "stiffness": "scales.yaml: scales {scale} stiffness_factor value",
     "wire_sides": "scales.yaml: scales {scale} wire_sides value",
 }
-"""Setting -> its entry of the configuration: the file, and the path to it."""
+"""Setting -> its entry in the configuration: the file, and the key in it."""
 
 
 @dataclass(frozen=True)
 class Size:
     """Size of a study: sieve [mm], simulated time and opening of the slide [s] (None: as in the scale), number of seeds.
 
-    `dry_seeds`: more for dry screening, whose runs are short (0: as many).
+    `dry_seeds`: number for dry screening, whose runs are short (0: the same).
     """
 
     scale: str
@@ -45,7 +45,7 @@ class Size:
 
 
 def law_names(level: str) -> dict[str, str | None]:
-    """Fields of the configuration's laws for a level of the capillary setting."""
+    """Return the fields of the configuration's laws for a level of the capillary setting."""
     exact = level == "exact"
     chosen = {"preset": "exact", "capillary": None} if exact else {"preset": "paper", "capillary": level}
     return {**chosen, "rupture": None, "transfer": None}
@@ -61,7 +61,7 @@ def shown(parameter: str, level: Level) -> str:
 
 
 def entries(scale: str, levels: Levels) -> dict[str, Any]:
-    """The entries that levels set, with their values; None: none."""
+    """Return the entries that levels set, with their values; None removes an entry."""
     laws = law_names(str(levels["capillary"])) if "capillary" in levels else {}
     numbers = {
         PLACES[parameter].format(scale=scale): level for parameter, level in levels.items() if parameter in PLACES
@@ -70,12 +70,12 @@ def entries(scale: str, levels: Levels) -> dict[str, Any]:
 
 
 def changed(config: Config, scale: str, levels: Levels) -> Config:
-    """The configuration with these levels, in memory."""
+    """Return the configuration with these levels, in memory."""
     return with_entries(config, entries(scale, levels))
 
 
 def with_entries(config: Config, values: Mapping[str, Any]) -> Config:
-    """The configuration with other values of entries, in memory."""
+    """Return the configuration with other values of entries, in memory."""
     for place, value in values.items():
         file, _, path = place.partition(".yaml: ")
         part = "settings" if file == "config" else file
@@ -116,7 +116,7 @@ def new_folder(target: Path) -> None:
 
 
 def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:
-    """Copy a configuration folder and put the levels in, and `more` as `put_into` takes it."""
+    """Copy a configuration folder with the levels applied, and `more` as `put_into` takes it."""
     new_folder(target)
     target.mkdir(parents=True, exist_ok=True)
     for name in settings.FILES:
@@ -125,7 +125,7 @@ def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[
 
 
 def write_again(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:
-    """Write a configuration again over the copies of an earlier call; a folder with any other file is refused."""
+    """Rewrite a configuration over the copies of an earlier call; a folder with any other file is refused."""
     if not target.is_dir() or {path.name for path in target.iterdir()} - set(settings.FILES):
         new_folder(target)
     for name in settings.FILES:
@@ -134,9 +134,9 @@ def write_again(source: Path, target: Path, scale: str, levels: Levels, more: Ma
 
 
 def put_into(folder: Path, values: Mapping[str, Any]) -> None:
-    """Put entries into the files of a configuration; comments and the order of keys stay.
+    """Write entries into the files of a configuration, preserving comments and the order of keys.
 
-    An entry is named by its file and the path to it, `config.yaml: time_step fraction value`; None takes it away.
+    An entry is named by its file and its key, `config.yaml: time_step fraction value`; None removes it.
     """
     yaml = YAML()
     yaml.preserve_quotes, yaml.width = True, 10_000

@@ -16,23 +16,23 @@ class Setting:
     fraction: float = 0.05
     """Time step over the duration of the shortest collision."""
     stiffness: float = 0.01
-    """Springs over those of the paper."""
+    """Contact stiffness over that of the paper."""
     wire_sides: int = 6
     capillary: str = "rabinovich"
-    """A capillary law with the paper's rupture and sharing; `exact`: all three from the exact bridge."""
+    """A capillary law with the paper's rupture and transfer ratio; `exact`: all three from the exact bridge."""
     transfer_nodes: int = 201
-    """Nodes of the tables of sharing."""
+    """Number of nodes of the tables of transfer ratios."""
     contact_log: str = "2x20"
     """Windows of the contact log times steps in each."""
     ranks: int = 1
     integration: str = "explicit"
     bridges_every: int = 1
-    """Steps from one evaluation of the bridges to the next."""
+    """Steps between evaluations of the bridges."""
 
 
 @dataclass(frozen=True)
 class StudySetting:
-    """One setting: its name in words, its place in the configuration, its levels by size of the study, coarse to fine."""
+    """One setting: its title, its key in the configuration, its levels by size of the study, coarse to fine."""
 
     name: str
     title: str
@@ -40,12 +40,12 @@ class StudySetting:
     quick: tuple[Level, ...]
     standard: tuple[Level, ...] = ()
     reduced: tuple[Level, ...] = ()
-    """As `quick` where there are none."""
+    """Levels of the size `reduced`; those of `quick` if empty."""
     exact_pair: bool = False
-    """Return whether all levels ought to give the same result, so that it is their cost alone that matters."""
+    """Whether all levels should give the same result, so that only their cost matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
-        """Levels of a study of this size; `whole` has those of `standard`, `reduced_whole` those of `reduced`."""
+        """Return the levels of a study of this size; `whole` uses those of `standard`, `reduced_whole` those of `reduced`."""
         return getattr(self, {"whole": "standard", "reduced_whole": "reduced"}.get(size, size)) or self.quick
 
 
@@ -95,7 +95,7 @@ KNOBS: dict[str, StudySetting] = {
 }  # fmt: skip
 """Name of a field of `Setting` -> its setting."""
 CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
-"""Settings that a choice turns in the configuration; contact log and ranks change nothing but the cost, and are the user's."""
+"""Settings that a choice changes in the configuration; contact log and ranks affect only the cost and are left to the user."""
 KNOBS_OF: dict[str, tuple[str, ...]] = {
     "dry": ("fraction", "stiffness", "wire_sides", "ranks"),
     "moist": tuple(KNOBS),
@@ -105,11 +105,11 @@ KNOBS_OF: dict[str, tuple[str, ...]] = {
     "pull": ("fraction", "capillary", "integration", "bridges_every"),
     "laws": ("capillary", "transfer_nodes"),
 }
-"""Scene -> the settings that are turned in it."""
+"""Scene -> settings that are varied in it."""
 
 
 def default(size: str) -> Setting:
-    """The setting that others are compared with: `config/` at the scale of the study."""
+    """Return the setting that others are compared with: `config/` at the scale of the study."""
     return Setting(stiffness=0.1) if size.startswith("reduced") else Setting()
 
 

@@ -1,7 +1,8 @@
 """Predicted time, memory and disk of a run, for cluster jobs and for `pywet plan`.
 
-Time is the prediction of `cost.py`, with the costs of this machine where it was measured, else with those of the machine that
-`machine.json` names. Memory and disk are counts of `counts.py` times what one of each took (docs/cluster.md).
+Time is predicted by `cost.py`, with the measured costs of this machine or, without a measurement, those of the
+machine described in `machine.json`. Memory and disk are counts of `counts.py` times the measured amount for each
+(docs/cluster.md).
 """
 
 from __future__ import annotations
@@ -24,20 +25,20 @@ from pywet.util.files import read_json
 
 ELSEWHERE = Path(__file__).with_name("machine.json")
 RANK_B = 450e6
-"""Memory of one rank without a sphere: Python, compiled laws, the engine."""
+"""Memory of one rank without spheres: Python, compiled laws, the engine."""
 SPHERE_B = 20e3
-"""Memory of one rank for each sphere that it holds, its neighbours, contacts and bridges too."""
+"""Memory of one rank per sphere that it stores, including neighbours, contacts and bridges."""
 REPLAY_B = 500e6
 REPLAY_SPHERE_B = 60e3
-"""Memory of the replay, at rest and for each sphere."""
+"""Memory of the replay, without spheres and per sphere."""
 SNAPSHOT_SPHERE_B, SNAPSHOT_BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
-"""Bytes that a finished run keeps of a sphere and of a bridge at an output, and of an event."""
+"""Bytes that a finished run stores per sphere and per bridge at an output, and per event."""
 WINDOW_SPHERE_B, CONTACT_B = 140.0, 240.0
-"""The same of a sphere and of a bridge at a step of a window."""
+"""Bytes that a finished run stores per sphere and per bridge at a step of a window."""
 RAW = 3.0
-"""Disk while tables are made, over that of the tables: the raw logs lie next to them until all are whole."""
+"""Disk during the conversion to tables, over that of the tables: raw logs remain until all tables are complete."""
 SAFE = 3.0
-"""Wall time that is asked of a cluster over the prediction, which is of a quiet machine."""
+"""Wall time requested from a cluster over the prediction, which is for an idle machine."""
 LEAST_MIN = 10
 
 
@@ -48,16 +49,16 @@ class Need:
     load: Load
     seconds: float
     memory_B: float
-    """Of all ranks together."""
+    """Memory of all ranks together."""
     disk_B: float
     replay_B: float
 
     def minutes(self, attempt: int = 1) -> int:
-        """Wall time to ask for [min]: doubled with each attempt."""
+        """Return the wall time to request [min], doubled with each attempt."""
         return max(LEAST_MIN, math.ceil(SAFE * self.seconds / 60.0)) * 2 ** (attempt - 1)
 
     def memory_mb(self, attempt: int = 1, stage: str = "simulate") -> int:
-        """Memory to ask for [MB]: doubled with each attempt."""
+        """Return the memory to request [MB], doubled with each attempt."""
         needed = self.replay_B if stage == "replay" else self.memory_B
         return max(1000, math.ceil(1.5 * needed / 1e6)) * 2 ** (attempt - 1)
 
@@ -68,7 +69,7 @@ def _machine() -> cost.Coefficients:
 
 
 def stored_machine() -> cost.Coefficients:
-    """The costs of the machine that `machine.json` names."""
+    """Return the costs of the machine described in `machine.json`."""
     stored: dict[str, Any] = read_json(ELSEWHERE)
     return cost.Coefficients(Costs(**stored["few"]), Costs(**stored["many"]))
 
@@ -91,12 +92,12 @@ def need(config: Config, case: int, scale: str, ranks: int = 1, machine: cost.Co
 
 
 def _short(number: float) -> str:
-    """Three digits, and never a power of ten for what is large."""
+    """Format a number with three digits, without a power of ten for large ones."""
     return f"{number:.3g}" if number < 999.5 else f"{number:.0f}"
 
 
 def campaign(config: Config, scale: str) -> list[str]:
-    """Core-hours, memory and disk of all configured cases with all seeds, as lines."""
+    """Return lines on core-hours, memory and disk of all configured cases with all seeds."""
     chosen, seeds = config.settings, config.settings.seeds
     runs = {config.case(number).name: (config, number) for number in chosen.cases}
     again = twins(config, {name: number for name, (_, number) in runs.items()}, chosen.both_presets)
@@ -122,7 +123,7 @@ def campaign(config: Config, scale: str) -> list[str]:
 
 
 def glance(config: Config, case: int, scale: str, made: cases.Ingredients) -> list[str]:
-    """Lines of at most 80 columns on time, accuracy and stability of a case with its settings; quick, writes nothing."""
+    """Return lines of at most 80 columns on time, accuracy and stability of a case with its settings; fast, writes nothing."""
     seconds = need(config, case, scale).seconds
     errors = choice.of_default(choice.for_scale(scale)[0], config.case(case).liquid_percent > 0).error
     found = [f"{group} {100 * error:.2g} %" for group, error in errors.items() if error > 0.0]
@@ -138,7 +139,7 @@ def glance(config: Config, case: int, scale: str, made: cases.Ingredients) -> li
 
 
 def reasons(config: Config, case: int, scale: str) -> list[str]:
-    """Lines on what the errors of `glance` mean and which setting makes the largest one; none where none is resolved."""
+    """Return lines on the meaning of the errors of `glance` and the setting with the largest one; none if none is resolved."""
     table, moist = choice.for_scale(scale)[0], config.case(case).liquid_percent > 0
     errors = choice.of_default(table, moist).error
     group = max(errors, key=lambda g: errors[g])

@@ -15,7 +15,7 @@ from pywet.util.files import read_table
 
 
 def timed(folder: Path, begin: Callable[[], driver.RunInfo]) -> dict[str, Any]:
-    """Run and measure: wall and processor time in all and in the engine's time loop [s], and what the loop did."""
+    """Run and measure: total wall and processor time, those of the engine's time loop [s], and the operations of the loop."""
     info = begin()
     log = (folder / "engine" / "log.liggghts").read_text(errors="replace")
     loop = sum(float(t) for t in re.findall(r"^Loop time of (\S+)", log, flags=re.MULTILINE))

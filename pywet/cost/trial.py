@@ -1,8 +1,8 @@
 """Measure the cost of a step on this machine: short runs of spheres on a lattice with a negligible time step.
 
-In a time step of 1e-10 s nothing moves, so that counts are known and stay: spheres that touch or do not, in the feed bin or on
-the wires, dry or with bridges, with the neighbour list kept or made again in every tenth step. Differences of runs tell what
-each costs, for few spheres and for so many that they do not fit into the processor's cache.
+In a time step of 1e-10 s nothing moves, so that counts are known and constant: spheres that touch or do not, in the
+feed bin or on the wires, dry or with bridges, with a constant neighbour list or one rebuilt in every tenth step.
+Differences of runs give the cost of each operation, for few spheres and for too many for the processor's cache.
 """
 
 from __future__ import annotations
@@ -30,28 +30,28 @@ from pywet.scene import EngineScene, Output
 from pywet.util.files import read_json, write_json
 
 SIZES = ((1, 50.0), (7, 180.0))
-"""Dry case, its moist twin follows, and sieve [mm]: 335 and 17,416 spheres."""
+"""Dry case, followed by its moist counterpart, and sieve [mm]: 335 and 17,416 spheres."""
 FROZEN = 1e-10
-"""Time step [s]."""
+"""Time step [s] in which nothing moves."""
 WORK = 2e6
-"""Spheres times steps that are timed together; a third of it where lists are made again."""
+"""Spheres times steps of a timed run; a third of it if lists are rebuilt."""
 FIRST = 20
-"""Steps before those that are timed; bridges form in them."""
+"""Number of steps before the timed ones; bridges form in them."""
 EVERY = 10
-"""Steps between lists made again."""
+"""Number of steps between rebuilt lists."""
 LOOSE = 0.01
-"""Gap in radii, across which films of the moist cases touch."""
+"""Gap in radii between spheres whose films touch in the moist cases."""
 JITTER = 1e-4
-"""Of the places, in radii, in a lattice without gap: half of the pairs touch, and which do no processor can foresee."""
+"""Random displacement, in radii, in a lattice without gap: half of the pairs touch, unpredictably for the processor."""
 REPEATS = 3
-"""Of a run of the stock program."""
+"""Number of repeats of a run of the stock program."""
 SPEED = 0.1
-"""Speeds [m/s] of the spheres and of their surfaces by their spins."""
+"""Speed [m/s] of the spheres, and of their surfaces by their spins."""
 COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
 SEED = 10007
 """Seed of the engine, a prime above 10000."""
 LATTICES = 9
-"""With one number of spheres."""
+"""Number of lattices with one number of spheres."""
 
 
 @dataclass(frozen=True)
@@ -60,25 +60,25 @@ class Costs:
 
     spheres: float
     step: float
-    """A step of loose dry spheres away from wires."""
+    """Cost of a dry step of all spheres, without contact and away from wires."""
     step_stock: float
-    """The same with the stock program, in which the wires' mesh moves with this number of triangles."""
+    """Cost of the same with the stock program, in which the wires' mesh moves with this number of triangles."""
     triangles: float
     touch: float
-    """A touching pair and step; the floor's contacts are spread over the pairs."""
+    """Cost of a step per touching pair; the floor's contacts are included in those of the pairs."""
     triangle: float
-    """A triangle of the wires' mesh and step."""
+    """Cost of a step per triangle of the wires' mesh."""
     mesh: float
-    """A sphere near a wire that is a mesh, and step."""
+    """Cost of a step per sphere near a mesh wire."""
     prism: float
     bridge: float
-    """A bridge and step, with all else that moist steps do besides."""
+    """Cost of a step per bridge, including all other extra work of moist steps."""
     list_stock: float
-    """A neighbour list."""
+    """Cost of a neighbour list."""
     list_prism: float
     list_moist: float
     start_stock: float
-    """What a run takes before its first step."""
+    """Time before the first step of a run."""
     start_prism: float
     start_moist: float
 
@@ -139,7 +139,7 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
 
 
 def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[], None]) -> Timed:
-    """Return the smaller time of two stretches of a run, or of its repeats, because other load on the machine only adds to it."""
+    """Return the smaller time of two parts of a run, or of its repeats, because other load on the machine only adds to it."""
     with tempfile.TemporaryDirectory(prefix="pywet-trial-") as name:
         folder = Path(name)
         scene, spheres, near = _prepare(folder, config, width_mm, which)
@@ -178,7 +178,7 @@ def _run(folder: Path, scene: EngineScene, steps: Sequence[int], which: Lattice)
 
 
 def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> tuple[EngineScene, pd.DataFrame, int]:
-    """Write the run directory; returns its scene, its spheres, and how many pairs of a sphere and a wire are near."""
+    """Write the run directory; return its scene, its spheres, and the number of near pairs of a sphere and a wire."""
     made = with_setting(config, Setting(), Size("smoke", width_mm, None, None, 1), SEED)
     case, scale = made.case(which.case), made.scale(SCALE)
     apparatus = build_apparatus(cases.apparatus_spec(made, case, scale))
@@ -196,8 +196,8 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
 def _lattice(scene: EngineScene, width: float, low: float, gap: float) -> pd.DataFrame:
     """Place the scene's number of spheres, all of its smallest class, a `gap` of radii apart in random order.
 
-    They have speeds and spins, without which the engine's laws of friction and rolling have nothing to do. One at the top flies
-    so fast that it is nearly out of its skin at the end: as far as that, the plugin looks for spheres that may have met.
+    They have speeds and spins, so that friction and rolling resistance act. One at the top is so fast that it has
+    moved by almost half a skin at the end, which sets the range in which the plugin checks pairs.
     """
     smallest = min(scene.classes, key=lambda c: c.radius_m)
     count, spacing = sum(c.count for c in scene.classes), (2.0 + gap) * smallest.radius_m
@@ -215,7 +215,7 @@ def _lattice(scene: EngineScene, width: float, low: float, gap: float) -> pd.Dat
 
 
 def _near(wires: Surface, spheres: pd.DataFrame, reach: float) -> int:
-    """Pairs of a sphere and a wire whose axis is nearer than `reach`."""
+    """Return the number of pairs of a sphere and a wire whose axis is nearer than `reach`."""
     near, x = 0, spheres[["x", "y", "z"]].to_numpy()
     for part in range(len(wires.part_half_width)):
         points = wires.corners[wires.part == part].reshape(-1, 3)

@@ -17,16 +17,16 @@ class Engine:
 
     name: str
     rolling: bool = True
-    """Return whether it has rolling resistance as the scene means it."""
+    """Whether the engine has the scene's model of rolling resistance."""
     retires: bool = False
-    """Return whether it can take spheres out of a run."""
+    """Whether the engine can remove spheres from a run."""
     parallel: bool = True
-    """Return whether it runs in more than one process."""
+    """Whether the engine runs in more than one process."""
 
     def start(
         self, run_dir: Path, ranks: int, progress: bool, mpi: str, extend: Callable[..., object] | None = None
     ) -> None:
-        """Run the scene there; `mpi` are the words that start the ranks (empty: mpirun), `extend` see the driver of LIGGGHTS."""
+        """Run the prepared scene; `mpi`: command that starts the ranks (empty: mpirun); `extend`: see the driver of LIGGGHTS."""
         driver = import_module(f"pywet.engines.{self.name}.driver")
         given = {"ranks": ranks, "keep": True, "mpi": mpi, "extend": extend} if self.parallel else {}
         driver.run(run_dir, progress=progress, **given)
@@ -43,7 +43,7 @@ ENGINES = {
 
 
 def chosen(name: str, ranks: int = 1) -> Engine:
-    """The engine of that name; PywetError if there is none, or if it cannot have the requested number of ranks."""
+    """Return the engine of that name; PywetError if unknown, or if it does not support the number of ranks."""
     if name not in ENGINES:
         raise PywetError(
             f"there is no engine {one_line(name) if name else '(empty)'}; expected {' or '.join(ENGINES)}",
@@ -60,7 +60,7 @@ def chosen(name: str, ranks: int = 1) -> Engine:
 def refuse_fewer_cores(ranks: int, threads: int) -> None:
     """Refuse a job with fewer cores than configured ranks, because Snakemake caps `threads` without a message.
 
-    The cores that SLURM allocated count as well, because Snakemake counts those of its own machine.
+    Cores allocated by SLURM are counted too, because Snakemake counts only those of its own machine.
     """
     cores = max(threads, int(os.environ.get("SLURM_CPUS_PER_TASK", "1")))
     if cores < ranks:

@@ -1,4 +1,4 @@
-"""Build the plugins of YADE and LAMMPS ahead of the first run, where these are installed; called by `make peers`."""
+"""Build the plugins of YADE and LAMMPS before the first run, if these are installed; called by `make peers`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pywet.errors import EngineError, border
 
 
 def main() -> None:
-    """Build what is not in the cache; an engine that is not installed is left out."""
+    """Build plugins that are not in the cache; an engine that is not installed is skipped."""
     for name, engine in (("YADE", yade), ("LAMMPS", lammps)):
         try:
             engine.engine_version()

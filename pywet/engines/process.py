@@ -23,9 +23,9 @@ from pywet.util.notices import notice
 
 Report = Callable[[int, int], None]
 OUTPUT = "output.log"
-"""All that the engine's process printed."""
+"""File with all messages of the engine's process."""
 ANSWER_S = 30.0
-"""Longest that a program may take to say its version [s]."""
+"""Longest time [s] for a program to print its version."""
 MEND = "run it in a terminal to see why, or reinstall its package"
 
 
@@ -38,9 +38,9 @@ class Usage:
 
 
 def output_of(command: list[str], given: str = "", folder: Path | None = None) -> str:
-    """Output of a program that is called for its version; `PywetError` if it does not start or end in time.
+    """Return the output of a program called for its version; `PywetError` if it does not start or end in time.
 
-    It has a process group of its own, so that all it started ends with it.
+    It runs in a separate process group, so that its child processes end with it.
     """
     try:
         child = subprocess.Popen(
@@ -70,7 +70,7 @@ def output_of(command: list[str], given: str = "", folder: Path | None = None) -
 
 
 def package_version(package: str) -> str | None:
-    """Installed version of a Debian package, None where it is not installed."""
+    """Return the installed version of a Debian package, or None."""
     if shutil.which("dpkg-query") is None:
         return None
     status, _, version = output_of(["dpkg-query", "-W", "-f=${Status}|${Version}", package]).partition("|")
@@ -78,7 +78,7 @@ def package_version(package: str) -> str | None:
 
 
 def installed(name: str, version: str, setup: str) -> str:
-    """Version of an engine's program, which Debian's package of the same name brings; `EngineError` where it is another."""
+    """Return the version of an engine's program from Debian's package of the same name; `EngineError` if it is unsupported."""
     program = name.lower()
     if shutil.which(program) is None:
         raise EngineError(
@@ -95,13 +95,13 @@ def installed(name: str, version: str, setup: str) -> str:
 
 
 HUGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
-"""Asks for them by madvise(2); whoever has set this variable keeps what it says."""
+"""Environment variable that requests huge pages by madvise(2); a user's setting takes precedence."""
 
 
 def surroundings(python: bool = False) -> dict[str, str]:
-    """Environment of an engine: one thread, ranks for any user; `python`: what it finds of Python is ours, not its own.
+    """Return the environment of an engine: one thread, MPI allowed for any user; `python`: with this program's Python modules.
 
-    Its memory lies in huge pages where the system grants them: a bed is read all over in every step (docs/engine.md).
+    Its memory uses huge pages if available, because all data of a bed are read in every step (docs/engine.md).
     """
     hidden = () if python else ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
     hidden = (*hidden, "SLURM_STEP_ID")  # by it Open MPI takes a process for one that srun has started as a rank
@@ -115,7 +115,7 @@ def surroundings(python: bool = False) -> dict[str, str]:
 
 @contextmanager
 def alone(run_dir: Path) -> Iterator[None]:
-    """Lock the run directory, and report in one sentence what the operating system refused in it."""
+    """Lock the run directory, and report refusals by the operating system in one sentence."""
     try:
         with run_lock.hold(run_dir):
             yield
@@ -128,13 +128,13 @@ def alone(run_dir: Path) -> Iterator[None]:
 
 
 def start_again(folder: Path, name: str) -> None:
-    """Notice where an engine without checkpoints finds an unfinished run in its folder, which it repeats from the start."""
+    """Report that an engine without checkpoints found an unfinished run in its folder and repeats it from the start."""
     if folder.exists():
         notice.warning(f"{folder} holds a run in {name} that was stopped; {name} has no checkpoints: it starts again")
 
 
 def _peak_memory(pid: int) -> int | None:
-    """Largest resident memory of a living process so far [B]; None if it has ended or the system does not report it."""
+    """Return the largest resident memory of a running process so far [B]; None if it has ended or is not reported."""
     try:
         lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     except OSError:
@@ -150,7 +150,7 @@ def _children_cpu() -> float:
 
 @contextmanager
 def progress_bar(scene: EngineScene, wanted: bool) -> Iterator[Report]:
-    """A bar with the time to go in a terminal, else a notice at each tenth of the run."""
+    """Provide a progress bar with the remaining time in a terminal, otherwise a notice at each tenth of the run."""
     if not wanted:
         yield lambda done, total: None
     elif sys.stderr.isatty():
@@ -190,7 +190,7 @@ def _line_reporter(scene: EngineScene) -> Report:
 
 
 def last_words(lines: Iterable[str], returncode: int) -> str:
-    """Return the reason why a program stopped: its first line with ERROR, else its signal, else its last line with a word."""
+    """Return the reason why a program stopped: its first line with ERROR, else its signal, else its last non-empty message."""
     lines_with_words = [line.strip() for line in lines if re.search(r"\w", line)]
     named = next((line for line in lines_with_words if re.search(r"\bERROR\b", line)), None)
     if named is not None:
@@ -203,7 +203,10 @@ def last_words(lines: Iterable[str], returncode: int) -> str:
 def attend(
     command: list[str], folder: Path, environment: Mapping[str, str], look: Callable[[], None]
 ) -> tuple[int, Usage]:
-    """Exit status and resource use of a program run in `folder`; `look` is called a few times a second and ends it by raising."""
+    """Run a program in `folder`; return exit status and resource use.
+
+    `look` is called a few times a second and ends the program by raising.
+    """
     before, peak = _children_cpu(), None
     with open(folder / OUTPUT, "w") as output:
         child = subprocess.Popen(

@@ -1,6 +1,6 @@
 """Schedule of a scene by step: outputs, windows, checkpoints, the slide, and the pieces into which they divide a run.
 
-The one owner of these numbers for every engine; `reference_impl` derives them again from scene.json.
+Every engine takes these numbers from here; `reference_impl` derives them independently from scene.json.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from pywet.scene import SHORT_WINDOW, EngineScene, Slide
 
 DROP_INTERVAL = 1e-3
-"""Time [s] over which the specific force on a film is averaged; films of 1 mm3 answer in 0.6 ms, of 10 mm3 in 2 ms."""
+"""Time [s] over which the specific force on a film is averaged; films of 1 mm3 respond in 0.6 ms, of 10 mm3 in 2 ms."""
 RETIRE_EVERY_S = 0.25
 """Longest time [s] between steps at which spheres are retired: most fines of a sieve pass within some seconds, and a checkpoint
 costs as much as some hundred steps."""
 OUTLET_EVERY_S = 0.02
-"""The same of outlets: a sphere that falls at 1 m/s is 2 cm beyond the plane of an outlet at most."""
+"""Longest time [s] between removals at outlets: at 1 m/s a sphere falls at most 2 cm beyond the outlet's plane."""
 Window = tuple[int, int]
-"""First step, and the step after the last."""
+"""Half-open range of steps: the first step, and the step after the last."""
 
 
 @dataclass(frozen=True)
@@ -29,18 +29,18 @@ class Piece:
 
     steps: int
     drawn: tuple[str, ...]
-    """Walls that begin to be drawn, or go on where the engine was emptied."""
+    """Walls that start to move out, or continue where the engine was reloaded."""
     stops: tuple[str, ...]
     """Walls that stop at the end of the piece."""
     checkpoint: int | None
-    """The step whose state is saved at the end, after which the engine is emptied; None: it goes on."""
+    """Step whose state is saved at the end, after which the engine is reloaded; None: the engine continues."""
 
 
 def windows(scene: EngineScene) -> list[Window]:
-    """Windows in which all contacts are logged in every step, one in each of as many equal parts of the run.
+    """Return the windows in which all contacts are logged in every step: one in each of as many equal parts of the run.
 
-    Windows of a few steps are samples: each lies at a random place of its part, drawn from the scene's seed. Longer ones show
-    how motion goes on, and lie in the middle.
+    Windows of a few steps are samples, each at a random position in its part, drawn from the scene's seed. Longer
+    ones show the course of motion and are in the middle of their parts.
     """
     count, length = scene.output.contact_windows, scene.output.contact_window_steps
     if length <= SHORT_WINDOW:
@@ -51,10 +51,11 @@ def windows(scene: EngineScene) -> list[Window]:
 
 
 def _drawn_start(scene: EngineScene, part: int) -> int:
-    """First step of a short window: the first lies in the first eighth of its part, every fourth at a checkpoint or an output.
+    """Return the first step of a short window.
 
-    Bridges act in it. It holds a checkpoint as its first step only, and none where that step's forces are evaluated again or
-    spheres are retired at it.
+    The first window is in the first eighth of its part, every fourth one at a checkpoint or an output.
+    Bridges act in it. Only its first step may be a checkpoint, and not if that step's forces are evaluated again
+    or spheres are retired at it.
     """
     count, length, every = scene.output.contact_windows, scene.output.contact_window_steps, scene.bridges_every
     low, high = (scene.steps * k // count for k in (part, part + 1))
@@ -72,13 +73,13 @@ def _drawn_start(scene: EngineScene, part: int) -> int:
 
 
 def drawn(seed: int, part: int) -> float:
-    """Number in [0, 1) that belongs to a part of a run with this seed."""
+    """Return a pseudo-random number in [0, 1) for a part of a run with this seed."""
     digest = hashlib.sha256(f"window {part} of seed {seed}".encode()).digest()
     return int.from_bytes(digest[:6], "big") / 2.0**48
 
 
 def recorded(scene: EngineScene) -> list[Window]:
-    """The windows in which motion is recorded, those that overlap joined."""
+    """Return the windows in which motion is recorded, with overlapping ones joined."""
     joined: list[Window] = []
     for first, last in windows(scene) if scene.output.window_trajectories else []:
         if joined and first <= joined[-1][1]:
@@ -100,7 +101,10 @@ def _drawn(scene: EngineScene, way: Slide) -> Window:
 
 
 def checkpoint_every(scene: EngineScene) -> int:
-    """Steps between checkpoints, at which bridges act; 0: none. Where spheres are retired these are outputs, and not rare."""
+    """Return the number of steps between checkpoints, at which bridges act; 0: none.
+
+    If spheres are retired, checkpoints are at outputs and frequent.
+    """
     wanted, every = scene.output.checkpoints, scene.output_every if scene.removes else scene.bridges_every
     times = max(1, math.ceil(scene.steps / ((wanted + 1) * every)))
     if scene.removes:
@@ -110,7 +114,7 @@ def checkpoint_every(scene: EngineScene) -> int:
 
 
 def drop_every(scene: EngineScene) -> int:
-    """Steps between checks for drops: about `DROP_INTERVAL`, and a whole number of them between outputs."""
+    """Return the steps between checks for drops: about `DROP_INTERVAL`, and an integer fraction of the output interval."""
     looks = max(1, round(scene.output_every * scene.time_step_s / DROP_INTERVAL))
     return next(
         scene.output_every // n for n in range(min(looks, scene.output_every), 0, -1) if scene.output_every % n == 0
@@ -129,7 +133,7 @@ def checkpoints(scene: EngineScene, avoided: Sequence[Window] = ()) -> list[int]
 
 
 def pieces(scene: EngineScene, saved: Sequence[int], done: int = 0) -> list[Piece]:
-    """The run cut where walls begin and end to be drawn and where the state is `saved`; after `done` steps, what is left."""
+    """Divide the run where walls start and stop moving out and where the state is `saved`; after `done` steps only the rest."""
     drawn = slides(scene)
     cut, at = [], 0
     for stop in sorted({*(step for window in drawn.values() for step in window), scene.steps, *saved} - {0}):

@@ -1,4 +1,4 @@
-"""The batch screening apparatus from a dozen dimensions, with a check of every relation between them."""
+"""The batch screening apparatus built from a dozen dimensions, with checks of all relations between them."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pywet.geometry.surface import Motion, Surface, make_surface
 from pywet.scene import Holder
 
 BIN_OVERLAP_M = 0.006
-"""The collecting bin's rim stands this much above the outlet's lower end."""
+"""Height [m] of the collecting bin's rim above the outlet's lower end."""
 BOX_MARGIN_M = 0.010
-"""Room between the outermost wall, wherever it moves, and the simulated box."""
+"""Margin [m] between the outermost wall, over its whole motion, and the simulated box."""
 
 
 @dataclass(frozen=True)
 class ApparatusSpec:
-    """Dimensions [m, rad]; the screen plane is z = 0. The paper gives aperture and wire only: see docs/geometry.md."""
+    """Dimensions [m, rad]; the screen plane is z = 0. The paper specifies only aperture and wire, see docs/geometry.md."""
 
     aperture_m: float
     wire_diameter_m: float
@@ -43,18 +43,18 @@ class ApparatusSpec:
 
     @property
     def outlet_opening_m(self) -> float:
-        """Free width next to the impact plate's low edge: three apertures or 40 % of the width, whichever is more."""
+        """Return the free width next to the impact plate's low edge: three apertures or 40 % of the width, if larger."""
         return max(0.4 * self.width_m, 3.0 * self.aperture_m)
 
     @property
     def feed_bin_bottom_m(self) -> float:
-        """Height of the feed bin's lower end: the clearance above the side wall."""
+        """Return the height of the feed bin's lower end: the clearance above the side wall."""
         return self.side_wall_height_m + self.clearance_m
 
 
 @dataclass(frozen=True)
 class Apparatus:
-    """Surfaces in scene order and the places the scene needs [m]."""
+    """Surfaces in scene order and the positions that the scene needs [m]."""
 
     surfaces: tuple[Surface, ...]
     box_low: tuple[float, float, float]
@@ -105,7 +105,7 @@ def build_apparatus(spec: ApparatusSpec) -> Apparatus:
 def _bounds(
     surfaces: tuple[Surface, ...], travel: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Box around all surfaces, with the slide also where it is drawn out to, and a margin."""
+    """Return the box around all surfaces, with the slide in both end positions, and a margin."""
     low = np.min([s.vertices.min(axis=0) for s in surfaces], axis=0) - BOX_MARGIN_M
     high = np.max(
         [s.vertices.max(axis=0) + np.array([travel * (s.motion == "slides"), 0.0, 0.0]) for s in surfaces], axis=0
@@ -186,7 +186,7 @@ def _at_least(spec: ApparatusSpec, name: str, least: float, why: str) -> None:
 
 
 def _text(spec: ApparatusSpec, name: str, verb: str = "is ") -> str:
-    """A dimension under the key and in the unit of the configuration."""
+    """Describe a dimension by its key and unit in the configuration."""
     stem, _, unit = name.rpartition("_")
     value = getattr(spec, name)
     if unit == "m":

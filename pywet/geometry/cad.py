@@ -13,23 +13,23 @@ from pywet.geometry import stl
 from pywet.geometry.surface import SAME_POINT_M, Floats, Ints, enclosed, inside
 
 EXPORT_ROUNDING_M = 1e-6
-"""Vertices this near are one vertex, rounded by an export, where the surface is open without it."""
+"""Distance below which vertices of an open surface are merged, since exports round them."""
 APART_M = 2e-6
-"""By how much a body is drawn back from an edge or corner that it shares with another one."""
+"""Distance by which a body is withdrawn from an edge or corner that it shares with another one."""
 FARTHEST_M = 1e6
-"""Coordinates beyond it are no part of a plant but damage of the file."""
+"""Largest plausible coordinate; larger ones indicate a damaged file."""
 HEAD = 84
-"""Bytes of a binary file before its triangles."""
+"""Number of bytes of a binary file before its triangles."""
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def read_cad(
     path: Path, unit_m: float, origin_m: Floats | None = None, shell_m: float | None = None
 ) -> tuple[Floats, list[str]]:
-    """Corners (m, 3, 3) [m] of closed bodies with outward normals, and what was changed.
+    """Return corners (m, 3, 3) [m] of closed bodies with outward normals, and a list of repairs.
 
     `origin_m` is subtracted in double precision. An open shell becomes a wall of the thickness `shell_m`, half on either side.
-    Raises `PywetError` where what the file bounds is ambiguous.
+    Raises `PywetError` if the enclosed volume is ambiguous.
     """
     corners, changes = _parsed(path)
     corners = corners * unit_m - (np.zeros(3) if origin_m is None else origin_m)
@@ -55,12 +55,12 @@ def read_cad(
 
 
 def corners_in(path: Path) -> Floats:
-    """Corners (m, 3, 3) as they are in a file, in its unit and unrepaired."""
+    """Return the corners (m, 3, 3) as stored in a file, in its unit and unrepaired."""
     return _parsed(path)[0]
 
 
 def _parsed(path: Path) -> tuple[Floats, list[str]]:
-    """Return the corners as they are in the file, and sentences on what was skipped or read differently."""
+    """Return the corners as stored in the file, and sentences on skipped or reinterpreted content."""
     if not path.is_file():
         raise stl.missing(path)
     data, changes = path.read_bytes(), []
@@ -89,7 +89,7 @@ class _Mesh:
         self.triangles: Ints = index.reshape(-1, 3).astype(np.int64)
 
     def weld(self, tolerance: float) -> None:
-        """Take points nearer than a tolerance for one, at their mean."""
+        """Merge points nearer than a tolerance, at their mean."""
         pairs = scipy.spatial.cKDTree(self.points).query_pairs(tolerance, output_type="ndarray")
         if not len(pairs):
             return
@@ -101,7 +101,7 @@ class _Mesh:
         self.changes.append(f"joined {n - groups} vertices nearer than {1e6 * tolerance:.3g} um to another")
 
     def clean(self) -> None:
-        """Drop facets of no area, repeated ones and pairs that lie back to back within touching solids."""
+        """Remove facets of zero area, repeated ones and pairs of opposite facets within touching solids."""
         self._keep(self._area() > 0.0, "facets without area")
         ordered = np.sort(self.triangles, axis=1)
         _, first, group, count = np.unique(ordered, axis=0, return_index=True, return_inverse=True, return_counts=True)
@@ -119,7 +119,7 @@ class _Mesh:
             self.triangles = self.triangles[keep]
 
     def orient(self) -> None:
-        """Turn facets whose neighbours in a body are all the other way round."""
+        """Reverse facets whose neighbours in a body all have the opposite orientation."""
         edges, face = self._edges()
         ordered = np.sort(edges, axis=1)
         order = np.lexsort((face, ordered[:, 1], ordered[:, 0]))
@@ -145,7 +145,7 @@ class _Mesh:
         self._turn(turned ^ (share > 0.5)[body], "facets that looked the other way than their neighbours")
 
     def outward(self) -> None:
-        """Turn bodies inside out that enclose a negative volume and are no cavity of another one."""
+        """Reverse bodies that enclose a negative volume and are no cavity of another one."""
         label = self._bodies()
         corners = self.points[self.triangles]
         wrong = np.zeros(len(label), dtype=bool)
@@ -156,7 +156,7 @@ class _Mesh:
         self._turn(wrong, "facets of a solid that was inside out")
 
     def part_bodies(self) -> None:
-        """Draw bodies back from points that they share, as the engine would take them for one."""
+        """Withdraw bodies from points that they share, since the engine would treat them as one."""
         label = self._bodies()
         pairs = np.unique(np.stack([self.triangles.ravel(), np.repeat(label, 3)], axis=1), axis=0)
         shared = np.flatnonzero(np.bincount(pairs[:, 0], minlength=len(self.points)) > 1)
@@ -194,7 +194,7 @@ class _Mesh:
         self.changes.append(f"made its open shell a wall of {1e3 * thickness:g} mm, half on either side")
 
     def open_edges(self) -> Ints:
-        """Edges (n, 2) that are not used as often in one direction as in the other."""
+        """Return the edges (n, 2) that are not used equally often in both directions."""
         return self._free(self._edges()[0])
 
     def not_closed(self) -> str:
@@ -218,7 +218,7 @@ class _Mesh:
         return edges, np.repeat(np.arange(len(self.triangles)), 3)
 
     def _bodies(self) -> Ints:
-        """Body of every triangle: what hangs together by edges that two triangles share."""
+        """Return the body of every triangle: triangles connected by edges that two of them share."""
         edges, face = self._edges()
         ordered = np.sort(edges, axis=1)
         order = np.lexsort((ordered[:, 1], ordered[:, 0]))
@@ -248,7 +248,7 @@ class _Mesh:
         return np.where(height > SAME_POINT_M, height, 0.0)
 
     def _parity(self, ordered: Ints) -> Floats:
-        """1 where a facet runs through its sorted corners in their order, else -1."""
+        """Return 1 for facets that run through their sorted corners in order, otherwise -1."""
         first = np.argmax(self.triangles == ordered[:, :1], axis=1)
         following = np.take_along_axis(self.triangles, ((first + 1) % 3)[:, None], axis=1)[:, 0]
         return np.where(following == ordered[:, 1], 1.0, -1.0)

@@ -1,4 +1,4 @@
-"""Detect a closed surface that intersects itself: edges that pass through facets to which they do not belong."""
+"""Detect a closed surface that intersects itself: edges that pass through facets of which they are no part."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy as np
 from pywet.geometry.surface import Floats, Ints
 
 MOST = 20_000
-"""Triangles of a surface that is looked at; of more, pairs would take minutes."""
+"""Largest number of triangles of a surface that is checked; for more, pairs would take minutes."""
 BLOCK = 256
-"""Triangles whose pairs are in memory at once."""
+"""Number of triangles whose pairs are in memory at once."""
 ROOM = 1e-6
-"""Part of an edge's length and of a facet's sides by which a crossing lies within both: touching is none."""
+"""Share of an edge's length and of a facet's sides by which an intersection must be inside both, to exclude touching."""
 
 
 def crossing(points: Floats, triangles: Ints) -> Floats | None:
-    """A point (3,) at which an edge passes through a facet; None if there is none, or more than `MOST` triangles."""
+    """Return a point (3,) at which an edge passes through a facet; None if there is none, or for more than `MOST` triangles."""
     if len(triangles) > MOST:
         return None
     corners = points[triangles]

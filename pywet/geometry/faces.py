@@ -1,6 +1,7 @@
-"""Divide a surface into faces, which bridges belong to: a face ends where the surface folds; with half widths.
+"""Divide a surface at its folds into faces with half widths.
 
-A sphere has at most one bridge with a part. A curved face folds little from facet to facet and is one part.
+Each face is one part, with which a sphere has at most one bridge. A curved face, whose facets meet at small angles,
+is one part.
 """
 
 from __future__ import annotations
@@ -13,22 +14,22 @@ from pywet.geometry.surface import LARGE_HALF_WIDTH_M, Floats, Ints
 FEATURE_ANGLE_DEG = 30.0
 """Angle between the normals of two neighbouring facets above which a face ends at their common edge."""
 BODIES_DEG = 180.0
-"""Feature angle with which each body is one part, such as a wire."""
+"""Feature angle for which each body is one part, such as a wire."""
 FLAT = 1.0 - 1e-5
-"""Cosine of the angle between normals from which on facets lie in a plane: what the engine takes for coplanar."""
+"""Cosine of the angle between normals above which facets are coplanar, as in the engine."""
 ROUNDING_DEG = 1e-3
-"""Single precision of corners turns a facet's normal by as much."""
+"""Rotation of a facet's normal [deg] due to single precision of its corners."""
 
 
 def faces(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> list[tuple[Floats, float | None]]:
-    """Triangles (m, 3, 3) [m] of each face, in the order of its first triangle, with its half width (None: a large wall)."""
+    """Return triangles (m, 3, 3) [m] and half width (None: a large wall) of each face, in the order of its first triangle."""
     face = face_of(corners, feature_angle_deg)
     each = [corners[face == k] for k in range(int(face.max(initial=-1)) + 1)]
     return [(triangles, half_width(triangles)) for triangles in each]
 
 
 def face_of(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> Ints:
-    """Face of each triangle, numbered in the order of their first triangles."""
+    """Return the face of each triangle, numbered in the order of their first triangles."""
     points, index = np.unique(corners.reshape(-1, 3).astype(np.float32), axis=0, return_inverse=True)
     triangles = index.reshape(-1, 3)
     normal = _normals(corners)
@@ -43,10 +44,10 @@ def face_of(corners: Floats, feature_angle_deg: float = FEATURE_ANGLE_DEG) -> In
 
 
 def half_width(corners: Floats) -> float | None:
-    """Half of the width of a flat face [m]; None for a curved or a large one (from 5 mm on).
+    """Return half the width of a flat face [m]; None for a curved or a large one (from 5 mm on).
 
-    The width of a rim, around a hole, is its area over half the length of its borders; that of another face its least
-    extent along or across one of its border's edges.
+    The width of a rim, around a hole, is its area over half the length of its borders; that of another face its
+    smallest extent along or across one of its border's edges.
     """
     normal = _normals(corners)
     largest = normal[int(np.argmax(_area(corners)))]
@@ -70,7 +71,7 @@ def half_width(corners: Floats) -> float | None:
 
 
 def _neighbours(triangles: Ints, points: int) -> tuple[Ints, Ints]:
-    """Triangles on both sides of each edge."""
+    """Return the triangles on both sides of each edge."""
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     face = np.repeat(np.arange(len(triangles)), 3)
     there, back = start * points + end, end * points + start

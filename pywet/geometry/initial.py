@@ -18,7 +18,7 @@ from pywet.util.files import write_json, write_table
 
 
 def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
-    """The scene's description of a surface; `prisms`: dry contacts with its parts as prisms."""
+    """Return the scene's description of a surface; `prisms`: dry contacts with its parts as analytic wires."""
     return WallMesh(
         name=surface.name,
         holder=surface.holder,
@@ -32,7 +32,7 @@ def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) 
 
 
 def sphere_table(scene: EngineScene, spheres: pd.DataFrame) -> pd.DataFrame:
-    """id, type, radius [m], film [m3]: that of the column `film` where it has a number, else the scene's thickness."""
+    """Return id, type, radius [m], film [m3] from the column `film` if given, otherwise from the scene's thickness."""
     thickness = scene.liquid.initial_film_thickness_m if scene.liquid else 0.0
     table = spheres[["id", "type"]].copy()
     table["radius"] = table["type"].map({c.type: c.radius_m for c in scene.classes})
@@ -43,7 +43,7 @@ def sphere_table(scene: EngineScene, spheres: pd.DataFrame) -> pd.DataFrame:
 
 
 def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
-    """triangle, part, mesh, holder, area [m2], nodes at rest v0_x to v2_z [m]."""
+    """Return triangle, part, mesh, holder, area [m2], nodes at rest v0_x to v2_z [m]."""
     tables, first = [], 0
     for surface in surfaces:
         rows = pd.DataFrame(
@@ -58,7 +58,7 @@ def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
 
 
 def wall_groups(scene: EngineScene) -> dict[tuple[float, float], int]:
-    """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
+    """Return distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
     groups: dict[tuple[float, float], int] = {}
     for wall in scene.walls:
         for width in wall.part_half_width_m:
@@ -67,7 +67,7 @@ def wall_groups(scene: EngineScene) -> dict[tuple[float, float], int]:
 
 
 def part_table(scene: EngineScene, surfaces: Sequence[Surface]) -> pd.DataFrame:
-    """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2], part_class: `wall_groups`."""
+    """Return part, mesh, holder, half_width [m] (NaN: large), contact_angle [rad], area [m2], part_class of `wall_groups`."""
     rows: list[tuple[int, str, str, float, float, float, int]] = []
     groups = wall_groups(scene)
     for surface, wall in zip(surfaces, scene.walls, strict=True):

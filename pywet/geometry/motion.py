@@ -25,30 +25,30 @@ AXES = ("1 0 0", "0 1 0", "0 0 1")
 
 
 def position(vibration: Vibration, time: ArrayLike) -> Floats:
-    """x(t) about the centre of the motion [m], shape (…, 3) for times of shape (…)."""
+    """Return x(t) about the centre of the motion [m], shape (…, 3) for times of shape (…)."""
     return np.asarray(np.asarray(vibration.amplitude_m) * np.sin(_angle(vibration, time)), dtype=np.float64)
 
 
 def velocity(vibration: Vibration, time: ArrayLike) -> Floats:
-    """dx/dt [m/s], shape (…, 3)."""
+    """Return the velocity dx/dt [m/s], shape (…, 3)."""
     omega = 2.0 * math.pi * vibration.frequency_Hz
     return np.asarray(np.asarray(vibration.amplitude_m) * omega * np.cos(_angle(vibration, time)), dtype=np.float64)
 
 
 def peak_speed(vibration: Vibration) -> float:
-    """Bound of the speed [m/s]: 2 pi f times the amplitudes' root of squares."""
+    """Return a bound of the speed [m/s]: 2 pi f times the root of the sum of squared amplitudes."""
     return 2.0 * math.pi * vibration.frequency_Hz * math.hypot(*vibration.amplitude_m)
 
 
 def displacement(vibration: Vibration, time: ArrayLike) -> Floats:
-    """x(t) − x(0) [m], shape (…, 3): where a wall is relative to its STL file."""
+    """Return x(t) − x(0) [m], shape (…, 3): the displacement of a wall relative to its STL file."""
     return position(vibration, time) - position(vibration, 0.0)
 
 
 def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float) -> Floats:
-    """Displacement of the engine's mesh after `step` steps [m]: Σ v(t_n) Δt for n = 1 … step, shape (…, 3).
+    """Return the displacement of the engine's mesh after `step` steps [m]: Σ v(t_n) Δt for n = 1 … step, shape (…, 3).
 
-    t_n is the engine's clock, Δt added n times: after three million steps it is some 1e-9 s next to n Δt.
+    t_n is the engine's clock, Δt added n times: after three million steps it differs by some 1e-9 s from n Δt.
     """
     wanted = np.asarray(step, dtype=np.int64)
     times, place, done = np.zeros(1), np.zeros(3), 0
@@ -63,7 +63,7 @@ def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float)
 
 
 def viblin_words(vibration: Vibration) -> list[str]:
-    """Words after the mesh's name of the `fix move/mesh … viblin` that give this vibration, one per axis that it moves along."""
+    """Return the arguments after the mesh's name of the `fix move/mesh … viblin` for this vibration, one list per moving axis."""
     period = 1.0 / vibration.frequency_Hz
     return [
         f"viblin axis {axis} order 1 amplitude {amplitude!r} phase {phase - 0.5 * math.pi!r} period {period!r}"

@@ -1,7 +1,7 @@
 """Initial arrangement of the spheres: placed one by one at random in the feed bin, without overlap.
 
-Random sequential placing, largest spheres first, at a solid fraction of 0.28: a loose, well mixed cloud above the
-slide, on which it settles. It is not a packed bed.
+Random sequential placing, largest spheres first, at a solid fraction of 0.28, gives a loose, well mixed cloud above
+the slide, on which it settles. It is not a packed bed.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from pywet.scene import SphereClass
 
 SOLID_FRACTION = 0.28
 GROWTH = 1.1
-"""When the spheres do not fit at a fraction, the next attempt takes this much more height."""
+"""Factor on the height for the next attempt if the spheres do not fit."""
 ROUNDS = 400
 SPHERE_B = 1000
-"""Memory that placing a sphere takes at least: its tries, their neighbours, its rows."""
+"""Smallest memory [B] for placing a sphere: its attempts, their neighbours, its rows."""
 SPACING = 1.0 + 1e-6
-"""Centres keep at least this multiple of the sum of the radii."""
+"""Smallest distance of centres over the sum of the radii."""
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,14 @@ class FeedRegion:
     z_low_m: float
     z_high_m: float
     depth_m: float | None = None
-    """Side along y where it is not that along x."""
+    """Side along y if it differs from that along x."""
     centre_m: tuple[float, float] = (0.0, 0.0)
     name: str = "feed bin"
     cure: str = "make feed_bin_height_mm larger or take fewer spheres"
 
     @property
     def sides_m(self) -> tuple[float, float]:
-        """Extent along x and y [m]."""
+        """Return the extent along x and y [m]."""
         return self.width_m, self.width_m if self.depth_m is None else self.depth_m
 
     @property
@@ -118,7 +118,7 @@ def _place_class(
     trees: list[tuple[Any, float]],
     generator: np.random.Generator,
 ) -> Floats | None:
-    """Centres (count, 3) of one class, or None when they do not find room."""
+    """Return the centres (count, 3) of one class, or None if they do not fit."""
     points = np.zeros((0, 3))
     for _ in range(ROUNDS):
         missing = sphere.count - len(points)
@@ -135,7 +135,7 @@ def _place_class(
 
 
 def _draw(count: int, radius: float, region: FeedRegion, height: float, generator: np.random.Generator) -> Floats:
-    """Uniform centres of spheres that lie wholly inside the region's lowest `height`."""
+    """Draw uniform centres of spheres entirely inside the region's lowest `height`."""
     half = 0.5 * np.array(region.sides_m) - SPACING * radius
     xyz = generator.uniform(-1.0, 1.0, size=(count, 3))
     xyz[:, 2] = region.z_low_m + SPACING * radius + 0.5 * (xyz[:, 2] + 1.0) * (height - 2.0 * SPACING * radius)
@@ -146,7 +146,7 @@ def _draw(count: int, radius: float, region: FeedRegion, height: float, generato
 
 
 def _thin(trial: Floats, distance: float) -> Floats:
-    """Select, in their order, the trial centres that are at least `distance` away from all selected before."""
+    """Select, in order, the trial centres that are at least `distance` from all those selected before."""
     if len(trial) < 2:
         return trial
     pairs = scipy.spatial.cKDTree(trial).query_pairs(distance, output_type="ndarray")

@@ -1,4 +1,4 @@
-"""Ways and near pairs in a box that is periodic along some axes: `period` is its length along each [m], 0 where it is not."""
+"""Displacements and near pairs in a periodic box: `period` is its length along each axis [m], 0 for non-periodic axes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def nearest(ways: Floats, period: Sequence[float] | Floats) -> Floats:
 
 
 def near_pairs(at: Floats, reach: float, low: Sequence[float] | Floats, period: Sequence[float] | Floats) -> Ints:
-    """Rows of points (N, 3) that are within reach of each other or of a copy; `low`: the least corner of the box [m]."""
+    """Return index pairs of points (N, 3) within reach of each other or of a copy; `low`: lower corner of the box [m]."""
     length = np.asarray(period)
     if not length.any():
         return np.asarray(cKDTree(at).query_pairs(reach, output_type="ndarray"))

@@ -15,7 +15,7 @@ SAME_VOLUME = 1e-6
 
 @dataclass(frozen=True)
 class Prism:
-    """`axis` 0, 1, 2 for x, y, z; ends `low` and `high` on it [m]; section (n, 2) on the next two axes in turn [m].
+    """`axis` 0, 1, 2 for x, y, z; ends `low` and `high` on it [m]; section (n, 2) on the next two axes in cyclic order [m].
 
     The section runs counter-clockwise, seen against the axis.
     """
@@ -27,7 +27,7 @@ class Prism:
 
 
 def prism_of(corners: Floats, name: str) -> Prism:
-    """The prism that closed triangles (m, 3, 3) bound, exactly; `PywetError` where they bound another shape."""
+    """Return the prism that closed triangles (m, 3, 3) bound exactly; `PywetError` if they bound another shape."""
     points = np.unique(corners.reshape(-1, 3), axis=0)
     volume = enclosed(corners)
     for axis in np.argsort(-np.ptp(points, axis=0), kind="stable"):
@@ -48,7 +48,7 @@ def prism_of(corners: Floats, name: str) -> Prism:
 
 
 def _around(points: Floats) -> Floats:
-    """Points (n, 2) in order around their middle."""
+    """Return points (n, 2) in order around their middle."""
     d = points - points.mean(axis=0)
     return np.asarray(points[np.argsort(np.arctan2(d[:, 1], d[:, 0]))])
 

@@ -1,7 +1,7 @@
 """A plate with round or square holes in columns along x, as a closed surface whose triangles meet at their nodes.
 
-Holes are polygons about a circle, so that a sphere of the hole's diameter just passes. In a staggered plate every other column is
-set off by half a pitch.
+Holes are polygons about a circle, so that a sphere of the hole's diameter just passes. In a staggered plate every
+other column is offset by half a pitch.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from pywet.geometry.solids import Part, flip, lift, polygon, square
 from pywet.geometry.surface import Floats
 
 SIDES = 24
-"""Faces of a round hole; the polygon is 0.6 % larger than its circle."""
+"""Number of faces of a round hole; the polygon is 0.6 % larger than its circle."""
 
 
 @dataclass(frozen=True)
 class Punching:
-    """Lengths [m] of a plate along x and y and of its holes; `columns` share the width evenly, `count` is of holes in each."""
+    """Lengths [m] of a plate along x and y and of its holes; `columns` share the width evenly, with `count` holes in each."""
 
     length: float
     width: float
@@ -33,17 +33,17 @@ class Punching:
 
     @property
     def count(self) -> int:
-        """Number of holes in a column."""
+        """Return the number of holes in a column."""
         return int((self.length - self._offset(1)) / self.pitch + 1e-9)
 
     @property
     def spacing(self) -> float:
-        """Distance between columns [m]."""
+        """Return the distance between columns [m]."""
         return self.width / self.columns
 
     @property
     def centres(self) -> Floats:
-        """Middles of all holes from the middle of the plate, shape (columns * count, 2) [m]."""
+        """Return the centres of all holes relative to that of the plate, shape (columns * count, 2) [m]."""
         at = self._start + (np.arange(self.count) + 0.5) * self.pitch
         columns = [
             np.column_stack([at + self._offset(k), np.full(self.count, (k + 0.5) * self.spacing - 0.5 * self.width)])
@@ -53,26 +53,26 @@ class Punching:
 
     @property
     def outline(self) -> Floats:
-        """Corners (n, 2) of a hole about its middle, counter-clockwise [m]."""
+        """Return the corners (n, 2) of a hole about its centre, counter-clockwise [m]."""
         half = 0.5 * self.hole
         return polygon(half, SIDES) if self.shape == "round" else square(half)
 
     @property
     def _start(self) -> float:
-        """Solid length before the first hole of the first column [m]."""
+        """Return the solid length before the first hole of the first column [m]."""
         return 0.5 * (self.length - self.count * self.pitch - self._offset(1))
 
     def _offset(self, column: int) -> float:
         return 0.5 * self.pitch if self.staggered and column % 2 else 0.0
 
     def _nodes(self) -> Floats:
-        """Nodes along x that all columns share [m]."""
+        """Return the nodes along x that all columns share [m]."""
         steps = 4 * self.count + (2 if self.staggered else 0)
         nodes = self._start + 0.25 * self.pitch * np.arange(steps + 1)
         return np.unique(np.round(np.concatenate([[0.0], nodes, [self.length]]), 12))
 
     def parts(self, low: float, high: float) -> list[Part]:
-        """Triangles of the plate between two heights [m] about the origin: faces, holes and rim; in one part."""
+        """Return the triangles of the plate between two heights [m] about the origin: faces, holes and rim, in one part."""
         nodes, flat, holes, rim = self._nodes(), [], [], []
         outline = self.outline
         for k in range(self.columns):
@@ -106,7 +106,7 @@ def _line(x: Floats, y: float) -> Floats:
 
 
 def _strip(x: Floats, low: float, high: float) -> list[Floats]:
-    """Triangles between two lines with the same nodes."""
+    """Return the triangles between two lines with the same nodes."""
     found = []
     for a, b in pairwise(x):
         found += [np.array([[a, low], [b, low], [b, high]]), np.array([[a, low], [b, high], [a, high]])]
@@ -114,7 +114,7 @@ def _strip(x: Floats, low: float, high: float) -> list[Floats]:
 
 
 def _ring(outer: Floats, inner: Floats) -> list[Floats]:
-    """Triangles between two loops (n, 2), both counter-clockwise, the shorter diagonal first."""
+    """Return the triangles between two loops (n, 2), both counter-clockwise, shorter diagonals first."""
     far = np.linalg.norm(outer[:, None] - inner[None], axis=2)
     start = np.unravel_index(int(np.argmin(far)), far.shape)
     outer, inner = np.roll(outer, -int(start[0]), axis=0), np.roll(inner, -int(start[1]), axis=0)
@@ -132,7 +132,7 @@ def _ring(outer: Floats, inner: Floats) -> list[Floats]:
 
 
 def _wall(line: Floats, low: float, high: float) -> Floats:
-    """Upright triangles along a line of points (n, 2), outward to its right."""
+    """Return upright triangles along a line of points (n, 2), outward to its right."""
     found = []
     for a, b in pairwise(line):
         p, q, r, s = ([*a, low], [*b, low], [*b, high], [*a, high])

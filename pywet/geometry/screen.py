@@ -1,7 +1,7 @@
 """The screen: straight horizontal wires in both directions in the plane z = 0, as in Elskamp's simulations (5.1).
 
-Woven wires are approximated by horizontal bars; crossing bars run through each other. Every wire is a closed prism and
-one part; its ends lie inside the side wall, so that there is no way around it.
+Woven wires are approximated by horizontal bars; crossing bars intersect each other. Every wire is a closed prism and
+one part; its ends are inside the side wall, so that no sphere can pass around it.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from pywet.geometry.solids import wire
 from pywet.geometry.surface import SAME_POINT_M, Floats, Surface, make_surface
 
 SMALLEST_WIRE_ANGLE_DEG = 1.02
-"""Wires are cut so that their triangles are at least twice as blunt as the engine needs."""
+"""Smallest angle [deg] of a wire's triangles: twice what the engine requires."""
 MOST_STEPS_MORE = 12
-"""Tries to cut the wires along y so that no node lies on a wire along x."""
+"""Largest number of attempts to divide the wires along y so that no node lies on a wire along x."""
 
 
 def wire_positions(pitch: float, radius: float, half_width: float) -> Floats:
-    """Centre lines of parallel wires [m]: symmetric, `pitch` apart, all that reach into the tower.
+    """Return the centre lines of parallel wires [m]: symmetric, `pitch` apart, all that extend into the tower.
 
-    A width that is a multiple of the pitch gives whole apertures only, the outermost wires half inside the wall. With
+    A width that is a multiple of the pitch gives whole apertures only, with the outermost wires half inside the wall. With
     any other width the openings at the wall are smaller than an aperture, never larger.
     """
     count = round(2.0 * half_width / pitch)
@@ -44,10 +44,10 @@ def chord(outline: Floats, offset: float, axis: int) -> tuple[float, float] | No
 
 
 def build_wires(aperture: float, diameter: float, sides: int, inner_apothem: float, mid_wall: Floats) -> Surface:
-    """All wires as one vibrating surface; `mid_wall` (n, 2) is the outline halfway through the side wall.
+    """Return all wires as one vibrating surface; `mid_wall` (n, 2) is the outline in the middle of the side wall.
 
-    Crossing wires must not share a node, which the engine would take for one body. Where they would, the wires along y are cut
-    into a step more.
+    Crossing wires must not share a node, because the engine would treat them as one body. If they would, the
+    wires along y are divided into one more step.
     """
     radius = 0.5 * diameter
     for more in range(MOST_STEPS_MORE):
@@ -67,7 +67,7 @@ def build_wires(aperture: float, diameter: float, sides: int, inner_apothem: flo
 
 
 def _meet(wires: list[Floats]) -> bool:
-    """Return whether nodes of two wires lie so close that they would be one."""
+    """Return whether nodes of two wires are so close that they would be merged."""
     nodes = [np.unique(corners.reshape(-1, 3), axis=0) for corners in wires]
     owner = np.repeat(np.arange(len(nodes)), [len(n) for n in nodes])
     close = scipy.spatial.cKDTree(np.concatenate(nodes)).query_pairs(2.0 * SAME_POINT_M, output_type="ndarray")

@@ -11,20 +11,23 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SMALLEST_ANGLE_DEG = 0.5
-"""LIGGGHTS warns below it and stops below 0.2562 deg, arccos(1 - `EPSILON_CURVATURE`) in its surface_mesh.h."""
+"""Smallest angle [deg] of a triangle, below which LIGGGHTS warns.
+
+It stops below 0.2562 deg, arccos(1 - `EPSILON_CURVATURE`) in its surface_mesh.h.
+"""
 FLAT_M = 2e-8
-"""Corners this near a plane lie in it: rounding to single precision moves them by as much in a scene of 0.3 m."""
+"""Distance [m] from a plane below which corners count as coplanar: rounding to single precision in a scene of 0.3 m."""
 SHORTEST_M = 2e-6
-"""Triangles with a shorter edge are not divided, so that no corners come so near to each other that the engine merges them."""
+"""Shortest edge of a triangle that is divided, so that no corners come so close that the engine merges them."""
 MOST_ROUNDS = 60
-"""Each round halves the longest sharp triangles; 2^60 is beyond any mesh."""
+"""Largest number of rounds, each of which halves the longest sharp triangles; 2^60 exceeds any mesh."""
 MOST_TRIANGLES = 20_000
-"""More are not made: it would take minutes, and no wall that can be meant needs them."""
+"""Largest number of triangles made: more would take minutes, and no realistic wall needs them."""
 Edge = tuple[int, int]
 
 
 def angles_deg(corners: Floats) -> Floats:
-    """The three angles of triangles (m, 3, 3), shape (m, 3) [deg]."""
+    """Return the three angles of triangles (m, 3, 3), shape (m, 3) [deg]."""
     forward = np.roll(corners, -1, axis=1) - corners
     backward = np.roll(corners, 1, axis=1) - corners
     across = np.linalg.norm(np.cross(forward, backward), axis=2)
@@ -33,11 +36,12 @@ def angles_deg(corners: Floats) -> Floats:
 
 
 def divided(points: Floats, triangles: Ints, face: Ints) -> tuple[Floats, Ints, Ints]:
-    """Points, triangles and `face` (m,) of the same surface without triangles below the engine's smallest angle, where possible.
+    """Divide a surface so that, if possible, no triangle is sharper than the engine allows.
 
-    Triangles of one face that lie in a plane exchange their common edge where that makes them less sharp; then edges of what
-    is still too sharp are halved, in both triangles of an edge, so that the surface stays closed. A point of a face that is
-    itself sharper than the limit stays as it is, and so does all where too many triangles would follow.
+    The result is points, triangles and `face` (m,) of the same surface. Coplanar triangles of one face exchange
+    their common edge if that makes them less sharp; then edges of triangles that are still too sharp are halved,
+    in both triangles of an edge, so that the surface remains closed. A corner of a face that is itself sharper
+    than the limit is unchanged, and so is the whole surface if too many triangles would result.
     """
     least = angles_deg(points[triangles]).min(axis=1)
     if (SMALLEST_ANGLE_DEG / np.maximum(least[least < SMALLEST_ANGLE_DEG], 1e-30)).sum() > MOST_TRIANGLES:
@@ -53,7 +57,7 @@ def divided(points: Floats, triangles: Ints, face: Ints) -> tuple[Floats, Ints, 
 
 
 class _Mesh:
-    """Triangles with their edges, small enough for lists: only meshes with slivers come here."""
+    """Triangles with their edges as lists, which suffice because only meshes with slivers are processed here."""
 
     def __init__(self, points: Floats, triangles: Ints, face: Ints) -> None:
         self.points = [p for p in np.asarray(points, dtype=np.float64)]
@@ -73,7 +77,7 @@ class _Mesh:
         return np.flatnonzero(least < SMALLEST_ANGLE_DEG).tolist()
 
     def flip(self) -> None:
-        """Exchange common edges of two triangles in a plane as long as their smallest angle grows."""
+        """Exchange common edges of two coplanar triangles as long as their smallest angle grows."""
         waiting = [edge for k in self.touched for edge in _edges(self.triangles[k])]
         self.touched.clear()
         for _ in range(20 * len(waiting) + 100):
@@ -83,7 +87,7 @@ class _Mesh:
             waiting += self._flip(edge)
 
     def _flip(self, edge: Edge) -> list[Edge]:
-        """Edges around a pair of triangles whose common edge was exchanged; none where it stays."""
+        """Return the edges around a pair of triangles whose common edge was exchanged; none if it was not."""
         pair = sorted(self.of_edge.get(edge, ()))
         if len(pair) != 2 or self.face[pair[0]] != self.face[pair[1]]:
             return []
@@ -105,7 +109,7 @@ class _Mesh:
         return [e for t in new for e in _edges(t)]
 
     def split(self, sharp: list[int]) -> bool:
-        """Halve an edge of each sharp triangle; False where none can be."""
+        """Halve an edge of each sharp triangle; return False if none can be halved."""
         chosen = {self._longest(k) for k in sharp} - {None}
         for edge in sorted(e for e in chosen if e is not None):
             middle = len(self.points)
@@ -123,7 +127,7 @@ class _Mesh:
         return bool(chosen)
 
     def _longest(self, k: int) -> Edge | None:
-        """The longest edge at which a face ends, where it is no shorter than half of the longest; else the longest."""
+        """Return the longest edge at which a face ends if it is at least half as long as the longest; else the longest."""
         edges = sorted(_edges(self.triangles[k]), key=lambda e: -self._length(e))
         ends = [e for e in edges if len({self.face[n] for n in self.of_edge[e]}) > 1 or not self._inside(e)]
         long = [e for e in ends if self._length(e) > 0.5 * self._length(edges[0])]
@@ -131,7 +135,7 @@ class _Mesh:
         return edge if self._length(edges[-1]) > SHORTEST_M else None
 
     def _inside(self, edge: Edge) -> bool:
-        """Check whether an edge lies within a plane."""
+        """Return whether the two triangles of an edge are coplanar."""
         pair = sorted(self.of_edge[edge])
         return len(pair) == 2 and self._in_plane(
             self.triangles[pair[0]], next(p for p in self.triangles[pair[1]] if p not in edge)

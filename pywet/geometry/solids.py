@@ -2,7 +2,7 @@
 
 A part is the array of its triangles' corner points, shape (m, 3, 3) [m], with outward normals. Cross-sections are
 regular polygons described by their apothem (distance from the axis to a face); a square is the one with four sides.
-Nothing here knows of sieves.
+Nothing here is specific to sieves.
 """
 
 from __future__ import annotations
@@ -15,30 +15,30 @@ import numpy as np
 from pywet.geometry.surface import Floats, flat_half_width
 
 WAVE = 6
-"""Straight pieces of a woven wire from one crossing to the next."""
+"""Number of straight pieces of a woven wire from one crossing to the next."""
 Part = tuple[Floats, float | None]
 
 
 def polygon(apothem: float, sides: int) -> Floats:
-    """Corners (sides, 2) [m], counter-clockwise, of a regular polygon whose first face has its normal along +x."""
+    """Return the corners (sides, 2) [m], counter-clockwise, of a regular polygon whose first face has its normal along +x."""
     angle = 2.0 * math.pi * (np.arange(sides) - 0.5) / sides
     return apothem / math.cos(math.pi / sides) * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def square(half_side: float) -> Floats:
-    """Corners of a square about the origin, shape (4, 2) [m]."""
+    """Return the corners of a square about the origin, shape (4, 2) [m]."""
     return half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def fan(loop: Floats) -> Floats:
-    """Triangles of a convex polygon (n, 3), seen counter-clockwise from outside: shape (n - 2, 3, 3)."""
+    """Return the triangles of a convex polygon (n, 3), counter-clockwise seen from outside: shape (n - 2, 3, 3)."""
     return np.stack([np.stack([loop[0], loop[k], loop[k + 1]]) for k in range(1, len(loop) - 1)])
 
 
 def band(first: Floats, second: Floats, smooth: bool = False) -> list[Floats]:
-    """Quadrilaterals between two closed loops (n, 3): one piece per side, or all in one when `smooth`.
+    """Return quadrilaterals between two closed loops (n, 3): one piece per side, or all in one if `smooth`.
 
-    Normals point outward when `first` runs counter-clockwise around an upward axis and `second` lies above it.
+    Normals point outward when `first` runs counter-clockwise around an upward axis and `second` is above it.
     """
     pieces = []
     for k in range(len(first)):
@@ -58,7 +58,7 @@ def lift(loop: Floats, z: float | Floats) -> Floats:
 
 
 def _sides(low: Floats, high: Floats, smooth: bool, outward: bool) -> list[Part]:
-    """Side faces of a prism; a smooth (curved) wall is one large part, a flat face one part each."""
+    """Return the side faces of a prism; a smooth (curved) wall is one large part, a flat face one part each."""
     parts: list[Part] = []
     for corners in band(low, high, smooth):
         if smooth:
@@ -71,14 +71,14 @@ def _sides(low: Floats, high: Floats, smooth: bool, outward: bool) -> list[Part]
 
 
 def _ring(inner: Floats, outer: Floats, up: bool) -> Part:
-    """Annular face between two loops at one height: a rim, its half width half the wall's thickness."""
+    """Return the annular face between two loops at one height: a rim, whose half width is half the wall's thickness."""
     corners = np.concatenate(band(outer, inner))
     thickness = float(np.linalg.norm(inner[0] + inner[1] - outer[0] - outer[1]) / 2.0)
     return (corners if up else flip(corners)), flat_half_width(thickness)
 
 
 def tube(apothem: float, thickness: float, sides: int, z_low: float, z_high: float) -> list[Part]:
-    """Open tube of regular cross-section: inner and outer faces and the two rims."""
+    """Return an open tube of regular cross-section: inner and outer faces and the two rims."""
     smooth = sides > 4
     inner, outer = polygon(apothem, sides), polygon(apothem + thickness, sides)
     inside = _sides(lift(inner, z_low), lift(inner, z_high), smooth, outward=False)
@@ -89,7 +89,7 @@ def tube(apothem: float, thickness: float, sides: int, z_low: float, z_high: flo
 
 
 def bin_solid(apothem: float, thickness: float, sides: int, z_floor: float, z_rim: float) -> list[Part]:
-    """Open-topped vessel as one solid; the floor's upper face is at `z_floor`, `thickness` thick like the walls."""
+    """Return an open-topped vessel as one solid; the floor's upper face is at `z_floor`, `thickness` thick like the walls."""
     smooth = sides > 4
     inner, outer = polygon(apothem, sides), polygon(apothem + thickness, sides)
     inside = _sides(lift(inner, z_floor), lift(inner, z_rim), smooth, outward=False)
@@ -101,7 +101,7 @@ def bin_solid(apothem: float, thickness: float, sides: int, z_floor: float, z_ri
 
 
 def plate(outline: Floats, z_low: Floats | float, z_high: Floats | float) -> list[Part]:
-    """Slab over a convex outline (n, 2), counter-clockwise; the heights may vary linearly over it (inclined plate)."""
+    """Return a slab over a convex outline (n, 2), counter-clockwise; the heights may vary linearly over it (inclined plate)."""
     low, high = lift(outline, z_low), lift(outline, z_high)
     width = float(np.ptp(outline, axis=0).min())
     top: Part = (fan(high), flat_half_width(width))
@@ -115,10 +115,10 @@ def wire(
 ) -> Floats:
     """Triangles of a straight horizontal wire from `start` to `end` (3,) [m]: a prism inscribed in the cylinder.
 
-    Two opposite edges look horizontally sideways, so that the free distance between parallel wires is the true one.
-    The length is cut into equal steps; nodes sit on every other step of an edge, alternating from edge to edge, which
-    halves the triangles that a plain grid would need for the same smallest angle. `sides` must be even. `steps_more` is added
-    to the fewest steps that keep the smallest angle.
+    Two opposite edges point horizontally sideways, so that the free distance between parallel wires is exact. The
+    length is divided into equal steps; nodes are on every other step of an edge, alternating from edge to edge,
+    which halves the triangles that a plain grid would need for the same smallest angle. `sides` must be even.
+    `steps_more` is added to the smallest number of steps that satisfies the smallest angle.
     """
     axis = (end - start) / np.linalg.norm(end - start)
     across = np.cross([0.0, 0.0, 1.0], axis)
@@ -141,7 +141,7 @@ def wire(
 
 
 def woven(start: Floats, end: Floats, radius: float, sides: int, pitch: float, crimp: float, first: float) -> Floats:
-    """Triangles of a wire that waves up and down by `crimp`, its sections across the axis polygons as those of `wire`.
+    """Return the triangles of a wire that waves up and down by `crimp`, with the same polygonal sections as `wire`.
 
     The wave is a cosine of period 2 pitch whose crest is at the distance `first` from the start.
     """
@@ -162,7 +162,7 @@ def woven(start: Floats, end: Floats, radius: float, sides: int, pitch: float, c
 
 
 def _zip(first: list[int], second: list[int]) -> list[tuple[tuple[int, int], ...]]:
-    """Triangles between two chains of nodes on neighbouring edges, shorter diagonal first; a node is (0 or 1, step)."""
+    """Return the triangles between chains of nodes on neighbouring edges, shorter diagonal first; a node is (0 or 1, step)."""
     i = j = 0
     triangles: list[tuple[tuple[int, int], ...]] = []
     while i < len(first) - 1 or j < len(second) - 1:

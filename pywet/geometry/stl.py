@@ -1,4 +1,7 @@
-"""Surfaces to and from binary STL, by meshio, loaded when needed. Triangles keep their order; an STL file has no parts."""
+"""Read and write surfaces as binary STL, by meshio, which is imported when needed.
+
+Triangles keep their order; an STL file has no parts.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ def write_stl(surface: Surface, path: Path) -> None:
 
 
 def write_first_triangle(stl: Path, path: Path) -> None:
-    """Write a binary STL file that holds the first triangle of another one alone."""
+    """Write a binary STL file that contains only the first triangle of another one."""
     head, count, record = 80, 4, 50  # bytes: text, number of triangles, one triangle
     data = Path(stl).read_bytes()
     with atomic_write(Path(path)) as temporary:

@@ -1,7 +1,7 @@
 """A closed triangulated surface whose triangles are grouped into parts, and the checks every wall must pass.
 
-Coordinates are rounded to single precision when a surface is made, because binary STL, which the engine reads, holds no
-more: what Python knows of a wall is then exactly what the engine has. Building shapes is the business of `solids`.
+Coordinates are rounded to single precision when a surface is made, because binary STL, which the engine reads, has no
+more digits: walls in Python and in the engine are then identical. `solids` builds shapes.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ Ints = NDArray[np.int64]
 Motion = Literal["fixed", "vibrates", "slides", "turns"]
 
 SAME_POINT_M = 2e-8
-"""LIGGGHTS takes nodes closer than 1e-8 m in every coordinate for one (`EPSILON_PRECISION`, multi_node_mesh.h)."""
+"""Distance per coordinate below which points are merged; LIGGGHTS uses 1e-8 m (`EPSILON_PRECISION`, multi_node_mesh.h)."""
 LARGE_HALF_WIDTH_M = 0.005
-"""A flat part whose smaller half side reaches this, the largest sphere's radius, is a large wall (Elskamp 2.2.1)."""
+"""Smaller half side from which on a flat part is a large wall: the largest sphere's radius (Elskamp 2.2.1)."""
 
 
 LARGEST_M = 100.0
-"""Single precision, in which the engine reads a wall, ends there at 8 um."""
+"""Largest size [m] of a wall: the resolution of single precision, in which the engine reads it, is then 8 um."""
 
 
 @dataclass(frozen=True)
@@ -49,27 +49,27 @@ class Surface:
 
     @property
     def corners(self) -> Floats:
-        """Corner points of every triangle, shape (m, 3, 3) [m]."""
+        """Return the corner points of every triangle, shape (m, 3, 3) [m]."""
         return self.vertices[self.triangles]
 
     @property
     def area(self) -> Floats:
-        """Area of every triangle, shape (m,) [m2]."""
+        """Return the area of every triangle, shape (m,) [m2]."""
         return np.asarray(0.5 * np.linalg.norm(self._cross(), axis=1), dtype=np.float64)
 
     @property
     def normals(self) -> Floats:
-        """Outward unit normal of every triangle, shape (m, 3)."""
+        """Return the outward unit normal of every triangle, shape (m, 3)."""
         cross = self._cross()
         return np.asarray(cross / np.linalg.norm(cross, axis=1)[:, None], dtype=np.float64)
 
     @property
     def angles_deg(self) -> Floats:
-        """The three angles of every triangle, shape (m, 3) [deg]."""
+        """Return the three angles of every triangle, shape (m, 3) [deg]."""
         return angles_deg(self.corners)
 
     def components(self) -> tuple[int, Ints]:
-        """Number of bodies not joined by a vertex, and the body of every triangle, shape (m,)."""
+        """Return the number of bodies not joined by a vertex, and the body of every triangle, shape (m,)."""
         first, second = self.triangles.ravel(), np.roll(self.triangles, -1, axis=1).ravel()
         n = len(self.vertices)
         links = scipy.sparse.coo_array((np.ones(len(first)), (first, second)), shape=(n, n))
@@ -82,7 +82,7 @@ class Surface:
 
 
 def enclosed(corners: Floats) -> float:
-    """Volume within closed triangles (m, 3, 3) [m3]: the signed tetrahedra to a point amid them.
+    """Return the volume within closed triangles (m, 3, 3) [m3]: the sum of signed tetrahedra to a point among them.
 
     Positive when the normals point outward; overlapping wires count twice.
     """
@@ -110,7 +110,7 @@ def make_surface(
 ) -> Surface:
     """Join parts, each the corner points of its triangles (m, 3, 3) [m] with its half width, into a checked surface.
 
-    Triangles sharper than the engine takes are divided.
+    Triangles too sharp for the engine are divided.
     """
     corners = np.concatenate([c for c, _ in parts]).astype(np.float32).astype(np.float64)
     across = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) if corners.size else 0.0
@@ -139,7 +139,7 @@ def make_surface(
 
 
 def flat_half_width(shorter_side: float) -> float | None:
-    """Half width of a flat part from the shorter of its sides [m]; None (a large wall) from 5 mm on."""
+    """Return the half width of a flat part from the shorter of its sides [m]; None (a large wall) from 5 mm on."""
     half = 0.5 * shorter_side
     return None if half >= LARGE_HALF_WIDTH_M else round(half, 9)
 
@@ -200,7 +200,7 @@ def _check_shape(surface: Surface) -> None:
 
 
 def _check_edges(name: str, vertices: Floats, triangles: Ints) -> None:
-    """Every directed edge must occur once, and once the other way round."""
+    """Check that every directed edge occurs once, and once in the opposite direction."""
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     n = len(vertices)
     forward, there = np.unique(start * n + end, return_counts=True)

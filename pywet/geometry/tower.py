@@ -11,14 +11,14 @@ from pywet.geometry.surface import Floats
 
 
 def impact_plate(mid_wall: Floats, low_edge_x: float, angle: float, thickness: float, z_top: float) -> list[Part]:
-    """Slab falling from the wall at -x, where its upper face is at `z_top`, to its low edge at x = `low_edge_x`."""
+    """Return a slab that falls from the wall at -x, where its upper face is at `z_top`, to its low edge at x = `low_edge_x`."""
     outline = clip(mid_wall, low_edge_x)
     z = z_top - math.tan(angle) * (outline[:, 0] - mid_wall[:, 0].min())
     return plate(outline, z - thickness, z)
 
 
 def clip(outline: Floats, x: float) -> Floats:
-    """The part of a convex outline (n, 2), counter-clockwise, left of x [m]; corners very near the cut are left out."""
+    """Return the part of a convex outline (n, 2), counter-clockwise, left of x [m]; corners very near the cut are omitted."""
     width = float(np.ptp(outline[:, 0]))
     left = outline[outline[:, 0] < x - 0.03 * width]
     after = np.roll(outline, -1, axis=0)
@@ -31,7 +31,7 @@ def clip(outline: Floats, x: float) -> Floats:
 
 
 def equal_area_apothem(shape: str, width: float, sides: int) -> tuple[float, int]:
-    """Apothem [m] and sides of the inner cross-section; a cylinder's polygon has the circle's area."""
+    """Return apothem [m] and number of sides of the inner cross-section; a cylinder's polygon has the circle's area."""
     if shape == "square":
         return 0.5 * width, 4
     return 0.5 * width * math.sqrt(math.pi / (sides * math.tan(math.pi / sides))), sides

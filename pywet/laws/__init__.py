@@ -1,7 +1,7 @@
-"""The physics of liquid bridges: one law = one plain function; `registry` finds them by name. Nothing of engines or scenes.
+"""The physics of liquid bridges: one law = one plain function; `registry` finds them by name.
 
-`pywet.laws.capillary.rabinovich` and the other modules are imported when they are asked for; they need numpy and numba alone.
-A law of one function whose name no other law has is also found here: `from pywet.laws import rabinovich`.
+This package is independent of engines and scenes. Its modules are imported at their first use and need only numpy and
+numba. A law of one function with a unique name can also be imported from here: `from pywet.laws import rabinovich`.
 """
 
 from __future__ import annotations

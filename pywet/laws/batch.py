@@ -1,8 +1,8 @@
 """A law over many bridges at once: one compiled loop, in which the law's own Python function is inlined and vectorised.
 
-A law stays one function of one bridge. Here it is compiled a second time with `batch_math` in place of `math`, without branch
-or call, so that the compiler turns the loop into vector instructions. Nothing is reordered: no value depends on its place in the
-batch. A law that does not compile so is called by its address.
+A law remains one function of one bridge. Here it is compiled a second time with `batch_math` in place of `math`,
+without branch or call, so that the compiler turns the loop into vector instructions. Operations are not reordered: no
+value depends on its position in the batch. A law that does not compile in this form is called by its address.
 """
 
 from __future__ import annotations
@@ -24,17 +24,20 @@ from pywet.laws.force_law import ForceLaw
 from pywet.util.machine_code import numba
 
 BATCH = 64
-"""Most bridges in a batch; `laws.h` of the plugin says the same."""
+"""Largest number of bridges in a batch, as in `laws.h` of the plugin."""
 ROWS = (
     "separation", "volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j", "normal_velocity",
 )  # fmt: skip
-"""What a batch is given of each bridge: BATCH numbers each, in this order."""
+"""Arguments of a batch for each bridge: arrays of BATCH numbers, in this order."""
 _F, _I, _NUMBERS = numba.float64, numba.int64, numba.types.CPointer(numba.float64)
 WHOLE = (memory.__name__, batch_math.__name__)
-"""Modules that a batch takes as they are."""
+"""Modules that a batch uses unchanged."""
 SIGNATURE = numba.void(_I, _NUMBERS, _F, _F, numba.types.CPointer(_I), _NUMBERS)
-"""void(n, rows, surface_tension, viscosity, prepared, out): `prepared` holds the address of each bridge's prepared numbers, for
-laws that have some; `out` gets BATCH numbers of each function."""
+"""Signature void(n, rows, surface_tension, viscosity, prepared, out) of a batch.
+
+`prepared` contains the address of each bridge's prepared numbers, for laws that have some; `out` receives BATCH
+numbers of each function.
+"""
 TEXT = """def make(key):
     def batch(n, rows, surface_tension, viscosity, prepared, out):
         key
@@ -49,14 +52,14 @@ TEXT = """def make(key):
 
 @dataclass(frozen=True)
 class Batch:
-    """A compiled loop; `inlined`: the laws are part of it and not called."""
+    """A compiled loop; `inlined`: the laws are inlined and not called."""
 
     compiled: Any
     inlined: bool
 
     @property
     def address(self) -> int:
-        """Address of the C function, see `SIGNATURE`."""
+        """Return the address of the C function, see `SIGNATURE`."""
         return int(self.compiled.address)
 
 
@@ -75,7 +78,7 @@ def batch(functions: tuple[ForceLaw, ...]) -> Batch:
 
 
 def _compiled(functions: tuple[ForceLaw, ...], laws: list[Any], key: str, keep: bool = True) -> Any:
-    """`key` names the code of the laws in numba's cache; empty: they are called, and not kept there."""
+    """Compile a loop; `key` names the laws' code in numba's cache; if empty, laws are called and the loop is not cached."""
     lines = []
     for m, function in enumerate(functions):
         given = [f"rows[{BATCH * ROWS.index(name)} + k]" if name in ROWS else name for name in function.arguments]
@@ -91,7 +94,7 @@ def _compiled(functions: tuple[ForceLaw, ...], laws: list[Any], key: str, keep: 
 
 
 def _inlined(function: Callable[..., float], digest: Any) -> Any:
-    """A copy of a function, and of all functions it calls, on `batch_math`; what it consists of goes into the digest."""
+    """Return a copy of a function, and of all functions it calls, that uses `batch_math`; the digest includes their code."""
     code = function.__code__
     digest.update(code.co_code + repr((code.co_consts, code.co_names)).encode())
     space = {n: _swapped(function.__globals__[n], digest) for n in code.co_names if n in function.__globals__}

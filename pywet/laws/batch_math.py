@@ -1,7 +1,7 @@
 """`math` for laws in a batch: sine, cosine, logarithm and exponential without branches or calls, so that a loop vectorises.
 
-Same names as `math`; what is not here is `math`'s own. Relative errors are below 2e-15 (tested), for sine and cosine up to
-|x| = 1e5. Multiplications and additions are fused where it says so and nowhere else: a value has the same bits in every place
+Other functions are those of `math`. Relative errors are below 2e-15 (tested), for sine and cosine up to
+|x| = 1e5. Multiplications and additions are fused only where stated: a value has the same bits in every place
 of a batch and on every processor. Polynomials and split constants are those of fdlibm (Sun Microsystems 1993).
 """
 
@@ -18,7 +18,7 @@ from pywet.laws.memory import from_bits, to_bits
 
 inline = numba.njit(forceinline=True, error_model="numpy")
 _ROUND = 6755399441055744.0
-"""1.5·2⁵²: added and taken away again it rounds to an integer, whose last bits are then those of the sum."""
+"""Constant 1.5·2⁵²: adding and subtracting it rounds to an integer, which the last bits of the sum then contain."""
 _ROUND_BITS = 0x4338000000000000
 
 
@@ -27,7 +27,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _fused(typing: Any, a: Any, b: Any, c: Any) -> Any:
-    """a b + c, rounded once."""
+    """Return a b + c, rounded once."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.fma(*arguments)
@@ -40,7 +40,7 @@ _fma: Any = intrinsic(_fused)
 
 @inline
 def _quarter(x):  # type: ignore[no-untyped-def]
-    """x less the nearest multiple of π/2, and which quarter of the circle that multiple is."""
+    """Return x minus the nearest multiple of π/2, and the quadrant of that multiple."""
     shifted = _fma(x, 0.6366197723675814, _ROUND)
     n = shifted - _ROUND
     r = _fma(n, -2.0222662487959506e-21, _fma(n, -6.077100506303966e-11, _fma(n, -1.5707963267341256, x)))
@@ -67,7 +67,7 @@ def _cosine(r):  # type: ignore[no-untyped-def]
 
 @inline
 def sin(x):  # type: ignore[no-untyped-def]
-    """Sine."""
+    """Return the sine of x."""
     r, quarter = _quarter(x)
     value = _sine(r) if quarter & 1 == 0 else _cosine(r)
     return value if quarter & 2 == 0 else -value
@@ -75,7 +75,7 @@ def sin(x):  # type: ignore[no-untyped-def]
 
 @inline
 def cos(x):  # type: ignore[no-untyped-def]
-    """Cosine."""
+    """Return the cosine of x."""
     r, quarter = _quarter(x)
     value = _cosine(r) if quarter & 1 == 0 else _sine(r)
     return value if (quarter + 1) & 2 == 0 else -value
@@ -83,7 +83,7 @@ def cos(x):  # type: ignore[no-untyped-def]
 
 @inline
 def log(x):  # type: ignore[no-untyped-def]
-    """Natural logarithm; as `math.log` in compiled code −∞ at 0 and NaN below."""
+    """Return the natural logarithm; like `math.log` in compiled code, −∞ at 0 and NaN below."""
     small = x < 2.2250738585072014e-308
     bits = to_bits(x * 18014398509481984.0 if small else x)
     above = bits - 0x3FE6A09E667F3BCD  # √½: the mantissa is taken from √½ to √2
@@ -106,7 +106,7 @@ def log(x):  # type: ignore[no-untyped-def]
 
 @inline
 def exp(x):  # type: ignore[no-untyped-def]
-    """Exponential; 0 below −708."""
+    """Return the exponential of x; 0 below −708."""
     shifted = _fma(x, 1.4426950408889634, _ROUND)
     n = shifted - _ROUND
     high, low = _fma(n, -6.93147180369123816490e-1, x), n * 1.90821492927058770002e-10

@@ -1,8 +1,10 @@
-"""The forces of Buck et al. (2018) in the form the engine takes: functions of gap and volume of one bridge.
+"""The forces of Buck et al.
 
-Equation numbers are theirs. The engine knows neither the layer's thickness nor the phase of a collision: the gap is counted from
-the solid wall, the half-filling angle φ follows from the bridge's volume (as the toroid has it at touch), and the forces act from
-formation to rupture, except in contact (their phase II has none). Differences are in docs/wall_collision.md.
+(2018) in the engine's form: functions of gap and volume of one bridge. Equation numbers are those of the paper. Since
+the engine stores neither the layer's thickness nor the phase of a collision, the gap is measured from the solid wall,
+the half-filling angle φ follows from the bridge's volume (that of the toroid at touch), and the forces act from
+formation to rupture, except in contact (phase II of the paper has none). Differences are listed in
+docs/wall_collision.md.
 """
 
 from __future__ import annotations
@@ -15,9 +17,9 @@ from pywet.laws.toroid import attraction, radii
 from pywet.laws.toroid import volume as toroid_volume
 
 GAP_MIN = 0.5e-6
-"""Smallest gap of the viscous laws [m] (text after 28); no multiple of the radius."""
+"""Smallest gap of the viscous laws [m] (text after 28), independent of the radius."""
 WATER_DENSITY = 998.0
-"""Density in the Reynolds number of `buck_water` [kg/m3] (table 2): a law is not given the liquid's density."""
+"""Density in the Reynolds number of `buck_water` [kg/m3] (table 2), because a law does not receive the liquid's density."""
 
 
 half_radius, reduced_radius = helper(contact.bridge_radius), helper(contact.reduced_radius)
@@ -25,7 +27,7 @@ half_radius, reduced_radius = helper(contact.bridge_radius), helper(contact.redu
 
 @helper
 def half_filling(volume_over_cube: float, theta: float) -> float:
-    """Half-filling angle φ [rad] of a volume over R³ between touching bodies, by bisection, between 1e-3 and 90°."""
+    """Return the half-filling angle φ [rad] of a volume over R³ between touching bodies, by bisection, between 1e-3 and 90°."""
     low, high = 1e-3, 0.5 * math.pi
     for _ in range(50):
         middle = 0.5 * (low + high)
@@ -45,7 +47,7 @@ def _half(volume: float, radius_i: float, radius_j: float, theta: float) -> tupl
 
 @helper
 def _goldman(separation: float, radius_i: float, radius_j: float, viscosity: float) -> tuple[float, float]:
-    """6π η r [kg/s] and Λ = ln(r/S) ≥ 0, r = r_red."""
+    """Return 6π η r [kg/s] and Λ = ln(r/S) ≥ 0, r = r_red."""
     r = reduced_radius(radius_i, radius_j)
     return 6.0 * math.pi * viscosity * r, max(math.log(r / max(separation, GAP_MIN)), 0.0)
 

@@ -17,7 +17,7 @@ effective_radius, bridge_radius = helper(contact.effective_radius), helper(conta
 def _neck_and_ring(
     separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, tension: float, small_gap: bool
 ) -> float:
-    """Force of the neck, in full or in its limit for a small gap, and force of the ring at the contact line (Rabinovich)."""
+    """Return the force of the neck, in full or in its limit for a small gap, and of the ring at the contact line (Rabinovich)."""
     s, r = max(separation, 0.0), bridge_radius(ri, rj)
     spread = 1.0 if math.isinf(rj) else 2.0
     limit = 2.0 / spread * math.pi * tension * r * (math.cos(ti) + math.cos(tj))
@@ -32,7 +32,7 @@ def _neck_and_ring(
 
 @helper
 def _as_printed(separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, tension: float) -> float:
-    """The force as printed, for both kinds of partner."""
+    """Return the force as printed, for both kinds of partner."""
     s, r, wall = max(separation, 0.0), bridge_radius(ri, rj), math.isinf(rj)
     theta = 0.5 * (ti + tj)
     cosines = math.cos(ti) + math.cos(tj)

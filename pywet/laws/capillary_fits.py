@@ -1,7 +1,7 @@
 """Capillary forces of a liquid bridge: fits to the exact solution, and the boundary method. Attraction positive.
 
-At a wall (radius_j infinite) all of them are taken in the limit r_j → ∞ of the harmonic mean, r_eff = 2 r_i. What each is worth
-is measured by `pywet study laws`.
+At a wall (radius_j infinite) all of them are taken in the limit r_j → ∞ of the harmonic mean, r_eff = 2 r_i. `pywet
+study laws` measures the accuracy of each.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pywet.laws.force_law import force_law, helper
 
 @helper
 def _willett_exponent(half_gap: float, v_star: float, t: float) -> float:
-    """f1 − f2 exp(f3 ln S* + f4 ln² S*) with Willett's coefficients, V* kept inside the range of the fit."""
+    """Return f1 − f2 exp(f3 ln S* + f4 ln² S*) with Willett's coefficients, V* limited to the range of the fit."""
     x = math.log(min(max(v_star, 1e-3), 0.1))
     t2 = t * t
     f1 = (
@@ -224,7 +224,7 @@ def willett_simple_as_printed(
 
 @helper
 def _weigert(separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, printed: bool) -> float:
-    """F/σ of Weigert & Ripperger; `printed`: with the whole of S in the meridian's height and sin θ_m for sin φ."""
+    """Return F/σ of Weigert & Ripperger; `printed`: with the whole of S in the meridian's height and sin θ_m for sin φ."""
     if volume <= 0.0:
         return 0.0
     r, theta, separation = effective_radius(ri, rj), 0.5 * (ti + tj), max(separation, 0.0)

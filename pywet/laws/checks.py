@@ -1,7 +1,8 @@
 """Checks of `pywet laws --check NAME`: sign, dimensions, symmetry, continuity, limits, and the exact bridge.
 
-Sign and finite values are those of the probe grid, without which no law runs at all. The others are evaluated on bridges between
-equal spheres, unequal spheres, and a sphere and a wall. The deviation from the exact bridge is a number to judge, not a mistake.
+Sign and finiteness are checked on the probe grid, as before every run. The others are evaluated on bridges between
+equal spheres, unequal spheres, and a sphere and a wall. The deviation from the exact bridge is a result, not an
+error.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pywet.laws.kinds import KINDS
 
 PAIRS = {"equal spheres": (1e-3, 1e-3), "unequal spheres": (1e-3, 3e-3), "sphere and wall": (1e-3, math.inf)}
 VOLUMES = (1e-3, 1e-2, 1e-1)
-"""V/r_i³."""
+"""Volumes V/r_i³ of the tested bridges."""
 ANGLE = math.radians(20.0)
 SHARES = (0.0, 0.1, 0.3, 0.6, 0.9)
 """Gap over the exact rupture distance."""
@@ -41,20 +42,20 @@ RESULT = {
     "shedding": ((3, 0, 0), (0, 1, 0)),
 }  # fmt: skip
 OTHER_UNITS = np.array([0.1, 3.0, 0.7])
-"""Units of length, time and mass in which a law must give the same quantity."""
+"""Units of length, time and mass in which a law must give the same quantity as in SI units."""
 ROUND_OFF = 1e-6
-"""Relative difference between two systems of units, or of two bodies exchanged, that rounding explains."""
+"""Relative difference, between two systems of units or two exchanged bodies, that is attributed to rounding."""
 STEPS = 400
-"""Gaps between touch and the longest bridge at which continuity is tried."""
+"""Number of gaps between touch and the longest bridge at which continuity is tested."""
 JUMP = 0.5
-"""A step that keeps this share of its height when it is taken in ten smaller ones is a jump."""
+"""Share of a step's height that remains if it is divided into ten smaller ones, above which it is a jump."""
 VISIBLE = 1e-3
-"""Height of a jump over the largest value, from which it counts."""
+"""Smallest height of a jump over the largest value that counts."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One check: what was tested, its result, and whether it passed; None: a number without a limit."""
+    """One check: what was tested, its result, and whether it passed; None: a value without a limit."""
 
     check: str
     found: str
@@ -63,7 +64,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Compared:
-    """Value of a law and of the exact bridge at one bridge; gap [m], None of a rupture distance."""
+    """Value of a law and of the exact bridge for one bridge; gap [m], None for a rupture distance."""
 
     bodies: str
     reduced_volume: float
@@ -107,7 +108,7 @@ def findings(kind: str, name: str) -> list[Finding]:
 
 
 def compared(kind: str, name: str) -> Iterator[Compared]:
-    """The law against the exact bridge, where that has such a quantity: forces over the gap, rupture distances."""
+    """Yield the law compared with the exact bridge, if that has such a quantity: forces over the gap, rupture distances."""
     if kind not in ("capillary", "rupture"):
         return
     law = registry.get(kind, name).functions[0]
@@ -125,7 +126,7 @@ def compared(kind: str, name: str) -> Iterator[Compared]:
 
 
 def judged(kind: str, rows: Sequence[Compared]) -> list[str]:
-    """Return the bridges that were compared, in words, and the verdict: the typical and the largest deviation."""
+    """Return a description of the compared bridges and the verdict: the typical and the largest deviation."""
     r = 1e3 * np.array([pair for pair in PAIRS.values()])
     radii = "; ".join(
         f"{name} {r_i:g} mm" + (f" and {r_j:g} mm" if name == "unequal spheres" else "")
@@ -150,12 +151,12 @@ def _at(law: ForceLaw, bodies: str = "equal spheres", **given: Any) -> dict[str,
 
 
 def _off(value: float, expected: float) -> float:
-    """Relative difference; none between two zeros."""
+    """Return the relative difference; zero for two zeros."""
     return 0.0 if value == expected else abs(value - expected) / max(abs(expected), 1e-300)
 
 
 def _dimensions(law: ForceLaw, unit: tuple[int, int, int]) -> Finding:
-    """A quantity does not depend on the units it is computed in."""
+    """Check that a quantity does not depend on the system of units."""
     worst = 0.0
     for bodies in PAIRS:
         here = _at(law, bodies)
@@ -165,7 +166,7 @@ def _dimensions(law: ForceLaw, unit: tuple[int, int, int]) -> Finding:
 
 
 def _continuity(law: ForceLaw) -> Iterator[Finding]:
-    """Jumps over the first argument: a step of a continuous law becomes smaller when it is divided."""
+    """Find jumps over the first argument: a step of a continuous law becomes smaller when it is divided."""
     first = law.arguments[0]
     for bodies in PAIRS if "radius_j" in law.arguments else ("equal spheres",):
         at = _at(law, bodies)
@@ -187,7 +188,7 @@ def _continuity(law: ForceLaw) -> Iterator[Finding]:
 
 
 def _symmetry(law: ForceLaw) -> Finding:
-    """Exchanging the two spheres changes nothing."""
+    """Check that the exchange of the two spheres changes nothing."""
     at = _at(law, "unequal spheres", contact_angle_i=0.2, contact_angle_j=0.5)
     other = {**at, **{f"{n}_{a}": at[f"{n}_{b}"] for n in ("radius", "contact_angle") for a, b in ("ij", "ji")}}
     off = _off(law(**other), law(**at))
@@ -195,13 +196,13 @@ def _symmetry(law: ForceLaw) -> Finding:
 
 
 def _limit(law: ForceLaw) -> Finding:
-    """Two touching spheres with little liquid attract each other with 4π σ r_red cos θ (Derjaguin)."""
+    """Check that two touching spheres with little liquid attract each other with 4π σ r_red cos θ (Derjaguin)."""
     at = _at(law, volume=1e-9 * PAIRS["equal spheres"][0] ** 3, separation=0.0)
     expected = 4.0 * math.pi * LIQUID["surface_tension"] * 0.5 * PAIRS["equal spheres"][0] * math.cos(ANGLE)
     return Finding(f"{law.name}: little liquid, at touch", f"{law(**at) / expected:.3g} of 4π σ r_red cos θ", None)
 
 
 def _linear(law: ForceLaw) -> Finding:
-    """Lubrication is proportional to the velocity."""
+    """Check that lubrication is proportional to the velocity."""
     off = _off(law(**_at(law, normal_velocity=0.2)), 2.0 * law(**_at(law, normal_velocity=0.1)))
     return Finding(f"{law.name}: proportional to the velocity", f"off by {off:.1g}", None)

@@ -1,6 +1,6 @@
-"""Numbers of two bodies in contact, and of a film on one: radii and mass of a pair, damping from restitution, film thickness.
+"""Quantities of two bodies in contact, and of a film on one: radii and mass of a pair, damping from restitution, film thickness.
 
-Plain functions, which compiled laws use through `helper`. At a wall radius_j and mass_j are infinite.
+They are plain functions, which compiled laws use through `helper`. At a wall radius_j and mass_j are infinite.
 Equation numbers are those of Elskamp & Kruggel-Emden 2018.
 """
 
@@ -17,22 +17,22 @@ S_MIN = 1e-3
 
 
 def reduced_radius(radius_i: float, radius_j: float) -> float:
-    """r_red = r_i r_j/(r_i + r_j) [m]; its limit r_i at a wall."""
+    """Return r_red = r_i r_j/(r_i + r_j) [m]; its limit r_i at a wall."""
     return radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
 
 
 def effective_radius(radius_i: float, radius_j: float) -> float:
-    """Harmonic mean r_eff = 2 r_i r_j/(r_i + r_j) [m]; its limit 2 r_i at a wall."""
+    """Return the harmonic mean r_eff = 2 r_i r_j/(r_i + r_j) [m]; its limit 2 r_i at a wall."""
     return 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
 
 
 def bridge_radius(radius_i: float, radius_j: float) -> float:
-    """Radius that the paper scales a bridge by, V* = V/r³ [m]: the harmonic mean of two spheres, r_i at a wall."""
+    """Return the radius by which the paper scales a bridge, V* = V/r³ [m]: the harmonic mean of two spheres, r_i at a wall."""
     return radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
 
 
 def effective_mass(mass_i: float, mass_j: float) -> float:
-    """m_i m_j/(m_i + m_j) [kg]; its limit m_i at a wall."""
+    """Return m_i m_j/(m_i + m_j) [kg]; its limit m_i at a wall."""
     return mass_i if math.isinf(mass_j) else mass_i * mass_j / (mass_i + mass_j)
 
 
@@ -55,12 +55,12 @@ class Types(Protocol):
 
 
 def pair_mass(classes: Sequence[Body], pair: Types) -> float:
-    """Effective mass of a pair of types [kg]."""
+    """Return the effective mass of a pair of types [kg]."""
     return effective_mass(classes[pair.a - 1].mass_kg, classes[pair.b - 1].mass_kg if pair.b else math.inf)
 
 
 def pair_radii(classes: Sequence[Body], pair: Types) -> tuple[float, float]:
-    """Radii of a pair of types [m], the second infinite at a wall."""
+    """Return the radii of a pair of types [m], the second infinite at a wall."""
     return classes[pair.a - 1].radius_m, classes[pair.b - 1].radius_m if pair.b else math.inf
 
 
@@ -85,22 +85,23 @@ def damping(restitution: float, mass: float, stiffness: float) -> float:
 
 
 def leapfrog_damping(restitution: float, mass: float, stiffness: float, step: float) -> float:
-    """Damping [kg/s] that gives a pair its restitution at this time step [s], in engines that step by leapfrog.
+    """Return the damping [kg/s] that gives a pair its restitution at this time step [s] in engines with leapfrog integration.
 
-    γ₀ = −2 ln e √(m_eff k_n)/√(π² + ln² e) (E after 4) is exact for Δt → 0. An engine takes the damping from the velocity half
-    a step back and sees a contact up to a step late, which makes e too low by up to 1.6 % at twenty steps a collision
-    (e = 0.44); `at_step` removes this in the mean over the instant of touch (left: 0.3 %).
+    γ₀ = −2 ln e √(m_eff k_n)/√(π² + ln² e) (E after 4) is exact for Δt → 0. An engine computes the damping from
+    the velocity half a step earlier and detects a contact up to a step late, which makes e too low by up to 1.6 %
+    at twenty steps a collision (e = 0.44); `at_step` removes this in the mean over the instant of touch (left:
+    0.3 %).
     """
     return at_step(damping(restitution, mass, stiffness), mass, step)
 
 
 def at_step(gamma: float, m: float, step: float) -> float:
-    """γ₀ → γ₀/(1 + γ₀ Δt/(4 m)), the dashpot that an engine is given."""
+    """Return γ₀/(1 + γ₀ Δt/(4 m)), the dashpot coefficient for an engine."""
     return gamma / (1.0 + gamma * step / (4.0 * m))
 
 
 def film_volume(thickness: float, radius: float) -> float:
-    """Liquid of a film of given thickness on a sphere [m3]: 4/3 π ((r + h)³ − r³) without cancellation."""
+    """Return the liquid of a film of given thickness on a sphere [m3]: 4/3 π ((r + h)³ − r³) without cancellation."""
     h, r = thickness, radius
     return 4.0 / 3.0 * math.pi * h * (3.0 * r**2 + 3.0 * r * h + h**2)
 

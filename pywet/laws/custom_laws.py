@@ -1,9 +1,10 @@
 """Custom laws in a user's file, `path/to/file.py:function`: whether they are trusted, and whether they terminate.
 
-A file may come from somebody else and name any other, so a law's file is run only if it lies in or below the folder of the
-configuration, scene or query that the user gave, the user's own Python code uses it, or `--trust` was given; what a run directory
-names needs `--trust` always. `trust` remembers path and content. It is then tried
-once in a child process, because a law may loop for ever or end the program. What a law must be is in `registry.py`.
+A file may come from somebody else and name any other, so a law's file is run only if it is in or below the folder of
+the configuration, scene or query that the user gave, if the user's own Python code uses it, or if `--trust` was
+given; a file named in a run directory always needs `--trust`. `trust` stores path and content. The law is then tested
+once in a child process, because it may loop forever or end the program. `registry.py` defines the requirements on
+laws.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from pywet.util.files import read_bytes, read_json
 from pywet.util.notices import bar
 
 TRIAL_S = 60
-"""Longest that a file and its law on the probe grid may take, compilation included: processor time [s], ten times that in all."""
+"""Longest time for a file and its law on the probe grid, compilation included: processor time [s], ten times that in total."""
 CURE = "fix the law's name, path/to/file.py:function"
 
 
@@ -38,14 +39,14 @@ def is_custom(name: str) -> bool:
 
 
 def _followed(path: Path | str) -> Path:
-    """A path without links; of links in a circle as it is, to be refused where it is read."""
+    """Resolve the links of a path; circular links are left, to be refused when the file is read."""
     return Path(os.path.realpath(path))
 
 
 def trust(names: Iterable[str | None], below: Path | None = None) -> None:
     """Trust the law files named here with their present content; other names and missing files are ignored.
 
-    `below`: only files that lie in or below this folder, that of the file which names them; links are followed first.
+    `below`: only files in or below this folder, that of the file which names them, after links are resolved.
     """
     for name in names:
         inside = below is None or (name and _followed(_path(name)).is_relative_to(_followed(below)))
@@ -60,7 +61,7 @@ def placed(name: str, folder: Path = Path()) -> str:
 
 
 def kind_of(name: str) -> str:
-    """The kind of law whose arguments those of the file's function are, or come closest to; the file is read, not run."""
+    """Return the kind of law whose arguments match those of the file's function best; the file is read, not run."""
     if not _path(name).is_file():
         return next(iter(KINDS))  # it is refused when it is asked for
     given = _arguments(read_bytes(_path(name), CURE), name.rpartition(":")[2])
@@ -76,7 +77,7 @@ def kind_of(name: str) -> str:
 
 
 def _arguments(source: bytes, attribute: str) -> list[tuple[str, ...]]:
-    """Arguments of a function of a file, or of those of a tuple of functions, by its text."""
+    """Return the arguments of a function of a file, or of those of a tuple of functions, from its text."""
     try:
         body = ast.parse(source).body
     except (SyntaxError, ValueError):
@@ -132,7 +133,7 @@ def functions(kind: str, name: str) -> Any:
 
 
 def execute(name: str, source: bytes) -> Any:
-    """Run a file's text and return what it calls by the law's name; exceptions and `sys.exit` become a sentence."""
+    """Run a file's text and return the object with the law's name; exceptions and `sys.exit` become one sentence."""
     path, _, attribute = name.rpartition(":")
     module = types.ModuleType(path)
     module.__file__ = path

@@ -1,13 +1,13 @@
-"""The law pair of Davis 2023 (finite-film lubrication, capillary suction) for bridges in the engine; radius_j infinite: wall.
+"""Laws of Davis 2023 (finite-film lubrication, capillary suction) for bridges in the engine.
 
-The paper's laws know the gap δ at which two films touch; a bridge of the engine knows its volume. The formation law here draws
-π a² h_i from each film h_i (a = r_red = r_i r_j/(r_i + r_j); wall: r_i), so that a bridge of volume V has δ = V/(π a²) exactly,
-and every law reads δ from V. What that costs: two equal spheres give 1/16 of their films to each bridge (the paper's films lose
-nothing), and the share each gets back is the transfer law's. The tangential laws of the engine are not told the volume: they
-are made for one stated δ by `tangential`.
+radius_j is infinite at a wall. The laws of the paper use the gap δ at which two films touch; a bridge of the engine has
+its volume. The formation law here draws π a² h_i from each film h_i (a = r_red = r_i r_j/(r_i + r_j); wall: r_i), so that
+a bridge of volume V has δ = V/(π a²) exactly, and every law computes δ from V. Consequently two equal spheres give 1/16
+of their films to each bridge (the paper's films lose nothing), and the transfer law determines the share that each
+receives back. The tangential laws of the engine do not receive the volume: `tangential` makes them for one stated δ.
 
-The paper's solid contact is at h = h_min, the engine's at S = 0: h = max(S, 0) + S_min with S_min = 0.001 r_eff plays h_min, and
-δ + S_min is the paper's δ.
+The paper's solid contact is at h = h_min, the engine's at S = 0: h = max(S, 0) + S_min with S_min = 0.001 r_eff
+corresponds to h_min, and δ + S_min to the paper's δ.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ NOMINAL_FILM = 0.04
 
 @helper
 def film_gap(volume: float, radius_i: float, radius_j: float) -> float:
-    """δ = V/(π a²) [m] of a bridge drawn by `formation_sphere`."""
+    """Return δ = V/(π a²) [m] of a bridge drawn by `formation_sphere`."""
     a = reduced_radius(radius_i, radius_j)
     return volume / (math.pi * a * a)
 
@@ -321,7 +321,7 @@ def formation_wire(film_thickness: float, radius_i: float, half_width: float) ->
 
 
 TANGENTIAL = tangential(NOMINAL_FILM)
-"""The registered pair of tangential coefficients, for δ = NOMINAL_FILM · r_red."""
+"""Registered pair of tangential coefficients, for δ = NOMINAL_FILM · r_red."""
 TANGENTIAL[0].__doc__ = """Coefficient of the tangential lubrication of a film of finite extent, for δ = 0.04 r_red.
 
     Parameters

@@ -1,6 +1,6 @@
 """`@force_law`: a plain Python function of floats becomes a law, callable on scalars and arrays and, by its address, from C.
 
-Nothing is compiled before it is used. What the functions compute is the business of the modules that define them.
+Functions are compiled at their first use.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from pywet.util.machine_code import numba
 
 @dataclass(frozen=True)
 class Prepared:
-    """A law in two parts, for batches: what depends on the bridge alone, done once in its life, and what its gap makes of that.
+    """A law in two parts, for batches: one that depends only on the bridge, evaluated once, and one that depends on its gap.
 
     `prepare(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, numbers)` fills an array of 8 `lines` numbers;
-    `evaluate(…the law's arguments, address)` gives the law's value with these numbers at that address.
+    `evaluate(…the law's arguments, address)` returns the law's value from the numbers at that address.
     """
 
     lines: int
@@ -38,7 +38,7 @@ class Prepared:
 
     @cached_property
     def compiled(self) -> Any:
-        """`prepare` as a C function of five numbers and a pointer."""
+        """Return `prepare` as a C function of five numbers and a pointer."""
         number = numba.float64
         return numba.cfunc(numba.void(*[number] * 5, numba.types.CPointer(number)), error_model="numpy")(self.prepare)
 
@@ -47,11 +47,11 @@ class ForceLaw:
     """A compiled law: scalars or arrays in, float or array out; `address` is a C function double(double, …)."""
 
     prepared: Prepared | None = None
-    """The law in two parts, where that is cheaper."""
+    """The law in two parts, if that is cheaper."""
     cached = True
-    """Return whether the compiled code may be kept between processes."""
+    """Whether the compiled code may be cached between processes."""
     fastmath: Any = False
-    """Liberties the compiler may take (numba's `fastmath`)."""
+    """Floating-point optimisations allowed to the compiler (numba's `fastmath`)."""
 
     def __init__(self, function: Callable[..., float]) -> None:
         self.python = function
@@ -63,7 +63,7 @@ class ForceLaw:
         self.arguments = tuple(self.__signature__.parameters)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """Evaluate, with arguments in their order or by their names; arrays are broadcast against each other."""
+        """Evaluate the law with positional or named arguments; arrays are broadcast against each other."""
         if named or len(arguments) != len(self.arguments):
             arguments = self._in_order(arguments, named)
         return self._value(*arguments)
@@ -86,17 +86,17 @@ class ForceLaw:
 
     @property
     def address(self) -> int:
-        """Address of the compiled C function, double(double, …)."""
+        """Return the address of the compiled C function, double(double, …)."""
         return int(self.compiled.address)
 
     @cached_property
     def callee(self) -> Any:
-        """The law as another law's compiled code calls it."""
+        """Return the law in the form in which another law's compiled code calls it."""
         return numba.njit(error_model="numpy", fastmath=self.fastmath)(self.python)
 
     @cached_property
     def calls(self) -> tuple[ForceLaw, ...]:
-        """Laws that this law's function calls, by itself or through other functions."""
+        """Return the laws that this law's function calls, directly or through other functions."""
         return tuple(_called(self.python, set()))
 
     @cached_property
@@ -115,7 +115,7 @@ class ForceLaw:
 
     @cached_property
     def compiled(self) -> Any:
-        """The compiled C function as numba's own code may call it."""
+        """Return the compiled C function in the form in which numba's code can call it."""
         return self._compile(
             lambda cache: numba.cfunc(self._signature, cache=cache, error_model="numpy", fastmath=self.fastmath)(
                 self.python
@@ -150,7 +150,7 @@ def _as_called(law: ForceLaw, _: Any) -> Any:
 
 
 def _called(function: Any, seen: set[int]) -> Iterator[ForceLaw]:
-    """Yield the laws among what a function names, and what its functions name in turn."""
+    """Yield the laws among the names in a function, and recursively in the functions that it names."""
     cells = [cell.cell_contents for cell in function.__closure__ or ()]
     names = function.__code__.co_names
     values = [function.__globals__[name] for name in names if name in function.__globals__] + cells
@@ -213,7 +213,7 @@ def _known(kind: str, name: str, law: ForceLaw) -> ForceLaw:
 
 
 REGISTERED: dict[str, dict[str, tuple[ForceLaw, ...]]] = {kind: {} for kind in KINDS}
-"""Kind -> name -> the functions of a law that has made itself known."""
+"""Kind -> name -> functions of a registered law."""
 
 
 def check_kind(kind: str) -> None:
@@ -256,7 +256,7 @@ PROBE: dict[str, tuple[float, ...]] = {
     "acceleration": (0.0, 9.81, 1000.0),
     "density": (1000.0,),
 }
-"""Values a law is tried on before a run."""
+"""Values of the arguments on which a law is tested before a run."""
 
 FINITE: Sense = ("finite numbers", lambda value, at: np.isfinite(value))
 

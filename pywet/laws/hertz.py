@@ -1,12 +1,13 @@
-"""Numbers of a Hertz–Mindlin contact: moduli of two bodies, overlap and duration of an impact, equivalent springs, Rayleigh time.
+"""Hertz–Mindlin contacts: moduli of two bodies, overlap and duration of an impact, equivalent springs, Rayleigh time.
 
 The force is the engine's own (`model hertz tangential history`):
 
-    F_n = 4/3 E* √(R* δ) δ − 2 √(5/6) β √(S_n m*) v_n        S_n = 2 E* √(R* δ)
-    F_t = −S_t ξ − 2 √(5/6) β √(S_t m*) v_t, or −μ |F_n|      S_t = 8 G* √(R* δ)      β = −ln e/√(π² + ln² e)
+F_n = 4/3 E* √(R* δ) δ − 2 √(5/6) β √(S_n m*) v_n S_n = 2 E* √(R* δ) F_t = −S_t ξ − 2 √(5/6) β √(S_t m*) v_t, or −μ
+|F_n| S_t = 8 G* √(R* δ) β = −ln e/√(π² + ln² e)
 
-with the overlap δ and the tangential displacement ξ, which is cut back where friction limits the force. An impact returns e times
-its speed where no other force acts (Tsuji et al. 1992, Powder Technol. 71, 239; Antypov & Elliott 2011, EPL 94, 50004).
+with the overlap δ and the tangential displacement ξ, which is reduced if friction limits the force. An impact
+rebounds with e times its speed if no other force acts (Tsuji et al. 1992, Powder Technol. 71, 239; Antypov & Elliott
+2011, EPL 94, 50004).
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ from pywet.laws import contact
 from pywet.strict import Strict
 
 Modulus = Annotated[float, Field(ge=1e4, le=1e13)]
-"""Young's modulus [Pa]; softer or harder solids are no particles."""
+"""Young's modulus [Pa]; softer or harder solids are not plausible."""
 Poisson = Annotated[float, Field(ge=0, le=0.5)]
 LEAST_RESTITUTION = 0.05
-"""Above which the engine takes a coefficient of restitution."""
+"""Lower limit of the engine for a coefficient of restitution (exclusive)."""
 HEAD_ON = 2.0
-"""Closing speed of two bodies that each have the impact speed, over it."""
+"""Closing speed of two bodies that each have the impact speed, over the impact speed."""
 STIFFEST = 15.0 / 8.0 * HEAD_ON**0.4
-"""Slope of the force at the largest overlap of an impact at the closing speed, over the equivalent spring at the impact speed."""
+"""Slope of the force at the largest overlap at the closing speed, over the equivalent stiffness at the impact speed."""
 DURATION = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
 """Duration of an elastic impact over its largest overlap and speed, 4/5 B(2/5, 1/2) = 2.943."""
 
@@ -41,33 +42,34 @@ class Elastic(Strict):
 
     @property
     def shear_modulus_Pa(self) -> float:
-        """G = E/(2 (1 + ν))."""
+        """Return G = E/(2 (1 + ν))."""
         return self.youngs_modulus_Pa / (2.0 * (1.0 + self.poissons_ratio))
 
 
 class Hertz(Strict):
-    """Hertz–Mindlin contacts in place of linear springs: what spheres and walls are made of, and how fast they meet."""
+    """Hertz–Mindlin contacts in place of linear springs: materials of spheres and walls, and the impact speed."""
 
     spheres: tuple[Elastic, ...]
-    """Of the types 1, 2, …"""
+    """Elastic properties of the types 1, 2, …"""
     walls: Elastic
     impact_speed_m_per_s: Annotated[float, Field(gt=0)]
-    """Speed of the impact whose largest overlap gives the equivalent springs of the pairs."""
+    """Speed of the impact whose largest overlap determines the equivalent stiffness of the pairs."""
 
     def moduli(self, pair: contact.Types) -> tuple[float, float]:
-        """E* and G* of a pair of types [Pa]."""
+        """Return E* and G* of a pair of types [Pa]."""
         one, two = self.spheres[pair.a - 1], self.spheres[pair.b - 1] if pair.b else self.walls
         return effective_modulus(one, two), effective_shear_modulus(one, two)
 
     def overlap(self, classes: Sequence[contact.Body], pair: contact.Types, speed: float) -> float:
-        """Largest overlap [m] of an elastic impact of a pair of types."""
+        """Return the largest overlap [m] of an elastic impact of a pair of types."""
         radius = contact.reduced_radius(*contact.pair_radii(classes, pair))
         return impact_overlap(self.moduli(pair)[0], radius, contact.pair_mass(classes, pair), speed)
 
     def springs(self, classes: Sequence[contact.Body], pair: contact.Types) -> tuple[float, float]:
-        """Linear springs [N/m] with the same largest overlap at the impact speed, k = m* v²/δ² = 8/15 S_n; sideways 8/15 S_t.
+        """Return the equivalent linear stiffness [N/m], normal and tangential, for estimates.
 
-        Estimates go by them; the engine has no such number.
+        It has the same largest overlap at the impact speed, k = m* v²/δ² = 8/15 S_n, tangentially 8/15 S_t;
+        the engine does not use it.
         """
         depth = self.overlap(classes, pair, self.impact_speed_m_per_s)
         normal = contact.pair_mass(classes, pair) * (self.impact_speed_m_per_s / depth) ** 2
@@ -86,12 +88,15 @@ def effective_modulus(one: Elastic, two: Elastic) -> float:
 
 
 def effective_shear_modulus(one: Elastic, two: Elastic) -> float:
-    """1/G* = (2 − ν_i)/G_i + (2 − ν_j)/G_j."""
+    """Return G* from 1/G* = (2 − ν_i)/G_i + (2 − ν_j)/G_j."""
     return 1.0 / sum((2.0 - m.poissons_ratio) / m.shear_modulus_Pa for m in (one, two))
 
 
 def impact_overlap(modulus: float, radius: float, mass: float, speed: float) -> float:
-    """Largest overlap δ = (15 m* v²/(16 E* √R*))^(2/5) [m] of an elastic impact: its energy m* v²/2 is 8/15 E* √R* δ^(5/2)."""
+    """Return the largest overlap δ = (15 m* v²/(16 E* √R*))^(2/5) [m] of an elastic impact.
+
+    Its energy m* v²/2 equals 8/15 E* √R* δ^(5/2).
+    """
     return float((15.0 * mass * speed**2 / (16.0 * modulus * math.sqrt(radius))) ** 0.4)
 
 
@@ -105,5 +110,5 @@ def impact_duration(modulus: float, radius: float, mass: float, speed: float) ->
 
 
 def rayleigh_time(radius: float, density: float, body: Elastic) -> float:
-    """Time [s] in which a surface wave runs half round a sphere, π r √(ρ/G)/(0.1631 ν + 0.8766)."""
+    """Return the time [s] in which a surface wave travels half around a sphere, π r √(ρ/G)/(0.1631 ν + 0.8766)."""
     return math.pi * radius * math.sqrt(density / body.shear_modulus_Pa) / (0.1631 * body.poissons_ratio + 0.8766)

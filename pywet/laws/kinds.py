@@ -1,4 +1,7 @@
-"""The kinds of law, each defined once in `KINDS`; arguments, probe grid, slots of the plugin, switches and presets follow."""
+"""The kinds of law, each defined once in `KINDS`.
+
+Arguments, probe grid, slots of the plugin, switches and presets are derived from it.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ import numpy as np
 Preset = Literal["paper", "exact"]
 Probed = dict[str, np.ndarray]
 Sense = tuple[str, Callable[[np.ndarray, Probed], np.ndarray]]
-"""What a law must give on the probe grid, in words, and where it does."""
+"""Requirement on the values on the probe grid: its text, and a function that tells where it holds."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,7 @@ class Part:
     arguments: tuple[str, ...]
     sense: Sense | None = None
     slot: str = ""
-    """The plugin's name for it; empty: the kind's own."""
+    """Name of the part in the plugin; empty: that of the kind."""
 
 
 @dataclass(frozen=True)
@@ -29,15 +32,15 @@ class Kind:
     """Properties that all laws of a kind share."""
 
     parts: tuple[Part, ...]
-    """Empty: such a law is a table made beforehand, and none can be a user's own."""
+    """Parts of a law; empty: the law is a table computed beforehand, and custom ones are not possible."""
     paper: str = ""
-    """Law of the preset `paper`; empty: the kind is in no preset, and only what is named by hand."""
+    """Law of the preset `paper`; empty: the kind is in no preset, and is used only if named."""
     exact: str = ""
-    """Law of the preset `exact`, where it is another."""
+    """Law of the preset `exact`, if different."""
     force: bool = False
-    """A force on active bridges: evaluated in every step, many bridges at once, all parts in one slot."""
+    """Whether it is a force on active bridges: evaluated in every step, many bridges at once, all parts in one slot."""
     needed: bool = False
-    """No bridge without it; what presets name and is not needed has a switch of its own."""
+    """Whether bridges require it; other kinds in presets have a switch."""
 
 
 def _film(at: Probed) -> np.ndarray:
@@ -92,7 +95,7 @@ KINDS: dict[str, Kind] = {
         )
     ),
 }
-"""Name of a kind -> what is common to its laws; `law_names.Laws` has a field for each."""
+"""Name of a kind -> common properties of its laws; `law_names.Laws` has a field for each."""
 FORCES = tuple(name for name, kind in KINDS.items() if kind.force)
 NEEDED = tuple(name for name, kind in KINDS.items() if kind.needed)
 SWITCHED = tuple(name for name, kind in KINDS.items() if kind.paper and not kind.needed)

@@ -9,13 +9,13 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 FAST = {"contract", "reassoc", "arcp", "nsz"}
-"""Liberties the compiler may take in table laws: order of sums and reciprocals, not NaN or infinity."""
+"""Floating-point optimisations allowed in table laws: order of sums and reciprocals, but not NaN or infinity."""
 inline = numba.njit(inline="always", error_model="numpy", fastmath=FAST)
-"""Decorator of their helpers; not cached, because addresses hold for one process only."""
+"""Decorator of helper functions; not cached, because addresses are valid for one process only."""
 
 
 def _reinterpret(source: Any, target: Any, instruction: str = "bitcast") -> Any:
-    """An intrinsic that takes the bits of one 64-bit type for another, or an address for a pointer."""
+    """Return an intrinsic that reinterprets the bits of a 64-bit type as another, or an address as a pointer."""
 
     @intrinsic
     def bits(typing: Any, value: Any) -> Any:
@@ -33,7 +33,7 @@ floats_at, singles_at, ints_at = (
 
 
 def stack(count: int) -> Any:
-    """Return an intrinsic that allocates `count` numbers on the stack of the calling function and gives their address."""
+    """Return an intrinsic that allocates `count` numbers on the caller's stack and returns their address."""
 
     @intrinsic
     def numbers(typing: Any) -> Any:
@@ -50,7 +50,7 @@ to_bits, from_bits = _reinterpret(types.float64, types.int64), _reinterpret(type
 
 @inline
 def cube_root(a):  # type: ignore[no-untyped-def]
-    """Cube root to 1e-14: a third of the exponent, then Halley's method twice (numba's own costs several times as much)."""
+    """Return the cube root to 1e-14: a third of the exponent, then two Halley steps (numba's own costs several times as much)."""
     x = abs(a) + 1e-18
     y = from_bits(to_bits(x) // 3 + 0x2A9F7893782DA1CE)
     for _ in range(2):

@@ -1,4 +1,4 @@
-"""Former name of `pywet.laws.custom_laws`: it warns for one version, and is removed in the next."""
+"""Former name of `pywet.laws.custom_laws`, which warns for one version and is removed in the next."""
 
 from __future__ import annotations
 

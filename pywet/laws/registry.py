@@ -53,9 +53,9 @@ TRANSFER: dict[str, Callable[..., transfer.Floats]] = {
     "young_laplace": transfer_exact.exact_table,
     "half": transfer.halves,
 }
-"""Transfer models: functions that give a table over V*, see `transfer_table`."""
+"""Transfer models: functions that return a table over V*, see `transfer_table`."""
 MODULES = (capillary, capillary_fits, viscous, rupture, formation, young_laplace, buck, davis, shedding)
-"""Whose laws have made themselves known by now; laws are listed in this order, whichever was imported first."""
+"""Modules whose laws are registered at import; laws are listed in this order, whichever was imported first."""
 
 
 def _listed(laws: dict[str, tuple[ForceLaw, ...]]) -> dict[str, tuple[ForceLaw, ...]]:
@@ -67,7 +67,7 @@ BUILT_IN = {kind: _listed(laws) for kind, laws in REGISTERED.items()} | {"transf
 
 
 def transfer_model(name: str) -> Callable[..., transfer.Floats]:
-    """The function that tabulates a transfer model."""
+    """Return the function that tabulates a transfer model."""
     get("transfer", name)
     return TRANSFER[name]
 
@@ -81,7 +81,7 @@ def names(kind: str) -> list[str]:
 
 @cache
 def published() -> tuple[EntryPoint, ...]:
-    """Laws of installed packages; the entry points are searched once."""
+    """Return the laws of installed packages; the entry points are searched once."""
     return tuple(entry_points(group=GROUP))
 
 

@@ -1,8 +1,9 @@
 """The liquid bridge as a toroid between a sphere and a wall's film: radii, force, volume, rupture length; not itself a law.
 
-Equation numbers are those of Buck et al. (2018). R is the sphere's radius, φ the half-filling angle, θ the contact angle on
-the sphere, a = φ + θ; the bridge meets the film at zero angle. height H = y − R cos φ − δ_l [m] is that of the contact line
-above the film. The volume is that of the meridian's solid of revolution less the sphere's cap (tests integrate it).
+Equation numbers are those of Buck et al. (2018). R is the sphere's radius, φ the half-filling angle, θ the contact
+angle on the sphere, a = φ + θ; the bridge meets the film at zero angle. H = y − R cos φ − δ_l [m] is the height of
+the contact line above the film. The volume is that of the meridian's solid of revolution minus the sphere's cap
+(tests integrate it).
 """
 
 from __future__ import annotations

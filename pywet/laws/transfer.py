@@ -1,12 +1,12 @@
 """Shares of the liquid of a rupturing bridge: the parabola model, solved once into a table over V*.
 
-The meridian is Y(x) = a x² + b x + c between the two contact lines (Elskamp & Kruggel-Emden 2018, 35-43, with the signs of
-40 and the cap of 43 mended). With half-filling angles α as unknowns, contact radii and slopes are
-    Y(0) = r_i sin α_i,  Y'(0) = −cot(θ_i + α_i),  Y(D) = r_j sin α_j,  Y'(D) = cot(θ_j + α_j),  D = d_i + d_j + S,
-d = r (1 − cos α). A parabola obeys Y(D) − Y(0) = D (Y'(0) + Y'(D))/2; this and the volume are the two equations left.
-
-S is the static rupture distance; at walls `stretch` is the part of it at which the same system is solved. A large wall counts
-as a sphere of the same size, a wire as a sphere of its radius, both without a cap on the wall's side (the paper after 43).
+The meridian is Y(x) = a x² + b x + c between the two contact lines (Elskamp & Kruggel-Emden 2018, 35-43, with the
+signs of 40 and the cap of 43 corrected). With half-filling angles α as unknowns, contact radii and slopes are Y(0) =
+r_i sin α_i, Y'(0) = −cot(θ_i + α_i), Y(D) = r_j sin α_j, Y'(D) = cot(θ_j + α_j), D = d_i + d_j + S, d = r (1 − cos
+α). A parabola satisfies Y(D) − Y(0) = D (Y'(0) + Y'(D))/2; this and the volume are the two remaining equations. S is
+the static rupture distance; at walls `stretch` is the fraction of it at which the same system is solved. A large wall
+counts as a sphere of the same size, a wire as a sphere of its radius, both without a cap on the wall's side (the
+paper after 43).
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ Floats = NDArray[np.float64]
 
 
 def v_star_grid(nodes: int) -> Floats:
-    """Nodes of a table over V*, 0 … 0.5, dense at small V*: the ratio is smooth in V*^(1/3)."""
+    """Return the nodes of a table over V*, 0 … 0.5, dense at small V*: the ratio is smooth in V*^(1/3)."""
     return np.asarray(0.5 * np.linspace(0.0, 1.0, nodes) ** 3)
 
 
 V_STAR_GRID: Floats = v_star_grid(201)
-"""The usual nodes."""
+"""Default nodes of a table over V*."""
 SMALLEST = 1e-5
-"""V* that means V* → 0 in the table's first entry."""
+"""Value of V* that represents V* → 0 in the table's first entry."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """The two bodies as the parabola sees them; `cap_j` is 1 for a sphere, 0 for a wall [m, rad]."""
+    """The two bodies in the parabola model; `cap_j` is 1 for a sphere, 0 for a wall [m, rad]."""
 
     radius_i: float
     radius_j: float
@@ -50,7 +50,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Bridge:
-    """A solved meridian: coefficients of Y, length D, half-filling angles, parts V_i, V_j."""
+    """A solved meridian: coefficients of Y, length D, half-filling angles, partial volumes V_i, V_j."""
 
     a: float
     b: float
@@ -63,18 +63,18 @@ class Bridge:
 
 
 def _integral(a: float, b: float, c: float, x: float) -> float:
-    """∫₀ˣ π Y² dx."""
+    """Return ∫₀ˣ π Y² dx."""
     return math.pi * (a * a * x**5 / 5 + a * b * x**4 / 2 + (b * b + 2 * a * c) * x**3 / 3 + b * c * x * x + c * c * x)
 
 
 def _cap(radius: float, alpha: float) -> float:
-    """Volume of the spherical cap of half angle α."""
+    """Return the volume of the spherical cap of half angle α."""
     d = radius * (1.0 - math.cos(alpha))
     return math.pi / 6.0 * (3.0 * (radius * math.sin(alpha)) ** 2 * d + d**3)
 
 
 def shape(pair: Pair, alpha_i: float, alpha_j: float, separation: float) -> Bridge:
-    """The parabola through both contact lines with both slopes' difference; closed form in the angles."""
+    """Return the parabola through both contact lines with the difference of both slopes, in closed form in the angles."""
     d = pair.radius_i * (1 - math.cos(alpha_i)) + pair.radius_j * (1 - math.cos(alpha_j)) + separation
     start, end = -1.0 / math.tan(pair.theta_i + alpha_i), 1.0 / math.tan(pair.theta_j + alpha_j)
     a, b, c = (end - start) / (2.0 * d), start, pair.radius_i * math.sin(alpha_i)
@@ -86,14 +86,14 @@ def shape(pair: Pair, alpha_i: float, alpha_j: float, separation: float) -> Brid
 
 
 def residual(pair: Pair, bridge: Bridge, volume: float) -> tuple[float, float]:
-    """Relative misfit of the far contact radius and of the volume."""
+    """Return the relative misfit of the far contact radius and of the volume."""
     y = bridge.a * bridge.length**2 + bridge.b * bridge.length + bridge.c
     far = pair.radius_j * math.sin(bridge.alpha_j)
     return (y - far) / volume ** (1 / 3), (bridge.volume_i + bridge.volume_j) / volume - 1.0
 
 
 def solve(pair: Pair, volume: float, separation: float, guess: tuple[float, float]) -> Bridge | None:
-    """The meridian for that volume and separation near a guess of the angles; None if there is none."""
+    """Solve the meridian for a volume and separation near a guess of the angles; None if there is no solution."""
 
     def equations(angles: Floats) -> tuple[float, float]:
         return residual(pair, shape(pair, float(angles[0]), float(angles[1]), separation), volume)
@@ -159,7 +159,7 @@ def transfer_table(
 
 
 def _ordered(radius_i: float, radius_j: float, theta_i: float, theta_j: float, v_star: Floats) -> Floats:
-    """Spheres, larger first, so that T_i(i, j) + T_j(j, i) = 1 exactly; equal twins share equally."""
+    """Return the ratios for two spheres, larger first, so that T_i(i, j) + T_j(j, i) = 1 exactly; equal spheres share equally."""
     if (radius_i, theta_i) == (radius_j, theta_j):
         return np.full(len(v_star), 0.5)
     if (radius_i, theta_i) < (radius_j, theta_j):
@@ -169,7 +169,7 @@ def _ordered(radius_i: float, radius_j: float, theta_i: float, theta_j: float, v
 
 
 def _march(pair: Pair, v_star: Floats, r: float, rupture_radius_j: float, stretch: float) -> Floats:
-    """Follow the solution from small to large V*, each from its neighbour."""
+    """Follow the solution from small to large V*, each started from its neighbour."""
     ratios: list[float] = []
     last: Bridge | None = None
     for reduced in v_star:

@@ -1,6 +1,7 @@
-"""Shares of the liquid of a rupturing bridge: the exact profile at its limit of stability, cut at the neck, as a table over V*.
+"""Shares of the liquid of a rupturing bridge from the exact profile at its limit of stability, as a table over V*.
 
-The counterpart of `transfer.py` with the same arguments. A wire counts as a sphere of its radius.
+The profile is divided at the neck. This is the counterpart of `transfer.py` with the same arguments. A wire counts as
+a sphere of its radius.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Test a custom law in a child process, started by `custom_laws.py`, since a law may loop for ever or end the program."""
+"""Test a custom law in a child process, started by `custom_laws.py`, since a law may loop forever or end the program."""
 
 from __future__ import annotations
 

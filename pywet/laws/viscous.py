@@ -13,7 +13,7 @@ S_MIN = contact.S_MIN
 
 @helper
 def lubricated_gap(separation: float, radius_i: float, radius_j: float) -> float:
-    """max(S, 0) + S_min with S_min = 0.001 r_eff [m] (Elskamp & Kruggel-Emden 2018, after 29; r_eff = r_i at a wall)."""
+    """Return max(S, 0) + S_min with S_min = 0.001 r_eff [m] (Elskamp & Kruggel-Emden 2018, after 29; r_eff = r_i at a wall)."""
     if math.isinf(radius_j):
         return max(separation, 0.0) + S_MIN * radius_i
     return max(separation, 0.0) + 2.0 * S_MIN * radius_i * radius_j / (radius_i + radius_j)
@@ -21,7 +21,7 @@ def lubricated_gap(separation: float, radius_i: float, radius_j: float) -> float
 
 @helper
 def _slide(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
-    """6π η r ((8/15) ln(r/S) + 0.9588), r = r_red, S → max(S, 0) + S_min."""
+    """Return 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red, S → max(S, 0) + S_min."""
     r = reduced_radius(radius_i, radius_j)
     log = math.log(r / lubricated_gap(separation, radius_i, radius_j))
     return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)

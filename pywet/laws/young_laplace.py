@@ -1,8 +1,9 @@
 """The exact bridge as laws for the engine: force and rupture distance interpolated in tables, at the cost of a closed form.
 
-`pywet.laws.exact_bridge.table` solves and keeps the tables, one for each pair of contact angles. Here they become uniform cubic
-B-splines (twice continuously differentiable) in one block of memory that compiled code finds through a directory at a fixed
-address; a pair of angles that was not prepared gives NaN, which stops a run. From Python everything is prepared when called.
+`pywet.laws.exact_bridge.table` computes and stores the tables, one for each pair of contact angles. Here they become
+uniform cubic B-splines (twice continuously differentiable) in one block of memory that compiled code finds through a
+directory at a fixed address; a pair of angles that was not prepared gives NaN, which stops a run. Calls from Python
+prepare the tables they need.
 """
 
 from __future__ import annotations
@@ -25,19 +26,19 @@ from pywet.laws.memory import FAST, cube_root, floats_at, inline, ints_at, singl
 Floats = NDArray[np.float64]
 carray: Any = numba.carray  # type: ignore[attr-defined]
 MOST_PAIRS = 256
-"""Pairs of contact angles one process can hold."""
+"""Largest number of pairs of contact angles in one process."""
 _Y, _X, _U = Y_NODES + 2, X_NODES + 2, U_NODES + 2
 _X_STEP = (X_LAST - X_FIRST) / (X_NODES - 1)
 _HEAD = 3
-"""A block starts with the first node of y, the nodes per unit of y and π (cos θ_s + cos θ_l)."""
+"""Number of values at the start of a block: first node of y, nodes per unit of y, and π (cos θ_s + cos θ_l)."""
 _V_FIRST = math.exp(X_FIRST)
 _ANGLES = np.full((MOST_PAIRS, 2), np.nan)
 _BLOCKS = np.zeros(MOST_PAIRS + 1, dtype=np.int64)
-"""Address of each pair's block; the last entry is how many there are."""
+"""Address of each pair's block; the last entry is the number of blocks."""
 _KEEP: list[Floats] = []
 _HELD = 16
-"""Prepared numbers of a bridge, two lines of the processor's cache: 1/S_rup, F_0/σ at touch and, in single precision (1e-7 of the
-force), its spline over u. The sums over volume and radius ratio that make them are done once in a bridge's life."""
+"""Number of prepared numbers of a bridge, two cache lines: 1/S_rup, F_0/σ at touch and, in single precision (1e-7 of the
+force), its spline over u. The sums over volume and radius ratio are evaluated once per bridge."""
 
 
 def prepare(angles: Iterable[tuple[float, float]], progress: Callable[[int, int], None] | None = None) -> None:
@@ -64,9 +65,9 @@ def prepare(angles: Iterable[tuple[float, float]], progress: Callable[[int, int]
 
 
 def _spline(values: Floats) -> Floats:
-    """Coefficients of the uniform cubic B-spline through the values along every axis (not-a-knot ends); each axis grows by 2.
+    """Return the coefficients of the uniform cubic B-spline along every axis (not-a-knot ends); each axis grows by 2.
 
-    Where a spline is a cubic p, its coefficients are p − p''/6 at the nodes; the first and last lie a node outside.
+    If a spline is a cubic p, its coefficients are p − p''/6 at the nodes; the first and last are one node outside.
     """
     from scipy.interpolate import CubicSpline
 
@@ -82,7 +83,7 @@ _ANGLES_AT, _BLOCKS_AT = (a.ctypes.data for a in (_ANGLES, _BLOCKS))
 
 @inline
 def _block(small, large):  # type: ignore[no-untyped-def]
-    """Address of the block of a pair of angles, 0 when it was not prepared."""
+    """Return the address of the block of a pair of angles, 0 if it was not prepared."""
     angles = floats_at(_ANGLES_AT)
     blocks = ints_at(_BLOCKS_AT)
     for k in range(blocks[MOST_PAIRS]):
@@ -93,7 +94,7 @@ def _block(small, large):  # type: ignore[no-untyped-def]
 
 @inline
 def _cell(t, last):  # type: ignore[no-untyped-def]
-    """Cell and weights of the uniform cubic B-spline at t, nodes 0 … last."""
+    """Return cell and weights of the uniform cubic B-spline at t, nodes 0 … last."""
     k = min(max(int(t), 0), last - 1)
     w = t - k
     v = 1.0 - w
@@ -104,7 +105,7 @@ def _cell(t, last):  # type: ignore[no-untyped-def]
 
 @inline
 def _order(radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignore[no-untyped-def]
-    """Radius ratio q, harmonic mean (2 r at a plate) and the contact angles of the smaller and the larger body."""
+    """Return radius ratio q, harmonic mean (2 r at a plate) and the contact angles of the smaller and the larger body."""
     if math.isinf(radius_j):
         return 0.0, 2.0 * radius_i, contact_angle_i, contact_angle_j
     r = 2.0 * radius_i * radius_j / (radius_i + radius_j)
@@ -121,13 +122,13 @@ def _along(data, at, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
 
 @inline
 def _place(data, q, kx, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
-    """Place of the radius ratio on the axis y, in nodes."""
+    """Return the position of the radius ratio on the axis y, in nodes."""
     return (cube_root(q - _along(data, _HEAD + kx, x0, x1, x2, x3)) - data[0]) * data[1]
 
 
 @inline
 def _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
-    """S_rup/(r_eff √V*) by the spline."""
+    """Evaluate S_rup/(r_eff √V*) by the spline."""
     at = _HEAD + (1 + ky) * _X + kx
     a0 = a1 = a2 = a3 = 0.0  # four sums side by side: the processor adds them in one instruction
     for weight in (y0, y1, y2, y3):
@@ -141,7 +142,7 @@ def _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3):  # type: ignore[no-u
 
 @numba.njit(error_model="numpy", fastmath=FAST)
 def _hold(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, held):  # type: ignore[no-untyped-def]
-    """Fill the prepared numbers of a bridge; NaN when its angles were not prepared."""
+    """Fill in the prepared numbers of a bridge; NaN if its angles were not prepared."""
     q, r, small, large = _order(radius_i, radius_j, contact_angle_i, contact_angle_j)
     address = _block(small, large)
     if address == 0 or volume <= 0.0:
@@ -190,7 +191,7 @@ def _evaluate(separation, volume, radius_i, radius_j, ti, tj, surface_tension, a
 
 @inline
 def _volume(volume, r):  # type: ignore[no-untyped-def]
-    """V* limited to the table, its cell and weights on the axis x, and r √V* (below the table by its known limit)."""
+    """Return V* limited to the table, its cell and weights on the axis x, and r √V* (below the table by its known limit)."""
     v = min(volume / (r * r * r), 0.5)
     x = (math.log(v) - X_FIRST) / _X_STEP
     scale = r * math.sqrt(v)
@@ -307,7 +308,7 @@ def _distance(volume: float, radius_i: float, radius_j: float, contact_angle_i: 
 
 
 class TableLaw(ForceLaw):
-    """A law that reads prepared tables; calls from Python prepare what they need."""
+    """A law that reads prepared tables; calls from Python prepare the tables they need."""
 
     cached = False
     fastmath = FAST

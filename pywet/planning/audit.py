@@ -1,9 +1,10 @@
 """Compare the effect plan with the replay's measurements: predicted and measured share, and whether the plan was correct.
 
-Reads plan.json and contributions.json of a run directory, writes audit.json next to them. A plan is wrong where it left out or
-called negligible what contributes more than its tolerance, or where a predicted share and the measured one differ by more than
-the tolerance and by more than the factor to which the prediction claims to hold. (The number that decides an effect is held
-against the measure only where no share was predicted: it need not be a share itself.)
+Reads plan.json and contributions.json of a run directory, writes audit.json next to them. A plan is wrong if an
+effect that it left out or called negligible contributes more than its tolerance, or if a predicted share and the
+measured one differ by more than the tolerance and by more than the stated accuracy factor of the prediction. (The
+number that decides an effect is compared with the measurement only if no share was predicted: it need not be a share
+itself.)
 """
 
 from __future__ import annotations
@@ -20,16 +21,16 @@ from pywet.util.files import read_if_there, read_model, write_json
 
 FILE = "audit.json"
 WITHIN = 3.0
-"""Factor to which a predicted share holds where its row states none."""
+"""Accuracy factor of a predicted share if its row states none."""
 MEASURES = {
     "dynamic_rupture": ("mean_stretch", "mean stretch of the rupture distance"),
     "wall_films": ("liquid_share", "liquid drawn from and given to walls, over all that moved"),
     "sharing_by_size": ("liquid_share", "liquid moved against equal sharing, over all that was shared out"),
     "shedding": ("liquid_share", "liquid that let go as drops, over all"),
 }
-"""Effect -> what of contributions.json is its measure; all others: their share of impulse."""
+"""Effect -> its measure in contributions.json; all others are measured by their share of impulse."""
 WITHOUT_MEASURE = "formation"
-"""An effect that cannot be left out of a bridge's life: no share of it is measured."""
+"""Effect without which no bridge exists, and for which no share is measured."""
 IMPULSE = "share of impulse"
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
 Verdict = Literal["as planned", "small", "wrong", "not measured"]
@@ -41,7 +42,7 @@ UNKNOWN: Verdict = "not measured"
 
 @dataclass(frozen=True)
 class AuditRow:
-    """One effect: `verdict` is one of OK, SMALL (on, yet below the tolerance), WRONG, UNKNOWN; `text` says it in words."""
+    """One effect: `verdict` is one of OK, SMALL (on, yet below the tolerance), WRONG, UNKNOWN; `text` describes it."""
 
     effect: str
     on: bool
@@ -78,7 +79,7 @@ def _row(row: dict[str, Any], measured: dict[str, Any]) -> AuditRow:
 
 
 def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]:
-    """The measure of an effect; for the bridges as a whole the forces that acted in them together."""
+    """Return the measure of an effect and its name; for bridges as a whole, all their forces together."""
     if effect == "bridges":
         shares = [measured[name]["impulse_share"] or 0.0 for name in FORCES if measured[name]["acting"]]
         return sum(shares), IMPULSE
@@ -119,7 +120,7 @@ def _judge(
 
 
 def write(run_dir: Path) -> list[AuditRow] | None:
-    """Write audit.json; None (and no file) where there is no plan or nothing was measured."""
+    """Write audit.json; None (and no file) without a plan or without measurements."""
     folder = Path(run_dir)
     if not folder.is_dir():
         return None
@@ -138,7 +139,7 @@ def write(run_dir: Path) -> list[AuditRow] | None:
 
 
 def read(run_dir: Path) -> list[AuditRow] | None:
-    """The rows of audit.json, None if there is none."""
+    """Return the rows of audit.json, None if there is none."""
     path = Path(run_dir) / FILE
     return read_model(path, _Audit, f"run `pywet replay {run_dir}` again").rows if path.exists() else None
 

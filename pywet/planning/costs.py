@@ -18,7 +18,7 @@ def measured_costs() -> dict[str, float]:
 
 
 def shown(cost: float | None) -> str:
-    """A cost in per cent; one within the scatter between packings is neither a cost nor a saving."""
+    """Format a cost in per cent; a cost within the scatter between packings is reported as zero."""
     if cost is None:
         return "-"
     scatter: float = read_json(STORED)["scatter"]

@@ -1,8 +1,9 @@
 """Effect plan: which effects a scene calls for, decided from dimensionless numbers against a stated tolerance.
 
-Each row holds one effect: on or off, the number behind it and why, the share of impulse it is predicted to have and what it
-costs. What is on is written into `Scene.effects`; a scene without bridges runs on the stock engine. The numbers (numbers.py) are
-estimates for equal spheres in stated surroundings; docs/effects.md gives their formulas and how they were tested.
+Each row describes one effect: on or off, the number that decides it and the reason, its predicted share of impulse
+and its cost. Effects that are on are written into `Scene.effects`; a scene without bridges runs on the stock engine.
+The numbers (numbers.py) are estimates for equal spheres in stated surroundings; docs/effects.md documents formulas
+and tests.
 """
 
 from __future__ import annotations
@@ -34,22 +35,22 @@ __all__ = [
 OF_THE_BRIDGE = (*SWITCHED, "wall_films", "sharing_by_size")
 """Effects that need bridges and have a switch."""
 OPT_IN = ("liquid_weight", "shedding")
-"""Effects in no preset: on by hand only."""
+"""Effects that are in no preset and must be switched on explicitly."""
 DRIPPING = "tate"
-"""Law of shedding where none is named."""
+"""Default law of shedding."""
 OF_THE_CONTACT = ("rolling", "tangential_history", "gravity")
 NEGLIGIBLE = "negligible by its number"
 HALVES = "half"
-"""Transfer law that stands in when sharing by size is off."""
+"""Transfer law used when sharing by size is off."""
 
 
 @dataclass(frozen=True)
 class EffectRow:
-    """One effect: `number` is `quantity`, negligible below `threshold`; `law` is None where no law is named.
+    """One effect: `number` is the value of `quantity`, negligible below `threshold`; `law` is None if no law is named.
 
     `predicted_share`: its share of the impulses of weight, capillary and viscous forces, within a factor of
-    `predicted_within`; None where an effect is not a force. `cost`: processor time it adds over that of the same run without it
-    (0.1: a tenth more), None where it was not measured.
+    `predicted_within`; None if an effect is not a force. `cost`: additional processor time over that of the same
+    run without the effect (0.1: a tenth more), None if not measured.
     """
 
     effect: str
@@ -65,7 +66,7 @@ class EffectRow:
 
     @property
     def short(self) -> str:
-        """The row in 80 columns: on or off, number and tolerance, share, cost, law; without quantity and reason."""
+        """Format the row in 80 columns: on or off, number and tolerance, share, cost, law; without quantity and reason."""
         share = "-" if self.predicted_share is None else _percent(self.predicted_share).strip()
         state, law = ("on", (self.law or "").rpartition("/")[2]) if self.on else ("off", "")
         number = f"{self.number:.2g}"
@@ -88,7 +89,7 @@ class EffectPlan:
     effects: Effects
     amounts: tuple[Amount, ...] = ()
     contact: tuple[str, ...] = ()
-    """Lines on a contact law whose stiffness depends on the impact."""
+    """Notes on a contact law whose stiffness depends on the impact speed."""
 
     @property
     def lines(self) -> list[str]:
@@ -118,9 +119,10 @@ def plan(
     laws: LawSettings,
     surroundings: Surroundings | None = None,
 ) -> EffectPlan:
-    """Decide every effect. `speed_m_per_s` is the speed of approach that matters, the screen's peak speed in screening.
+    """Decide every effect.
 
-    Raises `PywetError` when what is switched on needs what is off.
+    `speed_m_per_s` is the typical speed of approach, the screen's peak speed in screening. Raises `PywetError` if
+    an effect that is switched on requires one that is off.
     """
     s = surroundings or Surroundings()
     moist = liquid is not None and liquid.initial_film_thickness_m > 0
@@ -190,7 +192,7 @@ def _percent(share: float) -> str:
 
 
 def _laws(laws: LawSettings) -> dict[str, str]:
-    """Law of each kind: the preset's unless another is named; a name that no law has raises `PywetError`."""
+    """Return the law of each kind: the preset's unless another is named; an unknown name raises `PywetError`."""
     named = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     for kind, name in named.items():
         registry.get(kind, name)
@@ -218,7 +220,7 @@ def _bridges_row(moist: bool, number: Number, settings: EffectSettings, s: Surro
 def _row(
     effect: str, possible: bool, number: Number, settings: EffectSettings, law: str | None = None, asked_by: str = ""
 ) -> EffectRow:
-    """A row whose effect can be switched by hand and, but for those of OPT_IN, by the preset or by its number."""
+    """Return the row of an effect that can be switched explicitly and, except for OPT_IN, by the preset or by its number."""
     switch, large = getattr(settings, effect), number[1] >= settings.tolerance.value
     if switch is True and not possible:
         lack = "there is no gravity," if effect == "gravity" else "there are no bridges,"

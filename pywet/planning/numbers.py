@@ -1,7 +1,7 @@
 """One number per effect: the relative change of a quantity of interest that leaving the effect out may cause.
 
-Each is the ratio of two forces, lengths, speeds or energies, for equal spheres of each class at the state of the scene, taken
-on the safe side; docs/effects.md gives formulas and the test of each. They decide what may be left out, no more.
+Each is the ratio of two forces, lengths, speeds or energies, a conservative estimate for equal spheres of each class
+in the state of the scene; docs/effects.md documents formulas and tests. They only decide what may be left out.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pywet.planning.surroundings import BRIDGE_SHARE, Groups, Surroundings, coll
 from pywet.scene import ContactPair, Liquid, SphereClass
 
 Number = tuple[str, float]
-"""What is compared, in words, and its value."""
+"""Description of a compared ratio, and its value."""
 WALL_TRANSFER = 0.25
 """Typical |T - 1/2| of a bridge with a wall (parabola model: 0.02 to 0.34 over the angles and volumes of screening)."""
 
@@ -97,7 +97,7 @@ def _gravity(g: Groups, s: Surroundings) -> Number:
 
 
 def _give(g: Groups) -> float:
-    """(10 weights + capillary force)/k over r: how far touching spheres still move under what acts on them."""
+    """Return (10 weights + capillary force)/k over r: the relative elastic displacement of touching spheres."""
     return (10.0 * g.weight + g.surface_force) / (g.stiffness * g.radius)
 
 
@@ -108,7 +108,7 @@ OF_ONE_CLASS: dict[str, Callable[[Groups, Surroundings], Number]] = {
         *(_rolling, _tangential_history, _gravity),
     )
 }
-"""Effect -> its number for one class; the largest over the classes counts."""
+"""Effect -> function for its number for one class; the largest over the classes counts."""
 
 
 def effect_numbers(
@@ -118,7 +118,7 @@ def effect_numbers(
     speed_m_per_s: float,
     surroundings: Surroundings | None = None,
 ) -> dict[str, Number]:
-    """Effect -> what is compared, and its largest value over the classes present; zero without liquid."""
+    """Return effect -> compared ratio and its largest value over the classes present; zero without liquid."""
     s = surroundings or Surroundings()
     of = class_groups(classes, pairs, liquid, speed_m_per_s, s)
     numbers = {
@@ -143,7 +143,7 @@ def effect_numbers(
 def class_groups(
     classes: Sequence[SphereClass], pairs: Sequence[ContactPair], liquid: Liquid | None, speed: float, s: Surroundings
 ) -> list[Groups]:
-    """Groups of the classes that have spheres."""
+    """Return the groups of the classes that have spheres."""
     present = [c for c in classes if c.count > 0]
     if not present:
         raise PywetError(
@@ -153,7 +153,7 @@ def class_groups(
 
 
 def _dripping(g: Groups, s: Surroundings) -> float:
-    """Part of the film beyond what surface tension holds (Tate), while the speed changes within the film's own time."""
+    """Return the part of the film that surface tension cannot support (Tate), if the acceleration outlasts its response."""
     surface = g.surface_tension
     if g.film_volume == 0.0 or surface == 0.0:
         return 0.0
@@ -164,7 +164,7 @@ def _dripping(g: Groups, s: Surroundings) -> float:
 
 
 def _sharing(radii: list[float], s: Surroundings, wet: bool) -> Number:
-    """Unequal spheres, and walls: how far the split of a breaking bridge is from halves."""
+    """Compare the split of a rupturing bridge between unequal spheres, or with a wall, with equal shares."""
     size = (max(radii) - min(radii)) / (max(radii) + min(radii))
     return "difference of radii / sum, or contacts with walls x |T - 1/2|", (
         max(size, WALL_TRANSFER * s.wall_share) if wet else 0.0

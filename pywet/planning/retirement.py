@@ -1,6 +1,7 @@
 """Decide whether spheres at rest in the collecting bin are removed from a run (`retire` in config.yaml), and what it saves.
 
-What passes the screen, and where the liquid goes, does not need them: they go on being counted. What happens in the bin does.
+The fraction retained and the distribution of liquid are not affected, because removed spheres are still counted;
+processes in the bin are.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from pywet.scene import Effects, Output, not_retirable
 GATHERED_S = 3.3
 """Time [s] from the opening of the slide until 90 % of a step is spent on spheres in the bin (case 2 at full scale)."""
 IN_THE_BIN = 0.93
-"""Part of a step that is spent on them from then on."""
+"""Share of a step that is spent on spheres in the bin from then on."""
 WORTH = 0.5
-"""Part of the processor time that retirement must save for `auto` to be on."""
+"""Share of the processor time that retirement must save for `auto` to be on."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Retirement:
 
     @property
     def lines(self) -> list[str]:
-        """Lines on retirement for `pywet plan`, in 80 columns."""
+        """Return lines on retirement for `pywet plan`, in 80 columns."""
         saving = f"saves about {100 * self.saves:.0f} % of the processor time: " if self.on else ""
         start = f"{'retire':<19}{'on' if self.on else 'off':<5}"
         return textwrap.wrap(
@@ -48,7 +49,7 @@ def decide(
 ) -> Retirement:
     """Decide on retirement for a screening case; `plugin`: whether the run uses the plugin, which retirement needs.
 
-    Raises `PywetError` where it is on by hand and not possible.
+    Raises `PywetError` if it is switched on explicitly but not possible.
     """
     obstacle = not_retirable(effects, output, gravity)
     saves = IN_THE_BIN * max(0.0, 1.0 - GATHERED_S / after_opening_s) if after_opening_s > 0 else 0.0

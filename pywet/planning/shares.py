@@ -1,7 +1,7 @@
 """Predicted shares of impulse: sum of |F| dt of one force over that of weight, capillary and viscous forces together.
 
-Each class as if among its own kind, a bridge counted once. These are what a log of all contacts would show, to a stated
-factor; they do not decide anything (a small force can matter, a large one be balanced).
+Each class is treated as monodisperse, and a bridge counts once. They predict, within a stated factor, what a log of
+all contacts would give; they do not decide anything (a small force can matter, a large one be balanced).
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from collections.abc import Sequence
 from pywet.planning.surroundings import Groups, Surroundings, collisions
 
 BRIDGES_PER_SPHERE = 3.0
-"""Half the number of partners of a sphere in a dense bed, those at a small distance included."""
+"""Half the number of partners of a sphere in a dense bed, including those at a small distance."""
 MEAN_FORCE = 0.75
 """Mean capillary force over that at touch, in a bed: half the bridges are at touch, half stretched."""
 RELATIVE_SPEED = 0.1
-"""Normal speed of neighbours in a moving bed over the speed that drives it."""
+"""Normal relative speed of neighbours in a moving bed over the driving speed."""
 SHEAR = 0.4
-"""Slip over the speed of approach, less what spheres roll off each other; fitted to the scenes of the effects study."""
+"""Slip over the speed of approach, reduced by rolling of spheres on each other; fitted to the scenes of the effects study."""
 WITHIN = {"gravity": 3.0, "capillary": 3.0, "viscous_normal": 15.0, "viscous_tangential": 15.0}
-"""Factor within which a predicted share claims to hold."""
+"""Factor by which a measured share may differ from the predicted one, by effect."""
 
 
 def predicted_shares(of: Sequence[Groups], counts: Sequence[int], s: Surroundings) -> dict[str, float]:
-    """Effect -> share over classes with these numbers of spheres; empty without weight or liquid."""
+    """Return effect -> share over classes with these numbers of spheres; empty without weight or liquid."""
     total = dict.fromkeys(WITHIN, 0.0)
     for g, count in zip(of, counts, strict=True):
         for effect, impulse in _impulses(g, s).items():
@@ -34,7 +34,7 @@ def predicted_shares(of: Sequence[Groups], counts: Sequence[int], s: Surrounding
 
 
 def _impulses(g: Groups, s: Surroundings) -> dict[str, float]:
-    """Impulses on one sphere during the run [N s]."""
+    """Return the impulses on one sphere during the run [N s]."""
     weight = g.weight * s.duration_s
     if g.film == 0.0:
         return {"gravity": weight}

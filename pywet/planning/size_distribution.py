@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pywet.errors import ConfigError
 
 UNNOTICED = 0.005
-"""Share of the total mass that rounding each size for itself may miss."""
+"""Largest relative error of the total mass for which each size is rounded separately."""
 OFF = 0.05
-"""Share by which the total mass, and a size beyond half of one of its spheres, may differ from what was asked for."""
+"""Relative error allowed for the total mass, and for a size if it exceeds half a sphere."""
 FINE = 1.001
-"""Factor between two total masses that are tried for the least that would do."""
+"""Factor between successive trial values in the search for the smallest suitable total mass."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,10 @@ def whole_counts(asked_kg: Sequence[float], sphere_kg: Sequence[float]) -> tuple
 def amounts(
     names: Sequence[str], asked_kg: Sequence[float], sphere_kg: Sequence[float], where: str
 ) -> tuple[Amount, ...]:
-    """Whole numbers of spheres of one size distribution.
+    """Return the integer numbers of spheres of one size distribution.
 
-    Raises `ConfigError`, which starts with `where` and names the least total mass that would do, for a size of less than half a
-    sphere and for a total that is off by more than `OFF`.
+    Raises `ConfigError`, which starts with `where` and states the smallest suitable total mass, for a size of
+    less than half a sphere and for a total that is off by more than `OFF`.
     """
     counts, total = whole_counts(asked_kg, sphere_kg), sum(asked_kg)
     if not _good(asked_kg, sphere_kg):
@@ -93,7 +93,7 @@ def _nearest(number: float) -> int:
 
 
 def _off(asked_kg: Sequence[float], sphere_kg: Sequence[float], counts: Sequence[int]) -> float:
-    """Excess of the total mass over the requested one, relative to it."""
+    """Return the excess of the total mass over the requested one, relative to it."""
     return sum(n * one for n, one in zip(counts, sphere_kg, strict=True)) / sum(asked_kg) - 1.0
 
 
@@ -103,7 +103,7 @@ def _good(asked_kg: Sequence[float], sphere_kg: Sequence[float]) -> bool:
 
 
 def _least(asked_kg: Sequence[float], sphere_kg: Sequence[float]) -> float:
-    """Least total mass [kg], at least the requested one, that this distribution can have, rounded up to three digits."""
+    """Return the smallest suitable total mass [kg], at least the requested one, rounded up to three digits."""
     total = sum(asked_kg)
     least = total * max(1.0, *(0.5 * one / m for m, one in zip(asked_kg, sphere_kg, strict=True)))
     digit = 10.0 ** (math.floor(math.log10(least)) - 2)

@@ -1,7 +1,7 @@
 """Choose time steps before a scene exists; `time_steps` then checks the step against every limit.
 
-Two rules, on one drag: screening cases take a fraction of the shortest collision (as the paper does) or damping time, all other
-scenes a share of the stable step of a dense packing.
+There are two rules, with the same drag: screening cases use a fraction of the shortest collision (as the paper does)
+or damping time, all other scenes a share of the stable step of a dense packing.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pywet.scene import ContactPair, SphereClass
 
 
 def collision_time(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
-    """Half period [s] of the damped contact spring, the shorter of normal and tangential; E after (5).
+    """Return half the period [s] of the damped contact spring, the shorter of normal and tangential; E after (5).
 
     t_c = pi sqrt(m_eff/k)/sqrt(1 - zeta^2), zeta = -ln e/sqrt(pi^2 + ln^2 e). The tangential spring moves 2/7 of m_eff.
     """
@@ -27,22 +27,22 @@ def collision_time(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
 
 
 def lubrication_drag(radius_i: float, radius_j: float, viscosity_Pa_s: float) -> float:
-    """Drag coefficient [kg/s] of lubrication at the smallest gap: 6 pi eta r_red^2/S_min."""
+    """Return the drag coefficient [kg/s] of lubrication at the smallest gap: 6 pi eta r_red^2/S_min."""
     gap = S_MIN * bridge_radius(radius_i, radius_j)
     return 6.0 * math.pi * viscosity_Pa_s * reduced_radius(radius_i, radius_j) ** 2 / gap
 
 
 def damping_time(pair: ContactPair, classes: Sequence[SphereClass], viscosity_Pa_s: float) -> float:
-    """Shortest time m_eff/c [s] in which lubrication at the smallest gap stops a pair."""
+    """Return the shortest time m_eff/c [s] in which lubrication at the smallest gap stops a pair."""
     return pair_mass(classes, pair) / lubrication_drag(*pair_radii(classes, pair), viscosity_Pa_s)
 
 
 def of_collisions(
     pairs: Sequence[ContactPair], classes: Sequence[SphereClass], fraction: float, viscosity_Pa_s: float = 0.0
 ) -> float:
-    """Fraction of the shortest collision or damping time [s], cut (not rounded) to three digits.
+    """Return a fraction of the shortest collision or damping time [s], truncated to three digits.
 
-    A viscosity of zero leaves the damping time out (dry scenes, or the normal viscous force switched off).
+    A viscosity of zero omits the damping time (dry scenes, or the normal viscous force switched off).
     """
     used = [p for p in pairs if classes[p.a - 1].count and (p.b == 0 or classes[p.b - 1].count)]
     shortest = min(collision_time(p, classes) for p in used)
@@ -55,9 +55,10 @@ def of_packing(
     classes: Sequence[SphereClass], pairs: Sequence[ContactPair], share: float, viscosity_Pa_s: float = 0.0,
     hertz: Hertz | None = None,
 ) -> float:  # fmt: skip
-    """Share of the stable step of a dense packing [s], cut to two digits; `viscosity_Pa_s` where the drag is explicit.
+    """Return a share of the stable step of a dense packing [s], truncated to two digits.
 
-    With `hertz` a fifth of the shortest Rayleigh time at most.
+    Give `viscosity_Pa_s` if the drag is explicit. With `hertz` it is at most a fifth of the shortest Rayleigh
+    time.
     """
     steps, stiffer = [], 1.0 if hertz is None else STIFFEST
     for pair in pairs:

@@ -1,4 +1,4 @@
-"""Data that an estimator needs besides spheres and liquid: motion, walls, and the quantities of interest."""
+"""Data that the estimates need in addition to spheres and liquid: motion, walls, and the quantities of interest."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ BRIDGE_SHARE = 0.5 * (1.0 - math.sqrt(0.75))
 
 @dataclass(frozen=True)
 class Surroundings:
-    """State `moving`: a dense bed kept in motion; `at_rest`: touching spheres that stay; `dilute`: single collisions.
+    """State of the scene: `moving`, an agitated dense bed; `at_rest`, touching spheres at rest; `dilute`, single collisions.
 
-    The default is the one in which nothing can be left out for the place alone.
+    The default is the state that by itself permits no effect to be left out.
     """
 
     state: Literal["moving", "at_rest", "dilute"] = "moving"
     gravity_m_per_s2: float = GRAVITY
     duration_s: float = 1.0
     solid_fraction: float = 0.6
-    """Solids over the room they have; in a dilute scene it sets how often a sphere collides, 0: once."""
+    """Volume fraction of solids; in a dilute scene it determines the collision frequency, 0: one collision."""
     wall_share: float = 1.0
-    """Contacts with walls over all contacts; 0: there are no walls."""
+    """Contacts with walls over all contacts; 0 without walls."""
     liquid_wanted: bool = True
-    """Return whether it is asked where the liquid is; if not, a liquid whose forces are negligible need not be simulated."""
+    """Whether the distribution of liquid is of interest; if not, a liquid with negligible forces need not be simulated."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.wall_share <= 1.0 or not 0.0 <= self.solid_fraction < 0.75 or self.duration_s <= 0:
@@ -46,13 +46,13 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Groups:
-    """Forces, lengths and speeds of two equal spheres of one class, from which all estimates are made; SI units."""
+    """Forces, lengths and speeds of two equal spheres of one class, the basis of all estimates; SI units."""
 
     radius: float
     mass: float
     weight: float
     grip: float
-    """Friction under its own weight."""
+    """Friction force under the sphere's weight."""
     friction: float
     rolling_friction: float
     stiffness: float
@@ -64,9 +64,9 @@ class Groups:
     rupture: float
     """Rupture distance (1 + theta/2) V^(1/3)."""
     normal_drag_gap: float
-    """6 pi eta r_red^2: the normal viscous force is this times v/S."""
+    """Coefficient 6 pi eta r_red^2: the normal viscous force is this times v/S."""
     tangential_drag: float
-    """Coefficient of sliding at the smallest gap (Lian, E 27)."""
+    """Coefficient of sliding drag at the smallest gap (Lian, E 27)."""
     capillary_number: float
     liquid_mass: float
     surface_tension: float
@@ -77,9 +77,10 @@ class Groups:
 
     @property
     def pass_impulse(self) -> float:
-        """Normal viscous impulse of one way in [N s]: 6 pi eta r_red^2 (ln(1 + 2 h/S_min) + overlap/S_min).
+        """Return the normal viscous impulse of one approach [N s]: 6 pi eta r_red^2 (ln(1 + 2 h/S_min) + overlap/S_min).
 
-        The second term is the way of the overlap, on which the law stays at its smallest gap; soft springs make it large.
+        The second term is for the overlap, during which the law has its smallest gap; soft springs make it
+        large.
         """
         return self.normal_drag_gap * (
             math.log1p(2.0 * self.film / self.smallest_gap) + self.overlap / self.smallest_gap
@@ -87,24 +88,24 @@ class Groups:
 
     @property
     def overlap(self) -> float:
-        """Overlap of an impact without losses, v sqrt(m_eff/k) [m]."""
+        """Return the overlap of an elastic impact, v sqrt(m_eff/k) [m]."""
         return self.speed * math.sqrt(0.5 * self.mass / self.stiffness)
 
     @property
     def speed_lost(self) -> float:
-        """Speed lost on one way in over the speed: (ln(1 + 2 h/S_min) + overlap/S_min)/St, at most 1."""
+        """Return the speed lost in one approach over the speed: (ln(1 + 2 h/S_min) + overlap/S_min)/St, at most 1."""
         if self.pass_impulse == 0.0:
             return 0.0
         return min(self.pass_impulse / (0.5 * self.mass * self.speed), 1.0) if self.speed > 0 else 1.0
 
     @property
     def bridge_energy(self) -> float:
-        """Work to draw a bridge to rupture, at most surface_force S_rup/2 [J]."""
+        """Return the work to stretch a bridge to rupture, at most surface_force S_rup/2 [J]."""
         return 0.5 * self.surface_force * self.rupture
 
     @property
     def slip_time(self) -> float:
-        """Time of a passage, in and out, and of the contact between [s]."""
+        """Return the time of a passage, in and out, and of the contact between [s]."""
         contact = math.pi * math.sqrt(0.5 * self.mass / self.stiffness)
         return 4.0 * self.film / self.speed + contact if self.speed > 0 else math.inf
 
@@ -141,5 +142,5 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
 
 
 def collisions(g: Groups, s: Surroundings) -> float:
-    """Collisions of one sphere in a dilute scene, v t 6 sqrt(2) phi/d (kinetic theory of hard spheres), at least one."""
+    """Return the collisions of one sphere in a dilute scene, at least one: v t 6 sqrt(2) phi/d (kinetic theory)."""
     return max(1.0, g.speed * s.duration_s * 6.0 * math.sqrt(2.0) * s.solid_fraction / (2.0 * g.radius))

@@ -1,23 +1,25 @@
 """Time step advisor: the largest steps that contact, capillary and viscous forces allow, and which of them governs.
 
-A pair of relative mass m with a spring k, a dashpot γ and a drag c, stepped as the engine does (speeds half a step back), is
-stable while, with κ = k Δt²/m, y = γ Δt/m, x = c Δt/m,
+A pair of relative mass m with a spring k, a dashpot γ and a drag c, stepped as the engine does (speeds half a step
+back), is stable while, with κ = k Δt²/m, y = γ Δt/m, x = c Δt/m,
 
-    explicit:       κ < 4 − 2 (x + y)          (c alone: Δt < 2 m/c, the limit of Washino et al. 2016 up to their factor)
-    semi-implicit:  κ < 4 − 2 (y − x)          (never below the dry contact's limit, whatever the viscosity)
+explicit: κ < 4 − 2 (x + y) (c alone: Δt < 2 m/c, the limit of Washino et al. 2016 up to their factor) semi-implicit:
+κ < 4 − 2 (y − x) (never below the dry contact's limit, whatever the viscosity)
 
-In a dense packing the largest eigenvalue of springs or dashpots is four times that of a pair (face-centred cubic: 8 k/m against
-2 k/m), so that a drag allows a quarter and a spring half of a pair's step. Sliding and spinning count with 7/2 of the inverse
-mass. The capillary force has a negative slope: its limit is one of resolution, not of stability, and is not refused.
+In a dense packing the largest eigenvalue of springs or dashpots is four times that of a pair (face-centred cubic: 8
+k/m against 2 k/m), so that a drag allows a quarter and a spring half of a pair's step. Sliding and spinning count
+with 7/2 of the inverse mass. The capillary force has a negative slope: its limit is one of resolution, not of
+stability, and is not refused.
 
-A Hertz contact is stiffest at its largest overlap. Its limit is that of the spring with the slope there, in an impact of two
-bodies that each have the impact speed of the scene (the fastest that a wall, a thrown sphere or a fall through all that is
-there gives), head on: nothing overlaps further. The duration of that impact and the Rayleigh time are limits of resolution.
+A Hertz contact is stiffest at its largest overlap. Its limit is that of a spring with the slope there, in a head-on
+impact of two bodies that each have the impact speed of the scene (the largest due to a wall, a thrown sphere or a
+fall through the whole scene), which gives the largest overlap. The duration of that impact and the Rayleigh time are
+limits of resolution.
 
-Where bridges act every n-th step for n steps at once (`bridges_every`), all limits of bridges are taken for n Δt, with the spring
-and the dashpot as if they, too, were stepped by n Δt. This is more than is needed (their own step is Δt) and keeps clear of the
-resonance of impulses with the swing of a contact, at n Δt of half its period (Biesiadecki & Skeel 1993, J. Comput. Phys. 109,
-318).
+If bridges act every n-th step for n steps at once (`bridges_every`), all limits of bridges are computed for n Δt,
+with the spring and the dashpot as if they, too, were integrated with n Δt. This is conservative (their own step is
+Δt) and avoids the resonance of impulses with the oscillation of a contact, at n Δt of half its period (Biesiadecki &
+Skeel 1993, J. Comput. Phys. 109, 318).
 """
 
 from __future__ import annotations
@@ -38,11 +40,11 @@ from pywet.scene import ContactPair, EngineScene, Slide, SphereClass, Vibration
 PACKED = 4.0
 """Largest eigenvalue in a dense packing over that of a pair."""
 DENSE = 13
-"""Spheres from which a scene counts as a packing."""
+"""Number of spheres from which on a scene counts as a packing."""
 IMPULSES = "impulses of bridges"
-"""The limit that springs set to bridges which act every few steps."""
+"""Name of the limit that contact stiffness imposes on bridges that act every few steps."""
 OF_RAYLEIGH, OF_IMPACT = 0.2, 1.0 / 20.0
-"""Part of the Rayleigh time, and of the duration of a Hertz impact, that resolves them."""
+"""Fractions of the Rayleigh time, and of the duration of a Hertz impact, that resolve them."""
 SPIN = 2.5
 """r²/I of a sphere in units of 1/m: tangential forces also spin the bodies."""
 
@@ -70,9 +72,10 @@ class Advice:
 
     @property
     def elastic_step_s(self) -> float:
-        """Step [s] at which an elastic collision keeps its energy to 1 %: a tenth of the contact's stability limit.
+        """Return the step [s] at which an elastic collision conserves its energy to 1 %.
 
-        A collision that begins between two steps makes or loses up to κ/4 of its energy, κ = k Δt²/m; at the limit κ is 4.
+        It is a tenth of the contact's stability limit. A collision that begins between two steps gains or
+        loses up to κ/4 of its energy, κ = k Δt²/m; at the limit κ is 4.
         """
         return 0.1 * min((m.time_step_s for m in self.limits if m.effect == "contact"), default=math.inf)
 
@@ -98,11 +101,11 @@ class Advice:
 def largest_step(
     m: float, k: float, gamma: float, c: float, implicit: bool, crowd: float = 1.0, adjusted: bool = True
 ) -> float:
-    """Largest stable step [s] of relative mass m [kg], spring k [N/m], dashpot gamma and drag c [kg/s]; inf without any.
+    """Return the largest stable step [s] of a relative mass m [kg] with a spring, a dashpot and a drag; inf without any.
 
-    `crowd` multiplies all of them, as PACKED does; `adjusted`: the engine is given the dashpot for its step.
-    With `implicit` the drag is taken at the end of the step, with the mass shared among the bridges, so that the crowd does not
-    make it stiffer.
+    Units are k [N/m], gamma and c [kg/s]. `crowd` multiplies all of them, such as by PACKED; `adjusted`: the
+    engine's dashpot is adjusted to its step. With `implicit` the drag is evaluated at the end of the step, with
+    the mass divided among the bridges, so that neighbours do not make it stiffer.
     """
     if max(k, gamma, c) <= 0.0:
         return math.inf
@@ -135,7 +138,7 @@ def advise(scene: EngineScene) -> Advice:
 
 
 def refuse_unstable(scene: EngineScene) -> None:
-    """Raise `UnstableStep` when the scene's time step is beyond a stability limit."""
+    """Raise `UnstableStep` if the scene's time step exceeds a stability limit."""
     for limit in sorted(_limits(scene), key=lambda limit: limit.time_step_s):
         if limit.stability and scene.time_step_s > limit.time_step_s:
             implicit = scene.viscous_integration == "semi_implicit"
@@ -200,7 +203,7 @@ def _pair_limits(scene: EngineScene, pair: ContactPair, crowd: float) -> Iterato
 
 
 def hertz_step(m: float, pair: ContactPair, crowd: float) -> float:
-    """Largest stable step [s] of a Hertz contact where it is stiffest, normal and tangential, each with its dashpot."""
+    """Return the largest stable step [s] of a Hertz contact at its stiffest, normal and tangential, each with its dashpot."""
     k, k_t = (STIFFEST * k for k in (pair.normal_stiffness_N_per_m, pair.tangential_stiffness_N_per_m))
     of_normal, of_side = (math.sqrt(5.0 / 6.0) * contact.damping(pair.restitution, m, s) for s in (k, k_t))
     sliding = 1.0 + SPIN
@@ -211,7 +214,7 @@ def hertz_step(m: float, pair: ContactPair, crowd: float) -> float:
 
 
 def _hertz_times(hertz: Hertz, classes: Sequence[SphereClass], pair: ContactPair) -> tuple[float, float]:
-    """Duration of the fastest impact of a pair, head on, and Rayleigh time of its first sphere [s]."""
+    """Return the duration of the fastest head-on impact of a pair, and the Rayleigh time of its first sphere [s]."""
     one, speed = classes[pair.a - 1], HEAD_ON * hertz.impact_speed_m_per_s
     radius, mass = contact.reduced_radius(*contact.pair_radii(classes, pair)), contact.pair_mass(classes, pair)
     wave = rayleigh_time(one.radius_m, one.density_kg_per_m3, hertz.spheres[pair.a - 1])
@@ -236,7 +239,7 @@ def hertz_lines(
 
 
 def _speed(scene: EngineScene) -> float:
-    """Speed that bodies meet at [m/s]: the fastest wall, at least 0.1."""
+    """Return the typical impact speed [m/s]: that of the fastest wall, at least 0.1."""
     fastest = 0.1
     for way in (scene.vibration, scene.slide, *(w.own_motion for w in scene.walls)):
         if isinstance(way, Vibration):
@@ -247,7 +250,7 @@ def _speed(scene: EngineScene) -> float:
 
 
 class _Bridge:
-    """The bridge that the first films give to a pair of types, by the scene's laws."""
+    """The bridge that forms between initial films of a pair of types, by the scene's laws."""
 
     def __init__(self, scene: EngineScene, pair: ContactPair) -> None:
         assert scene.liquid is not None
@@ -265,7 +268,7 @@ class _Bridge:
         return registry.get(kind, str(getattr(self._scene.effects, kind))).functions[number]
 
     def drags(self) -> tuple[float, float]:
-        """Largest drag coefficients [kg/s], normal and tangential (sliding and spinning): those at contact."""
+        """Return the largest drag coefficients [kg/s], normal and tangential (sliding and spinning): those at contact."""
         i, j = self._radii
         normal = tangential = 0.0
         if self._scene.effects.viscous_normal and self._volume > 0.0:
@@ -276,11 +279,11 @@ class _Bridge:
         return normal, tangential
 
     def rupture(self) -> float:
-        """Static rupture distance [m]."""
+        """Return the static rupture distance [m]."""
         return self._law("rupture")(self._volume, *self._radii, *self._angles) if self._volume > 0.0 else math.inf
 
     def steepest(self) -> float:
-        """Largest |dF/dS| of the capillary force between contact and rupture [N/m], by differences on 200 gaps."""
+        """Return the largest |dF/dS| of the capillary force between contact and rupture [N/m], by differences over 200 gaps."""
         if not self._scene.effects.capillary or self._volume <= 0.0:
             return 0.0
         gaps = np.linspace(0.0, self.rupture(), 201)

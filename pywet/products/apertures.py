@@ -1,4 +1,4 @@
-"""The screen of a run: which wall it is, its area and apertures, and which spheres peg them."""
+"""Identify the screen of a run, its area and apertures, and the spheres that peg them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from pywet.runs.rundir import Bools, Floats, Ints, RunDir
 from pywet.scene import Vibration, WallMesh
 
 SCREENS = ("wires", "screen", "deck")
-"""Names that the screen may have: wires in a case, screen or deck in a custom scene."""
+"""Names of walls that are screens: wires in a case, screen or deck in a user-defined scene."""
 CROSS = "cross_wires"
-"""Name of the wall of a deck that has its wires across."""
+"""Name of the wall with the cross wires of a deck."""
 DECKS = ("overs", "middlings", "lower_middlings")
-"""Product that leaves at the end of each deck, from above."""
+"""Product at the end of each deck, from the top."""
 WEDGED_SPEED = 0.5
-"""A sphere is wedged in an aperture when its centre is within its radius of the screen's plane and it moves along with the
-screen: slower against it than this share of the screen's peak speed."""
+"""Speed relative to the screen, over the screen's peak speed, below which a sphere is wedged.
+
+Its centre must also be within its radius of the screen's plane.
+"""
 
 
 def of_deck(name: str, deck: int) -> str:
@@ -32,13 +34,13 @@ def of_deck(name: str, deck: int) -> str:
 
 
 def screen_of(run: RunDir, deck: int = 1) -> WallMesh | None:
-    """The wall that is the screen of a deck, counted from above: the first of a name in `SCREENS`."""
+    """Return the wall that is the screen of a deck, counted from the top: the first with a name in `SCREENS`."""
     named = [w for w in run.scene.walls if w.name in [of_deck(s, deck) for s in SCREENS]]
     return named[0] if named else None
 
 
 def extents(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:
-    """Lower and upper corner of each part of a wall in its file [m], each of shape (parts, 3)."""
+    """Return the lower and upper corner of each part of a wall in its file [m], each of shape (parts, 3)."""
     corners, part = _corners(run, wall), np.array(wall.triangle_part)
     low, high = (np.full((part.max() + 1, 3), fill) for fill in (np.inf, -np.inf))
     np.minimum.at(low, part, corners.min(axis=1))
@@ -47,7 +49,7 @@ def extents(run: RunDir, wall: WallMesh) -> tuple[Floats, Floats]:
 
 
 def _corners(run: RunDir, wall: WallMesh) -> Floats:
-    """Corners of the triangles of a wall in its file, shape (m, 3, 3) [m]."""
+    """Return the corners of the triangles of a wall in its file, shape (m, 3, 3) [m]."""
     rows = run.triangles[run.triangles["mesh"] == wall.name]
     corners = rows[[f"v{k}_{axis}" for k in range(3) for axis in "xyz"]].to_numpy(dtype=float)
     return np.asarray(corners.reshape(-1, 3, 3))
@@ -72,19 +74,19 @@ def holes(corners: Floats) -> int:
 
 
 def _groups(links: Ints, count: int) -> int:
-    """Count the groups of `count` nodes that hang together by links (n, 2)."""
+    """Count the connected groups of `count` nodes with links (n, 2)."""
     graph = scipy.sparse.coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
     return int(scipy.sparse.csgraph.connected_components(graph, directed=False)[0])
 
 
 def deck_of(run: RunDir) -> dict[str, Any] | None:
-    """The `deck` of a custom scene's description; None where its walls were given one by one."""
+    """Return the `deck` of a user-defined scene's description; None if its walls were given individually."""
     description: dict[str, Any] = run.json("description.json", dict[str, Any]) or {}
     return description.get("deck")
 
 
 def area(run: RunDir, wall: WallMesh) -> float:
-    """Plan area of the screen [m2]: length times width of a deck, else of the rectangle around the screen."""
+    """Return the plan area of the screen [m2]: length times width of a deck, otherwise of the rectangle around the screen."""
     if deck := deck_of(run):
         return 1e-6 * float(deck["length_mm"]) * float(deck["width_mm"])
     low, high = extents(run, wall)
@@ -93,7 +95,7 @@ def area(run: RunDir, wall: WallMesh) -> float:
 
 
 def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
-    """Number of apertures: holes of a plate; of wires gaps along x times gaps along y, of bars alone the slots."""
+    """Return the number of apertures: holes of a plate; gaps along x times gaps along y for wires; slots for bars."""
     if pierced := holes(_corners(run, wall)):
         return pierced
     nets = [w for w in run.scene.walls if w.name in (wall.name, of_deck(CROSS, deck))]
@@ -108,7 +110,7 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
 
 
 def wedged(run: RunDir, wall: WallMesh) -> Bools:
-    """Spheres in an aperture that move with the screen, shape (outputs, spheres); see `WEDGED_SPEED`."""
+    """Return which spheres are in an aperture and move with the screen, shape (outputs, spheres); see `WEDGED_SPEED`."""
     scene, line, table = run.scene, run.timeline, run.trajectory
     place = np.searchsorted(line.steps, table["step"]), np.searchsorted(line.ids, table["id"])
     z, speed = np.full(line.present.shape, np.nan), np.full((*line.present.shape, 3), np.nan)

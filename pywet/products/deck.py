@@ -21,34 +21,34 @@ G = 9.81
 BELOW = 6.0
 """Depth of the outlet of the unders below the deck, over the aperture."""
 FALLEN = 0.25
-"""Of the room under a deck with others: so far below it do its overs belong to it, at its end."""
+"""Share of the clearance under a deck within which its overs belong to it at its end."""
 LEAST_LAND = 0.18
-"""Land between round holes over their diameter: the columns of a triangular pattern are nearer than its holes."""
+"""Smallest land between round holes over their diameter, since columns of a triangular pattern are closer than holes."""
 SIDE_MM = 5.0
 """Thickness of the side walls and of the back wall."""
 
 SLIT_MM = 0.1
-"""Between the back wall and the deck, and the back wall and the side walls."""
+"""Gap between the back wall and the deck, and between the back wall and the side walls."""
 
 
 class Stroke(Excusable):
-    """Motion of a deck: a line, a circle or an ellipse in the vertical plane along it."""
+    """Motion of a deck: a line, a circle or an ellipse in the vertical plane along the deck."""
 
     kind: Literal["linear", "circular", "elliptic"] = "linear"
     """Shape of the path."""
     amplitude_mm: Positive
-    """Half of the stroke; of an ellipse half of its long axis."""
+    """Half of the stroke; for an ellipse half of its long axis."""
     frequency_Hz: Positive
-    """Turns or strokes per second."""
+    """Strokes or revolutions per second."""
     angle_deg: Annotated[float, Field(ge=0, le=90)] = 45.0
-    """Of the line or of the long axis against the deck: 90, across the deck."""
+    """Angle of the line or of the long axis to the deck: 90 is perpendicular to the deck."""
     ratio: Annotated[float, Field(gt=0, le=1)] = 0.5
-    """Of an ellipse: short over long axis."""
+    """Short over long axis of an ellipse."""
     forward: bool = True
-    """Of a circle or ellipse: whether its upper part moves with the material."""
+    """Whether the upper part of a circle or ellipse moves in the direction of transport."""
 
     def vibrates(self) -> dict[str, Any]:
-        """Amplitude and phase along x and z of a sum of both axes' oscillations, the short axis a quarter of a period behind."""
+        """Return amplitude and phase along x and z of the combined oscillation, the short axis a quarter period behind."""
         short = {"linear": 0.0, "circular": 1.0, "elliptic": self.ratio}[self.kind] * (-1.0 if self.forward else 1.0)
         c, s = math.cos(math.radians(self.angle_deg)), math.sin(math.radians(self.angle_deg))
         # along the long axis (c, s) goes sin, along (s, -c) cos; turned round where the path goes to +x at its top
@@ -66,14 +66,17 @@ class Mesh(Excusable):
     """Openings of a deck: wires, bars, or a punched plate."""
 
     aperture_mm: Positive
-    """Clear opening: side or width, or diameter of a round hole."""
+    """Clear opening: side, width, or diameter of a round hole."""
     wire_mm: Positive
-    """Diameter of a wire or bar; of a punched plate the land between two holes."""
+    """Diameter of a wire or bar; for a punched plate the land between two holes."""
     mesh: Literal["square", "woven", "slotted", "punched_round", "punched_square"] = "square"
-    """Wires along and across in one plane, or woven; bars along the deck alone; a plate with round holes in staggered columns,
-    or with square ones."""
+    """Kind of openings.
+
+    Wires along and across in one plane, or woven; bars along the deck only; a plate with round holes in staggered
+    columns, or with square ones.
+    """
     plate_mm: Positive | None = None
-    """Thickness of a punched plate; if not given that of the land."""
+    """Thickness of a punched plate; by default that of the land."""
 
     @model_validator(mode="after")
     def _a_plate(self) -> Self:
@@ -88,7 +91,7 @@ class Mesh(Excusable):
 
     @property
     def pitch_mm(self) -> float:
-        """Distance between the axes of neighbouring wires, or the middles of holes [mm]."""
+        """Return the distance between the axes of neighbouring wires, or the centres of holes [mm]."""
         return self.aperture_mm + self.wire_mm
 
     @property
@@ -98,42 +101,42 @@ class Mesh(Excusable):
 
     @property
     def across_mm(self) -> float:
-        """Distance at which apertures repeat across the deck, of a plate nearly [mm]."""
+        """Return the period of the apertures across the deck, approximately for a plate [mm]."""
         return self.pitch_mm * (math.sqrt(0.75) if self.mesh == "punched_round" else 1.0)
 
     @property
     def thick_mm(self) -> float:
-        """Height of it from its upper face down [mm]."""
+        """Return the height from the upper face down [mm]."""
         plate = self.plate_mm or self.wire_mm
         return plate if self.is_plate else self.wire_mm * (2.0 if self.mesh == "woven" else 1.0)
 
 
 class Beneath(Mesh):
-    """A further deck under another, as long and as wide, which moves with it; its overs are the middlings."""
+    """A deck under another one, of the same length and width, which moves with it; its overs are the middlings."""
 
     below_mm: Positive
-    """Of its upper face below that of the deck above."""
+    """Distance of its upper face below that of the deck above."""
 
 
 class Deck(Mesh):
     """An inclined vibrating deck with side walls, its upper face at z = 0, from x = 0 on; overs leave at its end."""
 
     length_mm: Positive
-    """Along x, in the direction of transport."""
+    """Length along x, in the direction of transport."""
     width_mm: Positive
-    """Along y, between the side walls, or of the strip that repeats."""
+    """Width along y, between the side walls, or of the periodic strip."""
     periodic: bool = False
-    """A strip of a wide deck: it repeats along y in place of side walls."""
+    """Whether the deck is a strip of a wide one, periodic along y in place of side walls."""
     inclination_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
-    """Downwards in the direction of transport."""
+    """Downward inclination in the direction of transport."""
     side_mm: Positive = 40.0
     """Height of the side walls above the deck."""
     stroke: Stroke
-    """How it moves."""
+    """Motion of the deck."""
     sections: Annotated[int, Field(ge=1, le=20)] = 1
-    """Parts of its length whose unders are collected apart, unders_1 first."""
+    """Number of sections of its length whose unders are collected separately, unders_1 first."""
     beneath: Annotated[tuple[Beneath, ...], Field(max_length=2)] = ()
-    """Decks under this one, from above."""
+    """Decks under this one, from the top."""
 
     @model_validator(mode="after")
     def _holds_apertures(self) -> Self:
@@ -166,13 +169,13 @@ class Deck(Mesh):
 
     @property
     def gravity(self) -> Vector:
-        """Gravity in the frame of the deck [m/s2]."""
+        """Return the gravity in the frame of the deck [m/s2]."""
         angle = math.radians(self.inclination_deg)
         return G * math.sin(angle), 0.0, -G * math.cos(angle)
 
     @property
     def strip(self) -> dict[str, Any]:
-        """Axis and faces of the scene that repeats [mm]."""
+        """Return axis and faces of the periodic scene [mm]."""
         return {"axis": "y", "low_mm": -0.5 * self.width_mm, "high_mm": 0.5 * self.width_mm}
 
     @property
@@ -182,9 +185,10 @@ class Deck(Mesh):
         return list(zip((self, *self.beneath), heights, strict=True))
 
     def _wires(self, deck: Mesh, axis: str) -> tuple[int, float]:
-        """Number of wires along an axis and position of the first, such that no gap at a border is wider than an aperture.
+        """Return the number of wires along an axis and the position of the first.
 
-        Those along the deck are about its middle, those across begin at its back.
+        No gap at a border is wider than an aperture. Wires along the deck are symmetric about its middle,
+        those across start at its back.
         """
         if axis == "y":
             return math.ceil(self.length_mm / deck.pitch_mm - 1e-9), 0.5 * deck.wire_mm
@@ -194,7 +198,7 @@ class Deck(Mesh):
         return count, -0.5 * (count - 1) * deck.pitch_mm
 
     def _bars(self, deck: Mesh, height: float, axis: str) -> dict[str, Any]:
-        """Wires along an axis."""
+        """Return the wires along an axis."""
         (count, first), (_, across) = self._wires(deck, axis), self._wires(deck, "y" if axis == "x" else "x")
         middle = first + 0.5 * (count - 1) * deck.pitch_mm if axis == "y" else 0.5 * self.length_mm
         found = {
@@ -212,7 +216,7 @@ class Deck(Mesh):
         }
 
     def _plate(self, deck: Mesh, height: float) -> dict[str, Any]:
-        """A plate with as many columns of holes as fit."""
+        """Return a plate with as many columns of holes as fit."""
         columns = int(self.width_mm / deck.across_mm + 1e-9)
         staggered = deck.mesh == "punched_round"
         return {
@@ -222,7 +226,7 @@ class Deck(Mesh):
         }  # fmt: skip
 
     def punching(self, deck: Mesh) -> Punching:
-        """Return where the holes of a punched deck are, lengths in mm."""
+        """Return the positions of the holes of a punched deck, in mm."""
         plate = self._plate(deck, 0.0)
         length, width, hole, pitch = (plate[key] for key in ("length_mm", "width_mm", "hole_mm", "pitch_mm"))
         return Punching(length, width, hole, pitch, plate["columns"], plate["hole"], plate["staggered"])
@@ -241,7 +245,7 @@ class Deck(Mesh):
         return len(self.punching(deck).centres) * one / (self.length_mm * self.width_mm)
 
     def walls(self) -> list[dict[str, Any]]:
-        """Walls of the description: screen and cross wires of each deck, sides, back; all move with the deck."""
+        """Return the walls of the description: screen and cross wires of each deck, sides, back; all move with the deck."""
         half, lowest = 0.5 * self.width_mm, self.levels[-1]
         end, low, high = self.length_mm, lowest[1] - lowest[0].thick_mm - 1.0, self.side_mm
         found: list[dict[str, Any]] = []
@@ -267,11 +271,11 @@ class Deck(Mesh):
 
     @property
     def _clearances(self) -> list[float]:
-        """Free height under each deck [mm]."""
+        """Return the free height under each deck [mm]."""
         return [*(deck.below_mm for deck in self.beneath), BELOW * self.levels[-1][0].aperture_mm]
 
     def outlets(self) -> list[dict[str, Any]]:
-        """Outlets of a deck: overs beyond the end, unders below by section; spheres that leave over a side are no product."""
+        """Return the outlets of a deck: overs beyond the end, unders below by section, and no product over a side."""
         away, (lowest, height) = 2.0 * self.aperture_mm, self.levels[-1]
         side, below = 0.5 * self.width_mm + SIDE_MM + away, height - BELOW * lowest.aperture_mm
         sides: list[dict[str, Any]] = [

@@ -1,4 +1,4 @@
-"""Destination of each size of a custom scene: its shares by outlet, or by tray at the end."""
+"""Destination of each size in a user-defined scene: its shares by outlet, or by tray at the end."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pywet.products.streams import PRODUCTS
 from pywet.runs.rundir import Floats, RunDir
 
 TRAY = "tray"
-"""A fixed wall is a tray if it is a vessel, or if its name begins with this word."""
+"""Prefix of the names of walls that are trays; a fixed vessel is a tray, too."""
 
 
 def shares(run: RunDir) -> tuple[str, pd.DataFrame] | None:
@@ -33,7 +33,7 @@ def shares(run: RunDir) -> tuple[str, pd.DataFrame] | None:
 
 
 def intervals(run: RunDir) -> dict[str, tuple[Floats, Floats]]:
-    """Ends of the 95 % interval of each share of `shares` by name, with spheres as independent trials (Wilson)."""
+    """Return the ends of the 95 % interval of each share of `shares` by name, with spheres as independent trials (Wilson)."""
     _, rows = _rows(run)
     counts = rows.pivot_table(index="diameter_mm", columns="where", values="mass_kg", aggfunc="size", fill_value=0)
     number = counts.sum(axis=1)
@@ -51,7 +51,7 @@ def _rows(run: RunDir) -> tuple[bool, pd.DataFrame]:
 
 
 def _by_outlet(run: RunDir) -> pd.DataFrame:
-    """Spheres that left by an outlet: mass, size and its name."""
+    """Return mass, size and outlet of the spheres that left by an outlet."""
     scene = run.scene
     gone = run.table("history/retired")
     if {o.product for o in scene.outlets} >= set(PRODUCTS):
@@ -60,7 +60,7 @@ def _by_outlet(run: RunDir) -> pd.DataFrame:
 
 
 def _by_tray(run: RunDir) -> pd.DataFrame:
-    """Spheres at the end: mass, size and the smallest tray around their centre, nothing if there is none."""
+    """Return mass, size and smallest enclosing tray of the spheres at the end; no tray if there is none."""
     last = run.at_step("trajectory", int(run.scene.output_steps[-1]))
     at, found = last[["x", "y", "z"]].to_numpy(dtype=float), np.full(len(last), "", dtype=object)
     boxes = []
@@ -84,7 +84,7 @@ def _trays(run: RunDir) -> list[str]:
 
 
 def _named(run: RunDir, spheres: pd.DataFrame, where: np.ndarray) -> pd.DataFrame:
-    """Mass and size of spheres by their type."""
+    """Return mass and size of spheres by their type."""
     sizes = {c.type: (c.mass_kg, 2e3 * c.radius_m) for c in run.scene.classes}
     kind = run.spheres.set_index("id")["type"].reindex(spheres["id"]).tolist()
     return pd.DataFrame(

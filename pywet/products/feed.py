@@ -1,4 +1,4 @@
-"""A feed (size distribution, mass or rate, moisture) as entries of `spheres` of a custom scene."""
+"""Convert a feed (size distribution, mass or rate, moisture) to entries of `spheres` of a user-defined scene."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from pywet.products.size_classes import SizeDistribution, Sizes
 from pywet.scene import Positive
 
 G_PER_S = 1e6 / 3600.0
-"""Grams per second of a t/h."""
+"""Factor from t/h to g/s."""
 
 
 class FeedAmount(Excusable):
     """Size distribution, amount and moisture of a feed."""
 
     psd: SizeDistribution
-    """Sieve analysis or distribution."""
+    """Size distribution: a sieve analysis or a formula."""
     mass_g: Positive | None = None
-    """Dry mass; in place of a rate."""
+    """Dry mass, in place of a rate."""
     rate_t_per_h: Positive | None = None
-    """Mass that enters per hour while it is inserted, in place of a mass."""
+    """Mass inserted per hour, in place of a mass."""
     rate_of: Literal["dry", "moist"] = "dry"
-    """Return whether the rate is of the dry or of the moist material."""
+    """Whether the rate is of the dry or of the moist material."""
     moisture_percent: Annotated[float, Field(ge=0, lt=100)] | None = None
-    """Liquid over the mass of `moisture_of`."""
+    """Mass of liquid over the mass of `moisture_of`, in per cent."""
     moisture_of: Literal["dry", "moist"] = "dry"
-    """Return whether moisture is % of the dry or of the moist mass."""
+    """Whether moisture is % of the dry or of the moist mass."""
 
     @model_validator(mode="after")
     def _one_amount(self) -> Self:
@@ -39,12 +39,12 @@ class FeedAmount(Excusable):
 
     @property
     def dry_percent(self) -> float | None:
-        """Moisture as % of the dry mass."""
+        """Return the moisture as % of the dry mass."""
         w = self.moisture_percent
         return w if w is None or self.moisture_of == "dry" else 100.0 * w / (100.0 - w)
 
     def dry_g(self, for_s: float | None) -> float:
-        """Total dry mass [g]; for a rate, the mass that enters in `for_s`."""
+        """Return the total dry mass [g]; for a rate, the mass inserted in `for_s`."""
         if self.mass_g is not None:
             return self.mass_g
         assert self.rate_t_per_h is not None and for_s is not None
@@ -55,7 +55,7 @@ class FeedAmount(Excusable):
 def entries(
     name: str, amount: FeedAmount, folder: Path, for_s: float | None, common: dict[str, Any]
 ) -> tuple[list[dict[str, Any]], Sizes]:
-    """Entries of `spheres`, one for each size, with what is `common` to all, and the sizes."""
+    """Return the entries of `spheres`, one for each size, with the `common` keys, and the sizes."""
     sizes, total = amount.psd.sizes(folder), amount.dry_g(for_s)
     percent = {} if amount.dry_percent is None else {"percent": amount.dry_percent}
     found = [
@@ -82,4 +82,4 @@ def sentence(name: str, sizes: Sizes, spheres: int, steps: int) -> str:
 
 
 SPHERE_STEPS_PER_S = 1.0e6
-"""Spheres times steps that a processor does in a second, moist, in the order of magnitude."""
+"""Approximate number of spheres times steps that a processor computes per second in a moist scene."""

@@ -25,12 +25,12 @@ from pywet.products.partition import NORMAL_95, size_at
 
 MM = 1e-3
 STEEPEST = 100.0
-"""Largest sharpness that Dyssol takes."""
+"""Largest sharpness that Dyssol accepts."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A grade efficiency of size over cut size: parameters in addition to the cut size, first values, upper bounds, function."""
+    """Grade efficiency over size/cut size: further parameters, initial values, upper bounds, function."""
 
     name: str
     parameters: tuple[str, ...]
@@ -39,7 +39,7 @@ class Curve:
     function: Callable[..., Floats]
 
     def __call__(self, size: Floats, cut: float, *values: float) -> Floats:
-        """G at sizes in the unit of `cut`."""
+        """Evaluate G at sizes in the unit of `cut`."""
         return np.asarray(self.function(np.asarray(size, dtype=float) / cut, *values))
 
 
@@ -64,7 +64,7 @@ CURVES = (
 
 
 def grade_efficiency(curve: pd.DataFrame) -> pd.DataFrame:
-    """Size x_m and share to the overs G of each size of a partition curve, with the 95 % interval, in SI units."""
+    """Return size x_m and share to the overs G of each size of a partition curve, with the 95 % interval, in SI units."""
     names = {"T": "G", "T_low": "G_low", "T_high": "G_high"}
     return curve.assign(x_m=MM * curve["diameter_mm"])[["x_m", *names]].rename(columns=names)
 

@@ -1,4 +1,4 @@
-"""95 % intervals of the efficiency and of the moisture of products within one run; those of seeds are in `runs/spread.py`."""
+"""95 % intervals of the efficiency and of the moisture of products within one run; `runs/spread.py` has those over seeds."""
 
 from __future__ import annotations
 
@@ -49,10 +49,11 @@ def of_efficiency(curve: pd.DataFrame, reference_mm: float) -> tuple[float, floa
 
 
 def of_moisture(spheres: pd.DataFrame, density: float, continuous: bool) -> float:
-    """Half of the 95 % interval of liquid over dry mass [%] by a ratio estimator; nan of fewer than `BLOCKS` spheres.
+    """Return half the 95 % interval of liquid over dry mass [%] by a ratio estimator; nan for fewer than `BLOCKS` spheres.
 
-    Of a continuous run from `BLOCKS` groups of as many spheres, in the order in which they left (the first are up to one larger),
-    of a batch from single spheres. With groups of mass m and liquid l, deviations l - M m from the ratio M of the sums.
+    For a continuous run it is computed from `BLOCKS` groups of equal numbers of spheres, in the order in which
+    they left (the first are up to one larger), for a batch from single spheres. With groups of mass m and liquid
+    l, deviations l - M m from the ratio M of the sums.
     """
     if len(spheres) < BLOCKS:
         return math.nan

@@ -1,6 +1,6 @@
 """Kinetics of a batch: laws of the fraction retained over time, fitted and ranked on seeds that were not fitted.
 
-Every law begins at a delay t0, until which nothing passes. Retained is Y; tau = t - t0.
+Every law has a delay t0, before which nothing passes. Y is the fraction retained; tau = t - t0.
 
 | law | Y |
 |---|---|
@@ -35,14 +35,14 @@ OPEN = "time_since_opening_s"
 NOT_CLASSES = ("fraction_retained_spheres",)
 CURE = "name the finished run of a screening case, or a folder of stored tables"
 PASSES = 0.02
-"""A class that loses less than this share in all does not pass, and has no kinetics."""
+"""Total loss below which a class does not pass and has no kinetics."""
 LONG_S = 1e3
-"""Bound of times [s] and of rates [1/s]."""
+"""Upper bound of times [s] and of rates [1/s]."""
 
 
 @dataclass(frozen=True)
 class Law:
-    """A law of tau >= 0: names, first values and upper bounds of its parameters, and its function."""
+    """A law of tau >= 0: names, initial values and upper bounds of its parameters, and its function."""
 
     name: str
     parameters: tuple[str, ...]
@@ -51,7 +51,7 @@ class Law:
     function: Callable[..., Floats]
 
     def __call__(self, t: Floats, *values: float) -> Floats:
-        """Fraction retained at times [s]; the first value is the delay."""
+        """Return the fraction retained at times [s]; the first value is the delay."""
         return np.asarray(self.function(np.maximum(np.asarray(t, dtype=float) - values[0], 0.0), *values[1:]))
 
 
@@ -74,9 +74,10 @@ LAWS = (
 
 
 def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Least-squares values of t0 and the parameters, and half of their 95 % intervals.
+    """Return least-squares values of t0 and the parameters, and half their 95 % intervals.
 
-    The intervals take residuals as independent; outputs close in time are not, so that seeds show a wider scatter.
+    The intervals assume independent residuals; outputs close in time are correlated, so that seeds have a wider
+    scatter.
     """
     from scipy.optimize import curve_fit
     from scipy.stats import t as student
@@ -94,12 +95,12 @@ def fit(law: Law, t: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def rms(law: Law, values: Floats, t: Floats, y: Floats) -> float:
-    """Root mean square of the residuals."""
+    """Return the root mean square of the residuals."""
     return float(np.sqrt(np.mean((law(t, *values) - y) ** 2)))
 
 
 def curves(run: Path) -> pd.DataFrame:
-    """time_s since the opening and the fraction retained of every class, of a run or of stored tables."""
+    """Return time_s since the opening and the fraction retained of every class, from a run or from stored tables."""
     for path in (run / "results" / "fraction_retained.parquet", run / "fraction_retained.csv"):
         if path.exists():
             table = read_table(path) if path.suffix == ".parquet" else read_csv(path, CURE)
@@ -173,7 +174,7 @@ def ranking(runs: Sequence[pd.DataFrame], kind: str) -> pd.DataFrame:
 
 
 def _unseen(law: Law, runs: Sequence[pd.DataFrame], k: int, kind: str) -> float:
-    """Residual of one seed against the law fitted to the others."""
+    """Return the residual of one seed relative to the law fitted to the others."""
     others = pd.concat([run for n, run in enumerate(runs) if n != k])
     values, _ = fit(law, others["time_s"].to_numpy(dtype=float), others[kind].to_numpy(dtype=float))
     return rms(law, values, runs[k]["time_s"].to_numpy(dtype=float), runs[k][kind].to_numpy(dtype=float))

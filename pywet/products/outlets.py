@@ -1,6 +1,7 @@
-"""Outlets of a custom scene: named regions in which spheres leave the run, with their films.
+"""Outlets of a user-defined scene: named regions in which spheres leave the run, with their films.
 
-Spheres in an outlet are searched for at intervals of at most 0.02 s; until then they keep falling within the simulated box.
+Spheres in an outlet are removed at intervals of at most 0.02 s; until then they continue to fall within the simulated
+box.
 """
 
 from __future__ import annotations
@@ -21,25 +22,25 @@ from pywet.scene import Bound, Identifier, Product, Vector
 MM = 1e-3
 PRODUCTS: tuple[Product, ...] = get_args(Product)
 LONGEST_S = 2.0 * OUTLET_EVERY_S
-"""Longest time [s] that a sphere is in an outlet: a step that lies in a sampling window is passed over."""
+"""Longest time [s] of a sphere in an outlet: a removal step within a sampling window is skipped."""
 MOST_REACH = 2.0
-"""How far [m] a box is enlarged beyond its outlets at most: faster spheres leave the box, and the run stops."""
+"""Largest extension [m] of a box beyond its outlets: faster spheres leave the box, and the run stops."""
 
 
 class Outlet(Excusable):
     """Region between two corners (`null`: open) in which spheres are removed.
 
-    A sphere is booked to the first outlet of the scene that holds its centre.
+    A sphere is assigned to the first outlet of the scene that contains its centre.
     """
 
     name: Identifier
-    """A word: letters, digits and _, in tables and on the page."""
+    """Name in tables and on the page: letters, digits and _."""
     low_mm: Bound = (None, None, None)
-    """Least x, y, z; null: open."""
+    """Smallest x, y, z; null: open."""
     high_mm: Bound = (None, None, None)
     """Largest x, y, z; null: open."""
     product: Product | None = None
-    """Product of a screen that it collects; if not given, that which its name begins with: overs…, middlings…, unders…."""
+    """Screen product collected here; by default the one with which its name begins: overs…, middlings…, unders…."""
 
     @model_validator(mode="after")
     def _holds_something(self) -> Self:
@@ -78,7 +79,7 @@ def reach(speed: float, gravity: Vector) -> Floats:
 def with_reach(
     outlets: Sequence[typed.Outlet], low: Floats, high: Floats, speed: float, gravity: Vector
 ) -> tuple[Floats, Floats]:
-    """Enlarge the corners of a box for spheres that pass the border of an outlet before they are removed."""
+    """Enlarge the corners of a box for spheres that enter an outlet before they are removed."""
     if not outlets:
         return low, high
     far = reach(speed, gravity)

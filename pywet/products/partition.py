@@ -1,6 +1,6 @@
-"""Partition curve, cut size, sharpness and efficiencies of a screen, from masses by size class alone.
+"""Partition curve, cut size, sharpness and efficiencies of a screen, from masses by size class.
 
-All follow from two columns, the mass of each class in the overs and in the unders; how they are got is in `streams.py`.
+All follow from two columns, the mass of each class in the overs and in the unders, which `streams.py` provides.
 """
 
 from __future__ import annotations
@@ -75,18 +75,18 @@ def size_at(curve: pd.DataFrame, share: float, column: str = "T") -> float:
 
 @dataclass(frozen=True)
 class Separation:
-    """Numbers of a separation; nan where they are not defined. Sizes in mm, all else shares of 1."""
+    """Results of a separation; nan if undefined. Sizes in mm, all else shares of 1."""
 
     d25_mm: float
     d50_mm: float
-    """Cut size: half of the mass of this size goes to the overs."""
+    """Cut size: size of which half of the mass goes to the overs."""
     d75_mm: float
     ecart_probable_mm: float
-    """(d75 - d25)/2."""
+    """Ecart probable (d75 - d25)/2."""
     imperfection: float
-    """Ecart probable over d50."""
+    """Imperfection: ecart probable over d50."""
     reference_mm: float
-    """Size that parts undersize from oversize: the aperture, else the cut size."""
+    """Size that separates undersize from oversize: the aperture, else the cut size."""
     undersize_in_feed: float
     undersize_recovery: float
     """Mass of undersize in the unders over that in the feed."""
@@ -105,10 +105,10 @@ class Separation:
 
 
 def separation(curve: pd.DataFrame, aperture_mm: float | None = None) -> Separation:
-    """Cut size, sharpness, recoveries, purities and efficiencies of a partition curve.
+    """Compute cut size, sharpness, recoveries, purities and efficiencies of a partition curve.
 
-    A class is undersize where its diameter is below `aperture_mm`, without one below the cut size. A recovery of nothing is 1; of
-    an empty feed nothing is defined.
+    A class is undersize if its diameter is below `aperture_mm`, or, if that is None, below the cut size. The
+    recovery of an absent fraction is 1; for an empty feed nothing is defined.
     """
     d25, d50, d75 = (size_at(curve, share) for share in (0.25, 0.5, 0.75))
     reference = d50 if aperture_mm is None else aperture_mm

@@ -1,4 +1,4 @@
-"""The numbers of a screen from a run: cut size, efficiency, throughput, moisture, pegging; `results/screen.json` and tables."""
+"""Results of a screen from a run: cut size, efficiency, throughput, moisture, pegging; `results/screen.json` and tables."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from pywet.util.files import write_csv, write_json, write_table
 from pywet.util.ranges import LIMITS
 
 PER_HOUR = 3.6
-"""t/h of a kg/s."""
+"""Factor from kg/s to t/h."""
 MOST_PASSED = 0.95
-"""Part of what passes in a batch, until which its throughput is taken."""
+"""Share of the passing mass of a batch up to which its throughput is computed."""
 RESULT = "screen"
-"""Name of the file of numbers."""
+"""Name of the file with the results."""
 
 
 def curve_of(run: RunDir, flow: Streams) -> pd.DataFrame:
-    """Partition curve of the spheres that are counted."""
+    """Return the partition curve of the counted spheres."""
     counted, classes = flow.counted, run.scene.classes
     number = {
         p: np.array([int(((counted["product"] == p) & (counted["type"] == c.type)).sum()) for c in classes])
@@ -53,7 +53,7 @@ def _joined(rows: pd.DataFrame) -> pd.Series:
 
 
 def moisture_percent(spheres: pd.DataFrame, density: float) -> float:
-    """Liquid over the dry mass of spheres [%]; nan of none."""
+    """Return liquid over the dry mass of spheres [%]; nan without spheres."""
     mass = spheres["mass_kg"].sum()
     return float(100.0 * density * spheres["liquid_m3"].sum() / mass) if mass > 0 else math.nan
 
@@ -88,7 +88,7 @@ def analyse(
 
 
 def aperture_of(run: RunDir, deck: int = 1) -> float | None:
-    """Aperture of the screen of a case or of a deck [mm]."""
+    """Return the aperture of the screen of a case or of a deck [mm]."""
     if given := apertures.deck_of(run):
         return float([given, *(given.get("beneath") or ())][deck - 1]["aperture_mm"])
     config: dict[str, Any] = run.json("config.json", dict[str, Any]) or {}
@@ -120,7 +120,7 @@ def _numbers(run: RunDir, flow: Streams, numbers: Separation, series: pd.DataFra
 
 
 def _residence(rows: pd.DataFrame) -> dict[str, float]:
-    """Mean, median and 90 % point of the time from entering to leaving [s]; of a batch from its opening to the bin."""
+    """Return mean, median and 90 % point of the time from entering to leaving [s]; for a batch from its opening to the bin."""
     times = (rows["left_s"] - rows["entered_s"]).dropna()
     if times.empty:
         return dict.fromkeys(("mean", "median", "p90"), math.nan)
@@ -128,7 +128,7 @@ def _residence(rows: pd.DataFrame) -> dict[str, float]:
 
 
 def _throughput(run: RunDir, flow: Streams, of: dict[str, pd.DataFrame], area: float | None) -> dict[str, Any]:
-    """Dry t/h of both products and in all, with block-averaged intervals; of a batch what passed until 95 % of it had."""
+    """Return dry t/h of both products and in total, with block-averaged intervals; for a batch up to the passage of 95 %."""
     if flow.continuous:
         times = streams.edges(run.scene, flow.end_s)
         times = times[times >= flow.start_s - 1e-9]
@@ -149,7 +149,7 @@ def _throughput(run: RunDir, flow: Streams, of: dict[str, pd.DataFrame], area: f
 
 
 def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
-    """At the outputs: mass in the machine, mass and liquid of both products until then, liquid on the screen, pegged spheres."""
+    """Return, at the outputs, masses in the machine and in both products, their liquid, liquid on the screen, pegged spheres."""
     line, spheres = run.timeline, flow.spheres
     frame = pd.DataFrame({"step": line.steps, "time_s": line.times})
     frame["hold_up_kg"] = streams.hold_up(spheres, line.times)
@@ -168,7 +168,7 @@ def time_series(run: RunDir, flow: Streams) -> pd.DataFrame:
 
 
 def _of_screen(run: RunDir, flow: Streams, series: pd.DataFrame) -> dict[str, Any]:
-    """Liquid on the screen and pegged apertures, means over the time that counts; none where no wall is the screen."""
+    """Return liquid on the screen and pegged apertures over the averaging period; empty if no wall is the screen."""
     screen = apertures.screen_of(run, flow.deck)
     if screen is None:
         return {"screen": None}

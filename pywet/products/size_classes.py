@@ -1,7 +1,7 @@
 """Size distributions: a sieve analysis, or Rosin-Rammler, log-normal, Gates-Gaudin-Schuhmann.
 
-What comes out is a number of sizes with their shares of mass: each class of the distribution is one size or, divided into parts
-of equal mass, several.
+The result is a number of sizes with their shares of mass: each class of the distribution is represented by one size
+or, divided into parts of equal mass, by several.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from pywet.scene import Positive
 from pywet.util.files import read_bytes
 
 SUM_PERCENT = 0.5
-"""By how much the percentages of a sieve analysis may miss 100."""
+"""Allowed deviation of the sum of the percentages of a sieve analysis from 100."""
 MOST_SIZES = 60
-"""Sizes of one feed: the engine has a contact for each pair of them."""
+"""Largest number of sizes of one feed: the engine has a contact for each pair of them."""
 UPPER_TAIL = 0.01
-"""Share of mass of a distribution without end that is cut off above, where no largest size is given."""
+"""Share of mass of an unbounded distribution that is cut off above if no largest size is given."""
 
 
 class RosinRammler(Excusable):
-    """Passing 1 - exp(-(d/size)^spread) of the mass (Rosin, Rammler, Sperling and Bennett)."""
+    """Rosin-Rammler distribution: 1 - exp(-(d/size)^spread) of the mass passes (Rosin, Rammler, Sperling and Bennett)."""
 
     size_mm: Positive
-    """Size that 63.2 % pass."""
+    """Size that 63.2 % of the mass passes."""
     spread: Positive
-    """Exponent; large: narrow."""
+    """Exponent; a large value gives a narrow distribution."""
 
 
 class LogNormal(Excusable):
-    """The logarithm of the size, weighted by mass, is normally distributed."""
+    """Log-normal distribution: the logarithm of the size, weighted by mass, is normally distributed."""
 
     median_mm: Positive
     """Size that half of the mass passes."""
@@ -48,12 +48,12 @@ class LogNormal(Excusable):
 
 
 class GaudinSchuhmann(Excusable):
-    """Size distribution of Gates, Gaudin and Schuhmann: passing (d/largest)^exponent by mass."""
+    """Size distribution of Gates, Gaudin and Schuhmann: (d/largest)^exponent of the mass passes."""
 
     largest_mm: Positive
-    """Size that all pass."""
+    """Size that the whole mass passes."""
     exponent: Positive
-    """Slope in a doubly logarithmic plot."""
+    """Slope of the passing curve in a doubly logarithmic plot."""
 
 
 class Sizes(NamedTuple):
@@ -69,24 +69,26 @@ class SizeDistribution(Excusable):
     """A sieve analysis as CSV, or one of three distributions; cut off below `smallest_mm` and above `largest_mm`."""
 
     file: Path | None = None
-    """CSV: lower and upper size in mm and mass %, or size in mm and cumulative % passing; columns apart by comma, semicolon or
-    tab, a decimal comma with the latter two."""
+    """CSV file: lower and upper size in mm and mass %, or size in mm and cumulative % passing.
+
+    Columns are separated by comma, semicolon or tab, with decimal commas allowed for the latter two.
+    """
     rosin_rammler: RosinRammler | None = None
-    """In place of a file."""
+    """Rosin-Rammler distribution, in place of a file."""
     log_normal: LogNormal | None = None
-    """The same."""
+    """Log-normal distribution, in place of a file."""
     gaudin_schuhmann: GaudinSchuhmann | None = None
-    """The same."""
+    """Gates-Gaudin-Schuhmann distribution, in place of a file."""
     classes: Annotated[int, Field(ge=1, le=MOST_SIZES)] = 8
-    """Number of classes of a distribution, of equal ratio of their limits; a file has its own."""
+    """Number of classes of a distribution, with equal ratios of their limits; a file has its own."""
     sizes_per_class: Annotated[int, Field(ge=1, le=20)] = 1
-    """Sizes that stand for a class, each for an equal part of its mass."""
+    """Number of sizes that represent a class, each with an equal part of its mass."""
     within: Literal["logarithm", "size"] = "logarithm"
-    """In what the mass is spread evenly within a class: the logarithm of the size, or the size."""
+    """Quantity over which the mass is uniform within a class: the logarithm of the size, or the size."""
     smallest_mm: Positive | None = None
-    """Finer material is left out, which is reported; a distribution needs one."""
+    """Size below which material is omitted, which is reported; required for a distribution."""
     largest_mm: Positive | None = None
-    """Coarser material is left out; if not given, the coarsest 1 % of a distribution without end."""
+    """Size above which material is omitted; by default that of the coarsest 1 % of an unbounded distribution."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -99,7 +101,7 @@ class SizeDistribution(Excusable):
         return self
 
     def passing(self) -> Callable[[Any], Any]:
-        """Share of the mass that passes a size [mm], of a distribution."""
+        """Return the function for the share of mass that passes a size [mm]."""
         from scipy import stats
 
         if r := self.rosin_rammler:
@@ -110,7 +112,7 @@ class SizeDistribution(Excusable):
         return stats.powerlaw(self.gaudin_schuhmann.exponent, scale=self.gaudin_schuhmann.largest_mm).cdf
 
     def sizes(self, folder: Path = Path()) -> Sizes:
-        """The sizes that stand for the distribution; a file is looked for in `folder`."""
+        """Return the sizes that represent the distribution; a file is looked up in `folder`."""
         edges, mass, outside = self._from_file(folder) if self.file else self._from_law()
         low, high = (np.log(edges), np.exp) if self.within == "logarithm" else (edges, lambda x: x)
         part = (np.arange(self.sizes_per_class) + 0.5) / self.sizes_per_class
@@ -125,7 +127,7 @@ class SizeDistribution(Excusable):
         return Sizes(at.ravel()[there], share[there], *outside)
 
     def _from_law(self) -> tuple[Floats, Floats, tuple[float, float]]:
-        """Limits of the classes [mm], mass shares between them, and those below and above."""
+        """Return the limits of the classes [mm], the mass shares between them, and those below and above."""
         from scipy.optimize import brentq
 
         passing, low = self.passing(), self.smallest_mm
@@ -179,12 +181,12 @@ class SizeDistribution(Excusable):
 
 
 def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
-    """Lower and upper size [mm] and share of mass of the classes of a CSV file, from the finest on.
+    """Read lower and upper size [mm] and share of mass of the classes of a CSV file, from the finest.
 
     Raises
     ------
     ConfigError
-        In a sentence, where columns, sizes or percentages cannot be a sieve analysis.
+        If columns, sizes or percentages are not those of a sieve analysis.
     """
     rows = _numbers(path)
     if len(rows[0]) == 3:
@@ -219,7 +221,7 @@ def sieve_analysis(path: Path) -> tuple[Floats, Floats, Floats]:
 
 
 def _rows(path: Path, text: str, separator: str) -> Iterator[list[str]]:
-    """The cells of each line."""
+    """Yield the cells of each line."""
     try:
         yield from csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     except csv.Error as error:

@@ -1,8 +1,8 @@
-"""Detect where a time series becomes steady, and its mean from there on with its uncertainty.
+"""Detect where a time series becomes steady, and compute its mean from there on with its uncertainty.
 
-The start-up is cut off where the standard error of the mean of what is left is least (marginal standard error rule, White 1997).
-A series whose minimum lies in its second half has not become steady. The interval is that of the means of blocks, which are
-nearly independent where a block is long against the memory of the series.
+The start-up is removed so that the standard error of the mean of the rest is smallest (marginal standard error rule,
+White 1997). A series whose minimum is in its second half has not become steady. The interval is that of the means of
+blocks, which are nearly independent if a block is long compared with the correlation time of the series.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pywet.geometry.surface import Floats
 from pywet.products.partition import mean_and_half_width
 
 BLOCKS = 8
-"""Number of blocks."""
+"""Number of blocks for the interval of a mean."""
 
 
 def start_of_steady(values: Floats) -> int | None:
@@ -32,7 +32,7 @@ def start_of_steady(values: Floats) -> int | None:
 
 
 def block_mean(values: Floats) -> tuple[float, float]:
-    """Mean and half of its 95 % interval from `BLOCKS` blocks of equal length; what is left over is cut off at the start."""
+    """Return mean and half the 95 % interval from `BLOCKS` blocks of equal length; excess values at the start are dropped."""
     given = np.asarray(values, dtype=float)
     size = len(given) // BLOCKS
     if size == 0:

@@ -1,7 +1,7 @@
 """Spheres that left a run: the product, times and liquid of each.
 
-Of a run with outlets the products are theirs. Of a screening case all that is in the collecting bin at the end is the unders, the
-rest the overs.
+In a run with outlets they define the products. In a screening case the spheres in the collecting bin at the end are
+the unders, the rest the overs.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pywet.scene import EngineScene
 
 PRODUCTS = ("overs", "unders")
 Spheres = tuple[Any, Any, Any]
-"""Numbers, types and masses [kg] of all spheres, in the order of the numbers."""
+"""Ids, types and masses [kg] of all spheres, in the order of the ids."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,13 @@ class Streams:
     start_s: float
     end_s: float
     steady: bool
-    """Return whether a steady state was found; else the second half of the feed counts."""
+    """Whether a steady state was found; otherwise the second half of the feed is used."""
     deck: int = 1
-    """Deck whose overs and unders they are, counted from above; what left over a deck above is no product of it."""
+    """Deck of the overs and unders, counted from the top; spheres that left over a deck above are no product of it."""
 
     @property
     def counted(self) -> pd.DataFrame:
-        """Spheres of both products that left during the averaging period; of a batch all."""
+        """Return the spheres of both products that left during the averaging period; for a batch all."""
         with_product = self.spheres[self.spheres["product"] != ""]
         if not self.continuous:
             return with_product
@@ -49,12 +49,12 @@ class Streams:
 
 
 def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
-    """The streams of a deck of a finished run; means are taken from `from_s` on, else from where it is steady.
+    """Return the streams of a deck of a finished run; averaging starts at `from_s`, by default where the run is steady.
 
     Raises
     ------
     PywetError
-        Of a run with neither a collecting bin nor outlets that are named as products, or without that deck.
+        For a run with neither a collecting bin nor outlets named as products, or without that deck.
     """
     if not 1 <= deck <= decks(run):
         raise PywetError(
@@ -73,12 +73,12 @@ def read(run: RunDir, from_s: float | None = None, deck: int = 1) -> Streams:
 
 
 def decks(run: RunDir) -> int:
-    """Number of decks with separate overs."""
+    """Return the number of decks with separate overs."""
     return decks_of(run.scene)
 
 
 def decks_of(scene: EngineScene) -> int:
-    """Number of decks of a scene with separate overs."""
+    """Return the number of decks of a scene with separate overs."""
     collected = {o.product for o in scene.outlets}
     return max((k for k, product in enumerate(DECKS, start=1) if product in collected), default=1)
 
@@ -136,7 +136,7 @@ def uncollected(scene: EngineScene) -> str | None:
 
 
 def leaving(scene: EngineScene, spheres: Spheres, retired: pd.DataFrame, deck: int) -> pd.DataFrame:
-    """Table of `Streams` of a run with outlets, from the spheres that left it (id, time, outlet, film)."""
+    """Return the table of `Streams` of a run with outlets, from the spheres that left it (id, time, outlet, film)."""
     ids, types, _ = spheres
     gone = retired.set_index("id").reindex(ids)
     seen = {**dict.fromkeys(DECKS[: deck - 1], ""), DECKS[deck - 1]: "overs"}
@@ -150,13 +150,13 @@ def leaving(scene: EngineScene, spheres: Spheres, retired: pd.DataFrame, deck: i
 
 
 def edges(scene: EngineScene, end_s: float) -> Floats:
-    """Times between which fluxes are counted: the steps at which spheres may leave, up to `end_s` [s]."""
+    """Return the times between which fluxes are counted: the steps at which spheres may leave, up to `end_s` [s]."""
     every = schedule.checkpoint_every(scene) * scene.time_step_s
     return np.asarray(every * np.arange(int(end_s / every + 1e-9) + 1), dtype=np.float64)
 
 
 def flux(spheres: pd.DataFrame, times: Floats) -> Floats:
-    """Mass that left in each interval over its length [kg/s]."""
+    """Return the mass that left in each interval over its length [kg/s]."""
     mass, _ = np.histogram(
         spheres["left_s"].dropna(), times + 1e-9, weights=spheres["mass_kg"][spheres["left_s"].notna()]
     )
@@ -164,7 +164,7 @@ def flux(spheres: pd.DataFrame, times: Floats) -> Floats:
 
 
 def hold_up(spheres: pd.DataFrame, times: Floats) -> Floats:
-    """Mass that has entered and not left at each time [kg]."""
+    """Return the mass that has entered and not left at each time [kg]."""
     mass = spheres["mass_kg"].to_numpy()
     entered, left = spheres["entered_s"].to_numpy(), spheres["left_s"].fillna(np.inf).to_numpy()
     return np.array([mass[(entered <= t) & (left > t)].sum() for t in times])

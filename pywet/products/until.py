@@ -1,8 +1,9 @@
-"""End a continuous run when its partition is known: blocks, the interval of T of each size, the decision after each block.
+"""End a continuous run when its partition is known: blocks, intervals of T of each size, decision after each block.
 
-A run consists of equal blocks. After each, T and its interval are computed from the blocks since the steady state; the run ends
-when the widest interval is narrow enough. To stop where an interval happens to be narrow favours intervals that are too
-narrow: such an interval holds the true value in less than 95 % of all runs, the less the fewer blocks it rests on.
+A run consists of equal blocks. After each, T and its interval are computed from the blocks since the steady state;
+the run ends when the widest interval is narrow enough. Stopping when an interval happens to be narrow favours
+intervals that are too narrow: such an interval contains the true value in fewer than 95 % of all runs, the fewer the
+smaller the number of blocks.
 """
 
 from __future__ import annotations
@@ -29,32 +30,32 @@ from pywet.util.files import read_table, write_json
 from pywet.util.notices import notice
 
 RESULT = "results/until.json"
-"""Where it is written how well the partition is known."""
+"""File with the accuracy of the partition reached so far."""
 BLOCKS = 20
-"""Blocks of the longest run, if the length of a block is not given."""
+"""Default number of blocks of the longest run."""
 LEAST_BLOCKS = 5
-"""Fewest blocks that an interval may rest on."""
+"""Smallest number of blocks for an interval."""
 
 
 class Until(Excusable):
-    """When a run ends: at the end of the first block at which T of every size is known, else at `duration_s`."""
+    """End of a run: the first block at whose end T of every size is known, at the latest `duration_s`."""
 
     partition_percent: Annotated[float, Field(gt=0, le=50)]
-    """Half of the 95 % interval of T, in percent of the feed of a size."""
+    """Half the 95 % interval of T, in percent of the feed of a size."""
     block_s: Positive | None = None
-    """Length of a block; if not given a twentieth of `duration_s`."""
+    """Length of a block; by default a twentieth of `duration_s`."""
     least_blocks: Annotated[int, Field(ge=LEAST_BLOCKS, le=1000)] = 8
-    """Fewest blocks in the steady state."""
+    """Smallest number of blocks in the steady state."""
     least_spheres: Annotated[int, Field(ge=10)] = 50
-    """A size of which fewer spheres were counted does not delay the end."""
+    """Number of counted spheres below which a size does not delay the end."""
     from_s: NonNegative | None = None
-    """Time from which blocks count; if not given that from which the run is steady."""
+    """Time from which blocks count; by default that from which the run is steady."""
     deck: Annotated[int, Field(ge=1, le=3)] = 1
-    """Deck whose partition is meant, counted from above."""
+    """Deck whose partition is evaluated, counted from the top."""
 
 
 def in_blocks(scene: EngineScene, until: Until, blocks: int | None) -> EngineScene:
-    """Divide the scene of the longest run into blocks and return the run of the first `blocks`, if not given the fewest.
+    """Divide the scene of the longest run into blocks and return the run of the first `blocks`, by default the minimum.
 
     Raises
     ------
@@ -106,13 +107,13 @@ def in_blocks(scene: EngineScene, until: Until, blocks: int | None) -> EngineSce
 
 
 def most_blocks(scene: EngineScene) -> int:
-    """Return how many blocks the longest run has: as many as there is feed for."""
+    """Return the number of blocks of the longest run, for which there is feed."""
     last = (scene.insertion_s or (0.0, 0.0))[1]
     return round(last / scene.time_step_s) // scene.block_steps
 
 
 def under_way(run_dir: Path) -> int | None:
-    """Return the number of blocks that a run there has or is at; None where there is none."""
+    """Return the number of blocks, finished or in progress, of a run; None without a run."""
     path = Path(run_dir) / "scene.json"
     try:
         return EngineScene.read(path).blocks if path.exists() else None
@@ -121,7 +122,7 @@ def under_way(run_dir: Path) -> int | None:
 
 
 def extension(until: Until) -> Callable[[Path, EngineScene], EngineScene | None]:
-    """Return what decides at the end of a block: the scene with one more, or None if the partition is known or time is over."""
+    """Return the function for the decision after a block: the scene with one more, or None to end the run."""
 
     def extend(folder: Path, scene: EngineScene) -> EngineScene | None:
         gone = tables.to_frame(retired.records(folder))
@@ -186,7 +187,7 @@ def assess(scene: EngineScene, spheres: pd.DataFrame, gone: pd.DataFrame, until:
 
 
 def _of_size(diameter_m: float, rows: pd.DataFrame, first: int, blocks: int, least: int) -> dict[str, Any]:
-    """T of the spheres of a size with half of its interval, and whether it is asked for."""
+    """Return T of the spheres of a size with half its interval, and whether that size is required."""
     block = rows["block"].to_numpy(dtype=int) - first
     overs = np.bincount(block[(rows["product"] == PRODUCTS[0]).to_numpy()], minlength=blocks - first)
     feed = np.bincount(block, minlength=blocks - first)
@@ -201,7 +202,7 @@ def _of_size(diameter_m: float, rows: pd.DataFrame, first: int, blocks: int, lea
 
 
 def sentence(found: dict[str, Any]) -> str:
-    """Describe in one sentence how well the partition is known."""
+    """Describe in one sentence how accurately the partition is known."""
     after = f"{found['blocks']} blocks of {found['block_s']:.3g} s"
     if not found["steady"]:
         known = "not steady"

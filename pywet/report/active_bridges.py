@@ -1,4 +1,4 @@
-"""Properties of an active bridge beyond its row in the log: radii and contact angles of its bodies, force of its law, age."""
+"""Properties of an active bridge beyond its row in the log: radii and contact angles of its bodies, capillary force, age."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Bodies:
 
 
 def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
-    """The bodies of bridges, by the numbers in their rows."""
+    """Return the bodies of bridges from the ids in their rows."""
     at_wall = (bridges["partner_kind"] != SPHERE).to_numpy()
     ids, radius = (run.spheres[name].to_numpy() for name in ("id", "radius"))
     of_type = {c.type: c.contact_angle_rad for c in run.scene.classes}
@@ -41,7 +41,7 @@ def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
 
 
 def corners(run: RunDir, bridges: pd.DataFrame) -> Floats:
-    """Corners (n, 8, 3) of the cuboids that stand for bridges."""
+    """Return the corners (n, 8, 3) of the cuboids that represent bridges."""
     b = bodies(run, bridges)
     first, second = (bridges[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
     volume, gap = (bridges[name].to_numpy(dtype=float) for name in ("volume", "separation"))
@@ -49,7 +49,7 @@ def corners(run: RunDir, bridges: pd.DataFrame) -> Floats:
 
 
 def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:
-    """Attraction [N] that the run's law gives each bridge; NaN where the law is a user's file, which is not run for a picture."""
+    """Return the attraction [N] of each bridge by the run's law; NaN for a law in a user's file, which is not run here."""
     name, liquid = run.scene.effects.capillary, run.scene.liquid
     if name is None or liquid is None:
         return np.zeros(len(bridges))
@@ -63,7 +63,7 @@ def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:
 
 
 def age(run: RunDir, bridges: pd.DataFrame, step: int) -> Floats:
-    """Time [s] since each bridge that is active at a step formed; NaN where the log has no formation of it."""
+    """Return the time [s] since each bridge active at a step formed; NaN if the log does not contain its formation."""
     names, codes, span = run.formations
     if not len(names):
         return np.full(len(bridges), np.nan)

@@ -1,4 +1,4 @@
-"""The first screen of the report: what passes, how moisture changes it, and whether it was recomputed."""
+"""First screen of the report: what passes, how moisture changes it, and whether it was recomputed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pywet.report.collect import CaseResult, grouped, named
 
 
 def rows(results: Sequence[CaseResult]) -> list[list[CaseResult]]:
-    """Cases with results that differ only in moisture, the driest first."""
+    """Group cases with results that differ only in moisture, the driest first."""
     there = (r for r in results if r.summary is not None and r.retained is not None)
     groups = grouped(there, attrgetter("configuration")).values()
     return [sorted(group, key=lambda r: r.case.liquid_percent) for group in groups]
@@ -26,14 +26,14 @@ def passed(ends: Sequence[float], coarse: float) -> list[float]:
 
 
 def not_agreeing(results: Sequence[CaseResult]) -> dict[str, list[CaseResult]]:
-    """Moist cases on which the reference disagrees, and those that were not cross-checked; a kind without any is left out."""
+    """Return moist cases for which the reference disagrees, and those not cross-checked; empty kinds are omitted."""
     bad = [r for r in results if r.bridged and not r.cross_checked]
     kinds = {"disagreeing": [r for r in bad if r.agreement], "missing": [r for r in bad if not r.agreement]}
     return {kind: group for kind, group in kinds.items() if group}
 
 
 def outcome(results: Sequence[CaseResult]) -> str:
-    """Outcome of the cross-check: `dry`, `disagrees`, or `agrees`, with what it leaves out."""
+    """Return the outcome of the cross-check: `dry`, `disagrees`, or `agrees`, with the parts not checked."""
     moist = [r for r in results if r.bridged]
     if not moist:
         return "dry"
@@ -49,7 +49,7 @@ def agrees(results: Sequence[CaseResult]) -> bool:
 
 
 def unchecked(results: Sequence[CaseResult]) -> list[str]:
-    """A line for cases of which the same was not compared, not checked, or checked by the user's own reference."""
+    """Return lines for cases with the same quantities not compared, not checked, or checked by a user's reference."""
     return [
         f"{named(cases)} {start}: {', '.join(laws)}"
         for start, kind in (
@@ -63,7 +63,7 @@ def unchecked(results: Sequence[CaseResult]) -> list[str]:
 
 
 def laws(results: Sequence[CaseResult]) -> dict[tuple[str, str], list[int]]:
-    """Cases by effect and law that they use; those without a law as `dry contacts`, `none`."""
+    """Return the cases by the effects and laws that they use; those without a law as `dry contacts`, `none`."""
     found: dict[tuple[str, str], list[int]] = {}
     for r in results:
         rows = r.plan["rows"] if r.plan else []

@@ -1,7 +1,8 @@
 """Show runs side by side in a browser on this machine: one page on a local server.
 
-The page holds the report's scene (`browser.py`) twice, with one slider; the standard library serves it. trame or panel would draw
-in Python and keep a connection for every turn of the scene; here nothing is left to do once the page is read.
+The page contains the report's scene (`browser.py`) twice, with one slider; the standard library serves it. trame or
+panel would draw in Python and need a connection for every rotation of the scene; here the page needs no server once
+loaded.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ SIDE_BY_SIDE = 2
 
 
 def html(run_dirs: Sequence[Path]) -> str:
-    """The page of these runs; of more than two, which two are seen is chosen in it."""
+    """Return the page of these runs; for more than two, two of them are selected in the page."""
     runs = [(str(folder), RunDir(Path(folder))) for folder in run_dirs]
     scene = page.Section("Side by side" if len(runs) > 1 else "Scene", browser.element(runs, SIDE_BY_SIDE))
     return page.text("pywet", "One time and one camera for all that is shown.", [scene])
 
 
 class Page(BaseHTTPRequestHandler):
-    """Gives the server's page to whoever asks for it by the name of this machine: no site's name can be made to point here."""
+    """Handler that serves the page only to requests by this machine's name, so that no web site's name can point here."""
 
     def do_GET(self) -> None:
         assert isinstance(self.server, Server)
@@ -46,7 +47,7 @@ class Page(BaseHTTPRequestHandler):
 
 
 class Server(ThreadingHTTPServer):
-    """Serves one page on the loopback interface."""
+    """Server of one page on the loopback interface."""
 
     def __init__(self, text: str, port: int = 0) -> None:
         self.body = text.encode()
@@ -54,5 +55,5 @@ class Server(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """Address that a browser opens to show the runs."""
+        """Return the address at which a browser shows the runs."""
         return f"http://{HOST}:{self.server_port}/"

@@ -36,29 +36,32 @@ THESIS: Any = {
     "pdf.fonttype": 42,
     "svg.fonttype": "none",
 }
-"""Sizes of letters are those in print, since the figure has the width in which it is printed; text of PDF and SVG stays text."""
+"""Style of the figure: font sizes as printed, since the figure has its printed width; text of PDF and SVG remains text."""
 WIDTH, LEAST, HEIGHT, FEW, ROW = 150.0, 65.0, 65.0, 4, 3.8
-"""Width of a figure, that of the text of a thesis on A4; least width of a panel, its height [mm]; the most entries of a legend
-that is inside the panel, and height of a row of one below it [mm]."""
+"""Sizes [mm] of a figure and its panels.
+
+They are the width of a figure (text width of an A4 thesis), the least width and the height of a panel, the largest
+number of entries of a legend inside the panel, and the height of a row of one below it.
+"""
 SHORT, LONG, MOST = 16, 40, 6
-"""Letters of an entry up to which a legend has two columns or is inside its panel, and the most; the most curves of a group."""
+"""Letters of an entry up to which a legend has two columns or is inside its panel, and at most; most curves of a group."""
 INCH = 25.4
 LIQUID = ("coarse_material", "fines", "films", "bridges", "walls", "wires", "left")
-"""Liquid reservoirs that are drawn, of those that a run has; of custom scenes every class and wall, or of many their sums."""
+"""Liquid reservoirs that are drawn if present; for user-defined scenes every class and wall, or sums of many."""
 JOINED = {"spheres": "on spheres", "wall": "on walls"}
-"""First word of the reservoirs of a custom scene that are summed if there are many, and name of the sum."""
+"""First word of the reservoirs of a user-defined scene that are summed if there are many, and name of the sum."""
 
 
 @dataclass
 class Panel:
-    """One panel: of every group the curves of its runs by name, (positions, values) each."""
+    """One panel: for every group the curves of its runs by name, each as (positions, values)."""
 
     x: str
     y: str
     curves: dict[tuple[str, str], list[tuple[Floats, Floats]]] = field(default_factory=dict)
     """(group, curve) -> one entry for each run."""
     ends: dict[tuple[str, str], list[tuple[Floats, Floats]]] = field(default_factory=dict)
-    """(group, curve) -> for each run the ends of the 95 % intervals at its positions, where they are known."""
+    """(group, curve) -> for each run the ends of the 95 % intervals at its positions, if known."""
     apertures: set[float] = field(default_factory=set)
     """Apertures of the runs [mm], drawn as vertical lines."""
 
@@ -68,11 +71,11 @@ class Panel:
 
     @property
     def bars(self) -> bool:
-        """Whether intervals of single runs are drawn."""
+        """Return whether intervals of single runs are drawn."""
         return any(len(of) == 1 for of in self.ends.values())
 
     def largest(self) -> dict[tuple[str, str], list[tuple[Floats, Floats]]]:
-        """The curves of the `MOST` names that rise highest, in their order."""
+        """Return the `MOST` curves with the largest maxima, in their order."""
         names = list(dict.fromkeys(name for _, name in self.curves))
         top = {
             name: max(float(y.max()) for key, of in self.curves.items() if key[1] == name for _, y in of)
@@ -82,7 +85,7 @@ class Panel:
         return {key: of for key, of in self.curves.items() if key[1] in drawn}
 
     def entries(self, labels: Mapping[str, str]) -> dict[str, tuple[str, Any]]:
-        """Entries of the legend with colour and dash: of one group its curves; of several the groups, then their curves."""
+        """Return the legend entries with colour and dash: for one group its curves; for several the groups, then their curves."""
         names = list(dict.fromkeys(name for _, name in self.largest()))
         if len(labels) == 1:
             (label,) = labels.values()
@@ -99,7 +102,7 @@ def _style(colour: int, dash: int) -> tuple[str, Any]:
 
 
 def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
-    """Runs by case: a folder CASE-SEED that is given with CASE alongside is another seed of it."""
+    """Group runs by case: a folder CASE-SEED given together with CASE is another seed of it."""
     groups: dict[str, list[Path]] = {}
     for folder in sorted(map(Path, run_dirs), key=str):
         first = re.sub(r"-\d+$", "", str(folder))
@@ -110,7 +113,7 @@ def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
 
 
 def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
-    """The panels for which the runs have tables; refused where a run has none of them."""
+    """Return the panels for which the runs have tables; raises if a run has none of them."""
     retained = Panel("time since the slide opened [s]", "fraction retained [-]")
     liquid = Panel("time [s]", "share of the liquid put in [-]")
     partition = Panel("diameter [mm]", "partition: share retained [-]")
@@ -211,7 +214,7 @@ def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floa
 
 
 def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WIDTH) -> Path:
-    """Draw the groups into a PDF, SVG or PNG file of this width; panels are next to each other as far as they have LEAST."""
+    """Draw the groups into a PDF, SVG or PNG file of this width; panels are side by side if they are at least LEAST wide."""
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise PywetError(
@@ -240,7 +243,7 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
 
 
 def _labels(groups: Mapping[str, Sequence[Path]]) -> dict[str, str]:
-    """Name of each group in a legend, with its liquid where the groups differ in that."""
+    """Return the name of each group in a legend, with its liquid if the groups differ in it."""
     percent = {group: _percent(RunDir(Path(folders[0]))) for group, folders in groups.items()}
     if len(set(percent.values())) == 1:
         return {group: group for group in groups}
@@ -248,14 +251,14 @@ def _labels(groups: Mapping[str, Sequence[Path]]) -> dict[str, str]:
 
 
 def _percent(run: RunDir) -> str:
-    """Initial liquid over the dry mass, in per cent."""
+    """Return the initial liquid over the dry mass, in per cent."""
     scene, mass = run.scene, sum(c.count * c.mass_kg for c in run.scene.classes)
     initial = float(run.ledger["initial"].iloc[-1]) if run.moist else 0.0
     return f"{100.0 * initial * (scene.liquid.density_kg_per_m3 if scene.liquid else 0.0) / mass:.3g} %"
 
 
 def _short(text: str) -> str:
-    """A label of at most `LONG` letters, shortened in its middle."""
+    """Return a label of at most `LONG` letters, shortened in its middle."""
     half = (LONG - 1) // 2
     return text if len(text) <= LONG else f"{text[:half]}…{text[-half:]}"
 
@@ -270,12 +273,12 @@ def _columns(entries: Collection[str]) -> int:
 
 
 def _rows(entries: Collection[str]) -> int:
-    """Rows of a legend below a panel, 0 of one inside."""
+    """Return the number of rows of a legend below a panel, 0 for one inside."""
     return 0 if _inside(entries) else -(-len(entries) // _columns(entries))
 
 
 def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
-    """One panel: a colour for each group, or for each curve where there is one group; the other is dashed."""
+    """Draw one panel: a colour for each group, or for each curve if there is one group; otherwise curves differ in dashes."""
     groups, drawn = list(labels), panel.largest()
     names = list(dict.fromkeys(name for _, name in drawn))
     for (group, name), curves in drawn.items():

@@ -19,7 +19,7 @@ EXACT = "young_laplace"
 
 
 def short(law: str) -> str:
-    """A law's name without the folder of its file."""
+    """Return a law's name without the folder of its file."""
     return law.rpartition("/")[2]
 
 
@@ -33,7 +33,7 @@ def deviation(value: float | None, exact: float | None) -> float | None:
 
 
 def table(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values) -> list[Table]:
-    """Each capillary law's force and its deviation from the exact one; rupture distances and theirs; viscous forces."""
+    """Return each capillary law's force and its deviation from the exact one, rupture distances likewise, and viscous forces."""
     forces = Table("law", "gap in µm", "force in mN", "exact in mN", "deviation", box=None, header_style="bold")
     for law, values in answer["force_N"].items():
         for gap, value, true in zip(gaps, values, exact, strict=True):
@@ -52,9 +52,9 @@ def table(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values) -> li
 
 
 def figure(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values, measured: Measured = None) -> Figure:
-    """Force over gap of each law and of the exact bridge; dotted, where each rupture law lets it break.
+    """Draw force over gap of each law and of the exact bridge, with rupture distances as dotted lines.
 
-    `measured`: separations and answer from inside an engine, drawn as points.
+    `measured`: separations and answer from an engine, drawn as points.
     """
     colours = {EXACT: INK, **dict(zip((n for n in answer["force_N"] if n != EXACT), COLOURS * 9, strict=False))}
     with plt.rc_context(STYLE):

@@ -1,8 +1,8 @@
 """Runs as 3-D scenes inside a page: spheres, bridges, walls and curves at some output times, drawn by viewer.js with three.js.
 
-All that the page needs stands in it: numbers rounded to 16 bits of the scene's size, deflated, as base64. three.min.js is what
-viewer.js uses of three.js 0.187 (MIT, 0.57 MB), made by `tools/three` and kept here, since no maintained Python package holds it
-for others' pages and an installation from a wheel has no npm.
+The page is self-contained: numbers rounded to 16 bits of the scene's size, deflated, as base64. three.min.js contains
+the parts of three.js 0.187 (MIT, 0.57 MB) that viewer.js uses; it is made by `tools/three` and stored here, since no
+maintained Python package provides it and an installation from a wheel has no npm.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from pywet.schema import LARGE_WALL, SPHERE
 
 FRAMES = 20
 MOST = 15_000_000
-"""Size of a run in the page [bytes]; a run that is larger is shown at fewer times."""
+"""Size of a run in the page [bytes]; a larger run is shown at fewer times."""
 STEPS = 65534
-"""Into which a length or a value is divided."""
+"""Number of steps into which a length or a value is divided."""
 
 
 def element(runs: Sequence[tuple[str, RunDir]], panels: int = 1, most: int = MOST) -> str:
-    """HTML that shows the named runs, with a given number of them side by side."""
+    """Return HTML that shows the named runs, a given number of them side by side."""
     here = Path(__file__).parent
     style, three, viewer = ((here / name).read_text() for name in ("viewer.css", "three.min.js", "viewer.js"))
     data = "".join(
@@ -50,7 +50,7 @@ def element(runs: Sequence[tuple[str, RunDir]], panels: int = 1, most: int = MOS
 
 
 def packed(run: RunDir, most: int = MOST) -> str:
-    """A run as JSON that can stand in a page, at fewer times where it would be too large."""
+    """Return a run as JSON for a page, at fewer times if it would be too large."""
     frames = FRAMES
     while len(text := _text(run, frames)) > most and frames > 2:
         frames = max(2, min(frames - 1, frames * most // len(text)))
@@ -100,7 +100,7 @@ def _text(run: RunDir, frames: int) -> str:
 
 
 PLACES = ("place", "from", "to", "corners")
-"""Arrays of points [m]."""
+"""Names of arrays that contain points [m]."""
 
 
 def _spheres(run: RunDir, rows: Sequence[int]) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
@@ -132,8 +132,11 @@ def _levels(values: Floats, most: float) -> NDArray[Any]:
 
 
 def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]], list[int]]:
-    """Cuboids of the bridges of all times, one after the other: ends [m], side [m], place of both spheres in the list of spheres
-    (-1 a large wall, -2 a wire); and where each time starts."""
+    """Return the cuboids of the bridges of all times, one after the other, and the first index of each time.
+
+    A cuboid has ends [m], side [m], and the index of both spheres in the list of spheres (-1 a large wall, -2 a
+    wire).
+    """
     tables = [vtk.active_at(run, step) for step in steps]
     starts = np.cumsum([0, *(len(table) for table in tables)]).tolist()
     table = pd.concat(tables)
@@ -150,7 +153,7 @@ def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]]
 
 
 def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
-    """A wall: its triangles in the list of all, how it is drawn, and 12 numbers a time that move it (3 rows of 4)."""
+    """Return a wall: its triangles in the common list, its style, and 12 numbers per time for its position (3 rows of 4)."""
     table = run.triangles
     chosen = np.flatnonzero((table["mesh"] == name).to_numpy())
     motion = run.mesh_motion[run.mesh_motion["mesh"] == name].set_index("step")[["dx", "dy", "dz"]]
@@ -172,7 +175,7 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
 
 
 def _curves(run: RunDir) -> list[dict[str, Any]]:
-    """Quantity, times [s] and values of the curves next to the scene; viewer.js has their titles."""
+    """Return quantity, times [s] and values of the curves next to the scene; viewer.js has their titles."""
     line = run.timeline
     retained = 1.0 - line.passed @ line.mass / line.mass.sum()
     curves: list[tuple[str, Any, Any]] = [("fraction_retained_spheres", line.times, retained)]
@@ -183,7 +186,7 @@ def _curves(run: RunDir) -> list[dict[str, Any]]:
 
 
 def _blob(arrays: dict[str, NDArray[Any]]) -> tuple[dict[str, tuple[str, int, int]], str]:
-    """Kind, first byte and length of each array, by name, as JavaScript has them; and all of them deflated, as base64."""
+    """Return kind, first byte and length of each array by name, as for JavaScript, and all of them deflated, as base64."""
     kinds = {"i1": "Int8", "u1": "Uint8", "i2": "Int16", "u2": "Uint16", "i4": "Int32", "f4": "Float32"}
     layout, whole = {}, b""
     for name, values in arrays.items():

@@ -14,7 +14,7 @@ from pywet.runs.rundir import RunDir
 INK, PAPER, SOFT, FILM, DRY = "#27323d", "#ffffff", "#aab3bb", "#5b9fd0", "#d9d3c7"
 WALL = "#b9c4cf"
 LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
-"""Of scale bars [mm]."""
+"""Lengths of scale bars [mm]."""
 
 
 def entries(run: RunDir) -> list[tuple[str, str]]:
@@ -28,7 +28,7 @@ def entries(run: RunDir) -> list[tuple[str, str]]:
 
 
 def sentence(run: RunDir, step: int) -> str:
-    """Name, time, and, in screening, the part of the spheres' mass that is not in the bin."""
+    """Return name, time, and, in screening, the share of the spheres' mass that is not in the bin."""
     line = run.timeline
     row = int(np.searchsorted(line.steps, step))
     if all(w.holder == "wall" for w in run.scene.walls):
@@ -38,7 +38,7 @@ def sentence(run: RunDir, step: int) -> str:
 
 
 def below(image: Any, legend: list[tuple[str, str]], text: str, pixels_per_mm: float) -> Image.Image:
-    """The picture with a strip below it."""
+    """Return the picture with a strip below it."""
     scene = Image.fromarray(np.asarray(image)[..., :3])
     size = max(11, scene.width // 62)
     font, line = ImageFont.load_default(size), int(1.7 * size)
@@ -62,7 +62,7 @@ def below(image: Any, legend: list[tuple[str, str]], text: str, pixels_per_mm: f
 
 
 def save(picture: Image.Image, path: Path) -> None:
-    """Write a PNG; what the operating system refuses names the file."""
+    """Write a PNG; an error of the operating system names the file."""
     try:
         picture.save(path, format="PNG")
     except OSError as error:

@@ -1,7 +1,7 @@
-"""A close-up of one sphere and its bridges, twice: cuboids as in the paper's Fig. 11, and the true meridian of the exact bridge.
+"""Draw one sphere and its bridges twice: as cuboids as in the paper's Fig. 11, and with the exact bridge's meridian.
 
 The exact bridge (`laws/exact_bridge`) is a surface of revolution between two contact lines. A bridge that it cannot resolve (a
-contact angle of 90° or more, a gap beyond its rupture distance) stays a cuboid, and how many do is said below the picture.
+contact angle of 90° or more, a gap beyond its rupture distance) remains a cuboid, and the caption states their number.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from pywet.util.files import atomic_write
 
 SIZE = (700, 700)
 AROUND, ALONG = 48, 61
-"""Points around the axis, and along the meridian."""
+"""Number of points around the axis, and along the meridian."""
 
 
 def write(run_dir: Path, picture: Path, sphere: int, step: int | None = None) -> Path:
-    """Draw a sphere's bridges at an output step (default: where as many stand at it as ever) into a PNG, and return its path."""
+    """Draw a sphere's bridges at an output step (default: the one with the most) into a PNG, and return its path."""
     run = RunDir(Path(run_dir))
     chosen = _fullest(run, sphere) if step is None else render.output_step(run, step)
     if not len(_bridges(run, sphere, chosen)):
@@ -57,7 +57,7 @@ def _bridges(run: RunDir, sphere: int, step: int) -> pd.DataFrame:
 
 
 def exact(run: RunDir, bridges: pd.DataFrame) -> list[Bridge | None]:
-    """The exact bridge of each row; None if there is none."""
+    """Return the exact bridge of each row, or None."""
     b = active_bridges.bodies(run, bridges)
     rows = zip(bridges["separation"], bridges["volume"], b.radius_i, b.radius_j, b.angle_i, b.angle_j, strict=True)
     return [_solved(*map(float, row)) for row in rows]
@@ -71,7 +71,7 @@ def _solved(gap: float, volume: float, ri: float, rj: float, ti: float, tj: floa
 
 
 def revolved(bridge: Bridge, first: Floats, second: Floats) -> Floats:
-    """Points (ALONG, AROUND, 3) [m] of the bridge's surface; `first` is the centre of i, `second` that of j or a wall's point."""
+    """Return points (ALONG, AROUND, 3) [m] of the bridge's surface; `first` is i's centre, `second` j's or a wall's point."""
     z, r, _ = bridge.meridian(ALONG)
     along = (second - first) / np.linalg.norm(second - first)
     u = np.cross(along, np.eye(3)[np.abs(along).argmin()])
@@ -96,7 +96,7 @@ def draw(run: RunDir, step: int, sphere: int, picture: Path) -> None:
 
 
 def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: list[Bridge | None]) -> tuple[Any, float]:
-    """Pixels, and how many of these are a millimetre at the sphere; a bridge without a shape is a cuboid."""
+    """Return the pixels and their number per millimetre at the sphere; a bridge without a shape is a cuboid."""
     import pyvista as pv
 
     plotter = render.plotter(SIZE)

@@ -1,4 +1,4 @@
-"""Collect everything the report needs of all cases at one scale; a case that failed is included with its reason."""
+"""Collect all data of all cases at one scale for the report; a failed case is included with its reason."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pywet.util.files import read_table
 
 @dataclass(frozen=True)
 class CaseResult:
-    """One case; what a failed case does not have is None."""
+    """One case; data that a failed case lacks are None."""
 
     case: Case
     problems: tuple[str, ...]
@@ -28,26 +28,26 @@ class CaseResult:
     plan: dict[str, Any] | None = None
     agreement: tuple[verdict.Agreement, ...] = field(default=())
     unchecked: tuple[str, ...] = field(default=())
-    """Laws that the reference does not know, in words."""
+    """Laws that the reference does not have, as text."""
     second: tuple[str, ...] = field(default=())
-    """Kinds of own laws that were compared with a user reference implementation of the user's."""
+    """Kinds of custom laws that were compared with a user reference implementation."""
     retained: pd.DataFrame | None = None
     liquid: pd.DataFrame | None = None
     contributions: dict[str, Any] | None = None
     audit: tuple[audit.AuditRow, ...] = field(default=())
     seeds: tuple[pd.DataFrame, ...] = field(default=())
-    """Fraction retained of the same case from other first arrangements, run in folders named CASE-SEED."""
+    """Fraction retained of the same case from other initial arrangements, in folders named CASE-SEED."""
     others: tuple[dict[str, Any], ...] = field(default=())
-    """The summaries of these runs, of those that have one."""
+    """Summaries of these runs, if available."""
     screens: tuple[dict[str, Any], ...] = field(default=())
-    """Numbers of the screen, of the run and of those of further seeds."""
+    """Results of the screen, of the run and of further seeds."""
     nothing: tuple[str, ...] = field(default=())
-    """Kinds that the scene has and of which the replay compared nothing."""
+    """Kinds of quantities in the scene for which the replay compared no values."""
     folder: Path | None = None
 
     @property
     def done(self) -> bool:
-        """Run to the end and nothing to object."""
+        """Return whether the run is complete and passes all checks."""
         return not self.problems
 
     @property
@@ -57,7 +57,7 @@ class CaseResult:
 
     @property
     def bridged(self) -> bool:
-        """Bridges were simulated, or will be: a moist case may have them switched off by hand."""
+        """Return whether bridges were or will be simulated; a moist case may have them switched off explicitly."""
         return bool(self.summary["effects"]["bridges"]) if self.summary else self.moist
 
     @property
@@ -67,38 +67,38 @@ class CaseResult:
 
     @property
     def ends(self) -> list[float]:
-        """Fraction retained at the end, of every seed; empty of a case without results."""
+        """Return the fraction retained at the end for every seed; empty for a case without results."""
         if self.summary is None:
             return []
         further = [float(table["fraction_retained"].iloc[-1]) for table in self.seeds if len(table)]
         return [self.summary["fraction_retained_end"], *further]
 
     def over_seeds(self, *keys: str, factor: float = 1.0) -> list[float]:
-        """A number of summary.json by its keys, of every seed; empty where the run has none."""
+        """Return a number of summary.json by its keys for every seed; empty if the run has none."""
         values = [deep(summary, keys) for summary in (self.summary, *self.others)]
         return [] if values[0] is None else [factor * v for v in values if v is not None]
 
     @property
     def ledger_error(self) -> float | None:
-        """Largest error of the liquid ledger over all seeds; None of a dry run."""
+        """Return the largest error of the liquid ledger over all seeds; None for a dry run."""
         errors = [s["ledger_error"] for s in (self.summary, *self.others) if s and s["ledger_error"] is not None]
         return max(errors, default=None)
 
     @property
     def configuration(self) -> tuple[str, float, float, tuple[float, ...]]:
-        """Name what cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
+        """Return what cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
         return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
 
 
 def deep(data: Any, keys: Sequence[str]) -> Any:
-    """Return a value of nested dictionaries by its keys; None where one is missing."""
+    """Return a value of nested dictionaries by its keys; None if one is missing."""
     for key in keys:
         data = data.get(key) if data else None
     return data
 
 
 def grouped(results: Iterable[CaseResult], key: Callable[[CaseResult], Any]) -> dict[Any, list[CaseResult]]:
-    """Results of the same key together, in the order in which keys first come."""
+    """Group results by key, in the order of the keys' first occurrence."""
     groups: dict[Any, list[CaseResult]] = {}
     for result in results:
         groups.setdefault(key(result), []).append(result)
@@ -106,7 +106,7 @@ def grouped(results: Iterable[CaseResult], key: Callable[[CaseResult], Any]) -> 
 
 
 def named(results: Sequence[CaseResult]) -> str:
-    """The cases by number: `case 2`, `cases 2, 3`."""
+    """Return the cases by number: `case 2`, `cases 2, 3`."""
     return f"case{'s' if len(results) > 1 else ''} {', '.join(str(r.case.case) for r in results)}"
 
 
@@ -116,7 +116,7 @@ def collect(folder: Path, cases: Iterable[Case]) -> list[CaseResult]:
 
 
 def collect_run(run_dir: Path, case: Case, alone: bool = False) -> CaseResult:
-    """Read one run directory, `alone` if it is not one of a workflow; one that cannot be read is a failed case."""
+    """Read one run directory, `alone` if it is not part of a workflow; an unreadable one is a failed case."""
     try:
         return _collect_run(Path(run_dir), case, alone)
     except PywetError as error:

@@ -16,12 +16,12 @@ FORCES = {
     "contact_normal": "dry contacts, normal",
     "contact_tangential": "dry contacts, tangential",
 }
-"""Rows that no plan decides, first in the table."""
+"""Rows of forces that always act, first in the table."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """Measured share, what was predicted, colour, and the words behind it."""
+    """Measured share, prediction, colour, and explanation."""
 
     share: float | None
     predicted: float | None
@@ -30,11 +30,11 @@ class Cell:
 
 
 Row = tuple[str, str, list[Cell | None]]
-"""Name of an effect, what is measured, its cell of each case."""
+"""Name of an effect, measured quantity, its cell for each case."""
 
 
 def rows(results: Sequence[CaseResult]) -> list[Row]:
-    """Forces that always act, then the effects of the plan, by their names in files; empty where no case was measured."""
+    """Return forces that always act, then the effects of the plan, by their names in files; empty without measurements."""
     if not any(r.contributions for r in results):
         return []
     found: list[Row] = [(key, audit.IMPULSE, [_force(r, key) for r in results]) for key in FORCES]
@@ -80,7 +80,7 @@ def _energy(entry: dict[str, Any]) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share in per cent with two digits, from 99.5 % on in whole per cent; a dash for None."""
+    """Format a share in per cent with two digits, above 99.5 % in whole per cent; a dash for None."""
     if share is None:
         return "–"
     return f"{100 * share:.2g}" if share < 0.995 else f"{100 * share:.0f}"

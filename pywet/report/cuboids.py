@@ -1,8 +1,8 @@
-"""Liquid bridges drawn as Elskamp & Kruggel-Emden (2018) do in their Fig. 11: cuboids between two bodies whose visible volume is
-the bridge's.
+"""Liquid bridges drawn as in Elskamp & Kruggel-Emden (2018), Fig.
 
-Of a cuboid with square section one sees what is outside both spheres. Its side follows from that volume, its length
-d_lb = d_i + d_j + S from the depth at which its edges meet the spheres. A wall is a plane.
+11: cuboids whose visible volume is the bridge's. The visible part of a cuboid with square section is outside both
+spheres. Its side follows from that volume, its length d_lb = d_i + d_j + S from the depth at which its edges meet the
+spheres. A wall is a plane.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ HALVINGS = 30
 
 
 def visible(side: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
-    """Volume [m3] of square prisms of a side [m] along the line of centres, between two spheres; rj may be infinite."""
+    """Return the volume [m3] of square prisms of a side [m] on the line of centres, between spheres; rj may be infinite."""
     across = side[:, None] * (NODES + 1.0) / 4.0  # a quarter of the square
     square = across[:, :, None] ** 2 + across[:, None, :] ** 2
     height = np.maximum(gap[:, None, None] + depth(square, ri) + depth(square, rj), 0.0)
@@ -32,7 +32,7 @@ def depth(square: Floats, radius: Floats) -> Floats:
 
 
 def sides(volume: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
-    """Side [m] of the square whose visible volume is the bridge's, at most what fits on the smaller sphere."""
+    """Return the side [m] of the square whose visible volume is the bridge's, limited by the smaller sphere."""
     low, high = np.zeros_like(volume), np.sqrt(2.0) * np.minimum(ri, rj)
     for _ in range(HALVINGS):
         middle = (low + high) / 2.0
@@ -44,7 +44,7 @@ def sides(volume: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
 def corners(
     first: Floats, second: Floats, at_wall: Bools, volume: Floats, gap: Floats, ri: Floats, rj: Floats
 ) -> Floats:
-    """Corners (n, 8, 3) of the cuboids between centres `first` and `second` (at walls: the closest point), four at either end."""
+    """Return corners (n, 8, 3) of the cuboids between centres `first` and `second` (walls: closest point), four at each end."""
     along = second - first
     along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
     side = sides(volume, gap, ri, rj)

@@ -1,6 +1,6 @@
 """Movie of a run: an MP4 and a short loop, rendered off screen, with the fraction retained over time.
 
-The camera and the colours are the same in all frames. Frames are drawn in a child process, as pictures are (`render.py`).
+The camera and the colours are the same in all frames. Frames are drawn in a child process, like pictures (`render.py`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CHART = 220
 """Width of the curve next to the scene, in pixels."""
 PER_SECOND = 12
 LOOP = 24
-"""Frames of the loop."""
+"""Number of frames of the loop."""
 
 
 def write(run_dir: Path, frames: int = 48, progress: Callable[[float], None] = lambda share: None) -> list[Path]:
@@ -44,7 +44,7 @@ def spread(count: int, most: int) -> list[int]:
 
 
 def draw(run: RunDir, frames: int, folder: Path) -> None:
-    """Every frame as a PNG file, in this process; prints the part that is done."""
+    """Draw every frame as a PNG file in this process and print the finished share."""
     line = run.timeline
     rows = spread(len(line.steps), frames)
     seen = render.view(run, render.telling_step(run))
@@ -61,7 +61,7 @@ def draw(run: RunDir, frames: int, folder: Path) -> None:
 
 
 def chart(times: Floats, retained: Floats, row: int) -> Any:
-    """The curve up to a row of the table, on axes of the whole run, as pixels."""
+    """Return the curve up to a row of the table, on axes of the whole run, as pixels."""
     picture = Image.new("RGB", (CHART, SIZE[1]), caption.PAPER)
     pen, font = ImageDraw.Draw(picture), ImageFont.load_default(12)
     left, right, top, bottom = 40, CHART - 14, 44, SIZE[1] - 60
@@ -104,7 +104,7 @@ def _mp4(pictures: list[Image.Image], path: Path) -> Path:
 
 
 def _refuse_cut_off(made: Path, frames: int, path: Path) -> None:
-    """ffmpeg reports nothing of a full disk: what it made is read again."""
+    """Read the result of ffmpeg again, because ffmpeg does not report a full disk."""
     try:
         found, _ = _ffmpeg().count_frames_and_secs(str(made))
     except (OSError, RuntimeError):

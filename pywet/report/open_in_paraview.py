@@ -1,7 +1,8 @@
-"""A run of pywet in ParaView, with one click: spheres by film thickness, bridges as cuboids, walls, curves.
+"""Show a run of pywet in ParaView: spheres by film thickness, bridges as cuboids, walls, curves.
 
-In ParaView: File, Load State, this file; or `paraview --script=open_in_paraview.py`. For a picture without a window:
-`pvbatch open_in_paraview.py OUT.png [TIME]`. Written by `pywet view RUN --paraview`; the files next to it may be moved with it.
+In ParaView choose File, Load State and this file; or use `paraview --script=open_in_paraview.py`. For a picture
+without a window: `pvbatch open_in_paraview.py OUT.png [TIME]`. Written by `pywet view RUN --paraview`; it may be
+moved together with the files next to it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ SHOWN: dict[str, Any] = {}
 HERE = Path(__file__).resolve().parent if "__file__" in globals() else Path(SHOWN["folder"])
 BLUES = (0.0, "#f3f7fb", 0.25, "#b5d3ea", 0.5, "#5b9fd0", 0.75, "#1d66ac", 1.0, "#08306b")
 PLAIN = [None, ""]
-"""Coloured by no array; `ColorBy(look, None)` fails where there is nothing yet."""
+"""Colouring by no array; `ColorBy(look, None)` fails for an empty source."""
 INK = [0.15, 0.2, 0.24]
 
 
@@ -26,12 +27,12 @@ def rgb(text: str) -> list[float]:
 
 
 def series(kind: str) -> Any:
-    """One time series under its own name."""
+    """Load one time series under its own name."""
     return pv.PVDReader(registrationName=kind, FileName=str(HERE / f"{kind}.pvd"))
 
 
 def spheres(view: Any) -> Any:
-    """Spheres at their size, by film thickness in µm."""
+    """Show spheres at their size, coloured by film thickness in µm."""
     film = pv.Calculator(registrationName="film in µm", Input=series("particles"))
     film.Function, film.ResultArrayName = "1e6*film_thickness", "film thickness in µm"
     balls = pv.Glyph(registrationName="spheres", Input=film, GlyphType="Sphere")
@@ -59,7 +60,7 @@ def spheres(view: Any) -> Any:
 
 
 def bridges(view: Any) -> Any:
-    """Bridges as cuboids; volume, separation, capillary_force, age, i and j are there to colour by."""
+    """Show bridges as cuboids; they can be coloured by volume, separation, capillary_force, age, i and j."""
     every, made = series("cuboids"), []
     pv.Hide(every, view)
     for name, others in (("bridges", 1), ("bridges at large walls", 0)):
@@ -74,7 +75,7 @@ def bridges(view: Any) -> Any:
 
 
 def walls(view: Any) -> None:
-    """Every wall under its own name."""
+    """Show every wall under its own name."""
     every = series("walls")
     pv.Hide(every, view)
     for name, wall in SHOWN["walls"].items():
@@ -89,7 +90,7 @@ def walls(view: Any) -> None:
 
 
 def curves(chart: dict[str, Any]) -> Any:
-    """One table as curves in a view of their own."""
+    """Show one table as curves in a separate view."""
     view = pv.CreateView("XYChartView")
     table = pv.CSVReader(registrationName=Path(chart["file"]).name, FileName=[str(HERE / chart["file"])])
     look = pv.Show(table, view, "XYChartRepresentation")
@@ -105,7 +106,7 @@ def curves(chart: dict[str, Any]) -> Any:
 
 
 def scene() -> tuple[Any, Any]:
-    """Everything, in one layout; the view of the scene and the layout."""
+    """Show everything in one layout; return the view of the scene and the layout."""
     view = pv.GetActiveViewOrCreate("RenderView")
     layout = pv.GetLayout(view) or pv.CreateLayout(SHOWN["name"])
     spheres(view)
@@ -132,7 +133,7 @@ def scene() -> tuple[Any, Any]:
 
 
 def at_time(time: float) -> None:
-    """Take the animation to a time."""
+    """Set the animation to a time."""
     animation = pv.GetAnimationScene()
     animation.UpdateAnimationUsingDataTimeSteps()
     animation.AnimationTime = time

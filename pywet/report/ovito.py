@@ -1,7 +1,8 @@
-"""A run for OVITO: `ovito/spheres.dump` (LAMMPS' text dump) and `ovito/bridges.dump` (dump local), all outputs in one file each.
+"""Write a run for OVITO: `ovito/spheres.dump` (LAMMPS' text dump) and `ovito/bridges.dump` (dump local).
 
-OVITO: load spheres.dump; add the modification "Load trajectory" with bridges.dump, whose columns become bonds. Bridges between
-spheres only: a bond of OVITO has a particle at both ends. Lengths in m, speeds in m/s, volumes in m³, forces in N, ages in s.
+Each file contains all outputs. In OVITO load spheres.dump and add the modification "Load trajectory" with
+bridges.dump, whose columns become bonds. Only bridges between spheres are included, because a bond of OVITO has a
+particle at both ends. Lengths in m, speeds in m/s, volumes in m³, forces in N, ages in s.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from pywet.util.files import atomic_write
 
 SPHERES = {"id": "id", "class": "type", "radius": "radius", "film_thickness": "film_thickness", "liquid": "liquid",
            "in_bin": "in_bin"}  # fmt: skip
-"""Field of the VTK file -> column of the dump, next to place and velocity."""
+"""Field of the VTK file -> column of the dump, in addition to position and velocity."""
 BRIDGES = ["volume", "separation", "capillary_force", "age"]
 
 
@@ -42,7 +43,7 @@ def write(run_dir: Path) -> list[Path]:
 
 
 def spheres(run: RunDir, step: int) -> pd.DataFrame:
-    """The spheres in the box at one output step, a column for each value."""
+    """Return the spheres in the box at one output step, a column for each quantity."""
     mesh = vtk.particles(run, step)
     table = pd.DataFrame({column: mesh.point_data[field] for field, column in SPHERES.items()})
     return table.assign(**dict(zip("xyz", (mesh.points + run.origin_m).T, strict=True)),
@@ -50,7 +51,7 @@ def spheres(run: RunDir, step: int) -> pd.DataFrame:
 
 
 def bridges(run: RunDir, step: int) -> pd.DataFrame:
-    """The bridges between spheres at one output step."""
+    """Return the bridges between spheres at one output step."""
     data = vtk.bridges(run, step).cell_data
     pairs = data["partner_kind"] == SPHERE
     columns = {"id1": data["i"], "id2": data["j"], **{name: data[name] for name in BRIDGES}}

@@ -1,6 +1,6 @@
 """Common layout of the pages next to the screening report: cards on top, then sections with pictures and tables.
 
-A page is one HTML file with its pictures inside. What is said, and with which colour, is up to the caller.
+A page is one HTML file with its pictures inside. The caller provides contents and colours.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Card:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading with its body of HTML; `short` is its name in the navigation."""
+    """A heading with its HTML body; `short` is its name in the navigation."""
 
     heading: str
     body: str
@@ -45,7 +45,7 @@ class Section:
 
     @property
     def anchor(self) -> str:
-        """Name of the section in links."""
+        """Return the name of the section in links."""
         return re.sub(r"[^a-z0-9]+", "-", (self.short or self.heading).lower()).strip("-")
 
 
@@ -77,7 +77,7 @@ def left(text: object, grade: Grade = "") -> Cell:
 
 
 def paragraph(text: str, soft: bool = False) -> str:
-    """A paragraph of plain text."""
+    """Return a paragraph of plain text."""
     return f'<p class="soft">{marked(text)}</p>' if soft else f"<p>{marked(text)}</p>"
 
 
@@ -87,7 +87,7 @@ def folded(summary: str, body: str) -> str:
 
 
 def marked(text: str) -> str:
-    """Plain text as HTML; `code` between backquotes."""
+    """Convert plain text to HTML; `code` between backquotes."""
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
 
 
@@ -104,12 +104,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Cell | str]]) -> str:
 
 
 def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], Cell | str]]) -> str:
-    """A table with a row for each of `rows`; `columns`: what is above a column -> what is in it."""
+    """Return a table with a row for each of `rows`; `columns`: header -> function for the cell."""
     return table(list(columns), [[cell(row) for cell in columns.values()] for row in rows])
 
 
 def picture(figure: Figure, caption: str, vector: bool = True) -> str:
-    """A matplotlib figure with its caption, inside the page, and closed; `vector` False where it has many thousand points."""
+    """Embed a matplotlib figure with its caption in the page and close it; `vector` False for many thousand points."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="svg" if vector else "png", bbox_inches="tight", dpi=DPI)
     plt.close(figure)
@@ -117,9 +117,9 @@ def picture(figure: Figure, caption: str, vector: bool = True) -> str:
 
 
 def curves(figure: Figure, name: str, caption: str = "", drawn_only: bool = False) -> str:
-    """A figure as SVG text with its caption, and its lines as JSON, which the page offers as CSV; it is closed.
+    """Return a figure as SVG text with its caption, and its lines as JSON, which the page offers as CSV; it is closed.
 
-    `drawn_only`: a picture without curves, which the page offers as SVG alone.
+    `drawn_only`: a picture without curves, which the page offers only as SVG.
     """
     lines = [
         {"label": str(line.get_label()).removeprefix("_"), "x": np.asarray(line.get_xdata()).tolist(),
@@ -136,12 +136,12 @@ def curves(figure: Figure, name: str, caption: str = "", drawn_only: bool = Fals
 
 
 def picture_file(path: Path, caption: str) -> str:
-    """A picture that is there as an SVG or PNG file, with its caption, inside the page."""
+    """Embed an existing SVG or PNG file with its caption in the page."""
     return _figure(path.read_bytes(), path.suffix.removeprefix("."), caption)
 
 
 def drawing(svg: str, caption: str = "") -> str:
-    """A picture given as SVG text, with its caption."""
+    """Return a picture given as SVG text, with its caption."""
     return f"<figure>{svg}{f'<figcaption>{marked(caption)}</figcaption>' if caption else ''}</figure>"
 
 
@@ -151,7 +151,7 @@ def _figure(data: bytes, kind: str, caption: str) -> str:
 
 
 def uri(data: bytes, kind: str) -> str:
-    """A picture (svg or png) as the address of itself."""
+    """Return a picture (svg or png) as a data URI."""
     return f"data:image/{'svg+xml' if kind == 'svg' else kind};base64,{base64.b64encode(data).decode()}"
 
 

@@ -1,6 +1,7 @@
-"""Write `vtk/open_in_paraview.py` of a run, a script that ParaView's own Python runs.
+"""Write `vtk/open_in_paraview.py` of a run, a script for ParaView's Python.
 
-The script is `open_in_paraview.py` next to this file; here its first value, SHOWN, is filled in. Not run by pywet.
+The script is `open_in_paraview.py` next to this file; here its first value, SHOWN, is filled in. pywet does not run
+it.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ CHARTS: tuple[tuple[str, str, str, Callable[[str], bool]], ...] = (
     ("liquid_by_holder", "liquid in m³", "TopRight", lambda name: name.removesuffix("_m3") in PLACES),
     ("liquid_by_wall", "liquid in m³", "TopRight", lambda name: name.endswith("_m3")),
 )
-"""Table of results, title, place of the legend, which columns."""
+"""Table of results, title, position of the legend, selection of columns."""
 EMPTY = "SHOWN: dict[str, Any] = {}"
 
 
@@ -70,7 +71,7 @@ def opacity(holder: str) -> float:
 
 
 def charts(run: RunDir) -> list[dict[str, Any]]:
-    """The curves of a run that are there: title, file relative to the script, column of the time, label and colour by column."""
+    """Return a run's available curves: title, relative file, column of the time, label and colour by column."""
     made = []
     for name, title, legend, chosen in CHARTS:
         path = run.path / "results" / f"{name}.csv"

@@ -1,4 +1,4 @@
-"""Common style of all pictures, panels of a figure, and a figure as SVG text."""
+"""Common style of all pictures, panels of a figure, and figures as SVG text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["plt"]
 INK, GRID = "#27323d", "#dfe4e9"
 NAVY, SKY, ORANGE, GREEN, VIOLET, RED = "#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5", "#c0392b"
 COLOURS = (NAVY, ORANGE, GREEN, SKY, VIOLET, RED)
-"""Colours of lines, in the order in which they are taken."""
+"""Colours of lines, in order of use."""
 DASHES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 """Dashes of lines: when all colours are taken, those of the next."""
 DPI = 130
@@ -47,7 +47,7 @@ STYLE: Any = {
 
 
 def panels(count: int, columns: int, size: tuple[float, float], **how: Any) -> tuple[Figure, list[Axes]]:
-    """A figure of several panels of a size [inch] in rows of `columns`; `how` are options of `plt.subplots`."""
+    """Make a figure of several panels of a size [inch] in rows of `columns`; `how` are options of `plt.subplots`."""
     rows = -(-count // columns)
     figure, axes = plt.subplots(
         rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False, layout="constrained", **how
@@ -70,7 +70,7 @@ def legend(figure: Figure) -> None:
 
 
 def svg(figure: Figure, **how: Any) -> str:
-    """The figure as SVG text, the same for the same figure; it is closed. `how` as `savefig` takes it."""
+    """Return the figure as SVG text, reproducibly, and close it; `how`: options of `savefig`."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None}, **how)
     plt.close(figure)
@@ -78,7 +78,7 @@ def svg(figure: Figure, **how: Any) -> str:
 
 
 def inline(text: str, name: str) -> str:
-    """SVG text as part of a page: without a head of its own, and with names that cannot meet those of another picture."""
+    """Return SVG text as part of a page: without its header, and with names that differ from those of other pictures."""
     text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
     text = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text)
     return re.sub(

@@ -1,4 +1,4 @@
-"""Curves of the report, in the grids of Figs. 10, 12, 13 and 15 of Elskamp & Kruggel-Emden (2018), as SVG text.
+"""Draw the curves of the report, in the grids of Figs. 10, 12, 13 and 15 of Elskamp & Kruggel-Emden (2018), as SVG text.
 
 Panels follow from the cases given: one per material (dry), one per configuration (moisture), in the order of the cases.
 """
@@ -26,14 +26,14 @@ TIME = "time since the slide opened in s"
 CONFIGURATION = (NAVY, SKY, ORANGE, GREEN, VIOLET)
 DASHED = (0, (4, 2))
 WIDEST = 40
-"""Letters of a heading that fit a panel; those of a longer one are smaller."""
+"""Letters of a heading that fit a panel; longer ones are printed smaller."""
 BAND = ":band"
-"""Behind the name of a curve: what is drawn between its seeds."""
+"""Suffix of the name of a curve for the band between its seeds."""
 COARSE = "coarse_share"
-"""Column of the line at the share that cannot pass."""
+"""Column for the line at the share that cannot pass."""
 FRACTION, LIQUID = "fraction_retained", "liquid_percent"
 QUANTITIES = {"time_since_opening_s": TIME, FRACTION: "fraction retained Y", LIQUID: "liquid in % of what was put in"}
-"""Quantity of an axis and its words."""
+"""Quantity of an axis and its label."""
 PLACES = {
     "coarse_material_large": ("on the screen: large", "#0b3c78"),
     "coarse_material_near_mesh": ("on the screen: near mesh", "#3b7fbf"),
@@ -48,18 +48,18 @@ PLACES = {
 }
 """Column of the liquid table (without _m3) -> label and colour, from bottom to top of the stack."""
 SIZES = {"small": "small", "near_mesh": "near mesh"}
-"""Size class that is drawn and its word in a legend."""
+"""Size class that is drawn and its label in a legend."""
 WORDS = {**SIZES, COARSE: "share that cannot pass", **{name: label for name, (label, _) in PLACES.items()}}
-"""Word in a legend for a size class, a liquid reservoir or the line of the coarse share."""
+"""Label in a legend of a size class, a liquid reservoir or the line of the coarse share."""
 Panel = tuple[str, Sequence[CaseResult]]
 Draw = Callable[[Axes, Sequence[CaseResult]], None]
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """Panels of one figure, how each is drawn, how many are side by side, and what the axes are.
+    """Panels of one figure, the function that draws each, the number side by side, and the axes.
 
-    `title`: the values that a panel's heading states, of its first case; `meaning`: those that the label of a curve states.
+    `title`: values in a panel's heading, of its first case; `meaning`: values in the label of a curve.
     """
 
     panels: Sequence[Panel]
@@ -73,7 +73,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Meaning:
-    """Words of a panel or a curve, and the values that they state."""
+    """Label of a panel or a curve, and the values that it states."""
 
     key: str
     value: str
@@ -81,20 +81,20 @@ class Meaning:
 
 
 def dry(results: Sequence[CaseResult]) -> Sheet:
-    """Fraction retained of the dry cases, one panel per material (Fig. 10)."""
+    """Return the fraction retained of the dry cases, one panel per material (Fig. 10)."""
     cases = [r for r in results if not r.moist]
     shown = _panels(cases, lambda r: r.case.material, lambda r: f"dry {r.case.material}")
     return Sheet(shown, _draw_dry, 2, _label_fraction, lambda r: r.case.material, _screen)
 
 
 def moisture(results: Sequence[CaseResult]) -> Sheet:
-    """Fraction retained for every liquid amount, one panel per configuration (Fig. 12)."""
+    """Return the fraction retained for every liquid amount, one panel per configuration (Fig. 12)."""
     shown = _panels(results, lambda r: r.configuration, title)
     return Sheet(shown, _draw_moisture, 3, _label_fraction, configuration_value, _amount)
 
 
 def classes(results: Sequence[CaseResult]) -> Sheet:
-    """Fraction retained of the small and the near mesh class at the larger amplitude (Fig. 13)."""
+    """Return the fraction retained of the small and the near mesh class at the larger amplitude (Fig. 13)."""
     shown = _panels(_strong(results), lambda r: r.configuration, title)
     return Sheet(shown, _draw_classes, 2, _label_fraction, configuration_value, _amount)
 
@@ -112,7 +112,7 @@ def liquid(results: Sequence[CaseResult]) -> Sheet:
 
 
 def configuration_value(result: CaseResult) -> str:
-    """Values of a configuration: material, sizes, aperture and amplitude."""
+    """Return the values of a configuration: material, sizes, aperture and amplitude."""
     sizes = "/".join(f"{d:g}" for d in result.case.diameters_mm)
     return f"{result.case.material} {sizes} {_screen(result)}"
 
@@ -122,7 +122,7 @@ def _screen(result: CaseResult, _: str = "") -> str:
 
 
 def _amount(result: CaseResult, column: str) -> str:
-    """Liquid and, of one size class, its name."""
+    """Return the liquid amount and, for one size class, its name."""
     return " ".join(filter(None, (f"{result.case.liquid_percent:g}", _class(column))))
 
 
@@ -131,9 +131,9 @@ def _class(column: str) -> str:
 
 
 def apart(sheet: Sheet, name: str) -> list[dict[str, Any]]:
-    """Every panel as a picture of its own, so that a narrow screen shows them one below the other; `name`: of the figure.
+    """Return every panel as a separate picture, so that a narrow screen shows them one below the other; `name`: of the figure.
 
-    Its SVG text, what it shows in words for those who do not see it, its curves as JSON, and what its words mean.
+    Each has its SVG text, a text alternative, its curves as JSON, and the meaning of its labels.
     """
     found = []
     with plt.rc_context({**STYLE, "svg.fonttype": "none", "path.simplify": False}):
@@ -188,7 +188,7 @@ def _data(artist: Any) -> dict[str, Any]:
 
 
 def preset_curves(usual: CaseResult, comparison: CaseResult, preset: str) -> list[dict[str, Any]]:
-    """Fraction retained of one case with two presets of laws, one panel."""
+    """Return the fraction retained of one case with two presets of laws, in one panel."""
 
     def draw(axes: Axes, group: Sequence[CaseResult]) -> None:
         for result, name, colour in zip(group, ("paper", preset), (NAVY, ORANGE), strict=True):
@@ -216,7 +216,7 @@ def title(result: CaseResult) -> str:
 
 
 def _strong(results: Sequence[CaseResult]) -> list[CaseResult]:
-    """The cases at the largest amplitude there is."""
+    """Return the cases at the largest amplitude."""
     largest = max((r.case.set_amplitude_mm for r in results), default=0.0)
     return [r for r in results if r.case.set_amplitude_mm == largest]
 
@@ -238,7 +238,7 @@ def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> 
 
 
 def grid(sheet: Sheet, width: float = 12.0) -> str:
-    """Draw all panels on a shared scale with a width in inches. Empty text without panels."""
+    """Draw all panels on a shared scale with a width in inches; empty text without panels."""
     if not sheet.panels:
         return ""
     columns = min(sheet.columns, len(sheet.panels))
@@ -255,7 +255,7 @@ def grid(sheet: Sheet, width: float = 12.0) -> str:
 
 
 def _legend_below(figure: Figure, columns: int) -> None:
-    """One legend for all panels, below them."""
+    """Draw one legend for all panels, below them."""
     found = {
         name: handle for axes in figure.axes for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)
     }
@@ -274,7 +274,7 @@ def _label_liquid(axes: Axes) -> None:
 
 
 def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
-    """One curve, and behind it a band from the least to the most of all seeds of the case."""
+    """Draw one curve, and behind it a band from the smallest to the largest of all seeds of the case."""
     table = result.retained
     if table is None or column not in table:
         return
@@ -325,7 +325,7 @@ def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 
 def _end(axes: Axes, group: Sequence[CaseResult]) -> None:
-    """Return the value at which the dry fraction retained must end: the share of the class that cannot pass."""
+    """Draw the line at which the dry fraction retained must end: the share of the class that cannot pass."""
     for r in [r for r in group if r.summary][:1]:
         look: Any = {"color": "#aab3bb", "linewidth": 1.0, "linestyle": ":", "label": WORDS[COARSE]}
         axes.axhline(r.summary["coarse_share"] if r.summary else 0.0, gid=f"{_run(r)}:{COARSE}", **look)
@@ -336,7 +336,7 @@ def _moisture(result: CaseResult) -> str:
 
 
 def _moisture_colours(group: Sequence[CaseResult]) -> list[str]:
-    """Colour by rank of the liquid amount; the first colour is stored for dry."""
+    """Return a colour by rank of the liquid amount; the first colour is reserved for dry."""
     amounts = sorted({r.case.liquid_percent for r in group if r.moist})
     return [
         MOISTURE[min(amounts.index(r.case.liquid_percent) + 1, len(MOISTURE) - 1)] if r.moist else MOISTURE[0]

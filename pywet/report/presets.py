@@ -23,7 +23,7 @@ def shown(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Numbe
 
 
 ENOUGH = 4
-"""Seeds of each preset below which a difference is inconclusive: the spread of three is hardly known."""
+"""Number of seeds of each preset below which a difference is inconclusive: the spread of three is too uncertain."""
 
 
 def _numbers(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Numbers) -> list[str]:
@@ -45,7 +45,7 @@ def _numbers(usual: CaseResult, comparison: CaseResult, preset: str, numbers: Nu
 
 
 def _values(result: CaseResult) -> dict[str, list[float]]:
-    """The rows of one run, of every seed; liquid in per cent of the initial liquid."""
+    """Return the rows of one run for every seed; liquid in per cent of the initial liquid."""
     rows = {name: result.over_seeds("events", name) for name in ("formations", "ruptures")}
     put_in = result.over_seeds("initial_liquid_m3")
     held = {name: result.over_seeds("liquid_end_m3", name, factor=100.0) for name in plots.PLACES}

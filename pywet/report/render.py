@@ -1,7 +1,7 @@
 """One picture of a run: spheres and walls coloured by film thickness, wires and bridges visible, side walls cut away.
 
-VTK draws without a screen through EGL or OSMesa (Debian: libosmesa6). Where neither exists VTK ends the whole process, so it
-draws in a child process; when that fails, `sketch.py` draws a plainer picture with matplotlib instead.
+VTK draws without a screen through EGL or OSMesa (Debian: libosmesa6). Without either, VTK ends the whole process; it
+therefore draws in a child process, and if that fails, `sketch.py` draws a simpler picture with matplotlib.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pywet.util.files import atomic_write
 
 SIZE = (1500, 1250)
 ANGLE = 35.0
-"""Of the camera, from top to bottom."""
+"""View angle of the camera [deg], from top to bottom."""
 VIEWED_FROM, AIM = np.array([0.7, -2.2, 0.85]), np.array([0.04, 0.0, 0.0])
 """Of the camera, from the middle of the scene in widths of it: right, away, up."""
 HIDDEN = ("feed_bin", "slide")
@@ -53,12 +53,12 @@ NEAR = 1.6
 FITTED, SLOWLY, CLOSEST = 60, 0.8, 0.05
 """Steps in which the camera is moved until all that is framed fits, least factor of a step, and least depth over the width."""
 LINE = 400.0
-"""Width of a picture over that of the edges of bridges."""
+"""Width of a picture over the line width of the edges of bridges."""
 WINDOWS: tuple[dict[str, str], ...] = ({"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}, {})
-"""Environments to try in turn: OSMesa, then what VTK finds by itself (a screen, EGL)."""
+"""Environments to try in order: OSMesa, then VTK's default (a screen, EGL)."""
 
 FACES = ((185, 196, 207), (214, 190, 150), (160, 200, 165), (212, 165, 180), (165, 165, 215), (205, 205, 140))
-"""Colours of the faces that a wall of a user-defined scene is divided into, one after the other."""
+"""Colours of the faces of a wall of a user-defined scene, in order."""
 
 
 def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
@@ -75,7 +75,7 @@ def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
 
 
 def output_step(run: RunDir, step: int | None) -> int:
-    """The requested output step; None: the one with the most to show."""
+    """Return the requested output step; None: the one with the most to show."""
     chosen = telling_step(run) if step is None else step
     if chosen not in run.timeline.steps:
         raise PywetError(
@@ -86,9 +86,9 @@ def output_step(run: RunDir, step: int | None) -> int:
 
 
 def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
-    """Draw with VTK in a process of its own, by a module that takes these arguments; gives the lines that it prints.
+    """Draw with VTK in a child process, by a module called with these arguments; yields the lines that it prints.
 
-    Raises `PywetError` with the sentence in which it ended, or where VTK cannot draw.
+    Raises `PywetError` with its final message, or if VTK cannot draw.
     """
     command, message = [sys.executable, "-P", "-m", module, *arguments], ""
     for extra in WINDOWS:
@@ -133,7 +133,7 @@ def telling_step(run: RunDir) -> int:
 
 
 def draw(run: RunDir, step: int, picture: Path) -> None:
-    """Draw with VTK in this process: the scene, and below it what one is looking at."""
+    """Draw with VTK in this process: the scene, with a caption below it."""
     image, mm = scene(run, step, view(run, step), colour_limit(run, step), SIZE)
     caption.save(caption.below(trimmed(image), caption.entries(run), caption.sentence(run, step), mm), picture)
 
@@ -148,7 +148,7 @@ def trimmed(image: Any) -> Any:
 def scene(
     run: RunDir, step: int, seen: tuple[Floats, float], limit: float, size: tuple[int, int], fine: bool = True
 ) -> tuple[Any, float]:
-    """The scene as pixels (rows, columns, 3), and how many of these are a millimetre at its middle; `seen`: middle, width [m]."""
+    """Return the scene as pixels (rows, columns, 3), and their number per millimetre at its middle; `seen`: middle, width [m]."""
     drawn = plotter(size)
     centre, width = seen
     _add_spheres(drawn, run, step, limit, 40 if fine else 16, size[0] // 56)
@@ -182,7 +182,7 @@ def pixels(plotter: Any, run: RunDir, centre: Floats, width: float, size: tuple[
 
 
 def camera(run: RunDir, centre: Floats, width: float) -> tuple[Floats, Floats, Floats, Floats]:
-    """Middle of the scene, the camera's position, its focal point, and the upward direction [m]."""
+    """Return the middle of the scene, the camera's position, its focal point, and the upward direction [m]."""
     turned = frame(run).T
     return centre, centre + width * turned @ VIEWED_FROM, centre + width * turned @ AIM, turned @ [0.0, 0.0, 1.0]
 
@@ -270,8 +270,10 @@ def places(step: float) -> int:
 
 
 def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats, line: float) -> None:
-    """Draw bridges as cuboids whose visible volume is the bridge's; their edges have a fixed width in pixels, so that a bridge
-    is visible in a large bed too. Bridges to cut-away walls are left out.
+    """Draw bridges as cuboids whose visible volume is the bridge's.
+
+    Their edges have a fixed width in pixels, so that a bridge is visible in a large bed too. Bridges to cut-away
+    walls are omitted.
     """
     here = vtk.active_at(run, step)
     place = here[["xj_x", "xj_y", "xj_z"]].to_numpy(dtype=float) - centre

@@ -1,7 +1,7 @@
 """The report: one HTML file with everything in it, from the run directories of all cases at one scale.
 
-Gathers what the template `workflow/report/report.html.j2` shows and writes its numbers to report.json; reads only what the stages
-wrote and computes nothing again.
+Collects the data for the template `workflow/report/report.html.j2` and writes its numbers to report.json; reads only
+the results of the stages and recomputes nothing.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TEMPLATE = "report.html.j2"
 SCENES = 60_000_000
 """Size of the 3-D scenes of all cases together [bytes]."""
 TABLE = "../agreement/index.html"
-"""The table of agreement, next to the report's folder where it has been made."""
+"""Path of the table of agreement, next to the report's folder if it exists."""
 PAPER_SECONDS = 20.0
 """Duration of the paper's runs, section 5.2."""
 
@@ -40,7 +40,7 @@ def write(
     out: Path,
     twins: Mapping[str, tuple[int, str]] | None = None,
 ) -> None:
-    """Write the report on `cases` run in `folder`/<case name>; `picture` is a PNG of one moist case, where there is one.
+    """Write the report on `cases` run in `folder`/<case name>; `picture` is a PNG of one moist case, if there is one.
 
     `twins`: folder name of a run with another preset -> number of its case and that preset.
     """
@@ -105,11 +105,11 @@ PAGES = {
     "wall_collision/index.html": "wet collisions with a wall",
     "sphere_collisions/index.html": "collisions of wet spheres",
 }
-"""Page under results/ and what it is about."""
+"""Page under results/ and its subject."""
 
 
 def _pages(report: Path) -> list[tuple[str, str]]:
-    """Links to the pages that were made, with their titles."""
+    """Return links to the existing pages, with their titles."""
     folder = report.parent.parent
     return [(f"../{name}", title) for name, title in PAGES.items() if (folder / name).exists()]
 
@@ -122,7 +122,7 @@ FILES = {
     "vtk/particles.pvd": "VTK",
     "engine/output.log": "log",
 }
-"""File of a run directory and what it is called."""
+"""File of a run directory and its title."""
 
 
 def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[tuple[str, str]]]]:
@@ -179,7 +179,7 @@ def context(scale: str, results: Sequence[CaseResult], numbers: Numbers, picture
 
 
 def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
-    """One row per effect: what is compared, threshold, and per case the plan's row (None where there is no plan)."""
+    """Return one row per effect: compared quantity, threshold, and per case the plan's row (None without a plan)."""
     plans = [{row["effect"]: row for row in r.plan["rows"]} if r.plan else {} for r in results]
     names = list(dict.fromkeys(name for plan in plans for name in plan))
     first = {name: next(plan[name] for plan in plans if name in plan) for name in names}
@@ -201,6 +201,6 @@ def _embedded(files: Sequence[Path | None]) -> str | None:
 
 
 def _scenes(results: Sequence[CaseResult]) -> str:
-    """The moist cases as 3-D scenes; nothing where none has results."""
+    """Return the moist cases as 3-D scenes; empty if none has results."""
     runs = [(r.case.name, RunDir(r.folder)) for r in results if r.bridged and r.summary and r.folder]
     return browser.element(runs, most=min(browser.MOST, SCENES // len(runs))) if runs else ""

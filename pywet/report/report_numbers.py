@@ -1,7 +1,8 @@
 """The numbers of the report, by key: each in full precision and as text. The page is rendered from them; report.json stores them.
 
-A key is a path of parts, such as `case02.liquid_mm3.fines`; `….half_width` is the 95 % interval of the mean over seeds. Keys that
-begin with `label.` are the words for what a row, a column or a curve is; their value is the part of the keys that it stands for.
+A key is a path of parts, such as `case02.liquid_mm3.fines`; `….half_width` is the 95 % interval of the mean over
+seeds. Keys that begin with `label.` are the labels of rows, columns and curves; their value is the corresponding part
+of the keys.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ PRESETS = {
     "fraction_retained": "fraction retained", "formations": "bridges formed", "ruptures": "bridges ruptured",
     "wall_s": "wall time in s", **{f"liquid_percent.{name}": f"liquid {label}" for name, (label, _) in PLACES.items()},
 }  # fmt: skip
-"""End of a key and its row of the table of two presets."""
+"""Last part of a key and its row of the table of two presets."""
 SIEVES = {"cylinder": "round", "square": "square"}
 OUTCOMES = {
     "dry": "Nothing moist to cross-check.",
@@ -58,7 +59,7 @@ OUTCOMES = {
     "agrees in part but for laws": "Bookkeeping and forces recomputed in part but for laws that the reference does not know: "
     "of the rest, ",
 }
-"""Outcome of the cross-check and how the sentence on it begins."""
+"""Outcome of the cross-check and the beginning of the sentence on it."""
 
 
 class Numbers(dict[str, dict[str, Any]]):
@@ -70,11 +71,11 @@ class Numbers(dict[str, dict[str, Any]]):
         self[key] = {"value": plain, "shown": _plain(plain) if shown is None else shown}
 
     def label(self, key: str, words: str, name: str = "") -> None:
-        """Store the words for a part `name` of keys, which is `key` itself if not given."""
+        """Store the label for a part `name` of keys, which is `key` itself if not given."""
         self.put(f"label.{key}", name or key, words)
 
     def spread(self, key: str, values: Sequence[float], digits: int = 3, form: str = "") -> str:
-        """Store a number of several seeds as mean and half width of its interval; of one seed in the format `form`."""
+        """Store a number over seeds as mean and half width of its interval; for one seed in the format `form`."""
         if not values:
             self.put(key, None)
             return "–"
@@ -86,7 +87,7 @@ class Numbers(dict[str, dict[str, Any]]):
         return one
 
     def html(self, key: str) -> Markup:
-        """Render a number, with its half width where it has one."""
+        """Render a number, with its half width if it has one."""
         half = f"{key}.half_width"
         return _datum(key, self[key]) + (" ± " + _datum(half, self[half]) if half in self else "")
 
@@ -101,19 +102,19 @@ def _plain(value: Any) -> str:
 
 
 def significant(value: float | None, digits: int = 3) -> str:
-    """A number with some significant digits; a dash for None."""
+    """Format a number with some significant digits; a dash for None."""
     return "–" if value is None else f"{value:.{digits}g}"
 
 
 def power(value: float | None) -> str:
-    """A small number as 3.2e−16; zero as 0; a dash for None."""
+    """Format a small number as 3.2e−16; zero as 0; a dash for None."""
     if value is None:
         return "–"
     return "0" if value == 0 else f"{value:.1e}".replace("e-0", "e-").replace("-", "−")
 
 
 def collected(results: Sequence[CaseResult], config: Config, scale: str) -> Numbers:
-    """Collect the numbers of all cases, but for those of figures and of presets."""
+    """Collect the numbers of all cases, except those of figures and of presets."""
     numbers = Numbers()
     for part in (_cases, _answer, _screens, _cross_check, _laws, _effects, _contributions, _deviations, _ledger):
         part(numbers, results)
@@ -161,7 +162,7 @@ def _rounded(value: float | None, digits: int = 3) -> tuple[float | None, str]:
 
 
 def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
-    """The share of what can pass that has passed, of each case and of all dry and all moist ones."""
+    """Store the share of passable material that has passed, for each case and for all dry and all moist ones."""
     rows = answer.rows(results)
     shares: dict[str, list[list[float]]] = {"dry": [], "moist": []}
     for row in rows:
@@ -191,7 +192,7 @@ def _answer(numbers: Numbers, results: Sequence[CaseResult]) -> None:
 
 
 def _screens(numbers: Numbers, results: Sequence[CaseResult]) -> None:
-    """What the screen did: recovery, purity, efficiency, rate, moisture of the products, pegging."""
+    """Store the results of the screen: recovery, purity, efficiency, rate, moisture of the products, pegging."""
     there = [r for r in results if r.screens]
     for key, (words, factor, path) in SCREEN.items() if there else ():
         numbers.label(f"screen.{key}", words)
@@ -205,7 +206,7 @@ def _coarse(result: CaseResult) -> float:
 
 
 def significance(numbers: Numbers, key: str, one: Sequence[float], two: Sequence[float], enough: int) -> None:
-    """Whether two groups of seeds differ (Welch), with the interval of the difference; inconclusive of fewer than `enough`."""
+    """Store whether two groups of seeds differ (Welch), with the interval; inconclusive for fewer than `enough` seeds."""
     if min(len(one), len(two)) < enough:
         numbers.put(key, "inconclusive")
         return
@@ -241,7 +242,7 @@ def _cross_check(numbers: Numbers, results: Sequence[CaseResult]) -> None:
 
 
 def _laws(numbers: Numbers, results: Sequence[CaseResult]) -> None:
-    """The cases of each law, and those with none."""
+    """Store the cases of each law, and those without."""
     for (effect, law), cases in answer.laws(results).items():
         numbers.label(f"law.{effect}.{law}", law, law)
         numbers.put(f"law.{effect}.{law}", ", ".join(map(str, cases)))
@@ -320,7 +321,7 @@ def _scale(numbers: Numbers, config: Config, name: str) -> None:
 
 
 def assumptions(config: Config, scale: str) -> list[tuple[tuple[str, ...], Any, str]]:
-    """Path, value and reason of every number of the configuration that is not from the paper; measured ones are marked."""
+    """Return path, value and reason of every number of the configuration that is not from the paper; measured ones are marked."""
     parts = {"apparatus": config.apparatus, "materials": config.materials, "settings": config.settings}
     data: dict[str, Any] = {name: part.model_dump(exclude_none=True) for name, part in parts.items()}
     return _assumed((), {**data, "scale": {scale: config.scale(scale).model_dump(exclude_none=True)}})

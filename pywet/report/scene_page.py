@@ -1,6 +1,7 @@
 """The page of one run: what was run, its results, and whether they were checked.
 
-A case with its configuration gets the screening report; a custom scene, and a case without, the page that is made here.
+A case with its configuration has the screening report; a user-defined scene, or a case without configuration, this
+page.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pywet.shipped import place
 from pywet.util.files import AGAIN, read_if_there
 
 NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", "left_m3")
-"""Columns of liquid_by_wall that are no reservoir's."""
+"""Columns of liquid_by_wall that are no reservoirs."""
 CURVES = {
     "number per sphere [-]": ("contacts_per_sphere", "bridges_per_sphere"),
     "overlap over the radius [-]": ("mean_overlap", "largest_overlap", "largest_wall_overlap"),
@@ -37,7 +38,7 @@ LARGEST, OTHERS = 6, "others"
 ROUNDING = 1e-12
 """Share of the largest volume of the ledger below which a volume is shown as 0."""
 DEEP = 0.05
-"""Overlap over the radius from which on springs are said to be soft."""
+"""Overlap over the radius above which springs are reported to be soft."""
 
 
 def of_run(folder: Path) -> Path:
@@ -123,7 +124,7 @@ def _cards(runs: seeds.Runs, found: verdict.CheckResult) -> list[page.Card]:
 
 
 def _sizes(run: Run) -> list[page.Section]:
-    """Masses asked for and made, where numbers of spheres follow from masses."""
+    """Return the requested and simulated masses if numbers of spheres follow from masses."""
     rows = run.summary.get("amounts")
     if not rows:
         return []
@@ -138,7 +139,7 @@ def _sizes(run: Run) -> list[page.Section]:
 
 
 def _retained(runs: seeds.Runs) -> list[page.Section]:
-    """The fraction retained over time, where a run has it."""
+    """Return the fraction retained over time, if the run has it."""
     if not all(run.has("results/fraction_retained.parquet") for run in runs):
         return []
     tables = [run.fraction_retained for run in runs]
@@ -178,14 +179,14 @@ def _liquid(runs: seeds.Runs) -> str:
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
 
-def _holder(column: str, names: dict[str, str]) -> str:
+def _reservoir_name(column: str, names: dict[str, str]) -> str:
     """Name the liquid reservoir of a column; `names`: of walls and classes, by their columns without unit."""
     kind = column.removesuffix("_m3")
     return names.get(kind, "left with drops" if kind == "left" else kind.replace("_", " ", 1))
 
 
 def deep(runs: seeds.Runs) -> str | None:
-    """Return the sentence of a run's end on deep overlaps of spheres; None where there are none."""
+    """Return the sentence on deep overlaps of spheres at the end of a run; None without deep overlaps."""
     tables = [of.contact_statistics for of in runs if of.has("results/contact_statistics.parquet")]
     most = max((float(t["largest_overlap"].max()) for t in tables), default=0.0)
     if not most > DEEP:
@@ -227,7 +228,7 @@ def _contacts(runs: seeds.Runs) -> list[page.Section]:
 
 
 def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]]) -> str:
-    """Drawings of columns over time, one below the other on a narrow screen; label of an axis -> column -> its name."""
+    """Return drawings of columns over time, one below the other on a narrow screen; label of an axis -> column -> its name."""
     drawn = []
     with plt.rc_context(STYLE):
         for k, (label, columns) in enumerate(panels_of.items()):

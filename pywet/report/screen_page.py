@@ -21,20 +21,20 @@ from pywet.runs.rundir import RunDir
 from pywet.runs.spread import plus_minus, with_interval
 
 COLOUR_OF = dict(zip((*PRODUCTS, "hold_up"), COLOURS, strict=False))
-"""Colour of each product, and of what is in the machine, on all charts."""
+"""Colour of each product, and of the mass in the machine, in all charts."""
 STRETCHED = 0.5
-"""Least height of the pegging map over its width."""
+"""Smallest height of the pegging map over its width."""
 PAGE = "screen"
 """Name of the page."""
 
 
 def shown(value: float | None, unit: str = "", digits: int = 3) -> str:
-    """A number with its unit, – where it is not defined."""
+    """Format a number with its unit, – if undefined."""
     return "–" if value is None else f"{value:.{digits}g}{unit}"
 
 
 def measured(value: float | None, half: float | None, unit: str, factor: float = 1.0) -> str:
-    """A number ± half of its 95 % interval with its unit, without ± where there is no interval."""
+    """Format a number ± half its 95 % interval with its unit, without ± if there is no interval."""
     return "–" if value is None else plus_minus(factor * value, None if half is None else factor * half) + unit
 
 
@@ -48,7 +48,7 @@ def between(value: float | None, ends: tuple[float | None, float | None], unit: 
 
 
 def five(numbers: dict[str, Any]) -> dict[str, str]:
-    """Cut size and sharpness, efficiency, throughput, product moisture and blinding in words, with 95 % intervals."""
+    """Describe cut size and sharpness, efficiency, throughput, product moisture and blinding, with 95 % intervals."""
     rates, moist = numbers["throughput_t_per_h"], numbers["moisture_percent_of_dry_mass"]
     of = "all" if "all" in rates else "unders"
     per_area, share = numbers["throughput_t_per_h_m2"].get(of), numbers.get("pegged_share")
@@ -105,7 +105,7 @@ def unsteady(numbers: dict[str, Any]) -> str | None:
 
 
 def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: pd.DataFrame) -> list[page.Section]:
-    """Sections of a page on a screen."""
+    """Return the sections of a page on a screen."""
     known = run.json(until.RESULT, dict[str, Any])
     with plt.rc_context(STYLE):
         drawn = [_partition(numbers, curve), _products(series), _moisture(run, series)]
@@ -253,7 +253,7 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
 
 
 def of_run(folder: Path) -> list[page.Section]:
-    """Return the sections of all decks of a run that was evaluated as a screen; none for other runs."""
+    """Return the sections of all decks of a run with screening results; none for other runs."""
     return [s for deck in range(1, decks(RunDir(folder)) + 1) for s in _of_deck(RunDir(folder), deck)]
 
 
@@ -266,7 +266,7 @@ def _of_deck(run: RunDir, deck: int) -> list[page.Section]:
 
 
 def write(folder: Path, numbers: dict[str, Any]) -> Path:
-    """Write the page of a deck of a run whose results are there; returns its path."""
+    """Write the page of a deck of an evaluated run and return its path."""
     deck = numbers["deck"]
     warning = unsteady(numbers)
     lead = f"{warning[0].upper()}{warning[1:]}. " if warning else ""
@@ -277,7 +277,7 @@ def write(folder: Path, numbers: dict[str, Any]) -> Path:
 
 
 def page_of(folder: Path, deck: int) -> Path:
-    """Path of the page of a deck."""
+    """Return the path of the page of a deck."""
     return folder / f"{of_deck(PAGE, deck)}.html"
 
 

@@ -1,4 +1,4 @@
-"""Picture for machines on which VTK cannot draw: shaded discs and wires in a slanted parallel projection, by matplotlib."""
+"""Draw a picture without VTK, by matplotlib: shaded discs and wires in an oblique parallel projection."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ METALS = ("wires", "impact_plate")
 """Reservoirs of the screening rig that are drawn solid; of a user-defined scene its screens are."""
 UPRIGHT = np.eye(3)
 TURN, TILT = np.radians(18.0), np.radians(24.0)
-"""The view is turned about the vertical and tilted downwards by these angles."""
+"""Angles by which the view is turned about the vertical and tilted downwards."""
 
 
 def frame(run: RunDir) -> Floats:
-    """Right, away and up of a picture, as rows: up against gravity, away along the axis about which walls turn, else along y."""
+    """Return right, away and up of a picture, as rows: up against gravity, away along the axis of turning walls, else along y."""
     pull, ways = np.array(run.scene.gravity_m_per_s2), map(run.scene.motion_of, run.scene.walls)
     turning = next((way for way in ways if isinstance(way, Rotation)), None)
     up = -pull / np.linalg.norm(pull) if pull.any() else np.array([0.0, 0.0, 1.0])
@@ -48,7 +48,7 @@ def solid(run: RunDir) -> Bools:
 
 
 def project(points: Floats, seen: Floats = UPRIGHT) -> Floats:
-    """Points (…, 3) [m] -> right, up and depth (larger is nearer) in the same unit; `seen` as `frame` gives it."""
+    """Project points (…, 3) [m] to right, up and depth (larger is nearer) in the same unit; `seen` as returned by `frame`."""
     x, y, z = np.moveaxis(np.asarray(points, dtype=float) @ seen.T, -1, 0)
     right = np.cos(TURN) * x + np.sin(TURN) * y
     back = -np.sin(TURN) * x + np.cos(TURN) * y
@@ -56,7 +56,7 @@ def project(points: Floats, seen: Floats = UPRIGHT) -> Floats:
 
 
 def colour_limit(run: RunDir, step: int) -> float:
-    """Upper end of the colours [m]: the thickest film on a sphere, or at the start, whichever is more, up to the next tick."""
+    """Return the upper end of the colours [m]: the largest film on a sphere, now or initially, rounded up to a tick."""
     line = run.timeline
     radius = run.spheres["radius"].to_numpy(dtype=float)
     films = (line.initial_film, line.film[int(np.searchsorted(line.steps, step))])
@@ -76,7 +76,7 @@ def colour_ticks(largest: float) -> Floats:
 
 
 def blues() -> Any:
-    """Colours from nearly white (dry) to deep blue (thick film)."""
+    """Return a colour map from nearly white (dry) to deep blue (thick film)."""
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("film", ["#f3f7fb", "#b5d3ea", "#5b9fd0", "#1d66ac", "#08306b"])

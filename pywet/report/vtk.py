@@ -1,8 +1,9 @@
 """VTK files of a run for ParaView: vtk/{particles,bridges,walls}.pvd, one time series each of VTK XML files (.vtu).
 
-Particles are points with radius, class, film thickness, velocity and whether they are in the bin; bridges are lines with
-their bodies, volume and separation; walls are triangles at their place at that time with their film thickness. What the numbers
-of classes, holders and partners stand for is in the field data. Lengths in m, times in s. `reference_impl/shown` reads them back.
+Particles are points with radius, class, film thickness, velocity and whether they are in the bin; bridges are lines
+with their bodies, volume and separation; walls are triangles at their position at that time with their film
+thickness. The field data explain the codes of classes, holders and partners. Lengths in m, times in s.
+`reference_impl/shown` reads them back.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from pywet.schema import TABLES
 
 
 def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells: Any = ()) -> Any:
-    """Cells of one of VTK's shapes, each of the next so many points, with numbers by name for each point or cell."""
+    """Make cells of one of VTK's shapes, each of the next few points, with arrays by name for points or cells."""
     import pyvista as pv
 
     cells = {pv.CellType[shape]: np.arange(len(points)).reshape(-1, corners)}
@@ -40,7 +41,7 @@ def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells
 
 
 def particles(run: RunDir, step: int) -> Any:
-    """The spheres in the box at one output step as points."""
+    """Return the spheres in the box at one output step as points."""
     line = run.timeline
     here = run.trajectory[run.trajectory["step"] == step]
     row = int(np.searchsorted(line.steps, step))
@@ -59,7 +60,7 @@ def particles(run: RunDir, step: int) -> Any:
 
 
 def bridges(run: RunDir, step: int) -> Any:
-    """Active bridges at one output step as lines from centre to centre (wall: to the closest point)."""
+    """Return the active bridges at one output step as lines from centre to centre (wall: to the closest point)."""
     here = active_at(run, step)
     points = np.zeros((2 * len(here), 3))
     for k, end in enumerate(("xi", "xj")):
@@ -86,12 +87,12 @@ def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
 
 
 def active_at(run: RunDir, step: int) -> pd.DataFrame:
-    """The rows of the bridges that stand at one output step; none of a dry run."""
+    """Return the rows of the bridges active at one output step; none for a dry run."""
     return run.at_step("history/bridges", step) if run.moist else pd.DataFrame(columns=list(TABLES["history/bridges"]))
 
 
 def wall_thickness(run: RunDir, step: int) -> Floats:
-    """Film thickness of every triangle [m]: its film volume over its area."""
+    """Return the film thickness of every triangle [m]: its film volume over its area."""
     film = np.zeros(len(run.triangles))
     if run.moist:
         wet = run.wall_films[run.wall_films["step"] == step]
@@ -100,7 +101,7 @@ def wall_thickness(run: RunDir, step: int) -> Floats:
 
 
 def walls(run: RunDir, step: int) -> Any:
-    """All wall triangles at one output step; `holder` numbers the reservoirs in the order they appear."""
+    """Return all wall triangles at one output step; `holder` numbers the reservoirs in the order in which they appear."""
     corners = wall_corners(run, step)
     data = {
         "film_thickness": wall_thickness(run, step),
@@ -162,7 +163,7 @@ def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
 
 
 def _save(made: Any, path: Path) -> None:
-    """One file, by VTK's own writer."""
+    """Write one file by VTK's own writer."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
     writer = vtkXMLUnstructuredGridWriter()
@@ -173,7 +174,7 @@ def _save(made: Any, path: Path) -> None:
 
 
 def run_writer(writer: Any, path: Path) -> None:
-    """Have a writer of VTK do its work, without what it prints of a failure; `path`: the file as it will be called."""
+    """Run a writer of VTK without the messages that it prints after a failure; `path`: the final name of the file."""
     talks = writer.GetGlobalWarningDisplay()
     writer.GlobalWarningDisplayOff()
     written = writer.Write() and not writer.GetErrorCode()

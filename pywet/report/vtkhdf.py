@@ -1,6 +1,7 @@
 """A run's time series in one temporal VTKHDF file per kind, `vtk/{particles,bridges,walls}.vtkhdf`, by VTK's own writer.
 
-For programs newer than Debian's ParaView 5.11, which reads no time series of this kind. VTK keeps times in single precision.
+They are for programs newer than Debian's ParaView 5.11, which does not read such time series. VTK stores times in
+single precision.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ COMPRESSION = 4
 
 
 class _Series(VTKPythonAlgorithmBase):  # type: ignore[misc]
-    """One kind of file as a source that says its times and makes each output when it is asked for."""
+    """One kind of file as a source that reports its times and makes each output on request."""
 
     def __init__(self, run: RunDir, kind: str) -> None:
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
         self.run, self.kind = run, kind
         self.failed: PywetError | None = None
-        """Why an output could not be made: VTK shows an exception and goes on."""
+        """Error of an output, stored because VTK prints an exception and continues."""
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         times = self.run.timeline.times.tolist()
@@ -53,7 +54,8 @@ class _Series(VTKPythonAlgorithmBase):  # type: ignore[misc]
 def write(run_dir: Path) -> list[Path]:
     """Write the files of a run into its folder `vtk` and return them.
 
-    Where the disk is full VTK tries for ever and prints pages: it writes in a process of its own, which its first word ends.
+    On a full disk VTK retries forever and prints many messages: it therefore writes in a child process, which is
+    ended at its first message.
     """
     run = RunDir(Path(run_dir))
     _ = run.timeline  # refused here, not within VTK

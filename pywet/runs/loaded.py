@@ -1,4 +1,4 @@
-"""A finished run as tables with units: `pywet.load(folder)`, for screening cases and user-defined scenes."""
+"""Load a finished run as tables with units: `pywet.load(folder)`, for screening cases and user-defined scenes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CENTRE = "centre"
 
 
 def _stored(name: str, what: str) -> cached_property[pd.DataFrame]:
-    """A table of a run by its path without suffix, read when it is asked for and kept; `what` is its documentation."""
+    """Make a property for a table of a run, by its path without suffix, that is read on access; `what` documents it."""
 
     def table(run: Run) -> pd.DataFrame:
         return run._table(name)
@@ -32,7 +32,7 @@ def _stored(name: str, what: str) -> cached_property[pd.DataFrame]:
 
 
 class Run:
-    """A run directory; tables are read on access, and their `attrs` hold `units`, `meanings` and `codes` of the columns."""
+    """A run directory; tables are read on access, and their `attrs` contain `units`, `meanings` and `codes` of the columns."""
 
     def __init__(self, folder: Path) -> None:
         self.path = Path(folder)
@@ -56,7 +56,7 @@ class Run:
 
     @property
     def origin_mm(self) -> tuple[float, float, float]:
-        """The scene's `origin_mm`: Parquet files of the run directory count positions from it, the tables here do not."""
+        """Return the scene's `origin_mm`, to which positions in Parquet files are relative; those in tables here are not."""
         return self._run.origin_mm
 
     @cached_property
@@ -71,7 +71,7 @@ class Run:
 
     @cached_property
     def plan(self) -> list[dict[str, Any]]:
-        """Every effect: whether it is on, by which law, and why."""
+        """Return every effect: whether it is on, by which law, and why."""
         return list(read_json(self.path / "plan.json", AGAIN)["rows"])
 
     trajectory = _stored("trajectory", "Place, velocity and spin of every sphere at every output.")
@@ -91,7 +91,7 @@ class Run:
 
     @cached_property
     def liquid(self) -> pd.DataFrame:
-        """Liquid on each class of spheres and each wall (screening: each reservoir) at the outputs."""
+        """Return the liquid on each class of spheres and each wall (screening: each reservoir) at the outputs."""
         named = ("results/liquid_by_wall", "results/liquid_by_holder")
         there = [name for name in named if (self.path / f"{name}.parquet").exists()]
         return self._table(there[0] if there else named[0])
@@ -250,7 +250,7 @@ class Run:
 
 
 UNITS = {"_m_per_s": "m/s", "_m3": "m3", "_kg": "kg", "_s": "s", "_m": "m"}
-"""End of a name -> its unit."""
+"""Suffix of a name -> its unit."""
 
 
 def unit(column: str) -> str:

@@ -12,14 +12,15 @@ from pywet.runs.rundir import Bools, Floats
 from pywet.scene import Rotation
 
 STEADY = (0.1, 0.9)
-"""Of the mass that passes in all: the range in which the discharge counts as steady."""
+"""Shares of the total passed mass between which the discharge counts as steady."""
 
 
 def heap_angle(at: Floats, radius: Floats) -> float:
-    """Slope [deg] of the surface of a heap of spheres around its own upright axis.
+    """Return the slope [deg] of the surface of a heap of spheres around its vertical axis.
 
-    The surface is the top of the highest sphere of each ring, two radii wide; a straight line is put through it from the second
-    ring on, as far as the heap is higher than a layer. A heap of fewer than three such rings has no slope (NaN).
+    The surface is the top of the highest sphere of each ring, two radii wide; a straight line is fitted from the
+    second ring on, as far as the heap is higher than a layer. A heap of fewer than three such rings has no slope
+    (NaN).
     """
     size = float(radius.max())
     away = np.hypot(*(at[:, :2] - np.median(at[:, :2], axis=0)).T)
@@ -33,15 +34,15 @@ def heap_angle(at: Floats, radius: Floats) -> float:
 
 
 def upward(gravity: tuple[float, float, float]) -> Floats:
-    """Unit vector against gravity; z where there is none."""
+    """Return the unit vector against gravity; z without gravity."""
     size = float(np.linalg.norm(gravity))
     return -np.asarray(gravity, dtype=float) / size if size else np.array([0.0, 0.0, 1.0])
 
 
 def bed_angle(at: Floats, mass: Floats, drum: Rotation, up: Floats) -> float:
-    """Angle [deg] of the bed in a drum: between its centre of mass, seen from the drum's axis, and the vertical.
+    """Return the angle [deg] of the bed in a drum: between its centre of mass, seen from the drum's axis, and the vertical.
 
-    Of a bed with a plane surface, a segment of a circle, it is the slope of that surface.
+    For a bed with a plane surface, a segment of a circle, it is the slope of that surface.
     """
     axis = np.asarray(drum.axis, dtype=float) / np.linalg.norm(drum.axis)
     arm = np.average(at, axis=0, weights=mass) - np.asarray(drum.origin_m)
@@ -51,12 +52,12 @@ def bed_angle(at: Floats, mass: Floats, drum: Rotation, up: Floats) -> float:
 
 
 def passed_mass(below: Bools, mass: Floats) -> Floats:
-    """Mass [kg] that has been below a plane until each output; `below` (outputs, spheres)."""
+    """Return the mass [kg] that has been below a plane until each output; `below` (outputs, spheres)."""
     return np.asarray(np.logical_or.accumulate(below, axis=0) @ mass, dtype=float)
 
 
 def steady_rate(time: Floats, passed: Floats) -> float:
-    """Slope [kg/s] of the mass that has passed, where between 10 and 90 % of what passes in all has; by least squares."""
+    """Return the slope [kg/s] of the passed mass between 10 and 90 % of its total, by least squares."""
     if len(passed) == 0 or not passed[-1] > 0.0:
         raise PywetError(
             "no sphere has passed the plane; expected a height_m between where they start and where they end",

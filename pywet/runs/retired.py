@@ -1,6 +1,6 @@
 """Retired spheres in the tables at outputs: at rest at their last position, with the liquid they had.
 
-So every table goes on holding all spheres, and whoever reads it need not know of retirement.
+Every table therefore contains all spheres, and its readers need not handle retirement.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ MOTION = ("vx", "vy", "vz", "wx", "wy", "wz")
 
 
 def records(folder: Path) -> np.ndarray:
-    """Records of the spheres that were retired, in the order of steps and ids."""
+    """Return the records of retired spheres, in the order of steps and ids."""
     return in_order(read_raw(folder, "retired"), ["step", "id"])
 
 
 def with_films(parts: Iterator[np.ndarray], retired: np.ndarray, empty: np.ndarray) -> Iterator[np.ndarray]:
-    """Records of films or impulses at whole outputs, with those of the spheres that were retired at or before each.
+    """Yield the records of films or impulses at complete outputs, with those of the spheres that were retired at or before each.
 
-    `empty`: steps of the outputs from that on at which the last sphere left.
+    `empty`: output steps from the removal of the last sphere on.
     """
     kind: np.dtype | None = None
     for steps, part in chain(((np.unique(part["step"]), part) for part in parts), [(empty, None)]):
@@ -42,7 +42,7 @@ def with_films(parts: Iterator[np.ndarray], retired: np.ndarray, empty: np.ndarr
 
 
 def with_places(parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: float) -> Iterator[pd.DataFrame]:
-    """Parts of the trajectory, whole outputs, with the spheres that were retired before each: at rest where they were last."""
+    """Yield parts of the trajectory, complete outputs, with the spheres retired before each, at rest at their last position."""
     for part in parts:
         step, gone = _later(part["step"].unique(), retired, with_its_step=False)
         rows = {"step": step, "time": step * time_step, "id": gone["id"].astype(np.int64)}
@@ -58,7 +58,7 @@ def taken_out(run: RunDir) -> tuple[np.ndarray, np.ndarray]:
     -------
     gone : ndarray of bool, shape (outputs, spheres)
     booked : ndarray of float, shape (outputs, outlets)
-        Liquid that had left through each outlet.
+        Liquid that has left through each outlet.
     """
     line, outlets = run.timeline, run.scene.outlets
     gone = np.zeros((len(line.steps), len(line.ids)), dtype=bool)

@@ -1,7 +1,7 @@
 """Read a run directory: scene, tables, and the liquid and position of every sphere at every output step.
 
-Reads only; `cases/screening/results.py` computes from it. Which liquid belongs to whom: a sphere owns its film and its side of
-every active bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
+It only reads; `cases/screening/results.py` computes from it. The liquid of a sphere is its film and its part of every
+active bridge, shared as if the bridge ruptured at that time (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Ints = NDArray[np.int64]
 
 
 def bridge_ends(table: pd.DataFrame) -> Ints:
-    """One number for the ends of each row's bridge."""
+    """Return one number for the ends of each row's bridge."""
     kind, i, j = (table[name].to_numpy(dtype=np.int64) for name in ("partner_kind", "i", "j"))
     return np.asarray((kind << 60) | (i << 30) | j)
 
@@ -45,7 +45,7 @@ def placed(at: Any, origin_mm: Sequence[float]) -> str:
 
 @dataclass(frozen=True)
 class RunDir:
-    """One run directory `results/<scale>/<case>/`; tables are read on first use and kept."""
+    """One run directory `results/<scale>/<case>/`; tables are read on first use and cached."""
 
     path: Path
 
@@ -61,14 +61,14 @@ class RunDir:
 
     @cached_property
     def origin_mm(self) -> tuple[float, float, float]:
-        """The custom scene's `origin_mm`, from which the engine and the tables count positions."""
+        """Return the user-defined scene's `origin_mm`, to which positions of the engine and of the tables are relative."""
         description = read_if_there(self.path / "description.json", AGAIN) or {}
         x, y, z = description.get("origin_mm", (0.0, 0.0, 0.0))
         return x, y, z
 
     @property
     def origin_m(self) -> Floats:
-        """Origin of the scene [m], to be added to the positions in tables."""
+        """Return the origin of the scene [m], to be added to the positions in tables."""
         return 1e-3 * np.array(self.origin_mm, dtype=float)
 
     @property
@@ -77,7 +77,7 @@ class RunDir:
         return self.scene.effects.bridges
 
     def table(self, name: str) -> pd.DataFrame:
-        """A Parquet table by its path without suffix, such as `history/films`."""
+        """Return a Parquet table by its path without suffix, such as `history/films`."""
         return read_table(self._there(name))
 
     def _there(self, name: str) -> Path:
@@ -90,27 +90,27 @@ class RunDir:
         return path
 
     def table_if_there(self, name: str) -> pd.DataFrame | None:
-        """`table`, None where there is no such file."""
+        """Return `table`, or None without such a file."""
         path = self.path / f"{name}.parquet"
         return read_table(path) if path.exists() else None
 
     def json(self, name: str, shape: Any) -> Any:
-        """A JSON file by its path with suffix, that fits the type `shape`; None where it does not exist."""
+        """Return a JSON file by its path with suffix, checked against the type `shape`; None if it does not exist."""
         return read_if_there(self.path / name, AGAIN, shape)
 
     @cached_property
     def trajectory(self) -> pd.DataFrame:
-        """trajectory.parquet in the order step, id."""
+        """Return trajectory.parquet, sorted by step and id."""
         return self.table("trajectory").sort_values(["step", "id"], ignore_index=True)
 
     @cached_property
     def spheres(self) -> pd.DataFrame:
-        """history/spheres.parquet: id, type, radius, film at the start, in the order of ids."""
+        """Return history/spheres.parquet: id, type, radius, film at the start, sorted by id."""
         return self.table("history/spheres").sort_values("id", ignore_index=True)
 
     @cached_property
     def triangles(self) -> pd.DataFrame:
-        """history/triangles.parquet in the order of triangle numbers; a scene without walls has no such file and no triangle."""
+        """Return history/triangles.parquet, sorted by triangle number; empty for a scene without walls and its file."""
         if not self.scene.walls:
             kinds = {INTEGER: "int64", NUMBER: "float64"}
             columns = TABLES["history/triangles"].items()
@@ -119,7 +119,7 @@ class RunDir:
 
     @cached_property
     def mesh_motion(self) -> pd.DataFrame:
-        """Translation of each mesh at the output steps: step, mesh, dx, dy, dz [m]."""
+        """Return the translation of each mesh at the output steps: step, mesh, dx, dy, dz [m]."""
         table = self.table("mesh_motion")
         if table.duplicated(["step", "mesh"]).any():
             raise PywetError(
@@ -130,7 +130,7 @@ class RunDir:
 
     @cached_property
     def poses(self) -> pd.DataFrame:
-        """history/poses.parquet of a script's run: where each mesh (its number) is at the steps that are logged."""
+        """Return history/poses.parquet of a script's run: the position of each mesh (by number) at the logged steps."""
         return self.table("history/poses")
 
     def parts(self, name: str, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
@@ -138,24 +138,25 @@ class RunDir:
         return read_parts(self._there(name), columns)
 
     def at_step(self, name: str, step: int) -> pd.DataFrame:
-        """The rows of such a table at one step."""
+        """Return the rows of such a table at one step."""
         return read_table(self.path / f"{name}.parquet", step=step)
 
     @cached_property
     def ledger(self) -> pd.DataFrame:
-        """history/ledger.parquet of a moist run: who holds how much liquid at each output [m3]."""
+        """Return history/ledger.parquet of a moist run: liquid by reservoir at each output [m3]."""
         return self.table("history/ledger")
 
     @cached_property
     def wall_films(self) -> pd.DataFrame:
-        """Wet triangles at the output steps, with their reservoir."""
+        """Return the wet triangles at the output steps, with their reservoir."""
         films = self.table("history/wall_films")
         return films.assign(holder=self.holders(films["triangle"].to_numpy()))
 
     def on_walls(self, names: Mapping[str, str], of: str) -> pd.DataFrame:
-        """Liquid on the walls at the output steps [m3], films and their side of active bridges.
+        """Return the liquid on walls at the output steps [m3], films and their share of active bridges.
 
-        `names`: reservoir or mesh, as `of` says, -> the column in which it is counted. A dry run has none.
+        `names`: reservoir or mesh, according to `of` -> the column in which it is counted. A dry run has
+        none.
         """
         steps, columns = pd.Index(self.timeline.steps, name="step"), list(dict.fromkeys(names.values()))
         if not self.moist or not names:
@@ -170,7 +171,7 @@ class RunDir:
         return sums.reindex(index=steps, columns=columns).fillna(0.0)
 
     def ledger_at(self, name: str) -> Floats:
-        """One column of the ledger at the output steps [m3]; zero in a dry run."""
+        """Return one column of the ledger at the output steps [m3]; zero for a dry run."""
         if not self.moist:
             return np.zeros(len(self.timeline.steps))
         ledger = self.ledger.drop_duplicates("step", keep="last").set_index("step")[name]
@@ -186,7 +187,7 @@ class RunDir:
         return names, np.sort(place * span + log["step"].to_numpy(dtype=np.int64)), span
 
     def holders(self, triangle: Ints, of: str = "holder") -> NDArray[np.object_]:
-        """Holder, or `mesh`, of each triangle number."""
+        """Return the holder, or `mesh`, of each triangle number."""
         known, wanted = np.asarray(self.triangles[of], dtype=object), np.asarray(triangle, dtype=np.int64)
         if len(wanted) and not 0 <= wanted.min() <= wanted.max() < len(known):
             raise PywetError(
@@ -197,7 +198,7 @@ class RunDir:
 
     @cached_property
     def timeline(self) -> Timeline:
-        """Place and liquid of every sphere at every output step."""
+        """Return position and liquid of every sphere at every output step."""
         return Timeline.read(self)
 
 
@@ -213,28 +214,31 @@ class Timeline:
     mass: Floats
     """Dry mass of each sphere [kg], shape (N,)."""
     present: Bools
-    """In the simulated box, shape (S, N)."""
+    """Whether a sphere is in the simulated box, shape (S, N)."""
     passed: Bools
-    """In the collecting bin: at this output or an earlier one the centre was below the scene's `bin_z_m`, shape (S, N)."""
+    """Whether a sphere is in the collecting bin, shape (S, N).
+
+    Its centre was below the scene's `bin_z_m` at this output or before.
+    """
     came_back: int
-    """Spheres that bounced above `bin_z_m` again after they had passed (they stay counted as passed)."""
+    """Number of spheres that rose above `bin_z_m` again after they had passed (they still count as passed)."""
     film: Floats
-    """Liquid held as film [m3], shape (S, N)."""
+    """Liquid in the film [m3], shape (S, N)."""
     in_bridges: Floats
-    """The sphere's side of its active bridges [m3], shape (S, N)."""
+    """Share of the sphere in its active bridges [m3], shape (S, N)."""
     initial_film: Floats
     """Film at the start [m3], shape (N,)."""
     entered: Bools
-    """Has entered: all, but in a scene that is fed, shape (S, N)."""
+    """Whether a sphere has entered, shape (S, N); false only before insertion."""
 
     @property
     def put_in(self) -> Floats:
-        """Liquid that has entered until each output [m3], shape (S,)."""
+        """Return the liquid that has entered until each output [m3], shape (S,)."""
         return np.where(self.entered, self.initial_film, 0.0).sum(axis=1)
 
     @property
     def liquid(self) -> Floats:
-        """Liquid assigned to each sphere: film and its side of active bridges [m3], shape (S, N)."""
+        """Return the liquid of each sphere: film and share of active bridges [m3], shape (S, N)."""
         return self.film + self.in_bridges
 
     @classmethod
@@ -279,7 +283,7 @@ class Timeline:
 
 
 def _index(ids: Ints, wanted: Ints, where: str) -> Ints:
-    """Position of each wanted id in the sorted ids."""
+    """Return the position of each wanted id in the sorted ids."""
     position = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
     if not np.array_equal(ids[position], wanted):
         raise PywetError(
@@ -289,7 +293,7 @@ def _index(ids: Ints, wanted: Ints, where: str) -> Ints:
 
 
 def _liquid(run: RunDir, steps: Ints, ids: Ints, initial: Floats) -> tuple[Floats, Floats]:
-    """Film and bridge share of each sphere at each output; without bridges the films stay as they were."""
+    """Return film and bridge share of each sphere at each output; without bridges the films are constant."""
     shares = np.zeros((len(steps), len(ids)))
     if not run.moist:
         return np.tile(initial, (len(steps), 1)), shares

@@ -1,6 +1,6 @@
-"""User reference implementations of custom laws: those that a run's replay uses, stored next to its scene.
+"""User reference implementations of custom laws that a run's replay uses, stored next to its scene.
 
-They change no simulation, only what the replay can say of it: a change of them asks for the replay alone.
+They do not affect the simulation, only its replay: after a change only the replay is repeated.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Named(TypedDict):
 
 
 def leave(run_dir: Path, functions: Mapping[Any, str]) -> None:
-    """Write which functions the replay of this run is to take."""
+    """Write the names of the functions that the replay of this run uses."""
     if functions:
         write_json(run_dir / FILE, Named(functions=dict(functions), word=word(functions)))
     else:
@@ -41,7 +41,7 @@ def same(run_dir: Path, functions: Mapping[Any, str]) -> bool:
 
 
 def of_run(run_dir: Path) -> dict[str, str]:
-    """Return the functions of a run that may run; one that the user has not named is left out with a notice."""
+    """Return the functions of a run that are permitted to run; any other is omitted with a notice."""
     named = _left(run_dir)["functions"]
     for name in (name for name in named.values() if not custom_laws.may_run(name)):
         notice.warning(
@@ -51,7 +51,7 @@ def of_run(run_dir: Path) -> dict[str, str]:
 
 
 def trust(run_dir: Path) -> None:
-    """Allow the functions that a run names to be executed with their present content."""
+    """Permit the functions that a run names to run with their present content."""
     custom_laws.trust(_left(run_dir)["functions"].values())
 
 

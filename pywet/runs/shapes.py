@@ -23,7 +23,7 @@ class Check(TypedDict):
 
 
 class BridgesOn(TypedDict):
-    """State in a summary whether bridges are simulated."""
+    """Entry of a summary on whether bridges are simulated."""
 
     bridges: bool
 
@@ -83,13 +83,13 @@ class Deviation(TypedDict):
 
 
 class Finding(TypedDict):
-    """Fault that the diagnosis of the replay names."""
+    """A fault named by the diagnosis of the replay."""
 
     sentence: str
 
 
 class Diagnosis(TypedDict):
-    """Faults that the diagnosis of the replay names."""
+    """Faults named by the diagnosis of the replay."""
 
     findings: list[Finding]
 

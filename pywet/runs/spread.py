@@ -1,4 +1,4 @@
-"""A number of several seeds as mean and 95 % confidence interval of the mean (Student); of one seed as it is."""
+"""Format a number over several seeds as mean and 95 % confidence interval of the mean (Student); of one seed as the value."""
 
 from __future__ import annotations
 

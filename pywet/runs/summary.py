@@ -1,4 +1,4 @@
-"""Write summary.json of any run: what was run, versions, speed, liquid, events, energy."""
+"""Write summary.json of any run: settings, versions, speed, liquid, events, energy."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that the numbers depend on."""
+    """Return the versions of Python and of the packages that the numbers depend on."""
     installed = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -35,7 +35,7 @@ def versions() -> dict[str, str]:
 
 
 def commit() -> str:
-    """State of the checkout that this program is; empty outside one."""
+    """Return the state of the checkout of this program; empty outside one."""
     git = shutil.which("git")
     command = [str(git), "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--exclude", "*"]
     done = subprocess.run(command, capture_output=True, text=True, check=False) if git else None
@@ -75,10 +75,10 @@ def general(run: RunDir) -> dict[str, Any]:
 
 
 def _energy(run: RunDir) -> dict[str, float | None]:
-    """Energies at the end and works since the start [J]; `unaccounted` is what they leave open, in a moist run.
+    """Return energies at the end and works since the start [J]; `unaccounted` is the residual of a moist run.
 
-    A dry run on the stock program, and one without `output.energy`, know their kinetic energy and the work of gravity; contacts,
-    bridges and walls are their difference.
+    For a dry run on the stock program, and without `output.energy`, only kinetic energy and the work of gravity
+    are known; contacts, bridges and walls are their difference.
     """
     scene = run.scene
     if run.moist and scene.output.energy:

@@ -35,11 +35,11 @@ OUTPUT = (
     "engine.partial.new",
     *(f"status/{stage}.json" for stage in ("simulate", "replay", "results", "vtk")),
 )  # fmt: skip
-"""All that follows from a run, by its path in the run directory."""
+"""All tables of a run, by their paths in the run directory."""
 
 
 def forget(run_dir: Path) -> None:
-    """Remove what an earlier run left in the directory, the sign that it is whole first; what it did not write stays."""
+    """Remove the files of an earlier run from the directory, the mark of completeness first; other files remain."""
     run_folder.refuse_foreign(run_dir, "engine")
     run_folder.remove(run_dir, "engine/tables.json")
     run_folder.remove_listed(run_dir, ("engine", *OUTPUT))
@@ -47,16 +47,18 @@ def forget(run_dir: Path) -> None:
 
 Added = Callable[[Iterator[np.ndarray]], Iterator[np.ndarray]]
 QUICK = ("events", "contacts")
-"""Tables of which most is read: lz4 gives them back in half the time of zstd and takes an eighth more room (of the others, in
-which more repeats, a third)."""
+"""Tables of which most is read, compressed by lz4.
+
+They are read in half the time of zstd and take an eighth more space (others, which are more repetitive, a third).
+"""
 CACHED = 1024
-"""Records that are taken apart at once."""
+"""Number of records that are converted at once."""
 BLOCK = 65_536
-"""Records of a rank that are in memory at once."""
+"""Number of records of a rank that are in memory at once."""
 
 
 class _Log:
-    """The records of one rank, which are in the order of their steps, read on."""
+    """The records of one rank, read progressively in the order of their steps."""
 
     def __init__(self, path: Path, kind: np.dtype) -> None:
         self.path, self.kind, self.read = path, kind, 0
@@ -74,7 +76,7 @@ class _Log:
         return self.read == self.count
 
     def fill(self, block: int) -> None:
-        """Have `block` records ready, if there are so many."""
+        """Read ahead until `block` records are available, or the file ends."""
         if self.ended or len(self.ready) >= block:
             return
         more = np.fromfile(self.path, self.kind, block - len(self.ready), offset=self.read * self.kind.itemsize)
@@ -93,14 +95,14 @@ class _Log:
 
 
 def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    """The records of all parts; not copied where one part has all."""
+    """Join the records of all parts; they are not copied if one part has all."""
     some, kind = [part for part in parts if len(part)] or parts[:1], parts[0].dtype
     # as bytes: numpy copies records field by field
     return some[0] if len(some) == 1 else np.concatenate([p.view(f"V{kind.itemsize}") for p in some]).view(kind)
 
 
 def raw_parts(folder: Path, name: str, block: int = BLOCK) -> Iterator[np.ndarray]:
-    """The records of one table of all ranks, whole steps at a time; at least one part."""
+    """Yield the records of one table of all ranks, complete steps at a time; at least one part."""
     logs = [_Log(path, RAW[name]) for path in sorted(folder.glob(f"{name}.*.bin"))]
     if not logs:
         raise NotWhole(
@@ -123,7 +125,7 @@ def raw_parts(folder: Path, name: str, block: int = BLOCK) -> Iterator[np.ndarra
 
 
 def read_raw(folder: Path, name: str) -> np.ndarray:
-    """All records of one table, of all ranks."""
+    """Return all records of one table, of all ranks."""
     return np.concatenate(list(raw_parts(folder, name)))
 
 
@@ -133,7 +135,7 @@ def to_frame(records: np.ndarray) -> pd.DataFrame:
 
 
 def to_columns(records: np.ndarray) -> dict[str, np.ndarray]:
-    """Records -> columns; vectors become three columns with the suffixes _x, _y, _z, padding is dropped."""
+    """Convert records to columns; vectors become three columns with the suffixes _x, _y, _z, padding is dropped."""
     fields = {name: records[name] for name in records.dtype.names or () if name != "pad"}
     sources: dict[str, np.ndarray] = {}
     for name, values in fields.items():
@@ -148,7 +150,7 @@ def to_columns(records: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def in_order(records: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    """Records sorted by some of their whole numbers; equal ones stay as they are."""
+    """Sort records by some of their integer fields; equal ones remain in order."""
     code, combinations = np.zeros(len(records), np.int64), 1
     for name in names if len(records) else ():
         values = records[name].astype(np.int64)
@@ -161,10 +163,10 @@ def in_order(records: np.ndarray, names: Sequence[str]) -> np.ndarray:
 
 
 def ledger_error(ledger: pd.DataFrame) -> float:
-    """Largest |films + bridges + walls + left + retired − initial| over all outputs, relative to the largest initial; without
-    liquid in m3.
+    """Return the largest |films + bridges + walls + left + retired − initial| over all outputs.
 
-    Spheres that are inserted later bring their liquid with them: before the first one there is nothing to be relative to.
+    It is relative to the largest initial liquid, or in m3 without liquid. Spheres that are inserted later add
+    their liquid, so that before the first one there is no reference.
     """
     held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] + ledger["retired"]
     most = float(ledger["initial"].max())
@@ -172,9 +174,9 @@ def ledger_error(ledger: pd.DataFrame) -> float:
 
 
 def convert(folder: Path, history: Path, block: int = BLOCK, more: Mapping[str, Added] = MappingProxyType({})) -> None:
-    """Turn every raw log in `folder` that SORT names into `history/<name>.parquet`, sorted as in SORT.
+    """Convert every raw log in `folder` that SORT names into `history/<name>.parquet`, sorted as in SORT.
 
-    `more`: of a table what is added to its records, whole steps at a time.
+    `more`: for a table the function that adds records, complete steps at a time.
     """
     for name, order in SORT.items():
         records = more.get(name, iter)(raw_parts(folder, name, block))

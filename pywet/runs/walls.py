@@ -9,7 +9,7 @@ from pywet.scene import SCRIPTED, Rotation
 
 
 def wall_corners(run: RunDir, step: int) -> Floats:
-    """Corners of all triangles at one output step [m], shape (triangles, 3, 3)."""
+    """Return the corners of all triangles at one output step [m], shape (triangles, 3, 3)."""
     table = run.triangles
     names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
     corners = table[names].to_numpy(dtype=float, copy=True).reshape(-1, 3, 3)
@@ -26,7 +26,7 @@ def wall_corners(run: RunDir, step: int) -> Floats:
 
 
 def _by_poses(run: RunDir, step: int, corners: Floats) -> Floats:
-    """Corners of the meshes of a script's run: where the engine had them."""
+    """Return the corners of the meshes of a script's run at the positions in the engine."""
     at, names = corners.copy(), run.triangles["mesh"].to_numpy()
     for _, pose in run.poses[run.poses["step"] == step].iterrows():
         rows = names == run.scene.walls[int(pose["mesh"])].name
@@ -36,7 +36,7 @@ def _by_poses(run: RunDir, step: int, corners: Floats) -> Floats:
 
 
 def turned(points: Floats, how: Rotation, time: float) -> Floats:
-    """Points (…, 3) after some time of turning about an axis."""
+    """Rotate points (…, 3) about an axis for a time."""
     axis = np.asarray(how.axis) / np.linalg.norm(how.axis)
     arm, angle = points - how.origin_m, 2.0 * np.pi * time / how.period_s
     along = (arm @ axis)[..., None] * axis

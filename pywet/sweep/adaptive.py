@@ -1,9 +1,9 @@
 """Adaptive sampling: the next points where the response is least certain.
 
-The rule, as no Gaussian process is among the pinned packages: candidates are a Sobol set in the ranges of the axes. The score of
-one is its distance to the nearest point in the unit cube, times 1 + the difference of a linear and a cubic radial-basis
-interpolation of the means there over their standard deviation. The best candidate counts as a point with its cubic value before
-the next is sought, so that several spread.
+Rule (the pinned packages contain no Gaussian process): candidates are a Sobol set in the ranges of the axes. The
+score of a candidate is its distance to the nearest point in the unit cube, times 1 + the difference of a linear and a
+cubic radial-basis interpolation of the means there over their standard deviation. The best candidate then counts as a
+point with its cubic value before the next is chosen, so that several points are spread out.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from pywet.util.files import write_json
 Floats = NDArray[np.float64]
 CANDIDATES = 1024
 FEWEST = 2
-"""Points with results, more than there are axes, before others can be sought."""
+"""Number of points with results, in excess of the number of axes, required before others can be chosen."""
 
 
 def add(plan: Plan, made: pd.DataFrame, count: int) -> Path:
-    """Write the next points into the sweep's folder; they belong to the sweep from then on."""
+    """Write the next points into the sweep's folder, which adds them to the sweep."""
     path = plan.folder / ADDED
     write_json(path, [*plan.added, *_next(plan, made, count)])
     return path
@@ -52,7 +52,7 @@ def _next(plan: Plan, made: pd.DataFrame, count: int) -> list[Point]:
 
 
 def _axes(plan: Plan) -> dict[str, Axis]:
-    """The axes as ranges between their smallest and largest value."""
+    """Return the axes as ranges between their smallest and largest value."""
     found = {}
     for key, axis in plan.sweep.axes.items():
         values = [axis.low, axis.high] if axis.is_range else list(axis.listed)
@@ -68,7 +68,7 @@ def _axes(plan: Plan) -> dict[str, Axis]:
 
 
 def _shares(axes: dict[str, Axis], values: Floats) -> Floats:
-    """Values (n, axes) as places in the unit cube."""
+    """Convert values (n, axes) to points in the unit cube."""
     columns = []
     for axis, column in zip(axes.values(), values.T, strict=True):
         assert axis.low is not None and axis.high is not None

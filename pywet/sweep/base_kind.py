@@ -1,4 +1,4 @@
-"""Interface of every kind of base to a sweep: checked points with fingerprints, runs, predicted costs, names of results."""
+"""Interface of every kind of base of a sweep: checked points with fingerprints, runs, predicted costs, names of results."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
 
 Numbers = dict[str, float | None]
-"""Result -> value; None where a run has none, such as ruptures of a dry one."""
+"""Result -> value; None if a run has none, such as ruptures of a dry one."""
 
 
 class Built(NamedTuple):
@@ -22,19 +22,19 @@ class Built(NamedTuple):
 
 
 class Kind(ABC):
-    """A kind of base; `engine`: whether it leaves a run directory, `seeded`: whether a seed changes anything."""
+    """A kind of base; `engine`: whether it writes a run directory, `seeded`: whether results depend on a seed."""
 
     engine = True
     seeded = True
     results: tuple[str, ...] = ()
-    """Gathered where the file names none."""
+    """Results that are gathered if the file names none."""
 
     def __init__(self, base: Base, folder: Path, trust: bool = False) -> None:
         self.base, self.folder, self.trust = base, folder, trust
 
     @abstractmethod
     def built(self, values: Point, seed: int) -> Built:
-        """Check a point and name it; raises `PywetError` where it cannot be run. `seed` counts from the base's."""
+        """Check a point and name it; raises `PywetError` if it cannot be run. `seed` is relative to the base's."""
 
     @abstractmethod
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
@@ -50,4 +50,4 @@ class Kind(ABC):
 
     @abstractmethod
     def known(self, built: Built) -> list[str]:
-        """Names of the results that a point may have."""
+        """Return the names of the results that a point may have."""

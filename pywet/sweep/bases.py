@@ -1,4 +1,4 @@
-"""What runs at a point of a sweep: case, scene, script, wall collision or bridge, each from its file and the point's values."""
+"""Runs at a point of a sweep: case, scene, script, wall collision or bridge, each from its file and the point's values."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def _text(law: str) -> str:
 
 @cache
 def _code(package: str) -> str:
-    """Hash of the code of a package of pywet that computes at once; that of the laws is in every fingerprint."""
+    """Return the digest of the code of a package of pywet without an engine; that of the laws is in every fingerprint."""
     digest = hashlib.sha256()
     for path in sorted((Path(__file__).parents[1] / package).rglob("*.py")):
         digest.update(path.name.encode() + path.read_bytes())

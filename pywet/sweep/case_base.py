@@ -25,12 +25,12 @@ from pywet.sweep.description import Point
 from pywet.sweep.keys import dotted, filled, holds
 
 PARTS: dict[str, type[BaseModel]] = {"config": Settings, "materials": Materials, "scales": Scales, "case": Case}
-"""First word of a key -> what it is a part of; `scale` is the scale that is run."""
+"""First word of a key -> its file; `scale` is the scale that is run."""
 STAGES = ("scene", "simulate", "results", "replay")
 
 
 class OfCase(Kind):
-    """A case at a scale, built, simulated, evaluated and replayed as `pywet run` does it."""
+    """A case at a scale, built, simulated, evaluated and replayed as by `pywet run`."""
 
     results = ("fraction_retained_end",)
 
@@ -47,7 +47,7 @@ class OfCase(Kind):
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        """The configuration as plain data, one group for each of its files."""
+        """Return the configuration as plain data, one group for each of its files."""
         row, loaded = self.config.case(self.number), self.config
         parts = {"config": loaded.settings, "materials": loaded.materials, "scales": loaded.scales, "case": row}
         return {name: part.model_dump(mode="json", exclude_none=True) for name, part in parts.items()}
@@ -57,7 +57,7 @@ class OfCase(Kind):
         return self.base.scale or self.config.settings.scale
 
     def key(self, axis: str) -> str:
-        """The dotted path of an axis from its file on; a key that is in one file only needs no file in front."""
+        """Return the dotted path of an axis including its file; a key that is in one file only needs no file name."""
         path = dotted(axis)
         first, _, rest = path.partition(".")
         if first == "scale" and rest:

@@ -12,7 +12,7 @@ from typing import Any
 from pywet.errors import ConfigError, one_line
 
 LONGEST = 500
-"""Characters of an expression."""
+"""Largest number of characters of an expression."""
 ARITHMETIC: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv, ast.Pow: operator.pow,
 }  # fmt: skip
@@ -32,7 +32,7 @@ EXPECTED = (
 
 @dataclass(frozen=True)
 class Constraint:
-    """One expression; `names` are its axes, by what it calls them."""
+    """One expression; `names` are its axes by their names in the expression."""
 
     text: str
     tree: ast.expr
@@ -50,7 +50,7 @@ class Constraint:
 
 
 def read(text: str, axes: list[str]) -> Constraint:
-    """Parse an expression; an axis is called by its key, or by the last word of it where no other axis ends so."""
+    """Parse an expression; an axis is named by its key, or by the last part of it if that is unique."""
     shown = one_line(text, 80)
     if len(text) > LONGEST:
         raise ConfigError(
@@ -70,7 +70,7 @@ def read(text: str, axes: list[str]) -> Constraint:
 
 
 def _check(node: ast.AST, shown: str, axes: list[str], names: dict[str, str]) -> None:
-    """Refuse all that is not in the list of what an expression may hold, and axes that are not there."""
+    """Refuse syntax that expressions must not contain, and unknown axes."""
     if name := _dotted(node):
         names[name] = _axis(name, shown, axes)
         return
@@ -100,7 +100,7 @@ def _check(node: ast.AST, shown: str, axes: list[str], names: dict[str, str]) ->
 
 
 def _dotted(node: ast.AST) -> str:
-    """The name of an axis as it is written, such as `liquid.viscosity_Pa_s`; empty for what is none."""
+    """Return the name of an axis as written, such as `liquid.viscosity_Pa_s`; empty if the node is no name."""
     if isinstance(node, ast.Name):
         return node.id
     if isinstance(node, ast.Attribute) and (above := _dotted(node.value)):
@@ -120,7 +120,7 @@ def _axis(name: str, shown: str, axes: list[str]) -> str:
 
 
 def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
-    """The value of a checked expression; numbers are floats, so that a power ends in an overflow and not in a long wait."""
+    """Evaluate a checked expression; numbers are floats, so that a large power overflows instead of taking long."""
     if name := _dotted(node):
         return _number(values[name])
     match node:

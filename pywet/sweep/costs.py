@@ -1,4 +1,4 @@
-"""Predicted cost of a run of a sweep: of a case as in `pywet plan`, of a scene from its steps and spheres."""
+"""Predicted cost of a run of a sweep: for a case as in `pywet plan`, for a scene from its steps and spheres."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ class Cost(NamedTuple):
 
 
 UNKNOWN = Cost(math.nan, math.nan)
-"""Of what only the engine knows the size."""
+"""Cost of a run whose size only the engine knows."""
 
 COLLISION = Cost(2e-3, 2e3)
-"""A collision of one sphere by the compiled integrator: 0.3 to 1 ms, and the file of its numbers."""
+"""Cost of a collision of one sphere by the compiled integrator: 0.3 to 1 ms, and the file of its results."""
 BRIDGE = Cost(0.1, 1e3)
-"""A bridge by the exact solution; closed forms take microseconds."""
+"""Cost of a bridge by the exact solution; closed forms take microseconds."""
 FINISHING_S, FINISHING_S_PER_B = 2.0, 3.5e-7
-"""Building, results and replay: of the smallest run [s], and for each byte of tables [s/B] (scenes of 30 to 260 spheres)."""
+"""Cost of building, results and replay: for the smallest run [s], and per byte of tables [s/B] (scenes of 30 to 260 spheres)."""
 FILES_B = 1.8e5
-"""Files that every run has: log of the engine, surfaces, `replay.json`, summaries."""
+"""Size of the files of every run: log of the engine, surfaces, `replay.json`, summaries."""
 LISTS_EVERY = 50
-"""Steps between neighbour lists of a bed that moves."""
+"""Steps between neighbour lists of a moving bed."""
 
 
 def of_case(config: Config, number: int, scale: str) -> Cost:
-    """The prediction of `pywet plan` for one run."""
+    """Return the prediction of `pywet plan` for one run."""
     need = needs.need(config, number, scale)
     return _finished(need.seconds, need.disk_B, need.memory_B)
 
@@ -65,11 +65,11 @@ def of_scene(building: Building) -> Cost:
 
 
 def _finished(engine_s: float, tables_B: float, memory_B: float) -> Cost:
-    """The cost of a run from that of its engine and the size of its tables."""
+    """Return the cost of a run from that of its engine and the size of its tables."""
     return Cost(engine_s + FINISHING_S + FINISHING_S_PER_B * tables_B, tables_B + FILES_B, memory_B)
 
 
 def used_s() -> float:
-    """Processor time of this process and of the engines that it has waited for [s]."""
+    """Return the processor time of this process and of its finished child processes [s]."""
     used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     return sum(u.ru_utime + u.ru_stime for u in used)

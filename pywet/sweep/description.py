@@ -1,4 +1,4 @@
-"""The file of a sweep: a base, axes, a design, seeds, constraints, what to gather; every mistake in it is one sentence."""
+"""The file of a sweep: base, axes, design, seeds, constraints, gathered results; each mistake is reported in one sentence."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from pywet.sweep.constraints import Constraint
 
 Value = float | int | str | bool
 MOST_RUNS = 10_000
-"""Runs of one sweep: as many folders in the store."""
+"""Largest number of runs of one sweep, each of which is a folder in the store."""
 KINDS = ("case", "scene", "script", "wall", "bridge")
 
 
 class Base(Strict):
     """Run that a sweep repeats: a screening case, a scene, a LIGGGHTS script with liquid, a collision with a wall, or a bridge.
 
-    Paths count from the file.
+    Paths are relative to the file.
     """
 
     case: Annotated[int, Field(ge=1)] | None = None
     """Number of a case in the folder `config`."""
     config: Path = Path("config")
     scale: Word | None = None
-    """Of a case; default: that of its config.yaml."""
+    """Scale of a case; by default that of its config.yaml."""
     scene: Path | None = None
     wall: Path | None = None
     bridge: Path | None = None
     script: Path | None = None
     """A LIGGGHTS script with the line of fix pywet."""
     seed: Word | None = None
-    """Of a script: the variable that is its seed; the seeds of a point are this prime number and those after it."""
+    """Variable of a script that is its seed; the seeds of a point are this prime number and those after it."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -62,7 +62,7 @@ Ends = Annotated[tuple[float, float, int], Field(min_length=3, max_length=3)]
 
 
 class Axis(Strict):
-    """Values of one key: listed, spaced (`linspace`, `logspace`: first, last, count), or a range that a design draws from."""
+    """Values of one key: listed, spaced (`linspace`, `logspace`: first, last, count), or a range for a design."""
 
     values: tuple[Value, ...] | None = None
     linspace: Ends | None = None
@@ -70,14 +70,14 @@ class Axis(Strict):
     low: float | None = None
     high: float | None = None
     log: bool = False
-    """A range is drawn from, and an axis drawn, on a logarithmic scale."""
+    """Whether a range is sampled, and an axis drawn, on a logarithmic scale."""
     whole: bool = False
-    """Values are rounded to whole numbers."""
+    """Whether values are rounded to integers."""
 
     @model_validator(mode="before")
     @classmethod
     def _no_switch_for_a_number(cls, given: Any) -> Any:
-        """A switch such as effects.gravity may be varied: true and false are values of it."""
+        """Allow true and false for switches such as effects.gravity."""
         return given
 
     @model_validator(mode="after")
@@ -118,7 +118,7 @@ class Axis(Strict):
 
     @property
     def listed(self) -> tuple[Value, ...]:
-        """All values of an axis that is no range."""
+        """Return all values of an axis that is no range."""
         if self.values is not None:
             found = self.values
         elif self.linspace is not None:
@@ -147,7 +147,7 @@ class Design(Strict):
 
     latin_hypercube: Annotated[int, Field(ge=2, le=MOST_RUNS)] | None = None
     sobol: Annotated[int, Field(ge=2, le=MOST_RUNS)] | None = None
-    """A longer Sobol design begins with the points of a shorter one."""
+    """Number of points; a longer Sobol design begins with the points of a shorter one."""
     seed: Annotated[int, Field(ge=0)] = 1
 
     @model_validator(mode="after")
@@ -160,7 +160,7 @@ class Design(Strict):
 class Function(Strict):
     """A result computed from a run by a function in a user's file, `path/to/file.py:name`.
 
-    It runs if it is below the sweep's folder, or with --trust.
+    It is permitted to run if it is below the sweep's folder, or with --trust.
     """
 
     function: Annotated[str, Field(pattern=r"^.+\.py:[A-Za-z_]\w*$")]
@@ -199,7 +199,7 @@ class Sweep(Strict):
     base: Base
     axes: Annotated[dict[str, Annotated[Axis, BeforeValidator(_axis)]], Field(min_length=1, max_length=20)]
     zips: tuple[Annotated[tuple[str, ...], Field(min_length=2)], ...] = ()
-    """Axes that change together, value by value; all others are crossed."""
+    """Axes that change together, value by value; all others are combined in a grid."""
     design: Design | None = None
     seeds: Annotated[int, Field(ge=1, le=1000)] = 1
     constraints: tuple[str, ...] = ()
@@ -235,7 +235,7 @@ class Sweep(Strict):
 
     @property
     def groups(self) -> list[tuple[str, ...]]:
-        """Axes with listed values, those of a zip together, in the order of the file."""
+        """Return the axes with listed values, those of a zip together, in the order of the file."""
         of = {key: group for group in self.zips for key in group}
         listed = [key for key, axis in self.axes.items() if not axis.is_range]
         return list(dict.fromkeys(of.get(key, (key,)) for key in listed))
@@ -246,7 +246,7 @@ class Sweep(Strict):
 
     @property
     def count(self) -> int:
-        """Number of requested runs, before constraints."""
+        """Return the number of requested runs, before constraints."""
         grid = math.prod(len(self.axes[group[0]].listed) for group in self.groups)
         drawn = (self.design.latin_hypercube or self.design.sobol or 1) if self.design else 1
         return grid * drawn * self.seeds
@@ -257,7 +257,7 @@ RESERVED = ("point", "seed", "status", "reason", "run")
 
 
 def read(file: Path) -> Sweep:
-    """The file, checked; its constraints are parsed, and none is evaluated."""
+    """Read and check the file; its constraints are parsed, but not evaluated."""
     sweep = parse(Sweep, read_yaml(file, Sweep, begun("sweep")), str(file))
     if sweep.count > MOST_RUNS:
         raise ConfigError(
@@ -277,4 +277,4 @@ def parsed(sweep: Sweep, file: Path) -> list[Constraint]:
 
 
 Point = Mapping[str, Value]
-"""Axis -> its value."""
+"""Values of a point by axis."""

@@ -18,18 +18,18 @@ from pywet.sweep.description import Sweep
 from pywet.sweep.table import DONE
 
 GRID = 41
-"""Values of each axis at which a map is drawn."""
+"""Number of values of each axis of a map."""
 MOST_LINES = 12
 
 
 def label(made: pd.DataFrame, name: str) -> str:
-    """A column as an axis of a figure is labelled."""
+    """Return the label of a column on an axis of a figure."""
     unit = made.attrs.get("units", {}).get(name, "")
     return f"{name} [{unit}]" if unit and unit != "1" else name
 
 
 def drawn(sweep: Sweep, made: pd.DataFrame, results: list[str], x: str, y: str, hue: str | None = None) -> Figure:
-    """The figure of `pywet sweep plot`: y over x, a line for each value of hue; of two axes a map of the result hue."""
+    """Draw the figure of `pywet sweep plot`: y over x, a line for each value of hue; for two axes a map of the result hue."""
     columns = [*sweep.axes, *results]
     for name in (x, y, *([hue] if hue else [])):
         if name not in columns:
@@ -67,7 +67,7 @@ def drawn(sweep: Sweep, made: pd.DataFrame, results: list[str], x: str, y: str, 
 
 
 def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str | None = None) -> None:
-    """Mean of y at each x with its 95 % interval over seeds and all other axes; a scatter where x is a result."""
+    """Draw the mean of y at each x with its 95 % interval over seeds and all other axes; a scatter plot if x is a result."""
     rows = rows[rows[y].notna()]
     groups = [(v, rows[rows[hue] == v]) for v in sorted(rows[hue].unique())] if hue else [(None, rows)]
     if len(groups) > MOST_LINES:
@@ -107,7 +107,7 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
 
 
 def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) -> Figure:
-    """The mean of a result over two numerical axes, and its standard error, with the points that were run."""
+    """Draw the mean of a result over two numerical axes, and its standard error, with the points that were run."""
     for key in (x, y):
         if not pd.api.types.is_numeric_dtype(rows[key]):
             raise PywetError(
@@ -135,7 +135,7 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
 
 
 def _scale(axes: Axes, which: str, logarithmic: bool) -> None:
-    """A logarithmic scale with plain numbers at powers of ten, since text with $ is no formula in pictures here."""
+    """Set a logarithmic scale with plain numbers at powers of ten, since text with $ is not typeset as formula here."""
     if logarithmic:
         axes.set(**{f"{which}scale": "log"})
         axis = getattr(axes, f"{which}axis")

@@ -1,4 +1,4 @@
-"""Results that a sweep gathers from a point: stored ones by name, others on request and from functions of its run."""
+"""Results that a sweep gathers from a point: stored ones by name, others on request and by functions of its run."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ Numbers = dict[str, float | None]
 
 
 def gathered(plan: Plan, run: Run) -> Numbers | None:
-    """Gathered results of a run; None where it is not done. What is read off the run is stored with its numbers.
+    """Return the gathered results of a run; None if it is not done.
 
-    Raises `PywetError` where a function fails or a result on request is not there.
+    Values computed from the run are stored with its results. Raises `PywetError` if a function fails or a
+    requested result does not exist.
     """
     numbers = plan.store.numbers(run.built.name, plan.kind.engine)
     if numbers is None:
@@ -51,7 +52,7 @@ def _subject(plan: Plan, run: Run, numbers: Numbers) -> Any:
 
 
 def _function(plan: Plan, function: Function) -> tuple[str, Callable[[Any], float]]:
-    """The word under which a function's result is stored, with the hash of its file, and the function."""
+    """Return the name under which a function's result is stored, with the digest of its file, and the function."""
     name = path_of(plan.file, function)
     source = read_bytes(Path(name.rpartition(":")[0]), "fix its path in gather")
     refuse_untrusted(plan.file, function)

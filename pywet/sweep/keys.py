@@ -28,7 +28,7 @@ def filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]
 
 
 def holds(content: Any, key: str) -> bool:
-    """Return whether a dotted path leads to something that is written in a content."""
+    """Return whether a dotted path exists in a content."""
     try:
         for part in key.split("."):
             content = content[_index(content, part, key)]
@@ -38,7 +38,7 @@ def holds(content: Any, key: str) -> bool:
 
 
 def _put(content: Any, key: str, value: Any) -> None:
-    """Put a value at a path. An entry with a source gets another `value` (or `material`); a last key may be new."""
+    """Set a value at a path. An entry with a source gets another `value` (or `material`); a last key may be new."""
     *path, last = key.split(".")
     for part in path:
         index = _index(content, part, key)
@@ -65,7 +65,7 @@ def _put(content: Any, key: str, value: Any) -> None:
 
 
 def _index(content: Any, part: str, key: str) -> Any:
-    """Key of a group; of a list the number of an entry from 0, or the `name` that an entry has."""
+    """Return the key of a group; for a list the index of an entry from 0, given by number or by `name`."""
     if not isinstance(content, list):
         return part
     names = [entry.get("name") if isinstance(entry, dict) else None for entry in content]

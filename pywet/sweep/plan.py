@@ -1,4 +1,4 @@
-"""Plan of a sweep before anything runs: points checked and named, mistakes, number of runs, core-hours, disk."""
+"""Plan of a sweep before its runs: points checked and named, mistakes, number of runs, core-hours, disk."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from pywet.sweep.store import Store
 from pywet.util.files import read_if_there
 
 ADDED = "added.json"
-"""Points that adaptive sampling has added to a sweep, in its folder."""
+"""File in a sweep's folder with the points that adaptive sampling has added."""
 LISTED = 5
-"""Mistakes of points that are printed; the others are counted."""
+"""Number of mistakes of points that are printed; the others are counted."""
 Report = Callable[..., None]
 
 
 class Run(NamedTuple):
-    """A row of the table: a point with one seed; `seed` counts from the base's."""
+    """A row of the table: a point with one seed; `seed` is relative to the base's."""
 
     point: Numbered
     seed: int
@@ -39,7 +39,7 @@ class Run(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep whose file was read; its points are checked when `runs` are asked for."""
+    """A sweep as read from its file; its points are checked when `runs` is accessed."""
 
     file: Path
     sweep: Sweep
@@ -49,7 +49,7 @@ class Plan:
 
     @property
     def added(self) -> list[Point]:
-        """Points that adaptive sampling has added to the sweep."""
+        """Return the points that adaptive sampling has added to the sweep."""
         path = self.folder / ADDED
         found = list(read_if_there(path, "remove the file", list[dict[str, description.Value]]) or [])
         if any(point.keys() != self.sweep.axes.keys() for point in found):
@@ -65,16 +65,16 @@ class Plan:
 
     @cached_property
     def gather(self) -> list[str | Function]:
-        """Results to be collected of each point, in the order of the table."""
+        """Return the results to be gathered from each point, in the order of the table."""
         return list(self.sweep.gather or self.kind.results)
 
     @property
     def results(self) -> list[str]:
-        """Names of the gathered results."""
+        """Return the names of the gathered results."""
         return [g if isinstance(g, str) else g.name for g in self.gather]
 
     def run(self, number: int, seed: int) -> Run:
-        """One run by the number of its point."""
+        """Return one run by the number of its point."""
         point = self.points[number - 1]
         return Run(point, seed, self.kind.built(point.values, seed))
 
@@ -92,12 +92,12 @@ class Plan:
 
     @property
     def missing(self) -> list[Run]:
-        """Runs that are not in the store, each fingerprint once."""
+        """Return the runs that are not in the store, each fingerprint once."""
         there = {run.built.name: run for run in self.runs}
         return [run for name, run in there.items() if self.store.numbers(name, self.kind.engine) is None]
 
     def cost_of(self, run: Run) -> Cost:
-        """Predicted cost of a run; where there is no prediction that of runs of its kind in the store, if any."""
+        """Return the predicted cost of a run; without a prediction that of stored runs of its kind, if any."""
         cost = self.kind.cost(run.built)
         return cost if cost.known else self.store.typical(run.built.name) or cost
 
@@ -143,7 +143,7 @@ def read_file(file: Path, out: Path | None = None, store: Path | None = None, tr
 
 
 def read(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
-    """Read a sweep and check its results; functions in files may run if `trust` is given."""
+    """Read a sweep and check its results; functions in files are permitted to run if `trust` is given."""
     plan = read_file(file, out, store, trust)
     _check_gather(plan, trust)
     return plan
@@ -180,7 +180,7 @@ def _check_gather(plan: Plan, trust: bool) -> None:
 
 
 def path_of(file: Path, function: Function) -> str:
-    """A function's name with the whole path of its file, which counts from the sweep's folder."""
+    """Return a function's name with the full path of its file, which is relative to the sweep's folder."""
     return user_laws.placed(function.function, file.parent)
 
 
@@ -212,7 +212,7 @@ def refuse_untrusted(file: Path, function: Function) -> None:
 
 
 def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
-    """Lines of the plan that are printed before anything runs."""
+    """Return the lines of the plan that are printed before the runs."""
     runs, points_, seeds = len(plan.runs), len(plan.points), plan.sweep.seeds
     left_out = plan.sweep.count // seeds + len(plan.added) - points_
     seconds, disk = sum(c.seconds for _, c in costs), sum(c.disk_B for _, c in costs)
@@ -228,7 +228,7 @@ def lines(plan: Plan, costs: list[tuple[Run, Cost]], cores: int) -> list[str]:
 
 
 def spent(plan: Plan, costs: list[tuple[Run, Cost]]) -> str | None:
-    """Report measured and predicted cost of the runs of a call; None where none was measured."""
+    """Report measured and predicted cost of the runs of a call; None if none was measured."""
     both = [(measured, cost) for run, cost in costs if (measured := plan.store.took(run.built.name)) is not None]
     if not both:
         return None
@@ -245,7 +245,7 @@ def hours(seconds: float) -> str:
 
 
 def refuse_too_much(plan: Plan, costs: list[tuple[Run, Cost]]) -> None:
-    """Refuse a sweep beyond its limits, or beyond the free space of the store's disk."""
+    """Refuse a sweep that exceeds its limits or the free space of the store's disk."""
     seconds, disk = sum(c.seconds for _, c in costs), sum(c.disk_B for _, c in costs)
     where = next(p for p in (plan.store.folder.absolute(), *plan.store.folder.absolute().parents) if p.exists())
     free = shutil.disk_usage(where).free

@@ -1,4 +1,4 @@
-"""The points of a sweep: grids, zips and designs, less what the constraints leave out, each with all its seeds."""
+"""Points of a sweep: grids, zips and designs, reduced by the constraints, each with all its seeds."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from pywet.sweep.description import Point, Sweep, parsed
 
 
 class Numbered(NamedTuple):
-    """A point as the table numbers it, from 1."""
+    """A point with its number in the table, from 1."""
 
     number: int
     values: Point
 
 
 def numbered(sweep: Sweep, file: Path, more: list[Point] | None = None) -> list[Numbered]:
-    """All points in the order of the file, then `more`; refused where the constraints leave none."""
+    """Return all points in the order of the file, then `more`; raises if the constraints exclude all."""
     rules = parsed(sweep, file)
     every = [*_all(sweep), *(more or [])]
     left: list[Point] = []
@@ -68,7 +68,7 @@ def drawn(sweep: Sweep) -> list[Point]:
 
 
 def printed(values: Point) -> str:
-    """A point as text: `friction 0.3, laws.0 willett`."""
+    """Format a point as text: `friction 0.3, laws.0 willett`."""
     return ", ".join(
         f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}" for key, value in values.items()
     )

@@ -1,4 +1,4 @@
-"""Results of a run of the engine by name, as a sweep gathers them: from its summary, from the ends of its tables."""
+"""Results of a run of the engine by name for a sweep: from its summary and from the last rows of its tables."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ AT_END = (
     "contacts_per_sphere", "bridges_per_sphere", "walls_per_sphere", "mean_overlap", "largest_overlap",
     "mean_speed_m_per_s", "largest_speed_m_per_s", "centre_of_mass_height_m",
 )  # fmt: skip
-"""Of a scene, at its last output."""
+"""Results of a scene at its last output."""
 ON_REQUEST: dict[str, Callable[[Run], float]] = {
     "angle_of_repose_deg": lambda run: run.angle_of_repose(),
     "drum_angle_deg": lambda run: run.drum_angle(),
 }
-"""Of a scene, only where they are gathered: not every scene has a heap or a drum."""
+"""Results of a scene on request only, since not every scene has a heap or a drum."""
 RETAINED = ("fraction_retained_end", "coarse_share")
 
 
 def numbers(run: Run) -> Numbers:
-    """All results of a finished run but those on request."""
+    """Return all results of a finished run except those on request."""
     summary = run.summary
     events, initial = summary["events"] or {}, summary["initial_liquid_m3"]
     found: dict[str, Any] = {name: summary.get(name) for name in ("steps", "mass_kg", "initial_liquid_m3", *RETAINED)}
@@ -48,14 +48,14 @@ def numbers(run: Run) -> Numbers:
 
 
 def of_scene(scene: description.Scene) -> list[str]:
-    """Names of the results of a scene, of its feeds and its deck too."""
+    """Return the names of the results of a scene, including those of its feeds and its deck."""
     scene = scene.in_full()
     liquid = [column("spheres", s.name) for s in scene.spheres] + [f"wall_{walls.word_of(w.name)}" for w in scene.walls]
     return [*ON_REQUEST, *AT_END, *OF_ANY, *_of_liquid([*liquid, "left", "total"])]
 
 
 def of_case(config: Config, number: int, scale: str) -> list[str]:
-    """Names of the results of a case."""
+    """Return the names of the results of a case."""
     classes = [c.name for c in cases.ingredients(config, number, scale).classes]
     liquid = [*WALL_HOLDERS, "coarse_material", "fines", "left", "total"]
     liquid += [column(place, name) for place in ("coarse_material", "fines") for name in classes]

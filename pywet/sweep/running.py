@@ -25,7 +25,7 @@ Report = Callable[..., None]
 def do(kind: Kind, run: Run, store: Store, ranks: int = 1) -> bool:
     """Run a point unless it is in the store, and return whether it has results; the reason for a failure is in its folder.
 
-    A folder in which another call is at work is left to it, with a notice.
+    A folder in use by another call is skipped with a notice.
     """
     name, folder = run.built.name, store.place(run.built.name)
     if store.numbers(name, kind.engine) is not None:
@@ -62,7 +62,7 @@ def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int) -> bo
 def carry_out(
     plan: Plan, runs: Sequence[Run], cores: int = 1, ranks: int = 1, report: Report = lambda done, of: None
 ) -> None:
-    """Carry out runs, on several cores in processes that end with this one; a failed point does not stop others."""
+    """Execute runs, on several cores in child processes that end with this one; a failed point does not stop others."""
     if not plan.kind.engine or cores == 1 or len(runs) < 2:
         for k, run in enumerate(runs):
             report(k, len(runs))

@@ -1,6 +1,6 @@
 """A LIGGGHTS script with liquid as the base of a sweep: keys of its liquid's file and variables of the script are axes.
 
-A point runs in a folder of its own, to which the files are copied that the script names below its folder.
+Each point has its own folder, to which files below the script's folder that it names are copied.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ PREFIX = "script."
 VARIABLE = re.compile(r"^([ \t]*variable[ \t]+(\w+)[ \t]+(?:index|equal|string)[ \t]+)(\S.*)$", re.MULTILINE)
 PLAIN = re.compile(r"[\w.+-]+")
 WRITES = ("dump", "log", "print", "restart", "write_data", "write_restart", "shell")
-"""Commands whose files are results."""
+"""Commands that write result files."""
 RESULTS = ("formations", "ruptures", "bridges_at_end", "liquid_films_share", "liquid_bridges_share", "processor_time_s")
 CURE = "name a LIGGGHTS script with the line of fix pywet; its path counts from the sweep's folder"
 
 
 class Given(NamedTuple):
-    """A point of a script: its liquid, and the content of every file that is copied."""
+    """A point of a script: its liquid, and the content of every copied file."""
 
     wet: Wet
     files: dict[str, bytes]
 
 
 class OfScript(Kind):
-    """A script as `pywet liggghts` runs it."""
+    """A script run as by `pywet liggghts`."""
 
     results = ("formations", "ruptures")
 
@@ -65,7 +65,7 @@ class OfScript(Kind):
 
     @cached_property
     def _read(self) -> tuple[Line, dict[str, bytes], dict[str, Any]]:
-        """The line of fix pywet, the files to copy by their path from the script, and the content of the liquid's file."""
+        """Return the line of fix pywet, the files to copy by their path from the script, and the content of the liquid's file."""
         read_bytes(self.file, CURE)
         with chdir(self.file.parent):
             found = scan(Path(self.file.name))
@@ -82,7 +82,7 @@ class OfScript(Kind):
         return found.line, files, liquid
 
     def _variables(self) -> dict[str, str]:
-        """Variables of the script and of files that it includes, with the value that is written there."""
+        """Return the variables of the script and of included files, with the values in the text."""
         texts = [content.decode(errors="replace") for content in self._read[1].values()]
         return {name: value for text in texts for _, name, value in VARIABLE.findall(text)}
 
@@ -153,7 +153,7 @@ class OfScript(Kind):
         return found
 
     def _folders(self) -> set[str]:
-        """Folders below the script's to which it writes."""
+        """Return the folders below the script's to which it writes."""
         with chdir(self.file.parent):
             words = [Path(word) for row in commands(Path(self.file.name)) for word in row[1:] if "/" in word]
             return {str(word.parent) for word in words if word.parent.is_dir() and _below(word)}
@@ -170,7 +170,7 @@ class OfScript(Kind):
 
 
 def _named(script: Path) -> Iterator[str]:
-    """Files below the present folder that a script names, with those that it includes."""
+    """Yield the files below the current folder that a script names, and those of files that it includes."""
     for command, *words in commands(script):
         for word in () if command in WRITES else words:
             path = Path(word)
@@ -188,7 +188,7 @@ def _below(path: Path) -> bool:
 
 
 def _put(content: bytes, values: dict[str, Value]) -> bytes:
-    """A file with other values of its variables."""
+    """Return a file with other values of its variables."""
 
     def line(found: re.Match[str]) -> str:
         return f"{found[1]}{values[found[2]]}" if found[2] in values else found[0]

@@ -1,9 +1,9 @@
 """Significance in a sweep: main effects and interactions by F tests, and points that do not differ from the best one.
 
-A numerical axis enters by a polynomial of second order (of first where it has two values) on its scale, text by its levels; two
-axes interact by the products of their first terms. The F of a term compares the least-squares fits with and without it; the error
-is the scatter of seeds where there are any, else what the full fit leaves open. p is Holm's over the terms of a result, and two
-points are compared by the tests of `pywet compare`.
+A numerical axis is represented by a polynomial of second order (first for two values) on its scale, text by its
+levels; the interaction of two axes by the products of their first terms. The F of a term compares the least-squares
+fits with and without it; the error is the scatter of seeds if there are several, otherwise the residual of the full
+fit. p is adjusted by Holm over the terms of a result, and two points are compared by the tests of `pywet compare`.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Term:
-    """A main effect, of one axis, or an interaction, of two: share of the variation, change of the result, p (None: no error)."""
+    """A main effect or an interaction of two axes: share of the variation, change of the result, p (None: no error estimate)."""
 
     axes: tuple[str, ...]
     share: float
     change: float
-    """Largest less smallest fitted contribution over the points."""
+    """Largest minus smallest fitted contribution over the points."""
     p: float | None
 
     @property
@@ -55,7 +55,7 @@ class Effects:
 
 
 def coordinates(sweep: Sweep, made: pd.DataFrame) -> dict[str, Floats]:
-    """Numerical axes with more than one value, each from -1 to 1 over its values, on its scale."""
+    """Return numerical axes with more than one value, each scaled from -1 to 1 over its values, on its scale."""
     found = {}
     for key, axis in sweep.axes.items():
         values = made[key]
@@ -68,7 +68,7 @@ def coordinates(sweep: Sweep, made: pd.DataFrame) -> dict[str, Floats]:
 
 
 def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
-    """Term -> its columns of the fit, main effects before interactions."""
+    """Return the columns of the fit for each term, main effects before interactions."""
     first: dict[str, Floats] = {}
     found: dict[tuple[str, ...], Floats] = {}
     numerical = coordinates(sweep, made)
@@ -86,9 +86,10 @@ def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
 
 
 def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) -> Effects | None:
-    """Main effects and interactions of a result over all runs that have it; None where too few have, or none differs.
+    """Return main effects and interactions of a result over all runs that have it.
 
-    Of runs without a seed, which have no scatter, nothing is tested.
+    The result is None if there are too few, or if all are equal. For runs without a seed, which have no scatter,
+    nothing is tested.
     """
     rows = made[(made["status"] == DONE) & made[result].notna()].reset_index(drop=True)
     if len(rows) < 3 or rows[result].nunique() < 2:
@@ -125,7 +126,7 @@ def _estimable(columns: dict[tuple[str, ...], Floats], rows: int) -> bool:
 
 
 def _fit(columns: dict[tuple[str, ...], Floats], y: Floats) -> tuple[float, dict[tuple[str, ...], Floats]]:
-    """Sum of squared residuals of a least-squares fit with a constant, and the coefficients of each term."""
+    """Return the sum of squared residuals of a least-squares fit with a constant, and the coefficients of each term."""
     matrix = np.column_stack([np.ones(len(y)), *columns.values()])
     solved = np.linalg.lstsq(matrix, y, rcond=None)[0]
     ends = np.cumsum([1, *(c.shape[1] for c in columns.values())])
@@ -134,7 +135,7 @@ def _fit(columns: dict[tuple[str, ...], Floats], y: Floats) -> tuple[float, dict
 
 
 def _error(rows: pd.DataFrame, result: str, residual: float, count: int) -> tuple[float, int, str]:
-    """Variance of a single run, its degrees of freedom, and what it was taken from."""
+    """Return the variance of a single run, its degrees of freedom, and its source."""
     groups = rows.groupby("point")[result]
     inside = int(len(rows) - groups.ngroups)
     if inside > 0:
@@ -161,7 +162,7 @@ class Optimum:
     mean: float
     half_width: float | None
     alike: list[int]
-    """Points that do not differ significantly from it, itself included; it alone where no seed was repeated."""
+    """Points that do not differ significantly from it, including itself; it alone if no seed was repeated."""
     ranges: dict[str, str]
     """Axis -> its values over those points."""
     next_best: int | None
@@ -187,14 +188,14 @@ def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Opt
 
 
 def _scatter(groups: dict[int, Floats]) -> tuple[float, int]:
-    """Standard deviation of a single run within points, pooled over all of them, and its degrees of freedom."""
+    """Return the standard deviation of a single run within points, pooled over all of them, and its degrees of freedom."""
     freedom = sum(len(v) - 1 for v in groups.values())
     squares = sum(float(((v - v.mean()) ** 2).sum()) for v in groups.values())
     return (float(np.sqrt(squares / freedom)) if freedom else 0.0), freedom
 
 
 def _alike(groups: dict[int, Floats], best: int, others: list[int], scatter: float, freedom: int) -> list[int]:
-    """Points whose mean is not significantly worse: t tests with the pooled scatter, Holm over the points."""
+    """Return points whose mean is not significantly worse: t tests with the pooled scatter, Holm over the points."""
     if freedom == 0:
         return []
     found = []
@@ -214,7 +215,7 @@ def _span(values: pd.Series) -> str:
 
 @dataclass(frozen=True)
 class Difference:
-    """A result at two points, as `pywet compare` tests groups of seeds: means and the p over all gathered results."""
+    """A result at two points, compared like groups of seeds in `pywet compare`: means and p over all gathered results."""
 
     result: str
     a: float
@@ -223,7 +224,7 @@ class Difference:
 
 
 def differences(made: pd.DataFrame, results: list[str], a: int, b: int) -> tuple[str, list[Difference]]:
-    """The method and the difference of each result of two points; empty where they have fewer than two seeds each."""
+    """Return the method and the difference of each result of two points; empty for fewer than two seeds each."""
     groups = [made[(made["point"] == n) & (made["status"] == DONE)] for n in (a, b)]
     names = [r for r in results if all(g[r].notna().all() and len(g) > 1 for g in groups)]
     if not names:

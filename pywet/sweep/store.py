@@ -1,6 +1,6 @@
 """The store shared by all sweeps: a folder for each fingerprint, with the run and its results in `point.json`.
 
-A point without `point.json` is run again; one whose run failed has the reason in `failed.json` meanwhile.
+A point without `point.json` is run again; after a failure `failed.json` contains the reason.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ AGAIN = "remove the folder, and the sweep runs the point again"
 
 
 class Numbers(TypedDict):
-    """Results of a point by name, and those of functions and on request by the digest of what computed them."""
+    """Results of a point by name, and those of functions and on request by the digest of their code."""
 
     numbers: dict[str, float | None]
 
@@ -44,7 +44,7 @@ class Store:
     folder: Path
 
     def place(self, name: str) -> Path:
-        """Folder in which the run of a point is stored."""
+        """Return the folder in which the run of a point is stored."""
         return self.folder / name
 
     def numbers(self, name: str, engine: bool) -> dict[str, float | None] | None:
@@ -58,7 +58,7 @@ class Store:
         return None if found is None else dict(found["numbers"])
 
     def leave(self, name: str, numbers: dict[str, float | None]) -> None:
-        """Store the results of a point: from here on it counts as done."""
+        """Store the results of a point, which then counts as done."""
         write_json(self.place(name) / DONE, {"numbers": numbers})
 
     def note(self, name: str, seconds: float) -> None:
@@ -69,7 +69,7 @@ class Store:
         )
 
     def took(self, name: str) -> Cost | None:
-        """Return the cost of the run of a point; None where it is not known."""
+        """Return the cost of the run of a point; None if not known."""
         try:
             found = read_if_there(self.place(name) / COST, AGAIN, Took)
         except PywetError:
@@ -77,7 +77,7 @@ class Store:
         return None if found is None else Cost(found["seconds"], found["disk_B"])
 
     def typical(self, name: str) -> Cost | None:
-        """Return the mean cost of runs whose names begin like this one's; None if there are none."""
+        """Return the mean cost of runs whose names have the same beginning; None if there are none."""
         folders = self.folder.glob(f"{name.rpartition('-')[0]}-*")
         found = [cost for cost in (self.took(folder.name) for folder in folders) if cost is not None]
         return Cost(*(sum(part) / len(found) for part in zip(*(c[:2] for c in found), strict=True))) if found else None

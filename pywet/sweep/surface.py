@@ -1,4 +1,4 @@
-"""The response of a sweep over its numerical axes: a polynomial of second order with the standard error of its mean."""
+"""Response of a sweep over its numerical axes: a polynomial of second order with the standard error of its mean."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MISFIT = 0.01
 
 @dataclass(frozen=True)
 class Response:
-    """A surface over the unit cube of some axes; `low` and `width`: of each axis on its scale."""
+    """A response surface over the unit cube of some axes; `low` and `width` of each axis on its scale."""
 
     keys: list[str]
     logarithmic: list[bool]
@@ -28,18 +28,18 @@ class Response:
     fitted: Surface
 
     def places(self, values: Floats) -> Floats:
-        """Values of the axes (n, axes) as places in the unit cube."""
+        """Convert values of the axes (n, axes) to points in the unit cube."""
         on_scale = np.where(self.logarithmic, np.log(np.where(self.logarithmic, values, 1.0)), values)
         return np.asarray((on_scale - self.low) / self.width)
 
     def at(self, values: Floats) -> tuple[Floats, Floats]:
-        """Mean and its standard error at values of the axes (n, axes)."""
+        """Return mean and its standard error at values of the axes (n, axes)."""
         found = [self.fitted.at(place) for place in self.places(values)]
         return np.array([m[0] for m, _ in found]), np.sqrt([v[0] for _, v in found])
 
 
 def through(sweep: Sweep, made: pd.DataFrame, result: str, keys: list[str]) -> Response | None:
-    """A surface of a result over numerical axes through all rows given; None where they are too few for it."""
+    """Fit a surface of a result over numerical axes to all given rows; None if they are too few."""
     rows = made[(made["status"] == DONE) & made[result].notna()]
     if rows.empty:
         return None

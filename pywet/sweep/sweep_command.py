@@ -1,4 +1,4 @@
-"""`pywet sweep FILE` and `pywet sweep plot FILE X Y [HUE]`: printed output and order of the steps."""
+"""Print the output of `pywet sweep FILE` and `pywet sweep plot FILE X Y [HUE]`, step by step."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def check(asked: Plan, cores: int, say: Say) -> Costs:
 
 
 def carry_out(asked: Plan, cores: int, ranks: int, more: int, say: Say) -> pd.DataFrame:
-    """Check, run what is missing, write table and page; with `more` points where the map is least known, and those too."""
+    """Check, execute missing runs, write table and page; `more`: number of points to add where the map is most uncertain."""
     missing = check(asked, cores, say)
     sweep_folder.claim(asked.folder, asked.file)
     made = _run(asked, missing, cores, ranks, say)
@@ -55,14 +55,14 @@ def _run(asked: Plan, missing: Costs, cores: int, ranks: int, say: Say) -> pd.Da
 
 
 def finish(asked: Plan, made: pd.DataFrame) -> list[str]:
-    """Write table and page from what is in the store; the lines to print."""
+    """Write table and page from the store, and return the lines to print."""
     table.write(asked, made)
     shown = sweep_page.write(asked, made)
     return [*sweep_page.sentences(asked, made), f"{asked.folder / table.NAME}, {shown}"]
 
 
 def failures(made: pd.DataFrame) -> str | None:
-    """One sentence on the runs without results, with the first reason."""
+    """Return one sentence on the runs without results, with the first reason."""
     failed = made[made["status"] == FAILED]
     if failed.empty:
         return None
@@ -74,7 +74,7 @@ def failures(made: pd.DataFrame) -> str | None:
 
 
 def plot(given: Path, names: list[str], out: Path | None) -> Path:
-    """Draw columns of a finished sweep's table into a file; the sweep by its file or by its folder."""
+    """Draw columns of a finished sweep's table into a file; the sweep is given by its file or by its folder."""
     file = sweep_folder.owner(given) if given.is_dir() else given
     if file is None:
         raise FileError(

@@ -1,4 +1,4 @@
-"""Folder of a sweep's table and page, which belongs to one file: two files of one name have two folders."""
+"""Folder of a sweep's table and page, which belongs to one file: two files with the same name have two folders."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from pywet.util.files import make_folder, read_if_there, write_json
 ROOT = Path("results/sweeps")
 STORE = ROOT / "store"
 WRITTEN = ("sweep.parquet", "sweep.csv", "report.html")
-"""What a sweep writes into its folder, over what an earlier call wrote."""
+"""Files that a sweep writes into its folder, replacing those of an earlier call."""
 OWNER = "file.json"
-"""Names the file of the sweep, by its path from the folder."""
+"""File that names the file of the sweep, by its path from the folder."""
 CURE = "remove the file, and the next call writes it"
 
 
@@ -34,7 +34,7 @@ def owner(folder: Path) -> Path | None:
 
 
 def of(file: Path) -> Path:
-    """`results/sweeps/NAME`, numbered where that folder belongs to another file of this name."""
+    """Return `results/sweeps/NAME`, with a number if that folder belongs to another file of this name."""
     for k in itertools.count(1):
         folder = ROOT / (file.stem if k == 1 else f"{file.stem}-{k}")
         if folder != STORE and owner(folder) in (None, file.resolve()):
@@ -43,7 +43,7 @@ def of(file: Path) -> Path:
 
 
 def claim(folder: Path, file: Path) -> None:
-    """Assign a folder to a file's sweep; refused if it holds another file's sweep or files that would be overwritten."""
+    """Assign a folder to a file's sweep; raises if it contains another file's sweep or files that would be overwritten."""
     make_folder(folder)
     there = owner(folder)
     if not os.path.lexists(folder / OWNER) and (found := [n for n in WRITTEN if os.path.lexists(folder / n)]):

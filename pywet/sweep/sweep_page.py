@@ -1,4 +1,4 @@
-"""The page of a sweep: what was varied, where the optimum is, what matters and what is not significant, links to runs."""
+"""The page of a sweep: what was varied, optimum, significant and other effects, links to runs."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from pywet.sweep.table import NAME as TABLE
 
 NAME = "report.html"
 MOST_ROWS = 500
-"""Runs that the page lists; the table has all."""
+"""Largest number of runs on the page; the table has all."""
 NO_MAP = "No map: it needs a result that varies over two numerical axes of at least three values each."
 NOWHERE = "{}: no run has it"
 SHARES = 4
-"""Terms that are printed of a result without scatter."""
+"""Number of terms printed for a result without scatter."""
 DETAILS = ("report.html", "summary.json", "point.json")
-"""What a link to a run leads to: the first that is there."""
+"""Files of a run to which its link may lead: the first that exists."""
 
 
 def write(plan: Plan, made: pd.DataFrame) -> Path:
@@ -56,7 +56,7 @@ def write(plan: Plan, made: pd.DataFrame) -> Path:
 
 
 def optima(plan: Plan, made: pd.DataFrame, result: str) -> list[Optimum]:
-    """The optimum of the goal; without a goal the largest and the smallest of every result."""
+    """Return the optimum of the goal; without a goal the largest and the smallest of every result."""
     goal = plan.sweep.goal
     senses = (True, False) if goal is None else (goal.maximise is not None,) if result == goal.result else ()
     found = (significance.optimum(plan.sweep, made, result, largest) for largest in senses)
@@ -64,7 +64,7 @@ def optima(plan: Plan, made: pd.DataFrame, result: str) -> list[Optimum]:
 
 
 def sentences(plan: Plan, made: pd.DataFrame) -> list[str]:
-    """Return the sentences that a finished sweep prints: runs, optima, what is significant of each result."""
+    """Return the sentences that a finished sweep prints: runs, optima, significant effects on each result."""
     done = int((made["status"] == DONE).sum())
     lines = [f"{done} of {len(made)} runs have results"]
     for result in plan.results:
@@ -78,7 +78,7 @@ def sentences(plan: Plan, made: pd.DataFrame) -> list[str]:
 
 
 def _matters(found: Effects) -> str:
-    """The terms of a result in one line: significant ones and others, or the largest shares where nothing is tested."""
+    """List the terms of a result in one line: significant ones and others, or the largest shares if nothing is tested."""
     if found.terms[0].p is None:
         largest = sorted(found.terms, key=lambda t: -t.share)[:SHARES]
         return "share of the variation " + ", ".join(f"{t.name} {100 * t.share:.2g} %" for t in largest)
@@ -143,7 +143,7 @@ def _optimum(best: list[Optimum]) -> str:
 
 
 def _compared(plan: Plan, made: pd.DataFrame, best: list[Optimum]) -> str:
-    """The best point and the next one by the tests of `pywet compare`."""
+    """Compare the best point with the next one by the tests of `pywet compare`."""
     if not best or best[0].next_best is None:
         return ""
     a, b = best[0].number, best[0].next_best
@@ -190,7 +190,7 @@ def _effects(plan: Plan, effects: dict[str, Effects | None]) -> str:
 
 
 def _curves(plan: Plan, done: pd.DataFrame) -> str:
-    """Every result over every axis that varies."""
+    """Draw every result over every varied axis."""
     keys = [key for key in plan.sweep.axes if len(done[key].unique()) > 1]
     if done.empty or not keys:
         return page.paragraph("Nothing to draw yet.")
@@ -212,7 +212,7 @@ def _curves(plan: Plan, done: pd.DataFrame) -> str:
 
 
 def _maps(plan: Plan, done: pd.DataFrame) -> list[page.Section]:
-    """The response surface over the first two numerical axes, with its uncertainty."""
+    """Draw the response surface over the first two numerical axes, with its uncertainty."""
     numerical = list(significance.coordinates(plan.sweep, done)) if len(done) else []
     if len(numerical) < 2:
         return []
@@ -240,7 +240,7 @@ def _maps(plan: Plan, done: pd.DataFrame) -> list[page.Section]:
 
 
 def _runs(plan: Plan, made: pd.DataFrame) -> str:
-    """The first rows of the table, each with a link to its run."""
+    """Return the first rows of the table, each with a link to its run."""
     shown = made.head(MOST_ROWS)
     rows: page.Rows = []
     for row in shown.to_dict(orient="records"):

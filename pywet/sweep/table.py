@@ -1,4 +1,4 @@
-"""The table of a sweep: one row for each run, tidy, units in the metadata of its columns."""
+"""The table of a sweep in tidy form: one row for each run, units in the metadata of its columns."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAME = "sweep.parquet"
 DONE, FAILED = "done", "failed"
 ABOUT = {"point": "number of the point", "seed": "counted from the base's", "status": f"{DONE} or {FAILED}"}
 PURE = ("e_n", "e_t", "e_omega", *AT_END)
-"""Results without unit that have a name for it: `1`."""
+"""Results that are dimensionless, with the unit `1`."""
 
 
 def units(plan: Plan) -> dict[str, str]:
@@ -35,7 +35,7 @@ def units(plan: Plan) -> dict[str, str]:
 
 
 def frame(plan: Plan) -> pd.DataFrame:
-    """The table: point, axes, seed, results, status, reason of a failure, folder of the run from the table's."""
+    """Return the table: point, axes, seed, results, status, reason of a failure, folder of the run relative to the table's."""
     rows = [_row(plan, run) for run in plan.runs]
     made = pd.DataFrame(rows)
     for name in plan.results:
@@ -79,7 +79,7 @@ def write(plan: Plan, made: pd.DataFrame) -> Path:
 
 
 def read(folder: Path) -> pd.DataFrame:
-    """The table of a finished sweep; `attrs["units"]`: unit of its columns."""
+    """Read the table of a finished sweep; `attrs["units"]`: unit of its columns."""
     from pyarrow import parquet
 
     path = folder / NAME

@@ -1,6 +1,6 @@
 """A sweep as jobs of Snakemake: list of jobs, resources and execution of each (workflow/rules/sweep.smk).
 
-A job is named by point, seed and fingerprint, so that a job on a cluster finds its point without checking all others.
+A job's name contains point, seed and fingerprint, so that a job on a cluster finds its point without checking all others.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pywet.sweep.plan import Plan, Run
 from pywet.util.files import write_json
 
 ALL = "all"
-"""The one job of a sweep that needs no engine."""
+"""Name of the only job of a sweep without an engine."""
 LEAST_MB = 1500
 
 
@@ -33,7 +33,7 @@ class Jobs:
         return self.plan.folder
 
     def missing(self) -> list[str]:
-        """Names of the jobs to do; the whole sweep is checked first, and refused where a point is wrong or it takes too much."""
+        """Return the names of the missing jobs after a check of the whole sweep; raises for a wrong point or too high cost."""
         costs = self.plan.cost()
         plan.refuse_too_much(self.plan, costs)
         if not self.plan.kind.engine:
@@ -42,7 +42,7 @@ class Jobs:
 
     @property
     def word(self) -> str:
-        """Hash of all runs and of what is gathered: table and page are made again when it changes."""
+        """Return the digest of all runs and gathered results: table and page are rebuilt when it changes."""
         names = [run.built.name for run in self.plan.runs]
         return hashlib.sha256(f"{names} {self.plan.sweep.model_dump_json()}".encode()).hexdigest()[:16]
 
@@ -67,18 +67,18 @@ class Jobs:
         return self._costs[job]
 
     def memory_mb(self, job: str, attempt: int) -> int:
-        """Memory to request [MB]: doubled with each attempt."""
+        """Return the memory to request [MB], doubled with each attempt."""
         return max(LEAST_MB, math.ceil(1.5 * self._cost(job).memory_B / 1e6)) * 2 ** (attempt - 1)
 
     def minutes(self, job: str, attempt: int) -> int:
-        """Wall time to request [min]: doubled with each attempt."""
+        """Return the wall time to request [min], doubled with each attempt."""
         cost = self._cost(job)
         return max(needs.LEAST_MIN, math.ceil(needs.SAFE * cost.seconds / 60.0) if cost.known else 0) * 2 ** (
             attempt - 1
         )
 
     def run(self, job: str, done: Path) -> None:
-        """Carry out a job and write how many runs have results; a failed run does not fail the job."""
+        """Execute a job and write the number of runs with results; a failed run does not fail the job."""
         runs = self.plan.missing if job == ALL else [self._run(job)]
         sweep_folder.claim(self.folder, self.plan.file)
         good = sum(running.do(self.plan.kind, run, self.plan.store) for run in runs)
@@ -91,7 +91,7 @@ class Jobs:
             print(line)
 
     def verdict(self, file: Path) -> None:
-        """Refuse a sweep with failed runs, whose jobs lose their files so that the next call does them again."""
+        """Raise for a sweep with failed runs, whose jobs lose their files so that the next call repeats them."""
         made = table.frame(self.plan)
         failed = made.loc[made["status"] == table.FAILED, ["point", "seed"]]
         for run in self.plan.missing:

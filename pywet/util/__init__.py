@@ -1,1 +1,1 @@
-"""Files, messages, caches, compiled code, ranges of numbers and options of commands; nothing of the simulation."""
+"""Files, messages, caches, compiled code, ranges of numbers and options of commands, independent of the simulation."""

@@ -1,6 +1,6 @@
 """The cache folder: plugin, tables, machine code, and custom laws that are trusted.
 
-What lies there is loaded as code, so it is private: made with mode 700, owned by whoever runs this, checked before use.
+Its files are loaded as code, so it is private: made with mode 700, owned by the caller, checked before use.
 """
 
 from __future__ import annotations
@@ -19,16 +19,19 @@ from pywet.util.files import atomic_write
 from pywet.util.notices import notice
 
 SEAL = ".sha256"
-"""Ending of the file that holds the check sum of the one next to it."""
+"""Suffix of the file with the check sum of the file next to it."""
 CURE = "set PYWET_CACHE to a folder of your own"
 
 
 def folder(*below: str) -> Path:
-    """The cache folder, or one `below` it, made where missing.
+    """/.cache), if it is or can be the caller's own; else /tmp/pywet-UID.
 
-    $PYWET_CACHE; else `pywet` where the system keeps caches ($XDG_CACHE_HOME or ~/.cache), if it is or can be the caller's
-    own; else /tmp/pywet-UID. Raises `PywetError` for a folder that is somebody else's, can be written by others or not by
-    the caller.
+    Raises `PywetError` for a folder that is somebody else's, can be written by others or not by the
+    caller.~Return the cache folder, or one `below` it, made if missing. It is $PYWET_CACHE; otherwise `pywet` in
+    the system's cache folder ($XDG_CACHE_HOME or ~/.cache), if it belongs or can belong to the caller; otherwise
+    /tmp/pywet-UID. Raises `PywetError` for a folder that belongs to somebody else, is writable by others or not
+    by the caller.~/.cache), if it is or can be the caller's own; else /tmp/pywet-UID. Raises `PywetError` for a
+    folder that is somebody else's, can be written by others or not by the caller.
     """
     path = _chosen()
     for name in below:
@@ -37,7 +40,7 @@ def folder(*below: str) -> Path:
 
 
 def given(place: str, name: str) -> Path:
-    """A folder in one that an environment variable names, if both are the caller's own; else that of the cache, with a notice."""
+    """Return a folder in one named by an environment variable, if both belong to the caller; else the cache's, with a notice."""
     try:
         return _private(_private(Path(place).absolute()) / name)
     except PywetError as error:
@@ -56,7 +59,7 @@ def _chosen() -> Path:
 
 
 def _private(path: Path) -> Path:
-    """Return the folder, made if missing; refused unless it belongs to the caller and only the caller can write to it."""
+    """Return the folder, made if missing; raises unless it belongs to the caller and only the caller can write to it."""
     try:
         path.mkdir(mode=0o700, parents=True, exist_ok=True)
         there, link = path.stat(), path.lstat()
@@ -87,7 +90,7 @@ def _private(path: Path) -> Path:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Let one process at a time make a file of the cache: the others wait, and find it made."""
+    """Let one process at a time make a file of the cache; others wait and then find it."""
     with path.with_name(f"{path.name}.lock").open("w") as lock:
         with suppress(OSError):  # a file system without locks: both make it
             fcntl.flock(lock, fcntl.LOCK_EX)
@@ -95,13 +98,13 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def seal(path: Path) -> None:
-    """Write the check sum of a kept file next to it."""
+    """Write the check sum of a cached file next to it."""
     with atomic_write(path.with_name(path.name + SEAL)) as temporary:
         temporary.write_text(hashlib.sha256(path.read_bytes()).hexdigest())
 
 
 def whole(path: Path) -> bool:
-    """Return whether a cached file exists and is, byte for byte, the one that was sealed."""
+    """Return whether a cached file exists and equals, byte for byte, the sealed one."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest() == path.with_name(path.name + SEAL).read_text()
     except (OSError, UnicodeDecodeError):

@@ -1,8 +1,8 @@
 """Atomic writing: every file is written under a temporary name in the same folder and renamed when complete.
 
-And the one way to read a file back: `read_json`, `read_model`, `read_table` end a wrong one in a sentence, never a traceback.
-Tables carry check sums, so that a flipped bit is found. pandas and pydantic are imported where they are used: every command
-imports this module, and `pywet --help` is to answer at once.
+All files are read by `read_json`, `read_model` and `read_table`, which report an invalid one in a sentence without
+traceback. Tables contain check sums, so that a flipped bit is detected. pandas and pydantic are imported where they
+are used, because every command imports this module, and `pywet --help` must respond at once.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 Model = TypeVar("Model")
 AGAIN = "the run is not whole or was changed: run it again"
-"""Where to fix a file that a run has written."""
+"""Hint on how to fix a file that a run has written."""
 
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a temporary path next to `path`; rename it to `path` on success, remove it on failure.
 
-    A symbolic link stays and its target is written; a character device or a pipe is written to. In a run directory only what
-    its run wrote is overwritten, and no link is followed.
+    A symbolic link is preserved and its target is written; a character device or a pipe is written to. In a run
+    directory only files of its run are overwritten, and no link is followed.
     """
     path, temporary, folder = Path(path), None, None
     try:
@@ -77,7 +77,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 
 def _stream(path: Path) -> bool:
-    """Return whether a path is a character device or a pipe, such as /dev/stdout; raise FileError if it is not a file either."""
+    """Return whether a path is a character device or a pipe, such as /dev/stdout; raise FileError if it is no file either."""
     if not os.path.lexists(path):
         return False
     try:
@@ -99,7 +99,7 @@ def _stream(path: Path) -> bool:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder before the work whose results go there; a sentence where it cannot be written to."""
+    """Make a folder before the work whose results go there; raises one sentence if it is not writable."""
     with atomic_write(Path(path) / "writable") as temporary:
         temporary.touch()
     (Path(path) / "writable").unlink()
@@ -121,10 +121,10 @@ def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
 
 
 def write_parts(parts: Iterable[pd.DataFrame | Mapping[str, np.ndarray]], path: Path, quick: bool = False) -> None:
-    """Write a long table, each part (at least one) as a group of rows, so that memory is needed for one part only.
+    """Write a long table, each part (at least one) as a group of rows, so that only one part is in memory.
 
-    `quick`: by lz4 and without dictionaries, else by zstd. Numbers with fractions hardly ever repeat: of them there is no
-    dictionary, nor smallest and largest value of a group.
+    `quick`: by lz4 and without dictionaries, otherwise by zstd. Floating-point columns rarely repeat values: they
+    have no dictionary, and no smallest and largest value of a group.
     """
     import pyarrow as pa
     from pyarrow import parquet
@@ -142,22 +142,22 @@ def write_parts(parts: Iterable[pd.DataFrame | Mapping[str, np.ndarray]], path: 
 
 
 MOST_B = 200_000_000
-"""Largest JSON, YAML or CSV file that is read, and largest Python file of a law [bytes]."""
+"""Largest JSON, YAML or CSV file, and largest Python file of a law, that is read [bytes]."""
 MAX_DEPTH = 100
 """Deepest nesting of a JSON file that is read; this package writes four levels."""
 
 
 def write_csv(table: pd.DataFrame, path: Path, **how: Any) -> None:
-    """A table for other programs; `how` as `DataFrame.to_csv` takes it."""
+    """Write a table for other programs; `how`: options of `DataFrame.to_csv`."""
     with atomic_write(path) as temporary:
         table.to_csv(temporary, index=False, **how)
 
 
 def parse_json(text: str | bytes, name: str, cure: str) -> Any:
-    """JSON as Python values; `name` is what was given, `cure` where to fix it.
+    """Parse JSON to Python values; `name` describes the source, `cure` where to fix it.
 
-    Refused in one sentence: text that is not UTF-8, broken or nested deeper than `MAX_DEPTH`, a key given twice, NaN and
-    infinities, numbers beyond double precision.
+    Refused in one sentence: text that is not UTF-8, broken or nested deeper than `MAX_DEPTH`, a key given twice,
+    NaN and infinities, numbers beyond double precision.
     """
 
     def no_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -199,7 +199,7 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
 
 
 def read_bytes(path: Path, cure: str) -> bytes:
-    """The bytes of a file; a sentence where it is missing, a folder or not readable."""
+    """Return the bytes of a file; raises one sentence if it is missing, a folder or not readable."""
     try:
         with open(regular(path, cure), "rb") as file:
             content = file.read(MOST_B + 1)
@@ -221,7 +221,10 @@ def read_bytes(path: Path, cure: str) -> bytes:
 
 
 def regular(path: Path, cure: str) -> Path:
-    """The path, unless it is a pipe, a socket or a device: reading one may never end. A missing file is left to who reads it."""
+    """Return the path unless it is a pipe, a socket or a device, reading which may never end.
+
+    A missing file is left to the caller.
+    """
     with suppress(OSError, ValueError):
         kind = os.stat(path).st_mode
         if not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
@@ -233,19 +236,19 @@ def regular(path: Path, cure: str) -> Path:
 
 
 def read_json(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
-    """A JSON file as Python values that fit the type `shape`; see `parse_json`."""
+    """Read a JSON file as Python values of the type `shape`; see `parse_json`."""
     value = parse_json(read_bytes(path, cure), shown(path), cure)
     _fit(shape, value, path, cure)
     return value
 
 
 def read_if_there(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
-    """`read_json`, None where there is no such file."""
+    """Return `read_json`, or None without such a file."""
     return read_json(path, cure, shape) if os.path.lexists(path) else None
 
 
 def read_model(path: Path, model: type[Model], cure: str = AGAIN) -> Model:
-    """A JSON file as a pydantic model or a dataclass; the sentence names the first field that is wrong."""
+    """Read a JSON file as a pydantic model or a dataclass; the message names the first wrong field."""
     content: Model = _fit(model, read_json(path, cure), path, cure)
     return content
 
@@ -267,10 +270,10 @@ def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
 
 
 def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), step: int | None = None) -> pd.DataFrame:
-    """A Parquet table that holds at least `columns`, and, where it is one of a run's, what `expected_columns` says.
+    """Read a Parquet table with at least `columns`, and, for one of a run, those of `expected_columns`.
 
-    `step`: only the rows of this step. A sentence where it is missing, damaged, lacks a column, or holds in it anything but
-    finite numbers (integers).
+    `step`: only the rows of this step. Raises one sentence if it is missing, damaged, lacks a column, or if a
+    column contains anything but finite numbers (integers).
     """
     from pyarrow import parquet
 
@@ -285,7 +288,7 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
 
 
 def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int = 1 << 18) -> Iterator[pd.DataFrame]:
-    """Some columns of a run's long table, some rows after the others, at least one part; refused as by `read_table`."""
+    """Yield some columns of a run's long table, some rows at a time, at least one part; refused as by `read_table`."""
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -306,7 +309,7 @@ def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int 
 
 
 def _bounded(path: Path) -> None:
-    """Refuse a table whose values would not fit into memory, before they are unpacked."""
+    """Refuse a table whose values would not fit into memory, before they are decompressed."""
     from pyarrow import parquet
 
     about = parquet.ParquetFile(regular(path, AGAIN)).metadata
@@ -357,7 +360,7 @@ def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
 
 
 def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
-    """A CSV table, with pandas' own options; a sentence where it is missing, empty or damaged."""
+    """Read a CSV table with pandas' options; raises one sentence if it is missing, empty or damaged."""
     import pandas as pd
 
     with _readable(path, cure):
@@ -367,7 +370,7 @@ def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
 
 
 def check_numbers(table: pd.DataFrame, names: Sequence[str], path: Path, cure: str = AGAIN) -> None:
-    """A sentence where a column is missing or holds anything but finite numbers."""
+    """Raise one sentence if a column is missing or contains anything but finite numbers."""
     from pywet.schema import NUMBER
 
     for name in names:
@@ -380,7 +383,7 @@ def check_numbers(table: pd.DataFrame, names: Sequence[str], path: Path, cure: s
 
 
 LARGEST = 1e100
-"""No quantity of a run in SI reaches it, and sums and ratios of what stays below do not overflow."""
+"""Upper bound of all quantities of a run in SI units, for which sums and ratios do not overflow."""
 
 
 def _check_column(values: pd.Series, kind: str, path: Path, cure: str) -> None:

@@ -1,9 +1,9 @@
-"""numba with its machine code in this package's private cache. Modules that cache their code import `numba` from here.
+"""numba with its machine code in this package's private cache.
 
-numba itself looks only at the file of the function it keeps, not at those of the functions that are compiled into it, and
-loads what it finds. Here the folder's name stands for all sources that are compiled, for where they lie (by which numba names
-its files) and for the processor, and a file whose check sum does not fit counts as missing. Not here: closures; one source
-text is many functions, see `force_law`.
+Modules that cache their code import `numba` from here. numba itself checks only the file of the cached function, not
+those of the functions compiled into it, and loads any file that it finds. Here the folder's name depends on all
+compiled sources, on their path (by which numba names its files) and on the processor, and a file with a wrong check
+sum counts as missing. Closures are excluded, since one source text is many functions, see `force_law`.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def mark() -> None:
 
 @contextmanager
 def compiling(question: str) -> Iterator[None]:
-    """Around the answer to a question: print that it takes a while, unless one of its kind was answered before."""
+    """Print that the first answer to a question of this kind takes a while, unless one was given before."""
     answered = _mark().with_name(f"answered-{question}")
     if ready() or answered.exists():
         yield

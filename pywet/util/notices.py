@@ -1,6 +1,6 @@
 """Progress messages of the logger `pywet`, separate from the answer of a command.
 
-A program that uses pywet shows or drops them as it likes; the command line shows them on standard error, the workflow's scripts
+A program that uses pywet may show or drop them; the command line shows them on standard error, the workflow's scripts
 write them into the log of their job.
 """
 
@@ -15,7 +15,7 @@ from contextlib import contextmanager
 notice = logging.getLogger("pywet")
 notice.setLevel(logging.INFO)
 LINE_S, LINE_SHARE = 10.0, 0.05
-"""Least time between two lines of progress in a log file [s]; the same over the time since the start."""
+"""Least time between two progress messages in a log file [s], and the same relative to the time since the start."""
 
 
 @contextmanager
@@ -38,9 +38,10 @@ def shown() -> Iterator[None]:
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[..., None]]:
-    """A bar on standard error, seen from its first move on; it is moved by `done`, of how many (1.0), and another title.
+    """Show a progress bar on standard error, visible from its first update on.
 
-    Where standard error is no terminal, as in a log file, a notice every so often.
+    Updates have `done`, the total (1.0), and a new title. If standard error is no terminal, as for a log file,
+    notices are printed occasionally.
     """
     if not sys.stderr.isatty():
         yield _line_mover(title)
@@ -58,7 +59,7 @@ def bar(title: str) -> Iterator[Callable[..., None]]:
 
 
 def _line_mover(title: str) -> Callable[..., None]:
-    """Report progress by a notice, at least `LINE_S` after the one before, and the later the longer the work lasts."""
+    """Report progress by notices at least `LINE_S` apart, less frequently the longer the work takes."""
     started = latest = time.monotonic()
 
     def move(done: float, total: float = 1.0, title: str = title) -> None:

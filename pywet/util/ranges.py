@@ -1,7 +1,7 @@
 """Plausible ranges of numbers: one `Range` for each key of configuration and JSON, for each option of the command line.
 
-A value outside the range of its key is most often a mistake of units (mN/m for N/m, g/cm3 for kg/m3), so it is refused unless
-`unusual` next to it says why it is meant (`config.entries.Limited`).
+A value outside the range of its key is most often a mistake of units (mN/m for N/m, g/cm3 for kg/m3), so it is
+refused unless `unusual` next to it gives a reason (`config.entries.Limited`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MOST_RANKS = RANKS_PER_CORE * (os.cpu_count() or 1)
 
 @dataclass(frozen=True)
 class Range:
-    """A range from `low` to `high`, both included unless `above` (then more than `low`); `whole`: integers only."""
+    """A range from `low` to `high`, inclusive unless `above` (then greater than `low`); `whole`: integers only."""
 
     low: float
     high: float
@@ -38,7 +38,7 @@ class Range:
         return f"{kind}{low} {'and at most' if self.above else 'to'} {high} {self.unit}".strip()
 
     def read(self, name: str, given: Any) -> Any:
-        """A number, or the text of one, that is in the range; `name` is what the user calls it."""
+        """Return a number, or parse the text of one, within the range; `name` is its name for the user."""
         try:
             value = float(given)
         except (ValueError, OverflowError):
@@ -107,4 +107,4 @@ SCENE: dict[str, Range] = {
     "ranks": LIMITS["ranks"],
     "seed": LIMITS["seed"],
 }
-"""What can be chosen of a small scene -> its range."""
+"""Parameter of a small scene -> its range."""

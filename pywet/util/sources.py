@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parents[1]
 COMPILED = ("laws", "collisions")
 """Packages whose functions are compiled."""
 RUN = ("util", "laws", "geometry", "runs", "planning", "engines")
-"""Packages that a run goes through from its scene to its tables, in addition to the modules directly in `pywet`."""
+"""Packages used by a run from its scene to its tables, in addition to the modules directly in `pywet`."""
 TEXT = (".py", ".cpp", ".h", ".j2")
 
 
@@ -21,7 +21,7 @@ def of(packages: Iterable[str]) -> list[Path]:
 
 
 def of_a_run() -> list[Path]:
-    """Source files that a run follows from: Python, the plugin's C++, and the templates of the engine's script."""
+    """Return the source files that a run depends on: Python, the plugin's C++, and the templates of the engine's script."""
     inside, outside = PACKAGE / "shipped" / "liggghts_inputs", PACKAGE.parent / "liggghts_inputs"
     templates = inside if inside.exists() else outside
     return [*sorted(PACKAGE.glob("*.py")), *of(RUN), *sorted(templates.glob("*.j2"))]
@@ -29,12 +29,12 @@ def of_a_run() -> list[Path]:
 
 @cache
 def digest_of_a_run() -> str:
-    """Hash over names and contents of the files of `of_a_run`."""
+    """Return the digest of names and contents of the files of `of_a_run`."""
     return digest(of_a_run())
 
 
 def digest(files: Iterable[Path], *parts: str) -> str:
-    """Hash over words and over names and contents of files."""
+    """Return the digest of `parts` and of names and contents of files."""
     made = hashlib.sha256("\0".join(parts).encode())
     for path in files:
         made.update(path.name.encode() + b"\0" + path.read_bytes())

@@ -1,1 +1,1 @@
-"""The exact capillary bridge, solved a second way."""
+"""The exact capillary bridge, solved by a second method."""

@@ -1,9 +1,9 @@
-"""The branch of bridges of one volume, from touching bodies to where it stops being stable.
+"""Branch of bridges of one volume, from touching bodies to the loss of stability.
 
-Stability is the sign of the lowest eigenvalue of the second variation of the surface energy under the volume constraint,
-for axisymmetric normal displacements N(s) (Myshkis et al. 1987, Low-Gravity Fluid Mechanics, ch. 3):
-  integral (N'² - (k² + (sin(psi)/r)²) N²) r ds + sum over both ends of chi r N²,   integral N r ds = 0,
-  chi = (kappa - k cos(theta))/sin(theta),   k = psi' at the end.   At theta = 0 the ends cannot move: N = 0 there.
+Stability is the sign of the lowest eigenvalue of the second variation of the surface energy under the volume
+constraint, for axisymmetric normal displacements N(s) (Myshkis et al. 1987, Low-Gravity Fluid Mechanics, ch. 3):
+integral (N'² - (k² + (sin(psi)/r)²) N²) r ds + sum over both ends of chi r N², integral N r ds = 0, chi = (kappa - k
+cos(theta))/sin(theta), k = psi' at the end. At theta = 0 the ends cannot move: N = 0 there.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from reference_impl.bridge.solver import (
 
 EASY_ANGLE = math.radians(60.0)
 EASY_VOLUME = 1e-3
-"""In units of r_eff³: below both, a toroid is near enough for Newton."""
+"""Volume in units of r_eff³ up to which a toroid is a sufficient first guess for Newton's method."""
 FIXED_END = 1e-7
-"""Below this sine of the contact angle an end counts as fixed."""
+"""Sine of the contact angle below which an end counts as fixed."""
 
 
 def lowest_eigenvalue(problem: Problem, state: State) -> float:
-    """Lowest eigenvalue of the constrained second variation, times the square of the arc length (no dimension)."""
+    """Return the lowest eigenvalue of the constrained second variation, times the square of the arc length (dimensionless)."""
     g, half = grid(state.n - 1), 0.5 * state.length
     # Legendre polynomials, few enough for the quadrature to be exact
     degree = 2 * (state.n - 1) // 3
@@ -67,7 +67,7 @@ def lowest_eigenvalue(problem: Problem, state: State) -> float:
 
 
 def toroid(problem: Problem) -> State:
-    """First guess at S = 0: the circular arc that meets both bodies at their angles and encloses the volume."""
+    """Return a first guess at S = 0: the circular arc that meets both bodies at their angles and encloses the volume."""
     g = grid(problem.points)
     ci, cj = math.cos(problem.theta_i), math.cos(problem.theta_j)
     ki, kj = problem.kappa_i, problem.kappa_j
@@ -134,7 +134,7 @@ def touching(problem: Problem) -> State:
 
 
 def _stretched(state: State, old: Problem, new: Problem) -> State:
-    """A guess for a changed volume: radii as V^(1/4), heights as V^(1/2)."""
+    """Return a guess for a changed volume: radii as V^(1/4), heights as V^(1/2)."""
     ratio = (new.volume / old.volume) ** 0.25
     tail = [state.length * ratio**2, state.pressure / ratio**2, state.arc_i * ratio, state.arc_j * ratio]
     return State(np.concatenate([state.r * ratio, state.z * ratio**2, state.psi, tail]), 0.0)
@@ -150,7 +150,7 @@ class Point:
 
 
 def norm_weight(state: State) -> Floats:
-    """Norm for steps along the branch, made of the meridian and the separation."""
+    """Return the weights of the norm for steps along the branch, made of the meridian and the separation."""
     size, n = scales(state), state.n
     weight = 1.0 / size**2
     weight[: 3 * n] /= n
@@ -159,7 +159,7 @@ def norm_weight(state: State) -> Floats:
 
 
 def apart(a: State, b: State, weight: Floats) -> float:
-    """Length of the path between two bridges."""
+    """Return the length of the path between two bridges."""
     return math.sqrt(float(weight @ np.append(a.x - b.x, a.separation - b.separation) ** 2))
 
 
@@ -169,7 +169,7 @@ def moved(state: State, direction: Floats, step: float) -> State:
 
 
 def walk(problem: Problem) -> Iterator[Point]:
-    """Bridges from S = 0 along the branch, by steps in arc length of the branch (which passes folds)."""
+    """Yield bridges from S = 0 along the branch, by steps in arc length of the branch (which passes folds)."""
     point = at(problem, touching(problem))
     weight = norm_weight(point.state)
     yield point
@@ -185,7 +185,7 @@ def walk(problem: Problem) -> Iterator[Point]:
 
 
 def at(problem: Problem, state: State) -> Point:
-    """A bridge as a point of its branch, in the direction of growing separation."""
+    """Return a bridge as a point of its branch, in the direction of growing separation."""
     weight = norm_weight(state)
     opening = np.zeros(len(state.x) + 1)
     opening[-1] = 1.0 / math.sqrt(weight[-1])
@@ -204,7 +204,7 @@ def finer(problem: Problem, point: Point) -> tuple[Problem, Point]:
 
 
 def step_from(problem: Problem, point: Point, step: float, weight: Floats) -> Point | None:
-    """The bridge one step further along the branch, or None."""
+    """Return the bridge one step further along the branch, or None."""
     heading = unit(point.direction, weight)
     guess = moved(point.state, heading, step)
     if guess.length <= 0.0 or np.min(guess.r) <= 0.0:

@@ -1,9 +1,10 @@
 """The exact axisymmetric capillary bridge without gravity between two spheres, or a sphere and a plate (radius math.inf).
 
-Method: the meridian is solved as a boundary-value problem by collocation with polynomials at Gauss points (bridge_solver),
-followed in arc length of the branch from S = 0, where stability is the sign of the second variation (bridge_branch). The
-conserved force is not used, so its spread along the meridian measures the error; points are added until it is below 1e-11.
-Contact angles are in [0, 90°), the surface tension is 1: a force is in metres, to be multiplied by the tension in N/m.
+Method: the meridian is solved as a boundary-value problem by collocation with polynomials at Gauss points
+(bridge_solver), followed in arc length of the branch from S = 0, where stability is the sign of the second variation
+(bridge_branch). Conservation of the force is not used, so that its spread along the meridian measures the error;
+points are added until it is below 1e-11. Contact angles are in [0, 90°), the surface tension is 1: a force is in
+metres, to be multiplied by the tension in N/m.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class Bridge:
     """Attraction at the narrowest cross-section: 2 pi r sin(psi) - pi r² P."""
     force_i: float
     force_j: float
-    """The same at the contact lines."""
+    """Attraction at the contact line of j."""
     force_spread: float
     """Largest difference of the force along the meridian, relative to the larger of it and 2 pi neck_radius."""
     half_filling_i: float
@@ -43,13 +44,13 @@ class Bridge:
     wetted_radius_i: float
     wetted_radius_j: float
     neck_radius: float
-    """Least radius of the meridian; at a contact line where there is no neck between the two."""
+    """Smallest radius of the meridian; that of a contact line if there is no neck between the two."""
     curvature: float
     """Mean curvature, half the pressure inside; negative for suction."""
     energy: float
     """Surface energy [m²]: free surface - sum of cos(theta) wetted area; force = d(energy)/d(separation)."""
     share_i: float
-    """Part of the volume on the side of i of the narrowest cross-section."""
+    """Share of the volume on i's side of the narrowest cross-section."""
     eigenvalue: float
     """Lowest eigenvalue of the constrained second variation times (arc length)²."""
     stable: bool
@@ -83,7 +84,7 @@ def solve(separation: float, volume: float, radius_i: float, radius_j: float, th
 
 
 def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float) -> Rupture:
-    """End of the stable branch of bridges of this volume [m³], and how the narrowest section splits the liquid there."""
+    """Return the end of the stable branch of bridges of this volume [m³], and the split at the narrowest section there."""
     unit, problem = _scaled(volume, radius_i, radius_j, theta_i, theta_j)
     problem, point, ahead = _bracket(problem)
     last = _end(problem, point, _distance(point, ahead))
@@ -95,7 +96,7 @@ def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, the
 
 
 def branch(volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float) -> Iterator[Bridge]:
-    """Bridges along the branch from S = 0, through the end of stability and back, as far as they are resolved (1e-6)."""
+    """Yield bridges along the branch from S = 0, through the loss of stability and back, as far as resolved (1e-6)."""
     unit, problem = _scaled(volume, radius_i, radius_j, theta_i, theta_j)
     for point in walk(problem):
         if point.state.separation < 0.0 or force_spread(point.state) > 1e-6:
@@ -116,9 +117,9 @@ def _scaled(volume: float, radius_i: float, radius_j: float, theta_i: float, the
 
 
 def _bracket(problem: Problem, target: float = math.inf) -> tuple[Problem, Point, Point]:
-    """Two neighbours of the branch: the last stable one at or below `target` and the next, beyond it or unstable.
+    """Return two neighbours on the branch: the last stable one at or below `target` and the next, beyond it or unstable.
 
-    The problem comes back with as many points as the second one needs.
+    The problem is returned with the number of points that the second one needs.
     """
     before: Point | None = None
     for point in walk(problem):
@@ -161,7 +162,7 @@ def _end(problem: Problem, point: Point, step: float) -> Point:
 
 
 def _approached(problem: Problem, point: Point, step: float, near: float) -> tuple[Point, float]:
-    """A stable point within about `near` of the end, by steps that halve where they would pass it or cut a bend."""
+    """Return a stable point within about `near` of the end, by steps that are halved if they pass the end or cut a bend."""
     while step > near:
         weight = norm_weight(point.state)
         found = step_from(problem, point, step, weight)
@@ -173,7 +174,7 @@ def _approached(problem: Problem, point: Point, step: float, near: float) -> tup
 
 
 def _zero(problem: Problem, point: Point, step: float) -> Point | None:
-    """The point of eigenvalue zero on the branch beyond `point`, or None where a step to it fails."""
+    """Return the point of eigenvalue zero on the branch beyond `point`, or None if a step to it fails."""
     weight = norm_weight(point.state)
     seen: dict[float, Point] = {0.0: point}
 
@@ -202,7 +203,7 @@ def _agree(a: Point, b: Point, weight: Floats) -> bool:
 
 
 def _reach(problem: Problem, target: float) -> tuple[Problem, State]:
-    """The stable bridge at this separation (in units)."""
+    """Return the stable bridge at this separation (in units)."""
     problem, point, ahead = _bracket(problem, target)
     step = _distance(point, ahead)
     while step > 1e-9:

@@ -1,4 +1,4 @@
-"""What is read off a solved meridian: the spread of its force, its narrowest section, the split there, its energy."""
+"""Measures of a solved meridian: the spread of its force, its narrowest section, the split there, its energy."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from reference_impl.bridge.solver import Problem, State, body, cap_volume, grid,
 
 
 def force_spread(state: State) -> float:
-    """Largest difference of the axial force along the meridian, relative to it or to 2 pi r at the narrowest node."""
+    """Return the largest difference of the axial force along the meridian, relative to it or to 2 pi r at the narrowest node."""
     force = 2.0 * math.pi * state.r * np.sin(state.psi) - math.pi * state.r**2 * state.pressure
     return float(np.ptp(force) / max(abs(force).min(), 2.0 * math.pi * state.r.min()))
 
 
 def narrowest(state: State) -> float:
-    """Place t of the least radius: the interior neck, or the contact line where there is none."""
+    """Return the position t of the smallest radius: the interior neck, or else a contact line."""
     nodes = grid(state.n - 1).nodes
 
     def slope(t: float) -> float:
@@ -34,9 +34,9 @@ def narrowest(state: State) -> float:
 
 
 def share_i(problem: Problem, state: State, neck: float) -> float:
-    """Part of the liquid below the plane through the narrowest section.
+    """Return the share of the liquid below the plane through the narrowest section.
 
-    All of it is on the other side where that is a contact line; half where both contact lines are equally narrow.
+    If that is a contact line, all liquid is on the other side; half if both contact lines are equally narrow.
     """
     if abs(neck) == 1.0:
         equal = abs(state.r[0] - state.r[-1]) < 1e-9 * state.r[0]
@@ -55,7 +55,7 @@ def share_i(problem: Problem, state: State, neck: float) -> float:
 
 
 def energy(problem: Problem, state: State) -> float:
-    """Surface energy with tension 1."""
+    """Return the surface energy with tension 1."""
     g = grid(state.n - 1)
     free = math.pi * state.length * float(g.weights @ (g.value @ state.r))
     wetted = 0.0

@@ -2,10 +2,10 @@
 
 Between body i (below) and body j (above) the meridian (r, z)(t), -1 <= t <= 1, of arc length L has the tangent angle psi:
   r' = (L/2) cos psi,  z' = (L/2) sin psi,  psi' = (L/2) (P - sin(psi)/r)  (constant curvature P of the surface, tension 1).
-A body is a sphere of curvature kappa = 1/R, or a plate (kappa = 0); the contact line lies at the arc b along the body. There
+A body is a sphere of curvature kappa = 1/R, or a plate (kappa = 0); the contact line is at the arc b along the body. There
 r, z are those of the body and psi = pi - phi_i - theta_i or phi_j + theta_j, phi = kappa b. The volume is prescribed.
 Unknowns: r, z, psi at N + 1 Lobatto nodes, L, P, b_i, b_j; equations: 3 N collocation conditions, 6 ends, 1 volume.
-Nothing here uses that the force is the same at every cross-section; it is left as a check of the result.
+The equality of the force at every cross-section is not used; it remains as a check of the result.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Grid:
 
 @lru_cache
 def grid(points: int) -> Grid:
-    """Polynomials of degree `points` by their values at Chebyshev-Lobatto nodes."""
+    """Return polynomials of degree `points` by their values at Chebyshev-Lobatto nodes."""
     nodes = -np.cos(np.pi * np.arange(points + 1) / points)
     gauss, weights = np.polynomial.legendre.leggauss(points)
     value = interpolation(nodes, gauss)
@@ -66,7 +66,7 @@ def _barycentric(points: int) -> Floats:
 
 
 def interpolation(nodes: Floats, at: Floats) -> Floats:
-    """Matrix that gives the polynomial through Lobatto `nodes` at the points `at`."""
+    """Return the matrix that evaluates the polynomial through Lobatto `nodes` at the points `at`."""
     difference = at[:, None] - nodes[None, :]
     exact = difference == 0.0
     terms = _barycentric(len(nodes) - 1) / np.where(exact, 1.0, difference)
@@ -77,7 +77,7 @@ def interpolation(nodes: Floats, at: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class State:
-    """A meridian: all unknowns in one vector, and the separation it belongs to."""
+    """A meridian: all unknowns in one vector, and its separation."""
 
     x: Floats
     separation: float
@@ -116,19 +116,19 @@ class State:
 
 
 def body(kappa: float, arc: float) -> tuple[float, float]:
-    """Radius and depth below the body's tip of the point at `arc` along its surface."""
+    """Return radius, and depth below the body's tip, of the point at `arc` along its surface."""
     if kappa == 0.0:
         return arc, 0.0
     return math.sin(kappa * arc) / kappa, 2.0 * math.sin(0.5 * kappa * arc) ** 2 / kappa
 
 
 def cap_volume(kappa: float, depth: float) -> float:
-    """Volume of a body's cap of this depth."""
+    """Return the volume of a body's cap of this depth."""
     return 0.0 if kappa == 0.0 else math.pi * depth**2 * (1.0 / kappa - depth / 3.0)
 
 
 def liquid_volume(problem: Problem, state: State) -> float:
-    """Volume between the surface of revolution and the two bodies."""
+    """Return the volume between the surface of revolution and the two bodies."""
     g = grid(state.n - 1)
     solid = math.pi * float(g.weights @ ((g.value @ state.r) ** 2 * (g.slope @ state.z)))
     depth_i, depth_j = body(problem.kappa_i, state.arc_i)[1], body(problem.kappa_j, state.arc_j)[1]
@@ -136,7 +136,7 @@ def liquid_volume(problem: Problem, state: State) -> float:
 
 
 def residual(problem: Problem, state: State) -> Floats:
-    """Residual of all equations; zero for a bridge."""
+    """Return the residual of all equations; zero for a bridge."""
     g, half = grid(state.n - 1), 0.5 * state.length
     rg, psig = g.value @ state.r, g.value @ state.psi
     (ri, hi), (rj, hj) = body(problem.kappa_i, state.arc_i), body(problem.kappa_j, state.arc_j)
@@ -160,7 +160,7 @@ def residual(problem: Problem, state: State) -> Floats:
 
 
 def jacobian(problem: Problem, state: State) -> Floats:
-    """Derivatives of `residual`, one row per equation; the last column is the one to the separation."""
+    """Return the derivatives of `residual`, one row per equation; the last column is that by the separation."""
     g, half, n = grid(state.n - 1), 0.5 * state.length, state.n
     m = n - 1
     rg, psig = g.value @ state.r, g.value @ state.psi
@@ -194,7 +194,7 @@ def jacobian(problem: Problem, state: State) -> Floats:
 
 
 def scales(state: State) -> Floats:
-    """Typical size of each unknown, and of the separation."""
+    """Return the typical size of each unknown, and of the separation."""
     n, radius = state.n, float(np.max(np.abs(state.r)))
     tail = [state.length, abs(state.pressure) + 1.0 / radius, radius, radius, state.length]
     return np.concatenate([np.full(n, radius), np.full(n, state.length), np.ones(n), tail])
@@ -208,9 +208,9 @@ def _solve_scaled(matrix: Floats, right: Floats, column_scale: Floats) -> Floats
 
 
 def even(problem: Problem, change: Floats) -> Floats:
-    """Between equal bodies the part that keeps the bridge symmetric; a change as it is between others.
+    """Return the symmetric part of a change for equal bodies; otherwise the change itself.
 
-    Without it rounding would push the symmetric branch off where an asymmetric one leaves it.
+    Without this, rounding would leave the symmetric branch where an asymmetric one bifurcates.
     """
     if problem.kappa_i != problem.kappa_j or problem.theta_i != problem.theta_j:
         return change
@@ -227,9 +227,9 @@ def _admissible(state: State) -> bool:
 
 
 def newton(problem: Problem, start: State, row: Floats | None = None, predicted: State | None = None) -> State | None:
-    """The bridge near `start`, or None.
+    """Solve for the bridge near `start`; None without convergence.
 
-    With `row` the separation is free and what is added to `predicted` is orthogonal to `row`.
+    With `row` the separation is free and the correction to `predicted` is orthogonal to `row`.
     """
     state = start
     last = math.inf
@@ -260,12 +260,12 @@ def newton(problem: Problem, start: State, row: Floats | None = None, predicted:
 
 
 def unit(direction: Floats, weight: Floats) -> Floats:
-    """The direction with length one in the norm given by `weight`."""
+    """Scale a direction to length one in the norm given by `weight`."""
     return np.asarray(direction / math.sqrt(float(weight @ direction**2)), dtype=float)
 
 
 def tangent(problem: Problem, state: State, weight: Floats, before: Floats) -> Floats:
-    """Unit direction of the branch in the norm given by `weight`, on the side of `before`."""
+    """Return the unit direction of the branch in the norm given by `weight`, on the side of `before`."""
     right = np.zeros(len(state.x) + 1)
     right[-1] = 1.0
     direction = _solve_scaled(np.vstack([jacobian(problem, state), before * weight]), right, scales(state))

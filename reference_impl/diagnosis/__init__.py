@@ -1,1 +1,1 @@
-"""Names the fault behind a replay that disagrees."""
+"""Diagnosis: name the fault behind a replay that disagrees."""

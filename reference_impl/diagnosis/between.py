@@ -1,5 +1,4 @@
-"""Impulses between the sampling windows put to the diagnosis: which factor brings them within their bounds (see between.py of
-motion)."""
+"""Diagnosis of impulses between the sampling windows: which factor brings them within their bounds (see between.py of motion)."""
 
 from __future__ import annotations
 
@@ -16,9 +15,9 @@ from reference_impl.replay.compare import TOLERANCE
 from reference_impl.replay.io import Run
 
 ROUGH = 0.1
-"""Room next to the bounds for a factor that does not hold in every step."""
+"""Margin at the bounds for a factor that does not hold in every step."""
 TIGHT = 1e-3
-"""Relative width of the bounds within which they give a factor."""
+"""Relative width of the bounds within which they determine a factor."""
 
 
 def links(run: Run) -> Iterator[Link]:

@@ -1,6 +1,7 @@
-"""What ties the events of a log to each other and to the snapshots, with the faults that would break it (see diagnosis.py).
+"""Relations of the events of a log to each other and to the snapshots, with the faults that violate them (see diagnosis.py).
 
-The life of each bridge (formed, ruptured, formed …), the film of each sphere and triangle from event to event, and the ledger.
+They are the life of each bridge (formed, ruptured, formed …), the film of each sphere and triangle from event to
+event, and the ledger.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ Pair = tuple[Floats, Floats]
 
 
 def sides(table: pd.DataFrame, moves: Pair, fixed: Bodies) -> pd.DataFrame:
-    """Two rows an event, first all of i, then all of j: holder (film t of a wall counts as -1 - t), films, liquid moved.
+    """Return two rows per event, first all of i, then all of j: holder (film t of a wall counts as -1 - t), films, liquid moved.
 
-    Events of one `phase` draw on the same films: bridges that end by retirement come after all others of their step.
+    Events of one `phase` draw from the same films: bridges that end by retirement follow all others of their step.
     """
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - fixed.film_of[table["triangle"].to_numpy()], table["j"].to_numpy())
@@ -44,7 +45,7 @@ def sides(table: pd.DataFrame, moves: Pair, fixed: Bodies) -> pd.DataFrame:
 
 
 def histories(run: Run) -> pd.DataFrame:
-    """Events and, as a last row of each bridge, whether it stands in the last snapshot; with the kind before of each."""
+    """Return the events with the preceding kind of each, and, as last row of each bridge, whether it is active at the end."""
     events, last = _of_lives_alone(run), int(run.table("ledger")["step"].max())
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     parts = [events[columns]]
@@ -64,13 +65,13 @@ def histories(run: Run) -> pd.DataFrame:
 
 
 def _of_lives_alone(run: Run) -> pd.DataFrame:
-    """Events; of those before a part of a long log the formations of bridges that stood."""
+    """Return the events; of those before a part of a long log, the formations of bridges active at its start."""
     events = run.table("events")
     return events[run.known["lives"]].reset_index(drop=True) if "lives" in run.known else events
 
 
 def broken_lives(run: Run) -> dict[str, pd.DataFrame]:
-    """Rows of `histories` that cannot follow what was before, by what must have happened."""
+    """Return the rows of `histories` that are inconsistent with the preceding ones, by the event that must be missing."""
     rows = histories(run)
     rows = rows[rows["step"] > run.since]
     real = rows.index < len(_of_lives_alone(run))
@@ -81,7 +82,7 @@ def broken_lives(run: Run) -> dict[str, pd.DataFrame]:
 
 
 def of_lives(run: Run, holder: pd.Series, logged: Floats) -> Iterator[Suspect]:
-    """Films of those whose bridges have a broken life are wrong for the same reason."""
+    """Attribute wrong films to bridges with an inconsistent life of the same sphere or triangle."""
     for fault, found in broken_lives(run).items():
         of_walls = bodies(run).film_of[found.loc[found["wall"], "triangle"]]
         touched = {*found["i"], *found.loc[~found["wall"], "j"], *(-1 - of_walls)}
@@ -107,7 +108,7 @@ def life(run: Run) -> Iterator[Link]:
 
 
 def at_formation(run: Run) -> Floats:
-    """Row of the formation that belongs to each rupture, -1 for the others."""
+    """Return the row of the formation that belongs to each rupture, -1 for other events."""
     events = run.table("events")
     rows = events.assign(wall=events["partner_kind"] != laws.SPHERE, row=np.arange(len(events)))
     groups = rows.groupby(["wall", "i", "j"])
@@ -116,7 +117,7 @@ def at_formation(run: Run) -> Floats:
 
 
 def stored(run: Run, expected: Pair) -> Link:
-    """A bridge's volume at rupture against that at its formation; `expected` are the shares as they should be."""
+    """Compare a bridge's volume at rupture with that at its formation; `expected` are the correct shares."""
     events, at = run.table("events"), at_formation(run)
     logged = events["volume"].to_numpy(float)
     formed = np.where(at >= 0, logged[at], logged)
@@ -152,7 +153,7 @@ def _typical(run: Run, n: int) -> Floats:
 
 
 def booked(run: Run, expected: Pair) -> Link:
-    """The film after a step is that before it, less what its formations took, plus what its ruptures gave back."""
+    """Check that the film after a step is that before it, minus what its formations took, plus what its ruptures returned."""
     events = run.table("events")
     formation = events["kind"].to_numpy() == FORMATION
     share_i, share_j = (events[f"share_{s}"].to_numpy(float) for s in "ij")
@@ -189,7 +190,7 @@ def booked(run: Run, expected: Pair) -> Link:
 
 
 def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
-    """Films in the snapshots, and those with which spheres were retired, against the event log."""
+    """Compare films in the snapshots, and films of spheres when retired, with the event log."""
     ends = both.sort_values("phase", kind="stable").drop_duplicates(["holder", "step"], keep="last")
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
     tables = {"snapshot_films": run.table("films"), "snapshot_wall_films": run.table("wall_films")}
@@ -219,13 +220,13 @@ def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
 
 
 def _retired(run: Run) -> pd.DataFrame:
-    """Spheres retired within the part of the log that is looked at."""
+    """Return the spheres retired within the examined part of the log."""
     gone, last = retired.table(run.folder), int(run.table("events")["step"].max())
     return gone[(gone["step"] > run.since) & (gone["step"] <= max(last, int(run.table("films")["step"].max())))]
 
 
 def by_events(run: Run, steps: Floats) -> Floats:
-    """Return the liquid that events have added up to given steps: changes of the films and of the bridges' volumes."""
+    """Return the liquid that events have added until given steps: changes of the films and of the bridges' volumes."""
     events = run.table("events")
     events = events[events["step"] > run.since]
     both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
@@ -239,8 +240,9 @@ def by_events(run: Run, steps: Floats) -> Floats:
 
 
 def ledger(run: Run) -> Link:
-    """Check that films, bridges, walls and removed liquid add up to the liquid put in; events that create or destroy liquid are
-    reported by their own link.
+    """Check that films, bridges, walls and removed liquid add up to the initial liquid.
+
+    Events that create or destroy liquid are reported by their own link.
     """
     table = run.table("ledger")
     parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left", "retired")}
@@ -267,7 +269,7 @@ def ledger(run: Run) -> Link:
 
 
 def links(run: Run, expected: Pair) -> Iterator[Link]:
-    """Yield all links of the events but the lives of bridges; `expected`: the shares of each event as they should be."""
+    """Yield all links of the events except the lives of bridges; `expected`: the correct shares of each event."""
     events = run.table("events")
     if len(events):
         both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))

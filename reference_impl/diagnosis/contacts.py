@@ -1,4 +1,4 @@
-"""The equations of the contact log, each with the faults that would break it (see diagnosis.py)."""
+"""Equations of the contact log, each with the faults that would violate it (see diagnosis.py)."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def marks(c: Contacts) -> dict[str, Floats]:
 
 
 def separation(c: Contacts) -> Link:
-    """S = |x_i - x_j| - r_i - r_j; at a wall without r_j."""
+    """Check S = |x_i - x_j| - r_i - r_j; at a wall without r_j."""
     logged = c.column("separation")
     suspects = partial(gaps, logged, c.gap, c.ri, np.where(c.wall, 0.0, c.rj))
     return Link("separation", "gap", c.table, logged, c.gap, c.ri, suspects, marks=marks(c))
 
 
 def limit(run: Run, c: Contacts, formed: pd.DataFrame) -> Link:
-    """Static distance of the event log times the dynamic factor."""
+    """Compare the rupture distance with the static distance of the event log times the dynamic factor."""
     static, logged = formed["rupture_distance"].to_numpy(float), c.column("rupture_distance")
     on, eta, sigma = coverage.law(run, "dynamic_rupture"), run.meta["viscosity"], run.meta["surface_tension"]
 
@@ -67,7 +67,7 @@ def limit(run: Run, c: Contacts, formed: pd.DataFrame) -> Link:
 
 
 def volume(c: Contacts, formed: pd.DataFrame, drawn: Floats) -> Link:
-    """A bridge keeps the volume of its formation; `drawn` are the volumes as they should be."""
+    """Check that a bridge has the volume of its formation; `drawn` are the correct volumes."""
     expected = formed["volume"].to_numpy(float)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
@@ -88,7 +88,7 @@ def volume(c: Contacts, formed: pd.DataFrame, drawn: Floats) -> Link:
 
 
 def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
-    """No bridge stands beyond both its limits."""
+    """Check that no active bridge exceeds both its limits."""
     far = np.fmax(static, limits)
     stands = (c.gap >= far * (1.0 + 1e-9)).astype(float)
 
@@ -115,7 +115,7 @@ def inputs(c: Contacts, formed: pd.DataFrame) -> list[Contacts]:
 
 
 def pull(run: Run, sets: list[Contacts]) -> Link | None:
-    """Capillary force of a closed form."""
+    """Return the link of the capillary force of a closed form."""
     c, name, sigma = sets[0], coverage.law(run, "capillary"), run.meta["surface_tension"]
     if name is not None and name not in capillary.LAWS:
         return None
@@ -162,7 +162,7 @@ def total(c: Contacts, recomputed_terms: list[Floats]) -> Link:
 
 
 def torque(c: Contacts, side: str, recomputed_drag: Floats) -> Link:
-    """Arm times n x F_t, with F_t as logged."""
+    """Check that the torque is the lever arm times n x F_t, with F_t as logged."""
     drag, ri, rj = vectors(c.table, "viscous_tangential"), c.ri, np.where(c.wall, 0.0, c.rj)
     logged, turn = vectors(c.table, f"torque_{side}"), -np.cross(c.n, drag)
     mine, other = (ri, rj) if side == "i" else (rj, ri)
@@ -190,12 +190,12 @@ def torque(c: Contacts, side: str, recomputed_drag: Floats) -> Link:
 
 
 def expected_or_logged(link: Link | None, logged: Floats) -> Floats:
-    """A term as it should be; as logged where its law is not known here."""
+    """Return the correct value of a term; the logged one if its law is not known here."""
     return logged if link is None else link.expected
 
 
 def links(run: Run, drawn: Floats) -> Iterator[Link]:
-    """All equations of the contact log, causes before what follows; `drawn`: what each event's volume should be."""
+    """Yield all equations of the contact log, causes before consequences; `drawn`: correct volume of each event."""
     c, formed = forces.contacts(run), active_bridges.formed(run)
     if len(c.table) == 0:
         return

@@ -1,9 +1,10 @@
-"""Names the fault behind a replay that disagrees.
+"""Name the fault behind a replay that disagrees.
 
-Every equation of the log is a `Link`: what was logged, and what the papers give from the *other logged values of the same
-record*, so that one fault breaks one link and what follows from it does not. For a broken link the reference's formula is
-tried with one piece changed at a time (a `Suspect`): the change that brings the records back within tolerance is named, with
-where, since when, how many records it explains, and the next-best. Links and suspects: contacts.py, liquid.py …
+Every equation of the log is a `Link`: the logged value, and the value by the papers from the *other logged values of
+the same record*, so that one fault violates one link but not its consequences. For a violated link the reference's
+formula is evaluated with one part changed at a time (a `Suspect`): the change that brings the records back within
+tolerance is named, with its location, first step, number of records explained, and the second best. Links and
+suspects: contacts.py, liquid.py …
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from reference_impl.replay.arrays import Floats
 from reference_impl.replay.compare import Quantity, plain
 
 MATCH = 1e-9
-"""Deviation within which values agree where a link does not say otherwise."""
+"""Deviation within which values agree by default."""
 BITWISE = 1e-12
-"""Deviation within which a changed formula counts as the one used, for a link without any tolerance."""
+"""Deviation within which a changed formula counts as the one used, for a link with zero tolerance."""
 ROUNDS = 3
-"""Faults that are looked for in one link, each in the records that those before it do not explain."""
+"""Largest number of faults sought in one link, each in the records that the earlier ones do not explain."""
 LEAST = 0.5
-"""Share of a link's broken records that a suspect must explain to be named; below, the link counts as not explained."""
+"""Share of a link's violated records that a suspect must explain to be named; below it the link counts as not explained."""
 TINY = 1e-300
 NOTHING = np.zeros(0)
 KINDS = ("between spheres", "at large walls", "at wires", "at walls")
@@ -35,16 +36,16 @@ KINDS = ("between spheres", "at large walls", "at wires", "at walls")
 
 @dataclass(frozen=True)
 class Suspect:
-    """A fault, and what would have been logged with it."""
+    """A fault, and the values that would have been logged with it."""
 
     fault: str
     value: Floats
     number: float | None = None
-    """A factor or amount that was estimated from the records."""
+    """Factor or amount estimated from the records."""
     per: str = ""
-    """What the number is, to be said with it."""
+    """Meaning of the number, printed with it."""
     general: bool = False
-    """Describes what is seen without saying what causes it; named only where nothing else explains as much."""
+    """Whether it describes a deviation without its cause; named only if nothing else explains as much."""
 
 
 @dataclass(frozen=True)
@@ -58,18 +59,18 @@ class Link:
     expected: Floats
     size: Floats
     suspects: Callable[[Floats], Iterator[Suspect]]
-    """Given the broken records (a mask), the changed formulas in the order in which ties are decided."""
+    """Function of the violated records (a mask) that yields the changed formulas, in the order in which ties are decided."""
     tolerance: float = MATCH
     excuses: tuple[Floats, ...] = ()
-    """Values that count as right too: they follow from another link that is broken."""
+    """Values that are accepted too, because they follow from another violated link."""
     marks: dict[str, Floats] = field(default_factory=dict)
-    """Named groups of records, to say where."""
+    """Named groups of records, for the location of a fault."""
     since: int = -1
     """Records up to this step are not judged: they are there because others follow from them."""
     terms: dict[str, Floats] = field(default_factory=dict)
     """Parts of the expected value by name: residuals may follow one of them."""
     says: Callable[[Floats], str] | None = None
-    """What the residuals of broken records say, where more is known than a factor between two values."""
+    """Function that describes the residuals of violated records, if more is known than a factor between two values."""
 
 
 @dataclass(frozen=True)
@@ -89,10 +90,10 @@ class Finding:
     tried: int
     next_best: tuple[str, float] | None
     alike: tuple[str, ...] = ()
-    """Other faults that explain all that this one explains: these records cannot tell them apart."""
+    """Other faults that explain all that this one explains: these records cannot distinguish them."""
     per: str = ""
     seen: str = ""
-    """What the residuals say by themselves."""
+    """Description of the residuals themselves."""
 
     @property
     def known(self) -> str:
@@ -101,7 +102,7 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """Describe the fault: quantity, place, first step, certainty and alternatives; of an unknown fault the residuals."""
+        """Describe the fault: quantity, location, first step, certainty and alternatives; for an unknown fault the residuals."""
         what = f"{self.what}: {self.fault or self.seen}"
         what += f" ({self.number:+.3g} {self.per})" if self.per and self.number is not None else ""
         share = f"explains {self.explained} of {self.broken} records that disagree"
@@ -129,12 +130,12 @@ class Finding:
 
 
 def length(a: Floats) -> Floats:
-    """Size of each record's value, scalar or vector."""
+    """Return the magnitude of each record's value, scalar or vector."""
     return np.abs(a) if a.ndim == 1 else np.sqrt((a**2).sum(axis=1))
 
 
 def within(link: Link, value: Floats, tolerance: float) -> Floats:
-    """Records where a value agrees with what was logged."""
+    """Return the records in which a value agrees with the logged one."""
     with np.errstate(all="ignore"):
         difference = length(link.logged - value)
         allowed = tolerance * np.fmax(np.fmax(link.size, length(value)), TINY)
@@ -142,7 +143,7 @@ def within(link: Link, value: Floats, tolerance: float) -> Floats:
 
 
 def broken(link: Link) -> Floats:
-    """Records that disagree and do not follow from another link."""
+    """Return the records that disagree and do not follow from another link."""
     right = within(link, link.expected, link.tolerance)
     for value in link.excuses:
         if right.all():
@@ -190,7 +191,7 @@ def place(link: Link, rows: Floats) -> tuple[str, str]:
 
 
 def judge(link: Link) -> list[Finding]:
-    """The faults of one link, those that explain most first; empty where it holds."""
+    """Return the faults of one link, starting with those that explain most; empty if it is satisfied."""
     rest = broken(link)
     findings: list[Finding] = []
     while rest.any() and len(findings) < ROUNDS:
@@ -227,12 +228,12 @@ def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], name
 
 
 def _digits(number: float | None) -> float | None:
-    """A number to the digits that round-off leaves, so that equal ones are equal."""
+    """Round a number to the digits that round-off leaves, so that equal ones are equal."""
     return None if number is None else float(f"{number:.9g}")
 
 
 def joined(findings: list[Finding]) -> list[Finding]:
-    """Findings with the same fault in several links as one, led by the first."""
+    """Join findings with the same fault in several links, led by the first."""
     found: dict[tuple[str, float | None], Finding] = {}
     for n, f in enumerate(findings):
         key = (f.fault or f"?{n}", None if f.per or f.number is None else f.number)
@@ -259,7 +260,7 @@ def _both(one: str, two: str) -> str:
 
 
 def liquid_constants(findings: list[Finding]) -> list[Finding]:
-    """Factors that a wrong viscosity or surface tension gives to several terms at once, as that one fault."""
+    """Join factors on several terms that one wrong viscosity or surface tension would explain."""
     factors = {q: f.number for f in findings for q in f.quantities if f.number is not None}
     viscous, pull = factors.get("viscous_law"), factors.get("capillary")
     dynamic = factors.get("rupture_limit", 1.0)
@@ -276,7 +277,7 @@ def liquid_constants(findings: list[Finding]) -> list[Finding]:
 
 
 def diagnose(links: Iterator[Link], failed: list[str]) -> dict[str, Any]:
-    """Name the faults of a run; `failed`: quantities beyond their limits, of which those that only follow are listed apart."""
+    """Name the faults of a run; `failed`: quantities beyond their limits, with mere consequences listed separately."""
     with np.errstate(all="ignore"):
         found = [finding for link in links for finding in judge(link)]
     result = liquid_constants(joined([replace(f, number=_digits(f.number)) for f in found]))
@@ -318,11 +319,11 @@ SHOW_AGAIN = {
     **{name: {"mesh_motion"} for name in ("wall_closest_point", "contact_spring", "contact_logged")},
     "energy_capillary": OF_EVENTS | {"energy_windows", "energy_formed", "energy_ruptured", "energy_capillary_stored"},
 }  # fmt: skip
-"""Quantity of ruptures, motion, works or counts -> those whose fault it shows again."""
+"""Quantity of ruptures, motion, works or counts -> quantities of whose faults it is a consequence."""
 
 
 def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
-    """Several diagnoses of one run as one: the first speaks of causes, what others show of these again stands with its cause."""
+    """Join several diagnoses of one run: the first names causes; consequences in others are listed with their cause."""
     first, *others = diagnoses
     findings = [f for d in diagnoses for f in d["findings"]]
     if any(f["fault"] for f in findings):  # what the others cannot name follows from these
@@ -339,7 +340,7 @@ def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
 
 
 def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Causes, each with the sentences of the findings that show it again."""
+    """Group findings by cause, each with the sentences of its consequences."""
     expected = [{*f["quantities"]} for f in findings]
     shown = [[SHOW_AGAIN.get(q, set()) for q in f["quantities"]] for f in findings]
     fits = [
@@ -387,7 +388,7 @@ def _of_worst(q: Quantity) -> dict[str, Any]:
 
 
 def text(diagnosis: dict[str, Any] | None) -> list[str]:
-    """Lines to print under the table; none where all agrees."""
+    """Return the lines to print under the table; none if all agrees."""
     if diagnosis is None:
         return []
     lines = []

@@ -1,4 +1,4 @@
-"""Numbers of the dry contacts put to the diagnosis: which of them has another value, of all contacts or of one kind."""
+"""Diagnosis of the dry contacts' parameters: which of them has another value, for all contacts or for one kind."""
 
 from __future__ import annotations
 
@@ -25,24 +25,25 @@ NUMBERS: dict[str, dict[str, float]] = {
     "tangential stiffness of the dry contacts": {"tangential": 1.0, "damping_side": 0.5},
     "rolling friction": {"rolling": 1.0},
 }
-"""What of the dry contacts may have another value: numbers that go with which power of it."""
+"""Parameter of the dry contacts that may have another value -> numbers proportional to a power of it."""
 GIVEN = {
     "normal stiffness of the dry contacts (with the dashpot that follows from it)": "normal_stiffness_N_per_m",
     "restitution of the dry contacts": "restitution",
 }
-"""The same of numbers from which several follow: the key of a pair in scene.json."""
+"""Parameter from which several numbers follow -> key of a pair in scene.json."""
 FROM = (1.0, 0.5, 0.1)
-"""Values from which one is looked for that should be zero: no force changes with a friction at which nothing slides."""
+"""Trial values for a parameter that should be zero: no force depends on a friction at which nothing slides."""
 MODULI = {"youngs_modulus_Pa": "Young's modulus", "poissons_ratio": "Poisson's ratio"}
-"""What a body of a Hertz contact is made of."""
+"""Material parameters of a Hertz contact."""
 
 
 def suspects(
     setup: Setup, found: list[Forces], kind: int, logged: Floats, expected: Floats, rows: Floats, at: str
 ) -> Iterator[Suspect]:
-    """A number of the dry contacts times a factor: where contacts slide, no force is the same factor times another.
+    """Suspect that a parameter of the dry contacts is multiplied by a factor.
 
-    Of all contacts, and of those `at` the wall or `between spheres` where the residuals are.
+    If contacts slide, no force is that factor times another. The parameter is that of all contacts, or only of
+    those `at` the wall or `between spheres` that have the residuals.
     """
     for where in dict.fromkeys(("", at)):
         now = np.concatenate([_dry(setup, f, where)[kind] for f in found])
@@ -67,7 +68,7 @@ def suspects(
 
 
 def _others(setup: Setup) -> dict[str, tuple[Callable[[float], Dry], bool]]:
-    """Name -> the dry contacts with that number times a factor, or of a value where it is zero, and whether it is."""
+    """Return name -> dry contacts with that number times a factor, or with a value if it is zero, and whether it is."""
 
     def times(powers: dict[str, float], none: bool, by: float) -> Dry:
         numbers = {n: np.full_like(v, by) if none else v * by**power
@@ -92,7 +93,7 @@ def _others(setup: Setup) -> dict[str, tuple[Callable[[float], Dry], bool]]:
 def _moduli(
     setup: Setup, found: list[Forces], kind: int, logged: Floats, expected: Floats, rows: Floats
 ) -> Iterator[Suspect]:
-    """Young's modulus or Poisson's ratio of one body of the Hertz contacts times a factor; nothing for linear springs."""
+    """Suspect Young's modulus or Poisson's ratio of one body of the Hertz contacts times a factor; none for linear springs."""
     hertz = setup.scene.get("hertz") or {"spheres": []}
     names = [f"class {c['name']}" for c in setup.scene["classes"]]
     bodies: dict[str, tuple[str, int | None]] = {
@@ -118,7 +119,7 @@ def _moduli(
 
 
 def _dry(setup: Setup, f: Forces, where: str = "") -> parts.Part:
-    """Force and torque of the dry contacts of a window, or of those of one kind, with the numbers of `setup`."""
+    """Return force and torque of the dry contacts of a window, or of those of one kind, with the numbers of `setup`."""
     t = f.touches
     c = dry.contacts(setup, f.window, t, f.start, f.known)
     some = parts.kinds(setup, t)[where][:, None] if where else np.ones((len(t), 1))

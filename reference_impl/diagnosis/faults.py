@@ -1,4 +1,4 @@
-"""All links of a run put to the diagnosis; called only where a replay disagrees."""
+"""Diagnose all links of a run; called only if a replay disagrees."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from reference_impl.replay.io import Run
 
 
 def find(events: Run, contacts: Run, tables: transfer.Tables, failed: list[str]) -> dict[str, Any]:
-    """Named faults of a run whose quantities `failed` are beyond their limits, for replay.json.
+    """Return the named faults of a run whose quantities `failed` are beyond their limits, for replay.json.
 
-    Of a long run only a part of each log is given (looked.py).
+    For a long run only a part of each log is given (looked.py).
     """
     with np.errstate(all="ignore"):
         return diagnosis.diagnose(_links(events, contacts, tables, failed), failed)
@@ -41,7 +41,7 @@ def _links(run: Run, other: Run, tables: transfer.Tables, failed: list[str]) -> 
 
 
 def _table(run: Run) -> Link:
-    """The table of transfer ratios against the own solution."""
+    """Return the link of the table of transfer ratios to the independent solution."""
     (where, logged, expected, tolerance), used = transfer.solved_nodes(run), coverage.law(run, "transfer")
 
     def suspects(rows: Floats) -> Iterator[Suspect]:

@@ -1,4 +1,4 @@
-"""Formations too early, too late or never: what the engine must have looked at, or when (see diagnosis.py)."""
+"""Formations too early, too late or missing: what the engine must have checked, or when (see diagnosis.py)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION, Lives, keys, none
 
 MOST_LOOKS = 50
-"""Steps between two looks that are told from no look at all."""
+"""Steps between two neighbour checks that can be distinguished from no check at all."""
 
 
 def early(run: Run, marks: dict[str, Floats]) -> Link:
-    """A bridge forms only where the films touch, S < h_i + h_j, with the films at the start of the step."""
+    """Check that a bridge forms only if the films touch, S < h_i + h_j, with the films at the start of the step."""
     wrong, films, gap = formations.early(run)
     one = np.ones(len(gap))
 
@@ -72,7 +72,7 @@ def late(run: Run, marks: dict[str, Floats]) -> Link:
 
 
 def _grown(run: Run, held: formations.Held, gap: Floats, way: Floats) -> Floats:
-    """Formations that are not late by the films that both sides had before these last grew."""
+    """Return formations that are not late with the films before the last growth of either side."""
     table, fixed = run.table("events"), bodies(run)
     p = pairs(table, fixed)
     thinner = []
@@ -87,7 +87,7 @@ def _grown(run: Run, held: formations.Held, gap: Floats, way: Floats) -> Floats:
 
 
 def _before_last(table: pd.DataFrame, number: Floats, fixed: Bodies) -> Floats:
-    """Return the liquid of each side before the event that last changed it; NaN where none did."""
+    """Return the liquid of each side before the event that last changed it; NaN without such an event."""
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - fixed.film_of[table["triangle"]], table["j"])
     both = pd.DataFrame({
@@ -103,7 +103,7 @@ def _before_last(table: pd.DataFrame, number: Floats, fixed: Bodies) -> Floats:
 def _of_walls(
     logged: Floats, wall: Floats, expected: Floats, other: Floats, gap: Floats, formed: Floats
 ) -> Iterator[Suspect]:
-    """The film of a wall left out, or too thin: only where a wall has one."""
+    """Suspect that the film of a wall is omitted, or too thin; only if a wall has a film."""
     wet = wall & (other > 0.0)
     with np.errstate(all="ignore"):
         part = (gap - expected) / other
@@ -132,7 +132,7 @@ def shared(run: Run) -> Link | None:
 
 
 def missed(run: Run) -> Iterator[Link]:
-    """Compare with the bridges that must exist where films touch, at outputs and in windows; yield links of missing ones."""
+    """Check bridges that must exist because films touch, at outputs and in windows; yield links of missing ones."""
     events = run.table("events")
     lives = Lives(none(), events, 0, -1)
     table = missing.touching(run, lives, formations.Held(run))

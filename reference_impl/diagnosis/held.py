@@ -1,6 +1,6 @@
-"""Numbers that are not what they should be: how far off, and what they look like.
+"""Wrong numbers: their deviation, and likely causes, shared by the sections `scene` and `results`.
 
-Shared by the sections `scene` and `results`. A finding has the fields that the diagnosis of the logs gives its own.
+A finding has the same fields as in the diagnosis of the logs.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from reference_impl.replay.compare import TOLERANCE, Deviations, Quantity, numbe
 
 MISSING, NONE = "missing", "none"
 SHOWN = 12
-"""Findings of a quantity that are said one by one."""
+"""Number of findings of a quantity that are listed individually."""
 FACTORS = {
     100.0: "per cent for a share", 1000.0: "thousandths of the unit", 1e-3: "a thousandth", 1e9: "mm3 for m3", 1e6: "cm3 for m3",
     0.5: "half of it", 2.0: "twice", -1.0: "the sign is turned", math.pi / 180.0: "radians taken for degrees",
@@ -27,22 +27,22 @@ FACTORS = {
 
 @dataclass(frozen=True)
 class Held:
-    """One value compared with what it must be; `expected` as a tuple: one of these."""
+    """One value compared with its expected value; `expected` as a tuple: one of these."""
 
     name: str
     given: Any
     expected: Any
     source: str
     scale: float | None = None
-    """Size that a deviation is relative to; None: the expected value (1 where that is zero)."""
+    """Scale to which a deviation is relative; None: the expected value (1 if that is zero)."""
     allowance: float = 0.0
-    """What rounding of the file explains, in the unit of the value."""
+    """Deviation explained by rounding of the file, in the unit of the value."""
     what: str = ""
-    """A name for how it is wrong, where that is known already."""
+    """Description of the error, if already known."""
 
     @property
     def off(self) -> float:
-        """Deviation: 0 where both are the same, 1 where they are different words or switches."""
+        """Return the deviation: 0 if equal, 1 for different texts or switches."""
         if isinstance(self.expected, tuple):
             return min(Held(self.name, self.given, one, "", self.scale, self.allowance).off for one in self.expected)
         if _is_number(self.given) and _is_number(self.expected):
@@ -73,7 +73,7 @@ class Section:
     not_checked: list[str] = field(default_factory=list)
 
     def add(self, quantity: str, scale: str, held: Sequence[Held], what: str) -> None:
-        """One quantity over many values; those that are off become findings."""
+        """Add one quantity with many values; wrong ones become findings."""
         off = np.array([h.off for h in held])
         worst = held[int(np.argmax(off))] if held else None
         row: dict[str, Any] = {}
@@ -128,7 +128,7 @@ def finding(section: str, quantity: str, held: Held, what: str, wrong: int, coun
 
 
 def likeness(wrong: Held, held: Sequence[Held]) -> str:
-    """Name the other value that a wrong value equals, or the factor by which it is wrong."""
+    """Name another value that a wrong value equals, or the factor by which it is wrong."""
     if not _is_number(wrong.given) or not _is_number(wrong.expected):
         return ""
     stem, _, last = wrong.name.rpartition(".")
@@ -144,7 +144,7 @@ def likeness(wrong: Held, held: Sequence[Held]) -> str:
 
 
 def of_factor(ratio: float) -> str:
-    """Describe a constant factor in words; nothing if it is not one that a person would make by mistake."""
+    """Describe a constant factor; empty if it is not a typical mistake."""
     for known, words in FACTORS.items():
         if math.isclose(ratio, known, rel_tol=1e-9):
             return f"it is {known:.6g} times ({words})"
@@ -174,5 +174,5 @@ def _plain(value: Any) -> Any:
 
 
 def column(table: pd.DataFrame, name: str) -> Any:
-    """A column as floats; NaN where it holds no number."""
+    """Return a column as floats; NaN for anything but a number."""
     return pd.to_numeric(table[name], errors="coerce").to_numpy(float)

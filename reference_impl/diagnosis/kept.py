@@ -1,6 +1,6 @@
-"""What the tables next to the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
+"""Faults of the tables next to the logs: positions of walls, times, counts, ends of bridges, works (see diagnosis.py).
 
-Each is compared with the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
+Each is compared with the reference's value row by row, so that the same suspects apply: axes exchanged or reversed, a
 factor, a shift, another row, another time.
 """
 
@@ -26,9 +26,9 @@ from reference_impl.replay.lives import RUPTURE
 from reference_impl.shown import exchanged
 
 STEPS = 400
-"""A motion is looked for at so many steps before and after."""
+"""Number of steps before and after within which a shifted motion is sought."""
 ROUGH = 0.05
-"""Part of the way within which a motion between two steps counts as late."""
+"""Share of the displacement within which a motion between two steps counts as late."""
 
 
 def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
@@ -110,7 +110,7 @@ def walls(setup: window.Setup) -> Link:
 
 
 def _one_axis(logged: Floats, expected: Floats, rows: Floats) -> Iterator[Suspect]:
-    """A factor on one component: an amplitude."""
+    """Suspect a factor on one component: an amplitude."""
     for k, axis in enumerate("xyz"):
         with np.errstate(all="ignore"):
             f = middle((logged / expected)[rows][:, k])
@@ -140,7 +140,7 @@ def times(run: Run, setup: window.Setup) -> Link:
 
 
 def places(run: Run) -> Iterator[Link]:
-    """The trajectory against the bridges' snapshots."""
+    """Compare the trajectory with the bridges' snapshots."""
     mine = whole.places(run).drop_duplicates(["step", "id"])
     both = run.table("trajectory")[["step", "id", *"xyz"]].merge(mine, on=["step", "id"], suffixes=("", "_own"))
     logged, expected = (both[[f"{a}{end}" for a in "xyz"]].to_numpy(float) for end in ("", "_own"))
@@ -159,7 +159,7 @@ def places(run: Run) -> Iterator[Link]:
 
 
 def speeds(setup: window.Setup) -> Iterator[Link]:
-    """Speeds and spins of the trajectory."""
+    """Diagnose speeds and spins of the trajectory."""
     both, logged, expected = stored_tables.both_velocities(setup)
     for n, what in ((0, "speed"), (3, "spin")):
         columns = slice(n, n + 3)
@@ -174,7 +174,7 @@ def speeds(setup: window.Setup) -> Iterator[Link]:
 
 
 def ledger(run: Run) -> Iterator[Link]:
-    """Counts, and the liquid of each sort of reservoir by the films, bridges and wall films of the snapshots."""
+    """Diagnose counts, and the liquid of each kind of reservoir from the films, bridges and wall films of the snapshots."""
     table, (counts, recomputed_counts), (held, recomputed_held), size = stored_tables.Count(run).values(run)
     for names, logged, expected, quantity, what, scale, limit in (
         (
@@ -230,7 +230,7 @@ def _formed_at(run: Run, rows: pd.DataFrame) -> Floats:
 
 
 def ends(run: Run) -> Iterator[Link]:
-    """Gaps of events and snapshots, and the ends of bridges."""
+    """Diagnose gaps of events and snapshots, and the ends of bridges."""
     shots, events = bridge_ends.of_snapshots(run), bridge_ends.of_events(run)
     xj, xi = vectors(shots.table, "xj"), vectors(shots.table, "xi")
 
@@ -253,7 +253,7 @@ def ends(run: Run) -> Iterator[Link]:
 
 
 def rows_missing(run: Run) -> Iterator[Link]:
-    """Bridges that act in a window without a row of the contact log, and on which side of the bed they are."""
+    """Diagnose bridges that act in a window but have no row in the contact log, and their location in the bed."""
     recorded = io.where(run.folder, "window_states").exists()  # else nobody knows where the bed was
     table = stored_tables.bridges_in_windows(run) if recorded else pd.DataFrame()
     if not len(table):

@@ -1,6 +1,7 @@
-"""The equations of the event log, each with the faults that would break it (see diagnosis.py).
+"""Equations of the event log, each with the faults that would violate it (see diagnosis.py).
 
-Each event is judged from the films, volumes and shares logged with it: what a wrong event does to all later ones does not count.
+Each event is judged from the films, volumes and shares logged with it: effects of a wrong event on later ones do not
+count.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Events:
     film_j: Floats
     fixed: Bodies
     other_areas: dict[str, Floats]
-    """Of the films that a wall would have if these were other parts of it."""
+    """Areas of the films that a wall would have if these were other parts of it."""
 
     def column(self, name: str) -> Floats:
         """Return a column of the event log."""
@@ -79,7 +80,7 @@ def events(run: Run) -> Events:
 
 
 def static(run: Run, e: Events, drawn_volume: Floats) -> Link | None:
-    """Static rupture distance of each event; `drawn_volume` is what its volume should be."""
+    """Return the link of the static rupture distance of each event; `drawn_volume` is its correct volume."""
     name, logged = coverage.law(run, "rupture"), e.column("rupture_distance")
     if name is None or name not in laws.RUPTURE:
         return None
@@ -100,7 +101,7 @@ def static(run: Run, e: Events, drawn_volume: Floats) -> Link | None:
 
 
 def _limit(run: Run, e: Events) -> Floats | None:
-    """Gap at which each bridge is due to rupture at its speed; None where its law is not known."""
+    """Return the gap at which each bridge must rupture at its speed; None if its law is not known."""
     if not coverage.known(run, "dynamic_rupture"):
         return None
     reach = e.column("rupture_distance")
@@ -110,7 +111,7 @@ def _limit(run: Run, e: Events) -> Floats | None:
 
 
 def due(run: Run, e: Events) -> Link | None:
-    """No bridge ruptures before it has reached both its limits."""
+    """Check that no bridge ruptures before both its limits are reached."""
     limit = _limit(run, e)
     if limit is None:
         return None
@@ -169,7 +170,7 @@ def asked(e: Events, **other: Floats) -> tuple[Floats, Floats]:
 
 
 def granted(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Return the volumes drawn from each film, in proportion if more is requested in a step than it holds."""
+    """Return the volumes drawn from each film, in proportion if more is requested in a step than it has."""
     both = links_chain.sides(
         e.table, (np.where(e.formation, asks[0], 0.0), np.where(e.formation, asks[1], 0.0)), e.fixed
     )
@@ -181,7 +182,7 @@ def granted(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
 
 
 def one_after_another(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Draws of one step in the order of the log, each from what those before it have left."""
+    """Return the draws of one step in the order of the log, each from what the earlier ones have left."""
     both = links_chain.sides(e.table, (e.column("share_i"), e.column("share_j")), e.fixed)
     both["move"] = np.where(np.tile(e.formation, 2), both["move"], 0.0)
     taken = both.sort_values("row", kind="stable").groupby(["holder", "step"])["move"].cumsum().sort_index()
@@ -193,7 +194,7 @@ def one_after_another(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, F
 
 
 def draws(e: Events) -> Iterator[Link]:
-    """Return the volumes that both sides give to each new bridge."""
+    """Check the volumes that both sides give to each new bridge."""
     asks, full = asked(e), e.formation
     expected, ri, rj = granted(e, asks), e.pair.ri, e.pair.rj
     like_j = np.where(e.pair.wall, ri, rj)
@@ -229,7 +230,7 @@ def draws(e: Events) -> Iterator[Link]:
 
 
 def volumes(e: Events, expected: Pair) -> Link:
-    """A bridge holds what its sides give or get; `own` are the shares as they should be."""
+    """Check that a bridge's volume equals what its sides give or receive; `expected` are the correct shares."""
     logged, i, j = e.column("volume"), e.column("share_i"), e.column("share_j")
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
@@ -243,7 +244,7 @@ def volumes(e: Events, expected: Pair) -> Link:
 
 
 def ratios(run: Run, e: Events, tables: Tables, star: Floats, turned: bool = False) -> Floats:
-    """T_i of each event by the logged table, at V* = `star`; `turned`: of j relative to i."""
+    """Return T_i of each event by the logged table, at V* = `star`; `turned`: of j relative to i."""
     kind, type_i, other, _ = of_bridges(e.table, e.pair.volume, run)
     if turned:
         type_i, other = np.where(e.pair.wall, type_i, other), np.where(e.pair.wall, other, type_i)
@@ -289,7 +290,7 @@ def sharing(run: Run, e: Events, tables: Tables) -> Iterator[Link]:
 
 
 def expected_shares(run: Run, e: Events, tables: Tables) -> Pair:
-    """Shares of each event by the papers, from the films and volumes logged with it."""
+    """Return the shares of each event by the papers, from the films and volumes logged with it."""
     volume = e.column("volume")
     given = granted(e, asked(e)) if coverage.known(run, "formation") else (e.column("share_i"), e.column("share_j"))
     r = laws.harmonic_radius(e.pair.ri, e.pair.rj, e.pair.wall)
@@ -298,7 +299,7 @@ def expected_shares(run: Run, e: Events, tables: Tables) -> Pair:
 
 
 def links(run: Run, e: Events, tables: Tables, expected: Pair, table_holds: bool) -> Iterator[Link]:
-    """All equations of the events, causes before what follows from them; with a wrong table no shares can be judged."""
+    """Yield all equations of the events, causes before consequences; with a wrong table no shares can be judged."""
     if len(e.table):
         yield from links_chain.life(run)
         if coverage.known(run, "formation"):

@@ -1,4 +1,4 @@
-"""The part of a long run's logs in which a fault is looked for: from where they first disagree, as much as memory holds."""
+"""The part of a long run's logs in which a fault is sought: from the first disagreement on, as much as memory permits."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from reference_impl.replay.spans import OF_PLACES, Before, Found
 from reference_impl.replay.stream import END, taken
 
 MOST = 200_000
-"""Events, and contacts, that are looked at; logs of no more are looked at as a whole."""
+"""Largest number of events, and of contacts, that are examined; shorter logs are examined completely."""
 
 
 def parts(run: Run, found: Found) -> tuple[Run, Run, str]:
-    """Return the chunks of a run for the equations of events and of contacts, and a sentence on what they are a part of."""
+    """Return the chunks of a run for the equations of events and of contacts, and a sentence that describes them."""
     if max(found.events, found.contacts) <= MOST:
         return run, run, ""
     steps = _steps(run, "events")
@@ -48,9 +48,9 @@ def _last(run: Run, name: str) -> int:
 
 
 def _part(run: Run, at: Before, steps: Floats) -> tuple[Run, int]:
-    """The run but for contacts, from a place in the event log to a step, which is returned too.
+    """Return the run without contacts, from a position in the event log to a step, and that step.
 
-    Of earlier events there are those from which later ones follow.
+    It includes the earlier events from which later ones follow.
     """
     before, rows = (-1, at.rows[:0]) if len(steps) <= MOST else (at.step, at.rows)
     start = int(np.searchsorted(steps, before, "right"))

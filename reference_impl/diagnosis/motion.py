@@ -1,8 +1,8 @@
-"""Newton's law put to the diagnosis: which of the forces on a sphere does not act as the reference says.
+"""Diagnosis by Newton's law: which of the forces on a sphere differs from the reference.
 
-The change of speed (or spin) of each sphere is compared with the sum of its forces; for each force it is asked whether one factor
-on it, or a constant acceleration, brings the records back. Tried only where the equations of the log hold, for a wrong force
-in the log is a wrong force here too. See diagnosis.py.
+The change of speed (or spin) of each sphere is compared with the sum of its forces; for each force it is tested
+whether one factor on it, or a constant acceleration, restores agreement. This is done only if the equations of the
+log are satisfied, because a wrong force in the log is wrong here too. See diagnosis.py.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from reference_impl.motion.window import Setup
 from reference_impl.replay.arrays import Floats
 
 MOST = 2000
-"""Records from which factors on two parts are estimated."""
+"""Number of records from which factors on two parts are estimated."""
 
 
 def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link]:
-    """The laws of motion and the closest points, those beyond their limits."""
+    """Yield the laws of motion and the closest points that are beyond their limits."""
     laws = [{**newton.law(setup, f), **(newton.against_log(setup, f) if f.bridges is not None else {})} for f in found]
     if "wall_closest_point" in failed:
         logged, expected, size, rows = _joined(
@@ -137,12 +137,12 @@ def _suspects(
 
 
 def _alone(terms: dict[str, Floats], name: str, rows: Floats) -> bool:
-    """Tell whether all force of this name acts at this kind of contact."""
+    """Return whether all force of this name acts at this kind of contact."""
     return bool((terms[name] == terms[parts.whole(name)])[rows].all())
 
 
 def _several(rest: Floats, expected: Floats, terms: dict[str, Floats], rows: Floats) -> Iterator[Suspect]:
-    """A factor on each of the two parts that together leave least; forces of one kind of contact stand for their sum."""
+    """Suspect a factor on each of the two parts that together leave the smallest residual; one kind of contact is one part."""
     whole = {parts.whole(name) for name in terms if parts.whole(name) != name}
     some = np.flatnonzero(rows)[:MOST]
     there = [n for n in terms if n not in parts.EVERY and n not in whole and (terms[n][some] ** 2).sum() > 0.0]

@@ -1,4 +1,4 @@
-"""The forces on each sphere by part and kind of contact, and what the residuals of Newton's law say of them."""
+"""Forces on each sphere by part and kind of contact, and the description of the residuals of Newton's law."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from reference_impl.replay.arrays import Floats
 Part = tuple[Floats, Floats]
 """Force and torque on the sphere of each record."""
 EVERY = ("every force of bridges", "every force but weight", "every force of bridges on their second sphere (j)")
-"""Sums of the parts before them; a factor on the last is what a wrong mass looks like."""
+"""Sums of the parts before them; a factor on the last corresponds to a wrong mass."""
 DRY = "dry contacts"
 ALONG, ACROSS = 0.9, 0.1
-"""Part of a residual's square along the normal from which on it is called so, and up to which it is called across."""
+"""Share of a residual's square along the normal above which it is called normal, and below which tangential."""
 
 
 def whole(name: str) -> str:
@@ -30,7 +30,7 @@ def whole(name: str) -> str:
 
 
 def rows(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats]:
-    """Step and sphere of each record of `newton.law`, and the sphere's mass."""
+    """Return step and sphere of each record of `newton.law`, and the sphere's mass."""
     k, who = newton.records(setup, f)
     return k, who, f.window.mass[k, who]
 
@@ -43,7 +43,7 @@ def kinds(setup: Setup, t: Touches) -> dict[str, Floats]:
 
 
 def of(setup: Setup, f: Forces) -> dict[str, Part]:
-    """Force and torque of each part on the spheres of `newton.law`'s records, mean of the step's two ends."""
+    """Return force and torque of each part on the spheres of `newton.law`'s records, averaged over both ends of the step."""
     t, c, w = f.touches, f.contacts, f.bridges
     zero = np.zeros((len(t.k), 3))
     side_a, side_b = (-arm[:, None] * np.cross(t.n, c.tangential) for arm in (c.arm_a, c.arm_b))
@@ -92,7 +92,7 @@ def _total(parts: dict[str, Part]) -> Part:
 def mean(
     setup: Setup, f: Forces, k: Floats, a: Floats, b: Floats, wall: Floats, force: Floats, ta: Floats, tb: Floats
 ) -> Part:
-    """Sums over each sphere, mean of the two ends of a step."""
+    """Sum over each sphere, averaged over both ends of a step."""
     shape = (len(f.window.steps), len(setup.ids), 3)
     sums, turns, pair = np.zeros(shape), np.zeros(shape), ~wall
     np.add.at(sums, (k, a), force)

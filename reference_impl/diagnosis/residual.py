@@ -1,4 +1,4 @@
-"""What the residuals of broken records say by themselves, in words: by which factor or amount, whatever caused it."""
+"""Description of the residuals of violated records: factor or amount, whatever the cause."""
 
 from __future__ import annotations
 

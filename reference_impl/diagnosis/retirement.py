@@ -1,6 +1,6 @@
-"""What is wrong with the spheres that were retired: who, where they lie, and which bridges ended with them (see diagnosis.py).
+"""Faults of retired spheres: which spheres, their positions, and which bridges ended with them (see diagnosis.py).
 
-The films they left with stand with those of the snapshots (chain.py).
+Their films are checked with those of the snapshots (chain.py).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tangential springs of dry contacts put to the diagnosis: from which spring a contact began its step, which are not logged."""
+"""Diagnosis of the tangential displacements of dry contacts: the initial one of a step, and contacts that are not logged."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from reference_impl.replay.arrays import Floats
 
 
 def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link]:
-    """Springs and contacts of the log, those beyond their limits."""
+    """Yield springs and contacts of the log that are beyond their limits."""
     for name, what in (
         ("contact_spring", "tangential spring of a dry contact"),
         ("contact_logged", "dry contact in the log"),
@@ -49,13 +49,13 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
 
 
 def _moved(setup: Setup, f: Forces, start: Floats) -> Floats:
-    """Springs of the contacts that are recomputed, had they begun from others."""
+    """Return the recomputed springs of the contacts, had they started from others."""
     known = np.asarray(f.known, dtype=bool)
     return dry.contacts(setup, f.window, f.touches, np.where(known[:, None], f.start, start), known).spring[~known]
 
 
 def _other(f: Forces, by: int) -> Floats:
-    """Return, for contacts with a wall that began from a spring, the spring of the next contact in its step."""
+    """Return, for contacts with a wall that started from a spring, the spring of the next contact in its step."""
     start, t = f.start.copy(), f.touches
     had = (f.start != 0.0).any(axis=1) & ~np.asarray(f.known, dtype=bool)
     for k in np.unique(t.k[had]):

@@ -1,7 +1,7 @@
-"""Ways to get a formula wrong that fit more than one equation: inputs exchanged, a piece left out, a factor.
+"""Errors in formulas that may occur in more than one equation: inputs exchanged, a part omitted, a factor.
 
-Each is one line: a change of the inputs (`CHANGES`), or of one function that the reference's laws call (`PIECES`). The laws
-themselves are used as they are. What is wrong with one equation only is in contacts.py and liquid.py.
+Each is one line: a change of the inputs (`CHANGES`), or of one function that the reference's laws call (`PIECES`).
+The laws themselves are unchanged. Errors specific to one equation are in contacts.py and liquid.py.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Formula = Callable[[Contacts], Floats]
 
 
 def like_sphere(c: Contacts) -> Contacts:
-    """A wall as a sphere of the particle's size."""
+    """Replace a wall by a sphere of the particle's size."""
     return replace(c, wall=np.zeros_like(c.wall), rj=np.where(c.wall, c.ri, c.rj))
 
 
@@ -87,12 +87,12 @@ PIECES: dict[str, list[tuple[Any, str, Any]]] = {
     "the surface-tension term is left out": [(capillary, "_line", lambda r, *_: 0.0 * r)],
     "the neck's term is left out": [(capillary, "limit_at_touch", lambda ri, *_: 0.0 * ri)],
 }
-"""Changed functions of the reference's own laws: (module, name, in its place)."""
+"""Changed functions of the reference's own laws: (module, name, replacement)."""
 
 
 @contextmanager
 def exchanged(pieces: list[tuple[Any, str, Any]]) -> Iterator[None]:
-    """The reference's laws with other functions in place of some they call."""
+    """Replace functions called by the reference's laws."""
     before = [(module, name, getattr(module, name)) for module, name, _ in pieces]
     try:
         for module, name, other in pieces:
@@ -104,7 +104,7 @@ def exchanged(pieces: list[tuple[Any, str, Any]]) -> Iterator[None]:
 
 
 def formulas(c: Contacts, formula: Formula, names: Mapping[str, Formula], used: str) -> Iterator[Suspect]:
-    """Every changed input, every exchanged piece, every other law of the same kind."""
+    """Yield every changed input, every exchanged part, every other law of the same kind."""
     with np.errstate(all="ignore"):
         for fault, change in CHANGES.items():
             yield Suspect(fault, formula(change(c)))
@@ -122,11 +122,11 @@ PLAIN = {
     1e3: "it is 1000 times too large (mm for m)", 1e-3: "it is 1000 times too small (m for mm)",
 }  # fmt: skip
 FEW = 3
-"""Records from which a factor may be estimated; any factor fits fewer."""
+"""Smallest number of records from which a factor is estimated; any factor fits fewer."""
 
 
 def factor(logged: Floats, expected: Floats, rows: Floats) -> Iterator[Suspect]:
-    """One factor for all records: the plain ones by name, any other estimated as the median of logged over own."""
+    """Yield one factor for all records: simple ones by name, any other estimated as the median of logged over expected."""
     for f, fault in PLAIN.items():
         yield Suspect(fault, f * expected, f)
     with np.errstate(all="ignore"):
@@ -142,7 +142,7 @@ def factor(logged: Floats, expected: Floats, rows: Floats) -> Iterator[Suspect]:
 
 
 def gaps(logged: Floats, gap: Floats, ri: Floats, arm: Floats, rows: Floats) -> Iterator[Suspect]:
-    """Faults of S = |x_i - x_j| - r_i - r_j; `arm` is r_j, at a wall 0."""
+    """Yield faults of S = |x_i - x_j| - r_i - r_j; `arm` is r_j, at a wall 0."""
     yield Suspect("a wall is treated as a sphere of the particle's size", gap - np.where(arm == 0.0, ri, 0.0))
     yield Suspect("the radii are left out (distance of the centres)", gap + ri + arm)
     yield Suspect("the radius of j is left out", gap + arm)
@@ -153,7 +153,7 @@ def gaps(logged: Floats, gap: Floats, ri: Floats, arm: Floats, rows: Floats) -> 
 
 
 def middle(values: Floats) -> float:
-    """Median of what is finite, NaN where nothing is."""
+    """Return the median of the finite values, NaN if there are none."""
     values = values[np.isfinite(values)]
     return float(np.median(values)) if len(values) else float("nan")
 

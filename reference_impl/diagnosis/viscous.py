@@ -1,4 +1,4 @@
-"""The equations of the viscous terms in the contact log, each with the faults that would break it (see diagnosis.py)."""
+"""Equations of the viscous terms in the contact log, each with the faults that would violate it (see diagnosis.py)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Marks = dict[str, Floats]
 
 
 def normal_law(run: Run, sets: list[Contacts], marks: Marks) -> Link | None:
-    """The normal viscous force as its law gives it at the logged speeds."""
+    """Compare the normal viscous force with its law at the logged speeds."""
     c, name, eta = sets[0], coverage.law(run, "viscous_normal"), run.meta["viscosity"]
     if name is None or name not in laws.VISCOUS_NORMAL:
         return None
@@ -41,7 +41,7 @@ def normal_law(run: Run, sets: list[Contacts], marks: Marks) -> Link | None:
 
 
 def acting(run: Run, c: Contacts, marks: Marks) -> Link | None:
-    """The normal viscous force as it acts: the law, or semi-implicit with the push of all other forces."""
+    """Compare the acting normal viscous force: the law, or semi-implicit with the velocity change by all other forces."""
     name = coverage.law(run, "viscous_normal")
     if name is None or name not in laws.VISCOUS_NORMAL:
         return None
@@ -66,7 +66,7 @@ def acting(run: Run, c: Contacts, marks: Marks) -> Link | None:
 
 
 def shares(run: Run, c: Contacts, marks: Marks) -> Iterator[Link]:
-    """The semi-implicit factors 1/(1 + c dt (n_i/m_i + n_j/m_j))."""
+    """Check the semi-implicit factors 1/(1 + c dt (n_i/m_i + n_j/m_j))."""
     eta, one, t = run.meta["viscosity"], np.ones(len(c.table)), c.table
     others = {
         "the semi-implicit factor is left out": 0.0 * one,
@@ -99,7 +99,7 @@ def shares(run: Run, c: Contacts, marks: Marks) -> Iterator[Link]:
 
 
 def _spins(c: Contacts) -> dict[str, Contacts]:
-    """Faults of the motion across n."""
+    """Return the contacts with faults of the motion across n."""
     wi, wj = vectors(c.table, "wi"), vectors(c.table, "wj")
     ri, rj = c.ri[:, None], np.where(c.wall, 0.0, c.rj)[:, None]
     along = c.vn[:, None] * c.n
@@ -116,7 +116,7 @@ def _spins(c: Contacts) -> dict[str, Contacts]:
 
 
 def tangential(run: Run, sets: list[Contacts], marks: Marks) -> Link | None:
-    """Sliding and spin part, with the factor as logged."""
+    """Check sliding and spin part, with the factor as logged."""
     c, name, eta = sets[0], coverage.law(run, "viscous_tangential"), run.meta["viscosity"]
     if name is None or name not in laws.VISCOUS_TANGENTIAL:
         return None

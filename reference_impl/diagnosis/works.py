@@ -1,4 +1,4 @@
-"""Works that do not close the budget, and forces outside the windows that do not lead where spheres are (see diagnosis.py)."""
+"""Works that do not close the budget, and forces outside the windows that do not reproduce positions (see diagnosis.py)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def columns(
     table: pd.DataFrame, logged: Floats, expected: Floats, names: Sequence[str], quantity: str, what: str, size: Floats,
     limit: float,
 ) -> Iterator[Link]:  # fmt: skip
-    """One link a column; columns may be exchanged."""
+    """Yield one link per column; columns may be exchanged."""
     for n, name in enumerate(names):
 
         def suspects(rows: Floats, n: int = n) -> Iterator[Suspect]:
@@ -36,7 +36,7 @@ def columns(
 
 
 def works(run: Run) -> Iterator[Link]:
-    """Works: those in windows column by column; else which one, times a factor, would close the budget."""
+    """Diagnose works: those in windows column by column; otherwise which one, times a factor, would close the budget."""
     names = budget.WORKS
     if run.known.get("works_in_windows"):
         parts = run.known["works_in_windows"]
@@ -74,7 +74,7 @@ def works(run: Run) -> Iterator[Link]:
 
 
 def flight(run: Run, setup: window.Setup) -> Iterator[Link]:
-    """Forces outside the windows: each of them times a factor."""
+    """Diagnose forces outside the windows: each of them times a factor."""
     f: flights.Flights | None = run.known.get("flights")
     if f is None:
         return

@@ -1,9 +1,9 @@
-"""Steps between the sampling windows: the impulses that the plugin adds up from output to output.
+"""Steps between the sampling windows: the impulses that the plugin accumulates from output to output.
 
-Of each bridge: its capillary impulse lies between time times force at the largest and at the least separation since the output
-before; a normal drag -c(S) dS/dt leaves -(C(S2) - C(S1)), where C is the integral of c. Of each sphere: a change of
-momentum is weight and the impulse of its bridges where it touched nothing, which follows from the separations alone. What the
-bounds leave open is counted, as a share of the capillary impulse.
+For each bridge the capillary impulse is between time times force at the largest and at the smallest separation since
+the previous output; a normal drag -c(S) dS/dt leaves -(C(S2) - C(S1)), where C is the integral of c. For each sphere
+the change of momentum is weight and the impulse of its bridges if it touched nothing, which follows from the
+separations. The uncertainty of the bounds is reported as a share of the capillary impulse.
 """
 
 from __future__ import annotations
@@ -30,17 +30,20 @@ from reference_impl.replay.lives import FORMATION, Lives, keys
 SAMPLES = (0.0, 0.5, 1.0)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 APART = 0.01
-"""Least separation, over the radius of i, from which on the steps of a drag's sum are small against the separation."""
+"""Smallest separation, over the radius of i, above which a step changes the separation little."""
 SMALL = 0.05
-"""Part of a separation, or of its change, that the error of a step may be."""
+"""Share of a separation, or of its change, that the error of a step may have."""
 GROUP, FEWEST = 25, 10
-"""Bridges of one kind, one after the other, whose median is judged; of the last ones so many at least."""
+"""Number of consecutive bridges of one kind whose median is judged, and its minimum for the last ones."""
 OF_DRAG = 0.25
-"""Of that median: steps are finite. In smoke case 2 it is off by 0.022 at most."""
+"""Limit on the deviation of that median, because steps are finite. In smoke case 2 it is at most 0.022."""
 UNKNOWN = 0.5 * OF_DRAG
-"""Semi-implicit: part of an expected impulse that may be unknown (splitting.py); the other half is for finite steps."""
+"""For semi-implicit drag, share of an expected impulse that may be unknown (splitting.py).
+
+The other half of the limit is for finite steps.
+"""
 MOST = 200_000
-"""Records up to which parts that disagree are stored."""
+"""Largest number of records for which parts that disagree are stored."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
 
 
@@ -52,31 +55,31 @@ class Between:
     setup: Setup
     outputs: Floats
     last: dict[str, pd.DataFrame] = field(default_factory=dict)
-    """Rows of the last output of the part before."""
+    """Rows of the last output of the previous part."""
     total: Exact = field(default_factory=Exact)
     """Capillary impulse of all bridges at outputs [N s]."""
     bounded: Exact = field(default_factory=Exact)
-    """The least of it by the bounds."""
+    """Lower bound of that impulse."""
     rows: dict[str, list[pd.DataFrame]] = field(default_factory=lambda: {"capillary": [], "drag": [], "momentum": []})
     """Records of the parts that disagree, for the diagnosis."""
 
     ratios: pd.DataFrame = field(default_factory=lambda: pd.DataFrame({"step": [], "wall": [], "ratio": []}))
-    """Of the normal drag's impulses, those that no group holds yet."""
+    """Ratios of the normal drag's impulses that belong to no group yet."""
     recomputed: Exact = field(default_factory=Exact)
     """Capillary impulse recomputed step by step in the windows [N s]."""
     formed: int = 0
     met: set[int] = field(default_factory=set)
-    """Bridges that formed, and the rows of those of which a force was recomputed."""
+    """Bridges that formed, and the rows of those for which a force was recomputed."""
 
     def windows(self, table: pd.DataFrame, lives: Lives) -> None:
-        """Rows of the contact log of a part."""
+        """Add the rows of the contact log of a part."""
         at = lives.at(keys(table), np.asarray(table["step"], dtype=np.int64), strictly=False)
         self.met.update(np.unique(lives.all.row[at[at >= 0]]).tolist())
         force = np.abs(np.asarray(table["capillary"], dtype=float))
         self.recomputed.add(force * impulses.weights(self.run, table) * self.setup.step)
 
     def seen(self) -> dict[str, float]:
-        """Shares of the bridges and of the capillary impulse that the replay has seen."""
+        """Return the shares of the bridges and of the capillary impulse that the replay has recomputed."""
         bridges, total = max(self.formed, 1), max(self.total.value, 1e-300)
         return {
             "bridges": len(self.met) / bridges,
@@ -97,7 +100,7 @@ class Between:
 
     @staticmethod
     def _formed(shots: pd.DataFrame, lives: Lives) -> Floats:
-        """Step at which each bridge formed."""
+        """Return the step at which each bridge formed."""
         at = lives.at(keys(shots), shots["step"].to_numpy(np.int64), strictly=False)
         return np.asarray(np.append(lives.all.step, -1)[at], dtype=np.int64)
 
@@ -105,7 +108,7 @@ class Between:
         return np.asarray(self.outputs[np.maximum(np.searchsorted(self.outputs, step) - 1, 0)])
 
     def _before(self, both: pd.DataFrame, shots: pd.DataFrame) -> Floats:
-        """Separation of each bridge at the output before; NaN where there was none."""
+        """Return the separation of each bridge at the previous output; NaN if it did not exist."""
         ends, step = keys(both), np.searchsorted(self.outputs, both["step"].to_numpy(np.int64))
         known, code = np.unique(ends, return_inverse=True)
         code = code * (len(self.outputs) + 1) + step
@@ -138,14 +141,14 @@ class Between:
         return coverage.law(self.run, effect) in known
 
     def _ranges(self, rows: pd.DataFrame, before: Floats, radius: Floats) -> Quantity:
-        """The separations at both outputs lie within the logged range."""
+        """Check that the separations at both outputs are within the logged range."""
         gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
         low, high = np.fmin(gap, before), np.fmax(gap, before)
         off = np.maximum(np.maximum(least - low, high - most), 0.0)
         return compare("between_range", "radius", off, 0.0 * off, radius, rows, TOLERANCE)
 
     def _capillary(self, part: Run, rows: pd.DataFrame, acted: Floats) -> Quantity:
-        """The capillary impulse against its bounds."""
+        """Compare the capillary impulse with its bounds."""
         logged, least, most = (rows[NUMBERS[k]].to_numpy(float) for k in (0, 2, 3))
         force, total = pull_of(part, rows), np.zeros((len(SAMPLES), len(rows)))
         for n, at in enumerate(SAMPLES):
@@ -170,11 +173,11 @@ class Between:
             stored.append(rows)
 
     def _drag(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
-        """Median of the normal drag's impulse over what the separations give, of some bridges of one kind.
+        """Check the median of the normal drag's impulse over that from the separations, for some bridges of one kind.
 
-        Left out are those whose way in a step is no small part of the separation, and those that move along each other so fast
-        that turning normals count: in a time T by v^2 T dt/r. With semi-implicit drag those whose expected impulse is not known
-        well enough (see splitting.py).
+        Bridges are omitted if their displacement in a step is no small part of the separation, or if they
+        slide so fast that the rotation of normals matters: in a time T by v^2 T dt/r. With semi-implicit drag
+        bridges with a too uncertain expected impulse are omitted, too (see splitting.py).
         """
         gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
         step, dt = rows["step"].to_numpy(np.int64), self.setup.step
@@ -206,7 +209,7 @@ class Between:
         return [self._groups(self.ratios, last=True)] if self._closed("viscous_normal", laws.VISCOUS_NORMAL) else []
 
     def _groups(self, table: pd.DataFrame, last: bool = False) -> Quantity:
-        """Medians of the full groups; the rest waits for the next part, wherever the parts are cut."""
+        """Return the medians of the full groups; the rest waits for the next part, independently of how the log is divided."""
         nth, many = table.groupby("wall").cumcount(), table.groupby("wall")["step"].transform("size")
         table = table.assign(group=nth // GROUP)
         waits = (nth >= many // GROUP * GROUP) & (not last)
@@ -222,12 +225,12 @@ class Between:
         return found
 
     def _speeds(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, step: Floats, p: Pairs) -> Floats:
-        """Sum of the speeds of both ends at outputs; of a wall the fastest of all."""
+        """Return the sum of the speeds of both ends at outputs; for a wall that of the fastest wall."""
         of_i, of_j = (size(self._velocity(both, rows, step, n)) for n in "ij")
         return np.asarray(of_i + np.where(p.wall, walls_motion(self.setup)[0], of_j))
 
     def _opening(self, both: dict[str, pd.DataFrame], rows: pd.DataFrame, step: Floats, p: Pairs) -> Floats:
-        """Relative speed along the normal at outputs, to which a wall adds the speed of the fastest."""
+        """Return the relative speed along the normal at outputs, with the speed of the fastest wall added for walls."""
         n = splitting.normals(self.run, rows)
         of_i, of_j = (dot(self._velocity(both, rows, step, end), n) for end in "ij")
         return np.asarray(np.where(p.wall, np.abs(of_i) + walls_motion(self.setup)[0], np.abs(of_i - of_j)))
@@ -240,7 +243,7 @@ class Between:
         return np.asarray(np.where(at[:, None] < 0, 0.0, found))
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
-        """Change of momentum of spheres that touched nothing from one output to the next."""
+        """Check the change of momentum of spheres that touched nothing from one output to the next."""
         rows = momentum.free_spheres(self.run, self.setup, both)
         columns = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
         logged, expected, scale = (rows[n].to_numpy(float) for n in (*columns, "scale"))
@@ -250,14 +253,14 @@ class Between:
 
 
 def coefficient(run: Run, rows: pd.DataFrame, p: Pairs, gap: Floats) -> Floats:
-    """Normal drag per speed [kg/s] of bridges at separations of their own."""
+    """Return the normal drag per speed [kg/s] of bridges at given separations."""
     law = laws.VISCOUS_NORMAL[str(coverage.law(run, "viscous_normal"))]
     volume, eta = rows["volume"].to_numpy(float), run.meta["viscosity"]
     return np.asarray(-law(gap, volume, p.ri, p.rj, p.wall, 1.0 + 0.0 * gap, eta))
 
 
 def integral(run: Run, rows: pd.DataFrame, p: Pairs, before: Floats, gap: Floats) -> Floats:
-    """C(S2) - C(S1) of the normal drag's coefficient [N s]."""
+    """Return C(S2) - C(S1) of the normal drag's coefficient [N s]."""
 
     def drag(s: Floats) -> Floats:
         return coefficient(run, rows, p, s)
@@ -271,7 +274,7 @@ def integral(run: Run, rows: pd.DataFrame, p: Pairs, before: Floats, gap: Floats
 
 
 def ratios(rows: pd.DataFrame, expected: Floats, shift: Shift) -> Floats:
-    """The logged impulse of the normal drag over the expected one."""
+    """Return the logged impulse of the normal drag over the expected one."""
     with np.errstate(all="ignore"):
         expected = (expected - shift.pushed) / (1.0 + shift.shared)
         return np.asarray(-rows["viscous_impulse"].to_numpy(float) / expected)

@@ -1,9 +1,10 @@
-"""The energy budget closed by the reference: what history/energy says against trajectory, events, snapshots and recorded motion.
+"""Check the energy budget: history/energy compared with trajectory, events, snapshots and recorded motion.
 
-Engine and reference add up work as force times speed in the middle of a kick, so that the change of kinetic energy is the sum of
-the works and `half_kick` to round-off (docs/engine.md). From the trajectory alone follow kinetic energy and the work of
-gravity, from the events and snapshots the energy of formations, ruptures and active bridges and, to first order in the time
-step, the capillary work. How the rest is shared out among the effects is seen in the steps of the windows.
+Engine and reference compute work as force times speed in the middle of a kick, so that the change of kinetic energy
+is the sum of the works and `half_kick` to round-off (docs/engine.md). Kinetic energy and the work of gravity follow
+from the trajectory; the energy of formations, ruptures and active bridges and, to first order in the time step, the
+capillary work follow from events and snapshots. The division of the rest among the effects is checked in the steps of
+the windows.
 """
 
 from __future__ import annotations
@@ -29,17 +30,17 @@ VELOCITY = tuple(f"{q}{axis}" for q in "vw" for axis in "xyz")
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 LIMITS = {"kinetic": 1e-9, "spin": 1e-9, "formed": 1e-6, "ruptured": 1e-6, "capillary_stored": 1e-6, "gravity": 1e-3,
           "capillary": 1.0, "budget": 1e-9, "windows": 1e-8}  # fmt: skip
-"""Of each comparison; the capillary work is compared with what the rule of summing up may miss."""
+"""Limit of each comparison; that of the capillary work is the error of the summation rule."""
 
 
 def judged(run: Run) -> bool:
-    """Return whether the run logged works, and its spheres have a mass that does not change."""
+    """Return whether the run logged works, and its spheres have constant mass."""
     logged = where(run.folder, "energy").exists() and io.scene(run.folder)["output"].get("energy", True)
     return bool(logged and not run.meta["effects"].get("liquid_weight"))
 
 
 def depth(run: Run, table: pd.DataFrame, gap: Floats, distance: Floats) -> Floats:
-    """Capillary energy of bridges, -integral of the force from the gap to the static rupture distance."""
+    """Return the capillary energy of bridges, -integral of the force from the gap to the static rupture distance."""
     force = summed.pull_of(run, table)
     # in s = u^2 the square-root start of some laws is smooth
     low, high = np.sqrt(np.maximum(gap, 0.0)), np.sqrt(distance)
@@ -52,7 +53,7 @@ def depth(run: Run, table: pd.DataFrame, gap: Floats, distance: Floats) -> Float
 
 @dataclass
 class Budget:
-    """Own values at every output, part by part."""
+    """Recomputed values at every output, part by part."""
 
     run: Run
     setup: Setup
@@ -60,20 +61,20 @@ class Budget:
     formed: float = 0.0
     ruptured: float = 0.0
     steps: float = 0.0
-    """What a sum over steps misses of the works of the bridges that formed and ruptured [J]."""
+    """Error of the sum over steps of the works of the bridges that formed and ruptured [J]."""
     begun: Floats | None = None
-    """Where weight began to act on each sphere; not a number where it has not yet."""
+    """Position at which weight began to act on each sphere; NaN if it has not yet."""
     doubt: float = 0.0
-    """Scale of the work [J] on spheres that met others just before they entered, whose way until then is not known."""
+    """Scale of the work [J] on spheres that met others just before they entered, whose path until then is not known."""
     way: float = 0.0
-    """Sizes of the works of gravity [J] from output to output up to there, of all spheres."""
+    """Sum of the absolute works of gravity [J] from output to output so far, for all spheres."""
     fastest: Floats = field(default_factory=lambda: np.zeros(1))
     """Largest speed of each sphere at an output so far [m/s]."""
     before: tuple[Floats, Floats, Floats] | None = None
-    """Step, places and speeds of the last output of the part before."""
+    """Step, positions and speeds of the last output of the previous part."""
 
     def add(self, part: Run, lives: Lives) -> None:
-        """A part of the logs; the table of places has the speeds too."""
+        """Add a part of the logs; the table of positions contains the speeds too."""
         table, events = part.table("trajectory").sort_values(["step", "id"]), part.table("events")
         outputs = np.unique(table["step"].to_numpy())
         shape = (len(outputs), len(self.setup.ids), 3)
@@ -94,8 +95,11 @@ class Budget:
         self.rows.append(pd.DataFrame({**expected, **of_bridges}))
 
     def _fall(self, outputs: Floats, x: Floats, v: Floats, events: pd.DataFrame) -> tuple[Floats, Floats, Floats]:
-        """Work of gravity on every sphere at the outputs [J], since the start or since it entered; of all spheres the sum of
-        its sizes from output to output, which a sphere that comes back does not make vanish; `doubt`."""
+        """Return the work of gravity on every sphere at the outputs [J], since the start or its insertion.
+
+        Further results are the sum of absolute works from output to output, in which a sphere that returns
+        does not cancel, and `doubt`.
+        """
         enters, dt, m = self.setup.enters, self.setup.step, self.setup.mass
         if self.begun is None:
             self.begun = np.where(enters[:, None] > 0, np.nan, x[0])
@@ -120,8 +124,11 @@ class Budget:
         return whole[-len(outputs) :], ways[-len(outputs) :], self.doubt + self._touching(v)
 
     def _touching(self, v: Floats) -> Floats:
-        """Scale of what an output within an impact leaves open [J]: powers at whole steps miss Δt²/4 of the acceleration, in
-        an impact at most the fastest speed so far times the circular frequency of the stiffest contact."""
+        """Return the scale of the error of an output during an impact [J].
+
+        Powers at whole steps omit Δt²/4 of the acceleration, in an impact at most the fastest speed so far
+        times the angular frequency of the stiffest contact.
+        """
         speed = np.linalg.norm(v, axis=2)
         fastest = np.maximum.accumulate(np.concatenate([np.maximum(self.fastest, speed[:1]), speed[1:]]))
         self.fastest = fastest[-1]
@@ -139,7 +146,7 @@ class Budget:
     def _bridges(
         self, part: Run, events: pd.DataFrame, lives: Lives, at_outputs: tuple[Floats, Floats]
     ) -> dict[str, Floats]:
-        """Sums over the events up to each output, and over the bridges that stand there; outputs and all speeds at them."""
+        """Return sums over the events up to each output, and over the bridges active there; outputs and all speeds at them."""
         outputs, v = at_outputs
         gap, distance = (events[n].to_numpy(float) for n in ("separation", "rupture_distance"))
         energy = depth(part, events, gap, distance)
@@ -209,12 +216,15 @@ class Budget:
 OF_BRIDGES = ("formed", "ruptured", "capillary_stored")
 OF_STATE = ("kinetic", "spin", *OF_BRIDGES)
 SUMMED = 2e-3
-"""Part of the energies of formations and ruptures by which a sum over steps is off besides, to second order at the kink where
-bodies touch: at most 9.4e-4 in the stress tests (ten g, step 4e-6 s), 3e-4 in sixty others."""
+"""Additional relative error of a sum over steps for the energies of formations and ruptures.
+
+It is of second order at the kink where bodies touch: at most 9.4e-4 in the stress tests (ten g, step 4e-6 s), 3e-4 in
+sixty others.
+"""
 
 
 def powers(setup: Setup, f: Forces) -> Floats:
-    """Power of each effect in each step of a window, shape (steps, effects) as in WORKS [W]."""
+    """Return the power of each effect in each step of a window, shape (steps, effects) as in WORKS [W]."""
     w, count, n = f.window, len(f.window.steps), {name: k for k, name in enumerate(WORKS)}
     found = np.zeros((count, len(WORKS)))
     weight = (w.v * setup.pull(w.steps)).sum(axis=2) * w.mass
@@ -248,10 +258,10 @@ def powers(setup: Setup, f: Forces) -> Floats:
 
 
 def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd.DataFrame] | None:
-    """Work of each effect from one step of a window to the next, logged and own, its scale, and rows.
+    """Return the work of each effect from one step of a window to the next, logged and recomputed, its scale, and rows.
 
-    Steps between which the engine was set up again are left out. Contact work is off by the rounding of a wall's place and by
-    rolling resistance without a direction (`_of_rounding`), which is part of the scale.
+    Steps between which the engine was set up again are omitted. The error of contact work by rounding of a wall's
+    position and by rolling resistance of undefined direction (`_of_rounding`) is part of the scale.
     """
     log = io.columns(where(setup.folder, "window_energy"), ["step", *WORKS]).sort_values("step")
     steps = f.window.steps
@@ -281,9 +291,12 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
 
 
 def _of_rounding(setup: Setup, f: Forces) -> Floats:
-    """Power of the contacts in each step [W] that rounding leaves open. At walls that of a wall's place: the change of the normal
-    force with the place, of friction at its limit as well, times the speeds of both sides and of the spin. Where a spin is lost
-    in the rounding of a kick, the doubt of the rolling torque (dry.py) times the relative spin after the kick."""
+    """Return the uncertainty of the contacts' power in each step [W] due to rounding.
+
+    At walls it is due to the wall's position: the change of the normal force with the position, and of friction
+    at its limit, times the speeds of both sides and of the spin. If a spin is lost in the rounding of a kick, it
+    is the uncertainty of the rolling torque (dry.py) times the relative spin after the kick.
+    """
     w, t, c = f.window, f.touches, f.contacts
     kinds = setup.kind[t.a], np.zeros(len(t), dtype=int)
     slope = (1.0 + setup.dry.power) * setup.dry.at(kinds, c.overlap, w.mass[t.k, t.a])[0]

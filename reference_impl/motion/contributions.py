@@ -1,9 +1,10 @@
-"""What each effect contributed: shares of impulse and energy over the windows, of liquid moved and of ruptures over the run.
+"""Contribution of each effect: shares of impulse and energy over the windows, of liquid moved and of ruptures over the run.
 
-Impulse of an effect: sum of |F| dt over steps and contacts (a bridge or contact counted once), for the weight over spheres. Its
-share is relative to weight, capillary and viscous forces that acted together; contact forces have the same denominator. Energy:
-sum of |F·v| dt with the relative motion at the contact; its denominator holds what dry contacts dissipate as well. A viscous or
-capillary effect that was off is judged by its usual law on the motion that was (`acting` false): what it would have done.
+The impulse of an effect is the sum of |F| dt over steps and contacts (a bridge or contact counted once), for the
+weight over spheres. Its share is relative to weight, capillary and viscous forces that acted together; contact forces
+have the same denominator. Energy is the sum of |F·v| dt with the relative motion at the contact; its denominator
+includes the dissipation of dry contacts. A viscous or capillary effect that was off is estimated by its usual law for
+the recorded motion (`acting` false).
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from reference_impl.replay.lives import RUPTURE
 WET = ("capillary", "viscous_normal", "viscous_tangential")
 SWITCHED = (*WET, "liquid_weight")
 BEYOND = 0.01
-"""A rupture counts as dynamic where the gap exceeds the static distance by more than this part of it."""
+"""Relative excess of the gap over the static distance above which a rupture counts as dynamic."""
 
 
 class Shares:
-    """Sums over the windows, one after the other."""
+    """Sums over the windows, added one after the other."""
 
     def __init__(self, setup: Setup, run: Run | None) -> None:
         self.setup, self.run = setup, run
@@ -51,7 +52,7 @@ class Shares:
             self._long += _beyond_static(self.run, f)
 
     def result(self, moved: Moved | None) -> dict[str, Any]:
-        """The content of contributions.json; `moved`: what all events of the run moved."""
+        """Return the content of contributions.json; `moved`: liquid moved by all events of the run."""
         impulse, energy, dissipated = self._impulse, self._energy, self._dissipated
         acting = {**self._acting, "liquid_weight": bool(self.setup.scene["effects"].get("liquid_weight"))}
         on = [name for name in SWITCHED if acting[name]]
@@ -129,13 +130,13 @@ def _weight(setup: Setup, f: Forces, impulse: dict[str, float], energy: dict[str
 
 
 class Sum:
-    """A sum taken one after the other, so that it does not depend on the parts in which its terms come."""
+    """A sum over terms in order, so that it does not depend on how they are divided into parts."""
 
     def __init__(self) -> None:
         self.value = 0.0
 
     def add(self, terms: Floats) -> None:
-        """Add terms to a running sum, one after the other."""
+        """Add terms to the running sum, one after the other."""
         self.value = float(np.cumsum(np.concatenate([[self.value], terms]))[-1])
 
 
@@ -169,14 +170,14 @@ class Moved:
             self.beyond += int((longer > BEYOND).sum())
 
     def stretched(self, run: Run) -> tuple[float | None, float | None]:
-        """Mean of limit over static distance less one at rupture, and the share of ruptures where that is beyond `BEYOND`."""
+        """Return the mean of limit over static distance minus one at rupture, and the share of ruptures beyond `BEYOND`."""
         if not self.ruptures or run.meta["surface_tension"] <= 0.0:
             return None, None
         return self.stretch.value / self.ruptures, self.beyond / self.ruptures
 
 
 def _liquid(run: Run, moved: Moved, long: float, push: float) -> dict[str, dict[str, Any]]:
-    """Effects that move liquid or decide when a bridge ends: from all events of the run."""
+    """Return the effects that move liquid or decide when a bridge ends, from all events of the run."""
     none = {"acting": True, "impulse_Ns": None, "impulse_share": None, "energy_J": None, "energy_share": None}
     none["dissipated_J"] = None
     stretch, beyond = moved.stretched(run)
@@ -198,12 +199,12 @@ def _liquid(run: Run, moved: Moved, long: float, push: float) -> dict[str, dict[
 
 
 def _shed(run: Run) -> float:
-    """Liquid shed as drops, over all liquid; a volume that falls twice counts twice."""
+    """Return the liquid shed as drops over all liquid; a volume that falls twice counts twice."""
     return float(run.shed["volume"].sum() / run.table("spheres")["film"].sum())
 
 
 def _beyond_static(run: Run, f: Forces) -> float:
-    """Impulse of bridges longer than their static rupture distance in a window."""
+    """Return the impulse of bridges longer than their static rupture distance in a window."""
     b = f.bridges
     if b is None or coverage.law(run, "dynamic_rupture") is None or not coverage.known(run, "dynamic_rupture"):
         return 0.0

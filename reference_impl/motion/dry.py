@@ -1,9 +1,10 @@
-"""The dry contact, typed again: normal spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
+"""Dry contact, implemented independently: normal spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
 
-As the engine does it: the dashpot acts in attraction too; friction is limited by the whole normal force, rolling by its
-elastic part; arms reach to the middle of the overlap; the tangential spring is turned into the present tangent plane. Friction
-without memory is a drag c v up to the same limit. Springs and dashpots are constant, or those of Hertz and Mindlin at the present
-overlap (`window.Dry`); a Hertz contact that does not slide has a tangential dashpot besides, which the limit leaves out.
+Conventions are those of the engine: the dashpot also acts in attraction; friction is limited by the whole normal force,
+rolling by its elastic part; lever arms extend to the middle of the overlap; the tangential spring is rotated into the present
+tangent plane. Friction without history is a drag c v up to the same limit. Springs and dashpots are constant, or those of Hertz
+and Mindlin at the present overlap (`window.Dry`); a Hertz contact that does not slide also has a tangential dashpot, which the
+limit omits.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from reference_impl.motion.window import Setup, Window
 from reference_impl.replay.arrays import Floats, cross, dot, size
 
 AT_LIMIT = 1e-11
-"""Part of the spring's limit within which a logged spring counts as cut back by friction."""
+"""Share of the spring's limit within which a logged spring counts as limited by friction."""
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """Forces on a (b gets the opposite), torques on both; `slid`: by how much the spring was cut back by friction [m]."""
+    """Forces on a (b has the opposite), torques on both; `slid`: reduction of the spring by friction [m]."""
 
     elastic: Floats
     damping: Floats
@@ -35,11 +36,11 @@ class Contacts:
     arm_a: Floats
     arm_b: Floats
     rolling: Floats
-    """Torque on a [N m]; b gets the opposite."""
+    """Torque on a [N m]; b has the opposite."""
     lost: Floats
-    """Power that friction and the tangential dashpot take [W]."""
+    """Power dissipated by friction and the tangential dashpot [W]."""
     doubt: Floats
-    """How far it may be off [N m], because a spin that is lost in the rounding of the step's kick has no direction."""
+    """Uncertainty of the rolling torque [N m], since a spin that is lost in the rounding of the step's kick has no direction."""
 
     def force(self, n: Floats) -> Floats:
         """Total force of a dry contact on body a."""
@@ -55,7 +56,7 @@ class Contacts:
 
 
 def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Floats | None = None) -> Contacts:
-    """All contacts of a window; `before`: springs of the step before, `given`: rows whose `before` is the present spring."""
+    """Compute all contacts of a window; `before`: springs of the previous step, `given`: rows that have the present one."""
     kinds = setup.kind[t.a], np.where(t.wall, 0, setup.kind[np.where(t.wall, 0, t.b)])
     mu, length, drag = (getattr(setup.dry, name)[kinds] for name in ("friction", "rolling", "drag"))
     partner = np.where(t.wall, 0, t.b)

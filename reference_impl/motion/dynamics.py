@@ -1,4 +1,4 @@
-"""Newton's law, contributions and the transfer table's interpolation as parts of a replay."""
+"""Check Newton's law, contributions and the interpolation of the transfer table as parts of a replay."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ MOTION = {"newton_force", "newton_torque", "wall_closest_point", "contact_spring
 def check(
     run_dir: Path, run: io.Run | None, moved: contributions.Moved | None = None, between: Sequence[Quantity] = ()
 ) -> tuple[list[Quantity], dict[str, Any]]:
-    """Quantities, and entries for replay.json; writes contributions.json next to it.
+    """Return quantities and entries for replay.json; writes contributions.json next to it.
 
-    `moved` and `between`: what the events moved, and the errors of the transfer table between its nodes.
+    `moved` and `between`: liquid moved by the events, and the errors of the transfer table between its nodes.
     """
     folder = Path(run_dir)
     found: list[Quantity] = []
@@ -89,13 +89,13 @@ def named(run_dir: Path, run: io.Run | None, failed: list[str]) -> dict[str, Any
 
 
 def seen(run: io.Run | None, held: dict[str, Any]) -> dict[str, float]:
-    """Shares of the run that were recomputed step by step or are held by bounds: steps, bridges, capillary impulse."""
+    """Return the shares of the run that were recomputed step by step or checked by bounds: steps, bridges, capillary impulse."""
     steps = len(set().union(*(range(*window) for window in held["windows"]))) / (held["steps"] + 1)
     return {"steps": steps, **({} if run is None else run.known["between"].seen())}
 
 
 def beyond(shares: dict[str, float]) -> list[str]:
-    """Write one sentence on how much of a moist run is not checked."""
+    """Describe in one sentence how much of a moist run is not checked."""
     if "bridges" not in shares or shares["steps"] == 1.0:
         return []
     return [
@@ -106,7 +106,7 @@ def beyond(shares: dict[str, float]) -> list[str]:
 
 
 def notes(more: dict[str, Any]) -> list[str]:
-    """Sentences on what was taken from the engine's log."""
+    """Return sentences on values taken from the engine's log."""
     law, between = more["newton"], more["transfer_interpolation"]
     found = [between["note"]] if between else []
     if law is None:
@@ -129,7 +129,7 @@ def notes(more: dict[str, Any]) -> list[str]:
 
 
 def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
-    """Sentences on what no quantity speaks of."""
+    """Return sentences on what no quantity checks."""
     law, every = more["newton"], held["steps"] + 1
     outside = every - len(set().union(*(range(*window) for window in held["windows"])))
     found = [f"forces and motion: steps outside the windows, {outside} of {every}"] if outside else []

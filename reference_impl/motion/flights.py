@@ -1,8 +1,9 @@
-"""Spheres in flight from one output to the next, integrated by the reference: forces outside the recorded windows.
+"""Integrate spheres in flight from one output to the next, to check forces outside the recorded windows.
 
-A group of spheres held together by bridges, none of which forms, breaks or meets a wall between two outputs, moves under weight
-and bridges alone, and its motion follows from trajectory.parquet and the snapshot of bridges at the first output. A sphere with
-a film cannot touch anything without an event. Step by step as the engine goes: half a kick, a step, forces, half a kick.
+A group of spheres connected by bridges, none of which forms, ruptures or meets a wall between two outputs, moves
+under weight and bridges alone, and its motion follows from trajectory.parquet and the snapshot of bridges at the
+first output. A sphere with a film cannot touch anything without an event. Integration is as in the engine: half a
+kick, a step, forces, half a kick.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 
 MOST_STEPS = 2000
-"""Steps that are integrated in all; intervals between outputs are taken evenly spread over the run until they are used up."""
+"""Largest total number of integrated steps; intervals between outputs are chosen evenly over the run until it is reached."""
 DRY = 1e-6
-"""Films below this part of r^3 count as none: such a sphere could touch another without a bridge."""
+"""Film below which a sphere counts as dry, over r^3: it could touch another without a bridge."""
 TERMS = ("weight", "capillary", "viscous_normal", "viscous_tangential")
 STILL = dict.fromkeys(TERMS, 1.0)
 ROUNDS = 100
@@ -35,12 +36,12 @@ ROUNDS = 100
 
 @dataclass
 class Flights:
-    """Spheres (rows) with place, speed, spin at both outputs; bridges by the rows of their ends."""
+    """Spheres (rows) with position, speed, spin at both outputs; bridges by the rows of their ends."""
 
     step: Floats
     id: Floats
     steps: Floats
-    """From the one output to the other."""
+    """Number of steps from one output to the other."""
     x: Floats
     v: Floats
     w: Floats
@@ -68,7 +69,7 @@ BRIDGES = ("i", "j", "volume", "ti", "tj")
 
 
 def judged(run: Run) -> bool:
-    """Whether the forces of bridges are known in every step: explicit, of closed form, and the mass is that of the spheres."""
+    """Return whether the forces of bridges are always known: explicit, in closed form, and without mass of liquid."""
     known = {None, *capillary.LAWS, *laws.VISCOUS_NORMAL, *laws.VISCOUS_TANGENTIAL}
     laws_known = all(coverage.law(run, effect) in known for effect in TERMS[1:])
     explicit = not coverage.semi_implicit(run) and impulses.every(run) == 1
@@ -81,7 +82,7 @@ def judged(run: Run) -> bool:
 
 @dataclass
 class Hangar:
-    """Flights of the run, part by part."""
+    """Flights of the run, collected part by part."""
 
     run: Run
     setup: Setup
@@ -146,7 +147,7 @@ class Hangar:
         return Flights(*(np.concatenate([getattr(f, c.name) for f in some]) for c in fields(Flights)))
 
     def check(self) -> list[Quantity]:
-        """Places and speeds at the second output."""
+        """Compare positions and speeds at the second output."""
         self.run.known["flights"] = flights = self.all()
         if flights is None:
             return []
@@ -163,13 +164,13 @@ class Hangar:
 
 
 LIMIT = 1e-8
-"""Of some hundred steps near contact, where rounding of a gap grows."""
+"""Limit of deviations after some hundred steps near contact, in which rounding errors of a gap grow."""
 
 
 def fly(
     run: Run, setup: Setup, f: Flights, factors: dict[str, float] | None = None
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Places, speeds and spins at the second output, and the spheres of groups that never touched."""
+    """Return positions, speeds and spins at the second output, and the spheres of groups that never touched."""
     part, dt = {**STILL, **(factors or {})}, setup.step
     inertia = 0.4 * f.mass * f.radius**2
     touched = np.zeros(len(f.id), dtype=bool)
@@ -202,7 +203,7 @@ def fly(
 def forces(
     run: Run, f: Flights, part: dict[str, float], x: Floats, v: Floats, w: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Forces and torques of the bridges on all spheres, and the gaps."""
+    """Return forces and torques of the bridges on all spheres, and the gaps."""
     ri, rj, wall = f.radius[f.i], f.radius[f.j], np.zeros(len(f.i), dtype=bool)
     d = images.of(run.folder).nearest(x[f.i] - x[f.j])
     apart = np.sqrt(dot(d, d))

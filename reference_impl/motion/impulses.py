@@ -1,8 +1,9 @@
-"""Bridges that act every k steps (`bridges_every` of the scene): when, and for how many steps at once.
+"""Bridges that act every k steps (`bridges_every` of the scene): at which steps, and for how many at once.
 
-The symmetrical splitting of r-RESPA (Tuckerman et al. 1992): at every k-th step k times the force. A bridge formed at such a step
-stands for the k/2 steps to the middle of the interval, less the half step by which it is late with k = 1, where it acts from the
-next step on; in the first step, after which the engine adds half a kick only, twice as much.
+This is the symmetric splitting of r-RESPA (Tuckerman et al. 1992): k times the force at every k-th step. A bridge
+formed at such a step acts for the k/2 steps to the middle of the interval, minus the half step by which it is late
+with k = 1, where it acts from the next step on; in the first step, after which the engine adds only half a kick,
+twice as much.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from reference_impl.replay.lives import Lives, keys, none
 
 
 def every(run: Run) -> int:
-    """Steps from one evaluation to the next."""
+    """Return the steps from one evaluation to the next."""
     return int(run.meta.get("bridges_every", 1))
 
 
 def new(run: Run, table: Table) -> Floats:
-    """Rows of bridges that act in the step in which they form."""
+    """Return the rows of bridges that act in the step in which they form."""
     step = np.asarray(table["step"], dtype=np.int64)
     if every(run) == 1 or not len(table):
         return np.zeros(len(table), dtype=bool)
@@ -32,7 +33,7 @@ def new(run: Run, table: Table) -> Floats:
 
 
 def weights(run: Run, table: Table) -> Floats:
-    """Steps for which each logged force acts."""
+    """Return the steps for which each logged force acts."""
     k, step = every(run), np.asarray(table["step"], dtype=np.int64)
     if k == 1:
         return np.ones(len(table))
@@ -40,7 +41,7 @@ def weights(run: Run, table: Table) -> Floats:
 
 
 def check(run: Run, table: Table) -> list[Quantity]:
-    """The logged weights; bridges at their steps only."""
+    """Check the logged weights, and that bridges act only at their steps."""
     if "weight" not in table:
         return []
     expected = weights(run, table)

@@ -1,8 +1,8 @@
-"""How LIGGGHTS 3.8.0 makes contacts of spheres with the triangles of a mesh.
+"""Contacts of spheres with the triangles of a mesh by the rules of LIGGGHTS 3.8.0.
 
-The engine's rules, as in its sources (tri_mesh_I.h, surface_mesh_I.h): every triangle makes its own contact, with its face,
-or with an edge or corner of it that is active. Of two triangles at an angle the later one owns their edge; edges within a plane
-are inactive. So next to a convex edge the face of one and the edge of the other triangle both push.
+In its sources (tri_mesh_I.h, surface_mesh_I.h) every triangle has its own contact, with its face, or with an active
+edge or corner. Of two triangles at an angle the later one owns their edge; edges within a plane are inactive. Next to
+a convex edge the face of one and the edge of the other triangle therefore both exert a force.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 from reference_impl.replay.arrays import Floats
 
 COPLANAR = 1.0 - 1e-5
-"""Cosine between normals from which the engine takes two triangles for one plane."""
+"""Cosine between normals above which the engine treats two triangles as coplanar."""
 PRECISION = 1e-8
 TINY = 1e-10
 FACE = 7
 NOTHING = 1e6
-"""Distance [m] where an inactive edge or corner is the closest feature."""
+"""Distance [m] assigned if an inactive edge or corner is the closest feature."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def repeated(corners: Floats, ways: Sequence[Floats], apart: bool = False) -> To
 
 
 def _nodes(corners: Floats) -> list[list[int]]:
-    """Number of each corner's node; corners within the engine's precision are one."""
+    """Return the node of each corner; corners within the engine's precision are one node."""
     flat = np.round(corners.reshape(-1, 3) / PRECISION).astype(np.int64)
     _, number = np.unique(flat, axis=0, return_inverse=True)
     return [list(map(int, row)) for row in number.reshape(-1, 3)]
@@ -114,7 +114,7 @@ def _overlap(corners: Floats, edge: Floats, normal: Floats, one: tuple[int, int]
 
 
 def _connected(meeting: list[tuple[int, int]], neighbours: dict[int, set[int]]) -> list[list[tuple[int, int]]]:
-    """Triangles at a node, in groups that hang together by edges."""
+    """Return the triangles at a node, in groups connected by edges."""
     left, groups = dict(meeting), []
     while left:
         start = next(iter(left))
@@ -129,7 +129,7 @@ def _connected(meeting: list[tuple[int, int]], neighbours: dict[int, set[int]]) 
 
 
 def _corner_active(group: list[tuple[int, int]], edge: Floats, nodes: list[list[int]], active: Floats) -> bool:
-    """A corner counts where an active edge ends and no two of its edges go on in a line; the last triangle owns it."""
+    """Return whether a corner is active: an active edge ends there, no two edges are collinear, the last triangle owns it."""
     arms = [(edge[t, k], nodes[t][(k + 1) % 3]) for t, k in group] + [
         (edge[t, k - 1], nodes[t][k - 1]) for t, k in group
     ]
@@ -139,7 +139,7 @@ def _corner_active(group: list[tuple[int, int]], edge: Floats, nodes: list[list[
 
 
 def _planes(at_node: dict[int, list[tuple[int, int]]], normal: Floats, count: int) -> dict[int, frozenset[int]]:
-    """For each triangle those in its plane that share a corner with it."""
+    """Return for each triangle those in its plane that share a corner with it."""
     found: dict[int, set[int]] = {t: set() for t in range(count)}
     for meeting in at_node.values():
         for s, _ in meeting:
@@ -148,7 +148,7 @@ def _planes(at_node: dict[int, list[tuple[int, int]]], normal: Floats, count: in
 
 
 def resolve(mesh: Topology, t: Floats, p: Floats) -> tuple[Floats, Floats, Floats]:
-    """Distance, point and kind (FACE or not) of the contact that the engine sees between centres p (n, 3) and triangles t (n)."""
+    """Return distance, point and kind (FACE or not) of the engine's contacts between centres p (n, 3) and triangles t (n)."""
     corners, edge, length = mesh.corners[t], mesh.edge[t], mesh.length[t]
     from_0 = p - corners[:, 0]
     a, b = (np.einsum("ij,ij->i", from_0, edge[:, k]) for k in (0, 2))
@@ -171,7 +171,7 @@ def resolve(mesh: Topology, t: Floats, p: Floats) -> tuple[Floats, Floats, Float
 
 
 def _edge(mesh: Topology, t: Floats, p: Floats, at: Floats, k: int, point: Floats, there: Floats) -> None:
-    """Beyond edge k: the edge's closest point, or the corner at its end."""
+    """Set the closest point beyond edge k: on the edge, or the corner at its end."""
     s, n = t[at], (k + 1) % 3
     along = np.einsum("ij,ij->i", p[at] - mesh.corners[s, k], mesh.edge[s, k])
     before, behind = along < -TINY, along > mesh.length[s, k] + TINY
@@ -184,7 +184,7 @@ def _edge(mesh: Topology, t: Floats, p: Floats, at: Floats, k: int, point: Float
 
 
 def _corner(mesh: Topology, t: Floats, p: Floats, at: Floats, k: int, point: Floats, there: Floats) -> None:
-    """Beyond corner k: the corner, or one of its edges where its angle is known to be obtuse."""
+    """Set the closest point beyond corner k: the corner, or on one of its edges if its angle is obtuse."""
     s, n, m = t[at], (k + 1) % 3, (k + 2) % 3
     point[at], there[at] = mesh.corners[s, k], mesh.corner_active[s, k]
     from_k = p[at] - mesh.corners[s, k]

@@ -1,4 +1,4 @@
-"""Change of momentum of spheres that touched nothing from one output to the next, which is weight and the impulse of bridges."""
+"""Change of momentum of spheres that touched nothing between outputs, which equals weight and the impulse of bridges."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ IMPULSES = ["capillary_impulse", "viscous_impulse"]
 
 @dataclass(frozen=True)
 class Outputs:
-    """Steps of outputs, and the spheres' numbers: between two outputs lies an interval, which has the number of the first."""
+    """Steps of outputs, and the spheres' ids; the interval between two outputs has the number of the first."""
 
     steps: Floats
     ids: Floats
 
     def dense(self, table: pd.DataFrame, names: Sequence[str]) -> Floats:
-        """Columns of a table as (outputs, spheres, columns); NaN for a sphere that is not there any more."""
+        """Return columns of a table as (outputs, spheres, columns); NaN for a sphere that has left."""
         found = np.full((len(self.steps), len(self.ids), len(names)), np.nan)
         step = table["step"].to_numpy(np.int64)
         at = np.minimum(np.searchsorted(self.steps, step), len(self.steps) - 1)
@@ -39,13 +39,13 @@ class Outputs:
         return found
 
     def interval(self, step: Floats) -> Floats:
-        """Number of the interval that ends at or after a step; -1 up to the first output, and beyond the last one."""
+        """Return the number of the interval that contains a step; -1 up to the first output, and after the last one."""
         at = np.searchsorted(self.steps, step) - 1
         return np.asarray(np.where(at < len(self.steps) - 1, at, -1))
 
 
 def free_spheres(run: Run, setup: Setup, tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """Spheres that touched nothing from one output to the next: gain of momentum less weight, and the logged impulse."""
+    """Return spheres that touched nothing between outputs: gain of momentum minus weight, and the logged impulse."""
     outputs = Outputs(np.unique(tables["trajectory"]["step"].to_numpy(np.int64)), setup.ids)
     one, two = outputs.steps[:-1], outputs.steps[1:]
     if not judged(run):
@@ -66,7 +66,7 @@ def free_spheres(run: Run, setup: Setup, tables: dict[str, pd.DataFrame]) -> pd.
 
 
 def size(a: Floats) -> Floats:
-    """Length of each vector."""
+    """Return the length of each vector."""
     return np.asarray(np.linalg.norm(a, axis=-1))
 
 
@@ -75,7 +75,7 @@ def _named(name: str) -> list[str]:
 
 
 def _touching(run: Run, setup: Setup, tables: dict[str, pd.DataFrame], outputs: Outputs) -> Floats:
-    """Shape (intervals, spheres): whether a sphere is driven, enters, leaves, touched, lost a bridge or had no film."""
+    """Return whether a sphere is driven, enters, leaves, touched, lost a bridge or had no film; shape (intervals, spheres)."""
     fixed, one, two = bodies(run), outputs.steps[:-1, None], outputs.steps[1:, None]
     bad = ~setup.free | ((setup.enters > one) & (setup.enters <= two)) | (setup.leaves <= two)
     for step in setup.broken:
@@ -100,11 +100,12 @@ def _touching(run: Run, setup: Setup, tables: dict[str, pd.DataFrame], outputs: 
 
 
 def _beside(run: Run, setup: Setup, tables: dict[str, pd.DataFrame], outputs: Outputs, speed: Floats) -> Floats:
-    """Spheres that may touch a part of a wall without a bridge: at a convex edge a sphere has one bridge of all that meet there.
+    """Return the spheres that may touch a part of a wall without a bridge.
 
-    Until it touches anything a sphere is no faster than the fastest body at either output, which drag could make it follow,
-    and what weight, the pull and the normal drag of its bridges add in between; farther from a part that is next to that of its
-    bridge than it comes with this speed, and the walls with theirs, it touches nothing.
+    At a convex edge a sphere has one bridge with all parts that meet there. Before any contact the speed of a
+    sphere is at most that of the fastest body at either output, to which drag could accelerate it, plus the
+    effect of weight and of the capillary force and normal drag of its bridges in between. If a part next to that
+    of its bridge is farther than this speed and that of the walls allow, the sphere does not touch it.
     """
     found, ids = np.zeros((len(outputs.steps) - 1, len(outputs.ids)), dtype=bool), outputs.ids
     interval = outputs.interval(tables["bridges"]["step"].to_numpy(np.int64))
@@ -139,8 +140,10 @@ def _beside(run: Run, setup: Setup, tables: dict[str, pd.DataFrame], outputs: Ou
 
 
 def judged(run: Run) -> bool:
-    """Return whether the momentum of a sphere without contacts must be that of weight and bridges: its mass is constant, and it
-    reaches walls through a bridge only; in a script's run gravity must be the only other force.
+    """Return whether the momentum of a sphere without contacts must be that of weight and bridges.
+
+    Its mass must be constant, and it must reach walls through a bridge only; in a script's run gravity must be
+    the only other force.
     """
     effects = run.meta["effects"]
     return bool(

@@ -1,6 +1,7 @@
-"""Closest points of wall parts to spheres at any steps: for bridges, formations, the triangle that gets liquid, snapshots.
+"""Closest points of wall parts to spheres at any steps: for bridges, formations, the triangle that receives liquid, snapshots.
 
-Rows of any steps are taken together; a triangle is looked at in full only where its bounds leave it a chance.
+Rows of any steps are processed together; the distance of a triangle is computed only if its bounds permit it to be
+the closest.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.io import Run
 
 SAME = 1e-9
-"""Part of the distance within which two triangles are as near: next to an edge either may be the one that is meant."""
+"""Relative difference of distances below which two triangles count as equally near, as next to an edge."""
 
 
 class Closest(NamedTuple):
@@ -30,7 +31,7 @@ class Closest(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Distance and closest triangle of a wall part for each row, and the least of given values over equally near triangles."""
+    """Distance and closest triangle of a wall part for each row, and the smallest of given values over equally near triangles."""
 
     distance: Floats
     triangle: Floats
@@ -68,14 +69,14 @@ class Parts:
         return y
 
     def velocity(self, step: Floats, x: Floats, part: Floats) -> Floats:
-        """Velocities of points of parts [m/s]."""
+        """Return the velocities of points of parts [m/s]."""
         v = np.zeros_like(x)
         for wall, now, rows in self._moving(step, part):
             v[rows] = self.motion.velocity(wall, now, x[rows])
         return v
 
     def _moving(self, step: Floats, part: Floats) -> Iterator[tuple[window.Wall, int, Floats]]:
-        """The rows whose parts move: those of one wall and step at a time."""
+        """Yield the rows whose parts move: those of one wall and step at a time."""
         wall = self.wall[part]
         for n, w in enumerate(self.setup.walls):
             rows = (
@@ -88,7 +89,7 @@ class Parts:
                 yield w, int(step[at[0]]), at
 
     def within(self, step: int, x: Floats, reach: Floats, values: Floats) -> tuple[Floats, Floats, Near]:
-        """Pairs of a sphere (its row) and a part that are nearer than `reach` and the largest of the part's values together."""
+        """Return pairs of a sphere (its row) and a part that are nearer than `reach` plus the largest of the part's values."""
         most = np.full(len(self), -np.inf)
         np.maximum.at(most, self.setup.part, values)
         found = []
@@ -107,7 +108,7 @@ class Parts:
         return a, part, Near(real[:, 0], triangle, real[:, 1])
 
     def closest(self, step: Floats, x: Floats, part: Floats) -> Closest:
-        """Closest points of parts to points x, row by row."""
+        """Return the closest points of parts to points x, row by row."""
         y, count = self.rest(step, x, part), len(x)
         distance, point, triangle = np.zeros(count), np.zeros((count, 3)), np.zeros(count, np.int64)
         _closest(y, part, self._shape, distance, point, triangle)
@@ -117,7 +118,7 @@ class Parts:
         return found
 
     def _copy(self, step: Floats, x: Floats, part: Floats, shift: Floats, found: Closest) -> None:
-        """Put a copy of the parts, that much back from them, in place of what was found, where it is nearer."""
+        """Replace the closest points found by those of a copy of the parts, displaced by `shift`, where the copy is nearer."""
         y = self.rest(step, x + shift, part)
         off = size(np.maximum(np.maximum(self.low[part] - y, y - self.high[part]), 0.0))
         rows = np.flatnonzero(off < found.distance)
@@ -132,8 +133,11 @@ class Parts:
         )
 
     def goes_on(self, step: Floats, x: Floats, part: Floats, foot: Floats, near: Floats, least: Floats) -> Floats:
-        """Whether parts continue at their points `foot` towards x: one of their triangles within `near` of the foot has its
-        closest point to x farther than `least` from it."""
+        """Return whether parts continue at their points `foot` towards x.
+
+        One of their triangles within `near` of the foot must have its closest point to x farther than `least`
+        from it.
+        """
         y, q = self.rest(step, x, part), self.rest(step, foot, part)
         found = np.zeros(len(part), dtype=bool)
         for row, n in enumerate(part):
@@ -144,7 +148,7 @@ class Parts:
         return found
 
     def to(self, step: Floats, x: Floats, triangle: Floats) -> tuple[Floats, Floats]:
-        """Distance of points from triangles, and the closest point in the world."""
+        """Return the distance of points from triangles, and the closest point in world coordinates."""
         part = self.setup.part[triangle]
         y = self.rest(step, x, part)
         q = closest_point(y, self.setup.corners[triangle])
@@ -160,8 +164,10 @@ class Parts:
 
 @compiled
 def closest_on(p: Any, t: Any, best: Any) -> float:
-    """Square of the distance of a point from a triangle t (3, 3); `best` becomes its closest point: the foot in the plane where
-    that is inside, else the closest on the three edges."""
+    """Return the squared distance of a point from a triangle t (3, 3); `best` becomes its closest point.
+
+    This is the foot in the plane if inside, otherwise the closest on the three edges.
+    """
     ux, uy, uz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
     vx, vy, vz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -193,7 +199,7 @@ def _closest_points(p: Any, t: Any, found: Any) -> None:
 
 
 def closest_point(p: Floats, t: Floats) -> Floats:
-    """Closest points of triangles t (n, 3, 3) to points p (n, 3)."""
+    """Return the closest points of triangles t (n, 3, 3) to points p (n, 3)."""
     found = np.empty((len(p), 3))
     _closest_points(p, t, found)
     return found
@@ -201,7 +207,7 @@ def closest_point(p: Floats, t: Floats) -> Floats:
 
 @compiled
 def _to_bounds(y: Any, low: Any, high: Any) -> float:
-    """Square of the distance of a point from a box."""
+    """Return the squared distance of a point from a box."""
     square = 0.0
     for axis in range(3):
         off = max(low[axis] - y[axis], y[axis] - high[axis], 0.0)
@@ -211,9 +217,10 @@ def _to_bounds(y: Any, low: Any, high: Any) -> float:
 
 @compiled
 def _look(y: Any, part: int, shape: Any, best: float, apart: Any, q: Any, point: Any) -> float:
-    """The least distance of a part from a point y as its mesh at rest sees it, where that is below `best`.
+    """Return the smallest distance of a part from a point y in the rest frame of its mesh, if below `best`.
 
-    `apart` becomes the distance of each of the part's triangles that can be the closest, `point` that of the closest one.
+    `apart` becomes the distance of each of the part's triangles that can be the closest, `point` that of the
+    closest one.
     """
     first, order, corners, bounds = shape
     for k in range(first[part], first[part + 1]):
@@ -243,7 +250,7 @@ def _closest(y: Any, part: Any, shape: Any, distance: Any, point: Any, triangle:
 def _within(
     y: Any, reach: Any, parts: Any, more: Any, low: Any, high: Any, shape: Any, values: Any
 ) -> tuple[Any, Any]:  # fmt: skip
-    """Numbers of sphere, part and triangle, and distance and least value, of all pairs that are near."""
+    """Return numbers of sphere, part and triangle, distance and smallest value, of all pairs that are near."""
     first, order = shape[0], shape[1]
     apart, q, point = np.empty(len(order)), np.empty(3), np.empty(3)
     whole, real, count = np.empty((len(y), 3), np.int64), np.empty((len(y), 2)), 0

@@ -1,14 +1,14 @@
-"""Newton's law of every sphere in the recorded windows: own forces and torques against the change of speed and spin.
+"""Newton's law of every sphere in the recorded windows: recomputed forces and torques, change of speed and spin.
 
-From a step's end to the next the engine adds half a kick of the one and half a kick of the other step's forces, so that
+Between the ends of two steps the engine adds half a kick by the forces of each, so that
 
     m (v(n+1) - v(n))/dt = (F(n) + F(n+1))/2
 
-holds to round-off, as it does for spin and torque. F is the reference's own: weight, dry contacts (dry.py, contacts found by
-touching.py), bridges (wet.py). The engine's own sums enter only in the half step back to the speeds with which forces are taken;
-that they belong to the recorded speeds is checked as well.
+holds to round-off, as it does for spin and torque. F is computed by the reference: weight, dry contacts (dry.py, contacts
+found by touching.py), bridges (wet.py). The engine's sums are used only for the half step back to the speeds in the forces;
+their consistency with the recorded speeds is checked as well.
 
-Bridges act for as many steps as impulses.py says.
+impulses.py determines for how many steps bridges act.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from reference_impl.replay.io import Run
 TOLERANCE = 1e-9
 DRIFT = 1e-12
 NEARLY = 1e-6
-"""Of the radius: from there on two bodies may touch for an engine with contacts of its own."""
+"""Distance over the radius below which two bodies may touch in an engine with its own contact detection."""
 STANDARD_WEIGHT = 9.81
-"""Forces are compared with the sum of their sizes, or m times this where that is larger."""
+"""Acceleration that, times m, is the smallest scale of a force; otherwise the scale is the sum of the forces' magnitudes."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class Forces:
     sizes: Floats
     checks: dict[str, tuple[Any, ...]]
     counts: Counter[str]
-    """What the engine's log was asked for."""
+    """Number of values taken from the engine's log, by kind."""
     start: Floats
-    """Springs from which the contacts began their step; `known`: rows whose spring is taken as logged."""
+    """Springs from which the contacts started their step; `known`: rows whose spring is taken as logged."""
     known: Floats
 
 
@@ -67,7 +67,7 @@ def forces(setup: Setup, run: Run | None) -> list[Forces]:
 
 
 def each(setup: Setup, run: Run | None) -> Iterator[Forces]:
-    """Recompute all forces window by window, without holding all windows in memory."""
+    """Recompute all forces window by window, with one window in memory at a time."""
     motion = Motion(setup)
     copies = images.of_scene(setup.scene).others()
     shapes = {w.name: mesh.repeated(setup.corners[w.first : w.last], copies, apart=w.analytic) for w in setup.walls}
@@ -129,7 +129,7 @@ def _window(
 
 
 def _on(setup: Setup, wall: Wall, t: touching.Touches, bridges: wet.Bridges | None) -> int:
-    """Dry contacts and bridges with one wall."""
+    """Return the number of dry contacts and bridges with one wall."""
     found = int((t.wall & (t.b >= wall.first) & (t.b < wall.last)).sum())
     if bridges is not None:
         found += int((bridges.wall & np.isin(bridges.b, setup.part[wall.first : wall.last])).sum())
@@ -140,11 +140,12 @@ def _springs(
     setup: Setup, window: Window, t: touching.Touches, log: touching.Springs, plane: tuple[int, mesh.Topology] | None,
     counts: Counter[str],
 ) -> tuple[touching.Touches, Floats, Floats]:  # fmt: skip
-    """Springs from which each contact starts its step, and rows where that is the present spring itself.
+    """Return the springs from which each contact starts its step, and rows in which that is the present spring itself.
 
-    In the first step of a window the present springs are taken as logged. A contact that is new starts from zero; on a flat wall
-    from the spring of the triangle next to it. Two things the engine does are taken from its log and counted: a contact skipped
-    because the triangle next to it has one already, and a spring left over from an earlier contact of the same two spheres.
+    In the first step of a window the present springs are taken as logged. A new contact starts from zero; on a
+    flat wall from the spring of the neighbouring triangle. Two cases are taken from the engine's log and counted:
+    a contact skipped because the neighbouring triangle has one, and a spring that remains from an earlier contact
+    of the same two spheres.
     """
     if not setup.memory:
         return t, np.zeros((len(t), 3)), np.ones(len(t), dtype=bool)
@@ -175,7 +176,7 @@ def _springs(
 def _beside(
     setup: Setup, log: touching.Springs, plane: tuple[int, mesh.Topology], step: int, a: int, triangle: int
 ) -> tuple[Floats, bool]:
-    """Spring of the same sphere with a triangle in the same plane that shares a corner."""
+    """Return the spring of the same sphere with a triangle in the same plane that shares a corner."""
     first, shape = plane
     near = np.array(sorted(shape.plane[int(triangle) - first]), dtype=np.int64) + first
     if not len(near):
@@ -185,7 +186,7 @@ def _beside(
 
 
 def _beside_edges(setup: Setup, t: touching.Touches) -> int:
-    """Contacts beyond the first of one sphere with one wall part in one step: a convex edge pushes next to its face."""
+    """Count the contacts beyond the first of one sphere with one wall part in one step: a convex edge acts next to its face."""
     if not t.wall.any():
         return 0
     one = np.stack([t.k, t.a, setup.part[np.where(t.wall, t.b, 0)]], axis=1)[t.wall]
@@ -195,7 +196,7 @@ def _beside_edges(setup: Setup, t: touching.Touches) -> int:
 def _sums(
     setup: Setup, window: Window, t: touching.Touches, c: dry.Contacts, w: wet.Bridges | None
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Force, torque, the torque's doubt and the sum of the forces' sizes on every sphere in every step."""
+    """Return force, torque, the torque's uncertainty and the sum of the forces' magnitudes on every sphere in every step."""
     shape = (len(window.steps), len(setup.ids))
     force = window.mass[:, :, None] * setup.pull(window.steps)
     torque, doubt, sizes = np.zeros((*shape, 3)), np.zeros(shape), np.sqrt((force**2).sum(axis=2))
@@ -218,12 +219,12 @@ def _sums(
 
 
 def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
-    """Newton's law for force and torque, the engine's own kicks, springs; in moist runs the walls and the log's states."""
+    """Check Newton's law for force and torque, the engine's kicks, springs; in moist runs the walls and the log's states."""
     return quantities(setup, [compared(setup, f) for f in found])
 
 
 def compared(setup: Setup, f: Forces) -> Compared:
-    """Return what is compared in one window: logged and recomputed values, the scale of the deviations, and the records."""
+    """Return the compared values of one window: logged and recomputed values, the scale of the deviations, and the records."""
     parts = {**law(setup, f), **f.checks}
     return parts if f.bridges is None else parts | against_log(setup, f)
 
@@ -250,14 +251,15 @@ SCALES = {
     "window_velocity": ("speed, or 1 mm/s", TOLERANCE),
     **{name: (scale, TOLERANCE) for name, scale in pushes.SCALES.items()},
 }
-"""What each deviation is compared with, and its limit."""
+"""Scale of each deviation, and its limit."""
 
 
 def rounding(setup: Setup) -> float:
-    """Return the largest rounding error of a wall's position [m]: the engine adds up the steps of a moving wall.
+    """Return the largest rounding error of a wall's position [m], since the engine adds up the steps of a moving wall.
 
-    That is about sqrt(steps) roundings of its largest coordinate, but for one that turns: it is turned in every step
-    by the same numbers: the rounding, half of the last digit, adds up (a drum: 7e-12 of its radius after 74,000 steps).
+    It is about sqrt(steps) roundings of its largest coordinate. A rotating wall is turned in every step by the
+    same numbers, so that the rounding, half of the last digit, adds up (a drum: 7e-12 of its radius after 74,000
+    steps).
     """
     found = 4.0 * float(np.abs(setup.corners).max(initial=0.0))
     steps = setup.scene["duration_s"] / setup.step
@@ -269,7 +271,7 @@ def rounding(setup: Setup) -> float:
 
 
 def limit(setup: Setup) -> float:
-    """1e-9, or the spring's force on the rounding of a wall's place over the lightest weight, where that is more."""
+    """Return 1e-9, or the spring's force due to the rounding of a wall's position over the lightest weight, if that is larger."""
     weight = float(setup.mass.min()) * STANDARD_WEIGHT
     return max(TOLERANCE, float(setup.dry.steepest(weight) * rounding(setup) / weight))
 
@@ -283,7 +285,7 @@ def _quantity(setup: Setup, name: str, parts: list[tuple[Any, ...]]) -> Quantity
 
 
 def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
-    """Step (its place in the window) and sphere for which the law is checked."""
+    """Return step (index in the window) and sphere for which the law is checked."""
     w = f.window
     k = np.flatnonzero((np.diff(w.steps) == 1) & ~np.isin(w.steps[:-1], list(setup.broken)))
     free = np.flatnonzero(setup.free & (setup.leaves >= w.steps[-1]))  # nobody is retired within a window
@@ -291,7 +293,7 @@ def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
 
 
 def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
-    """Between consecutive steps, for free spheres, unless the engine set itself up again between them."""
+    """Check consecutive steps of free spheres, unless the engine was set up again between them."""
     w, dt = f.window, setup.step
     at, who = records(setup, f)
     m, r = w.mass[at, who], setup.radius[who]
@@ -327,7 +329,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
 
 
 def _lost_digits(x: Floats) -> Floats:
-    """Rounding of positions and of their difference, over the limit of a drift."""
+    """Return the rounding of positions and of their difference, over the limit of a drift."""
     return np.asarray(2.0 * np.finfo(float).eps * arrays.size(x) / DRIFT)
 
 
@@ -350,7 +352,7 @@ def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
 
 
 def places(setup: Setup, found: list[Forces]) -> pd.DataFrame:
-    """Recorded places of all spheres that are not retired: step, id, x, y, z [m]."""
+    """Return the recorded positions of all spheres that are not retired: step, id, x, y, z [m]."""
     steps = np.concatenate([f.window.steps for f in found])
     x = np.concatenate([f.window.x for f in found]).reshape(-1, 3)
     table = pd.DataFrame({"step": np.repeat(steps, len(setup.ids)), "id": np.tile(setup.ids, len(steps))})

@@ -1,8 +1,11 @@
-"""What semi-implicit drag starts from, in the recorded windows: by how much all other forces push the bodies of a bridge in the
-step, and among how many bridges the mass of a sphere is shared. Forces are those of newton.py without the drag.
+"""Inputs of semi-implicit drag in the recorded windows, recomputed.
 
-Where bridges act every few steps, a new one acts in the step in which it forms, after all others: their drag pushes it, the new
-bridges push none of them; and it shares its spheres with the bridges that are left, they with those that rupture."""
+They are the velocity change of a bridge's bodies by all other forces in the step, and the number of bridges among which the
+mass of a sphere is divided. Forces are those of newton.py without the drag.
+
+If bridges act every few steps, a new one acts in the step in which it forms, after all others: their drag affects it, the new
+bridges affect none of them; and it shares its spheres with the remaining bridges, they with those that rupture.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +31,10 @@ SCALES = {
 def against_log(
     run: Run, setup: Setup, window: Window, b: Bridges, force: Floats, torque: Floats, sizes: Floats, doubt: Floats
 ) -> dict[str, tuple[Any, ...]]:
-    """The log's pushes and counts; sums of all forces and their sizes by step and sphere, doubt over its limit.
+    """Compare the log's velocity changes and counts, given all forces and their magnitudes by step and sphere.
 
-    Behind logged values, own ones, scale and rows stands what the second sphere has of the own value.
+    Results are logged and recomputed values, scale and rows, followed by the second sphere's part of the
+    recomputed value.
     """
     new = impulses.new(run, b.table)
     broke = _ruptured(run, setup, window.steps)

@@ -1,4 +1,4 @@
-"""What semi-implicit drag does to the impulse of one bridge between two outputs.
+"""Effect of semi-implicit drag on the impulse of one bridge between two outputs.
 
 Each sphere is split into n equal parts, one per bridge; drag acts at the velocity of the parts after the step, which afterwards
 take their mean (docs/engine.md). The part of sphere i that belongs to a bridge is faster than the sphere by dt (n F - D)/m, with
@@ -28,7 +28,7 @@ from reference_impl.replay.lives import FORMATION
 
 @dataclass(frozen=True)
 class Shift:
-    """Of each bridge: -J = (C(S2) - C(S1) - `pushed`)/(1 + `shared`) within `doubt`/(1 + `shared`) [N s]."""
+    """Shift of each bridge's impulse: -J = (C(S2) - C(S1) - `pushed`)/(1 + `shared`) within `doubt`/(1 + `shared`) [N s]."""
 
     pushed: Floats
     shared: Floats
@@ -45,12 +45,12 @@ class _Ends:
 
 
 def none(count: int) -> Shift:
-    """Explicit drag shifts nothing."""
+    """Return a zero shift, for explicit drag."""
     return Shift(*(np.zeros(count) for _ in range(3)))
 
 
 def normals(run: Run, rows: pd.DataFrame) -> Floats:
-    """Unit vectors from body j to sphere i."""
+    """Return unit vectors from body j to sphere i."""
     n = images.of(run.folder).nearest(vectors(rows, "xi") - vectors(rows, "xj"))
     return np.asarray(n / size(n)[:, None])
 
@@ -114,14 +114,14 @@ def shift(
 
 
 def _end(setup: Setup, of: Floats, ids: Floats, there: Floats, sign: float) -> _Ends:
-    """An end that is not there (a wall) has an inverse mass of -1; one that is driven has 0."""
+    """Return one end of bridges; a wall has an inverse mass of -1, a driven sphere 0."""
     sphere = np.searchsorted(setup.ids, ids)
     inverse = np.where(setup.free[sphere], 1.0 / setup.mass[sphere], 0.0)
     return _Ends(of + sphere, np.where(there, inverse, -1.0), sign)
 
 
 def _impulses(setup: Setup, steps: Floats, table: pd.DataFrame) -> Floats:
-    """Impulse of all bridges on each sphere at each output, one row per output and sphere [N s]."""
+    """Return the impulse of all bridges on each sphere at each output, one row per output and sphere [N s]."""
     found = np.zeros((len(steps) * len(setup.ids), 3))
     rows = table[np.isin(table["step"], steps)]
     at = np.searchsorted(steps, rows["step"]) * len(setup.ids) + np.searchsorted(setup.ids, rows["id"])
@@ -130,7 +130,7 @@ def _impulses(setup: Setup, steps: Floats, table: pd.DataFrame) -> Floats:
 
 
 def _events(run: Run, setup: Setup, steps: Floats, events: pd.DataFrame) -> tuple[Floats, Floats]:
-    """Formations, and ruptures or other ends, of each sphere since the output before."""
+    """Return formations, and ruptures or other ends, of each sphere since the previous output."""
     p, at = pairs(events, bodies(run)), np.searchsorted(steps, events["step"].to_numpy(np.int64))
     counts = []
     for kind in (events["kind"].to_numpy() == FORMATION, events["kind"].to_numpy() != FORMATION):

@@ -1,9 +1,10 @@
-"""By how much the capillary work, which the engine adds up as powers over steps, may differ from the energy of the bridges.
+"""Bound on the difference between capillary work, which the engine sums as powers over steps, and the energy of the bridges.
 
-The engine takes the force of a step at the speed in the middle of its kick, so that from one step to the next it counts
-dt/2 (F(n) v(n) + F(n+1) v(n+1)). With v(n) = v(n+1/2) - a(n) dt/2 that is the trapezoidal rule over the gap, and dt^2/4 F a at
-the end less that at the start: zero at events, where no force acts, so that it is left of the bridges that stand at an output
-(`active`). What the trapezoidal rule misses, and the half steps at events, is in `of_events`.
+The engine multiplies the force of a step by the speed in the middle of its kick, so that from one step to the next it
+adds dt/2 (F(n) v(n) + F(n+1) v(n+1)). With v(n) = v(n+1/2) - a(n) dt/2 that is the trapezoidal rule over the gap, and
+dt^2/4 F a at the end minus that at the start: zero at events, where no force acts, so that it remains only for
+bridges active at an output (`active`). `of_events` has the error of the trapezoidal rule, and the half steps at
+events.
 """
 
 from __future__ import annotations
@@ -22,19 +23,21 @@ from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION
 
 SLACK = 0.5
-"""Times the work along the whole relative way in the steps of events: a bridge acts from the step after its formation, and at its
-rupture no more, so that sums of the halves of both steps' powers leave out half a step; half an interval at ruptures where
-bridges act every few steps (see impulses.py)."""
+"""Factor on the work along the whole relative displacement in the steps of events.
+
+A bridge acts from the step after its formation and no longer at its rupture, so that sums of the halves of both
+steps' powers omit half a step; half an interval at ruptures if bridges act every few steps (see impulses.py).
+"""
 
 
 def _ends(setup: Setup, table: pd.DataFrame, p: Pairs) -> tuple[Floats, Floats]:
-    """Positions of i and j in `setup.ids`; for a wall that of i."""
+    """Return the positions of i and j in `setup.ids`; for a wall that of i."""
     i = np.searchsorted(setup.ids, table["i"])
     return i, np.where(p.wall, i, np.searchsorted(setup.ids, np.where(p.wall, table["i"], table["j"])))
 
 
 def drag_at_touch(run: Run, table: pd.DataFrame, p: Pairs) -> Floats:
-    """Normal drag per speed at touch [kg/s], where it is largest; zero where the law is not known."""
+    """Return the normal drag per speed at touch [kg/s], where it is largest; zero if the law is not known."""
     name, zero = coverage.law(run, "viscous_normal"), np.zeros(len(table))
     if name not in laws.VISCOUS_NORMAL:
         return zero
@@ -68,7 +71,7 @@ def active(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Floa
 
 
 def walls_motion(setup: Setup) -> tuple[float, float]:
-    """Largest speed [m/s] and acceleration [m/s2] of any wall."""
+    """Return the largest speed [m/s] and acceleration [m/s2] of any wall."""
     found = [(0.0, 0.0)]
     for wall in setup.walls:
         way = wall.way
@@ -84,7 +87,7 @@ def walls_motion(setup: Setup) -> tuple[float, float]:
 
 
 def pull_of(run: Run, table: pd.DataFrame) -> Callable[[Floats], Floats]:
-    """The capillary force of bridges as a function of their gaps."""
+    """Return the capillary force of bridges as a function of their gaps."""
     name, p = coverage.law(run, "capillary"), pairs(table, bodies(run))
     volume, sigma = table["volume"].to_numpy(float), run.meta["surface_tension"]
     return lambda s: capillary.LAWS[name](s, volume, p.ri, p.rj, p.wall, p.ti, p.tj, sigma) if name else 0.0 * s

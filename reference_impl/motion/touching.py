@@ -1,6 +1,6 @@
-"""Which spheres touch each other and the walls in every step of a window, from positions alone.
+"""Contacts between spheres and with walls in every step of a window, from positions alone.
 
-Candidates are found once a window (nothing moves further than a margin in it), then compared with every step.
+Candidates are found once per window (displacements within it are below a margin), then checked in every step.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ CHUNK = 4_000_000
 
 @dataclass(frozen=True)
 class Touches:
-    """Dry contacts, one row each: step k of the window, bodies a and b (a triangle where `wall`), geometry and motion.
+    """Dry contacts, one row each: step k of the window, bodies a and b (a triangle if `wall`), geometry and motion.
 
-    n points from b to a; `apart` is the distance of the centres, or of centre and wall; `vb` the partner's velocity.
+    The normal n points from b to a; `apart` is the distance of the centres, or of centre and wall; `vb` is the
+    partner's velocity.
     """
 
     k: Floats
@@ -48,11 +49,11 @@ def join(parts: list[Touches]) -> Touches:
 
 
 ABOUT_ONE_SIZE = 1.3
-"""Bodies are looked for together with those that reach so many times as far at most: else the largest decides for all."""
+"""Largest ratio of ranges of bodies that are searched together: otherwise the largest range would determine all."""
 
 
 def near_copies(x: Floats, reach: Floats, box: Images) -> tuple[Floats, Floats]:
-    """Pairs as of `near_pairs`, of the nearest copies of both in a box that repeats."""
+    """Return pairs as `near_pairs`, between the nearest copies of both in a periodic box."""
     if not box.any:
         return near_pairs(x, reach)
     n, most = len(x), 2.0 * float(reach.max(initial=0.0))
@@ -67,7 +68,7 @@ def near_copies(x: Floats, reach: Floats, box: Images) -> tuple[Floats, Floats]:
 
 
 def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:
-    """Pairs a < b with |x_a - x_b| < reach_a + reach_b."""
+    """Return pairs a < b with |x_a - x_b| < reach_a + reach_b."""
     sort = np.floor(np.log(reach / reach.min()) / np.log(ABOUT_ONE_SIZE)).astype(int)
     groups = [np.flatnonzero(sort == n) for n in np.unique(sort)]
     trees, most = [cKDTree(x[g]) for g in groups], [float(reach[g].max()) for g in groups]
@@ -85,7 +86,7 @@ def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:
 
 
 def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, Floats]:
-    """Pairs (sphere, triangle) whose bounds meet."""
+    """Return pairs (sphere, triangle) whose bounds intersect."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     found, step = [], max(1, CHUNK // max(1, len(y)))
     for start in range(0, len(corners), step):
@@ -127,13 +128,13 @@ def of_pairs(setup: Setup, window: Window) -> Touches:
 
 
 def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mesh.Topology]) -> list[Touches]:
-    """Spheres that overlap walls, one table per mesh: triangles by the engine's rules, analytic wires by their closest point."""
+    """Return spheres that overlap walls, one table per mesh: triangles by the engine's rules, analytic wires by closest point."""
     found, box = [], images.of_scene(setup.scene)
     for wall in setup.walls:
         shape = shapes[wall.name]
         rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
         a, t = near_triangles(rest[0], setup.radius + travel(rest, box) * 1.01, shape.corners)
-        one_step = _prism_step if wall.analytic else _wall_step
+        one_step = _analytic_wire_step if wall.analytic else _wall_step
         rows = []
         for k, step in enumerate(window.steps.tolist()):
             y = rest[0] + box.nearest(rest[k] - rest[0]) if box.any else rest[k]  # next to the copies that were near
@@ -153,7 +154,9 @@ def _wall_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Flo
     return a[at], t[at] % (wall.last - wall.first) + wall.first, apart[at], point[at], kind[at] == mesh.FACE
 
 
-def _prism_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats) -> tuple[Floats, ...]:
+def _analytic_wire_step(
+    setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats
+) -> tuple[Floats, ...]:
     """Find contacts with analytic wires, each part being one body with the closest of its triangles."""
     part = setup.part[wall.first + t]
     point = closest_point(y[a], shape.corners[t])
@@ -182,7 +185,7 @@ class Springs:
         return (np.asarray(step, dtype=np.int64) * self._bodies + a) * self._bodies + b
 
     def of(self, step: Floats, a: Floats, b: Floats) -> tuple[Floats, Floats]:
-        """Springs (n, 3), zero where none is logged, and whether one is."""
+        """Return springs (n, 3), zero if none is logged, and whether one is."""
         if not len(self._keys):
             return np.zeros((len(a), 3)), np.zeros(len(a), dtype=bool)
         key = self._key(step, a, b)

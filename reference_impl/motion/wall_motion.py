@@ -1,4 +1,4 @@
-"""How walls move in a run, step by step as the engine moves them: vibration, slide, turning."""
+"""Motion of walls in a run, step by step as in the engine: vibration, slide, rotation."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from reference_impl.replay.script import Poses
 
 
 class Motion:
-    """Positions of the walls, computed step by step as the engine moves them: sums of time steps and of velocity times step.
+    """Positions of the walls, computed step by step as in the engine: sums of time steps and of velocity times step.
 
-    A closed form differs by the rounding of these sums, 1e-12 of the time after 50,000 steps, which shows in fast dashpots.
+    A closed form would differ by the rounding of these sums, 1e-12 of the time after 50,000 steps, which is
+    visible in fast dashpots.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -25,7 +26,7 @@ class Motion:
         self._number = {wall.name: n for n, wall in enumerate(setup.walls)}
 
     def shift(self, wall: Wall, step: int | Floats) -> Floats:
-        """Displacement of a translating mesh after `step` steps [m]; of several steps a row for each."""
+        """Return the displacement of a translating mesh after `step` steps [m]; for several steps a row each."""
         if self._poses:
             found = self._poses.at(self._number[wall.name], step)["shift"]
             return found if np.ndim(step) else found[0]
@@ -38,7 +39,7 @@ class Motion:
         return np.zeros((*np.shape(step), 3))
 
     def velocity(self, wall: Wall, step: int, points: Floats) -> Floats:
-        """Velocity of points (n, 3) of a mesh in a step [m/s]; at rest before the first step."""
+        """Return the velocity of points (n, 3) of a mesh in a step [m/s]; zero before the first step."""
         if self._poses:
             pose = self._pose(wall, step)
             return np.asarray(pose["velocity"] + np.cross(pose["spin"], points - pose["shift"]))
@@ -87,19 +88,19 @@ class Motion:
         return np.asarray(origin + along + np.cos(angle) * (d - along) + np.sin(angle) * np.cross(axis, d))
 
     def _time(self) -> Floats:
-        """Time after 0, 1, 2, … steps, as the engine adds it up."""
+        """Return the time after 0, 1, 2, … steps, summed as in the engine."""
         if self._times is None:
             self._times = np.concatenate([[0.0], np.cumsum(np.full(self._total + 1, self._setup.step))])
         return self._times
 
     @staticmethod
     def _speed(wall: Wall, axis: int, time: Floats) -> Floats:
-        """Along one axis: a w cos(w t + phase) [m/s]."""
+        """Return the velocity along one axis: a w cos(w t + phase) [m/s]."""
         v, w = wall.way, 2.0 * np.pi * wall.way["frequency_Hz"]
         return np.asarray(v["amplitude_m"][axis] * w * np.cos(w * time + v["phase_rad"][axis]))
 
     def _vibrated(self, wall: Wall) -> Floats:
-        """Displacement of a vibration after 0, 1, 2, … steps [m]."""
+        """Return the displacement of a vibration after 0, 1, 2, … steps [m]."""
         name = repr(wall.way)  # walls that share a motion share its sums
         if name not in self._sums:
             found = self._sums[name] = np.zeros((len(self._time()), 3))

@@ -1,8 +1,8 @@
-"""Liquid that each sphere carries in every step, for its weight: its film and its side of each bridge by the transfer ratio.
+"""Liquid of each sphere in every step, for its weight: its film and its share of each bridge by the transfer ratio.
 
-Elskamp & Kruggel-Emden (2018, after 43) count the liquid of a standing bridge to each side as if it ruptured now; so does the
-weight. At rupture nothing moves then: only formations and drops change what a sphere carries. A step has the mass of the
-liquid at its start.
+Elskamp & Kruggel-Emden (2018, after 43) assign the liquid of an active bridge to each side as if it ruptured at that
+time; the same is done for the weight. No liquid moves at rupture then: only formations and drops change the liquid of
+a sphere. A step uses the mass of the liquid at its start.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def of_events(events: pd.DataFrame, run: Run, tables: Tables) -> pd.DataFrame:
 
 
 def of_drops(drops: pd.DataFrame) -> pd.DataFrame:
-    """Changes of the liquid on spheres by the drops that they catch or shed."""
+    """Return the changes of the liquid on spheres by drops that they catch or shed."""
     on = drops[drops["partner_kind"] == laws.SPHERE]
     return pd.DataFrame(
         {
@@ -50,7 +50,7 @@ def of_drops(drops: pd.DataFrame) -> pd.DataFrame:
 
 
 class Carried:
-    """Volume of the liquid on each sphere [m3] at the start of every step of the windows, from the start films and the logs."""
+    """Volume of the liquid on each sphere [m3] at the start of every step of the windows, from initial films and logs."""
 
     def __init__(self, run: Run) -> None:
         heavy = run.meta["effects"].get("liquid_weight")
@@ -62,7 +62,7 @@ class Carried:
         self._tables, self._done, self._last = Tables(run.table("transfer")), 0, -1
 
     def add(self, part: Run, last: int) -> None:
-        """Add a chunk of the logs up to a step; what a step changes counts from the next step on."""
+        """Add a chunk of the logs up to a step; changes in a step count from the next step on."""
         if self._done == len(self._steps):
             return
         events, drops = part.table("events"), part.shed
@@ -80,16 +80,16 @@ class Carried:
         self._done, self._last = until, last
 
     def of(self, step: Floats, sphere: Floats) -> Floats:
-        """For pairs of a step of a window and a sphere's id."""
+        """Return the liquid for pairs of a step of a window and a sphere's id."""
         return np.asarray(self._at[np.searchsorted(self._steps, step), sphere])
 
     def at(self, steps: Floats) -> Floats:
-        """Shape (steps, spheres in the order of their ids)."""
+        """Return the liquid, shape (steps, spheres in the order of their ids)."""
         return self.of(steps[:, None], self._ids[None, :])
 
 
 def carried(run: Run) -> Carried:
-    """Return what was gathered while the logs were read in chunks (spans.py), or compute it now from all events."""
+    """Return the volumes collected while the logs were read in chunks (spans.py), or compute them from all events."""
     if "carried" not in run.known:
         run.known["carried"] = Carried(run)
         run.known["carried"].add(run, END)

@@ -1,7 +1,8 @@
-"""Forces of the bridges in the windows from the trajectories: which bridges act is taken from the contact log, nothing else.
+"""Forces of the bridges in the windows from the trajectories: the contact log only determines which bridges act.
 
-Positions, speeds and spins are those of the trajectory, closest points on walls and their motion are the reference's own. A law
-that cannot be recomputed (the exact bridge is solved for a sample only) is taken as logged, as in forces.py.
+Positions, speeds and spins are those of the trajectory; closest points on walls and their motion are computed by the
+reference. A law that cannot be recomputed (the exact bridge is solved for a sample only) is taken as logged, as in
+forces.py.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from reference_impl.replay.implicit import relative_kick
 from reference_impl.replay.io import Run
 
 DEFAULT = {"capillary": "rabinovich", "viscous_normal": "pitois", "viscous_tangential": "goldman"}
-"""Laws by which an effect that is off is judged for what it would have done."""
+"""Laws by which an effect that is off is estimated."""
 
 
 @dataclass(frozen=True)
 class Bridges:
-    """Bridges of a window, one row each, forces on a; `triangle` is the own closest one, `point` the closest point."""
+    """Bridges of a window, one row each, forces on a; `triangle` is the recomputed closest one, `point` the closest point."""
 
     table: pd.DataFrame
     k: Floats
@@ -53,7 +54,7 @@ class Bridges:
         return np.asarray((drag - pull)[:, None] * self.n + side)
 
     def torques(self, setup: Setup) -> tuple[Floats, Floats]:
-        """Torques on a and on b (zero at a wall)."""
+        """Return torques on a and on b (zero at a wall)."""
         turn = cross(self.n, self.tangential) * self.acting["viscous_tangential"]
         rb = np.where(self.wall, 0.0, setup.radius[np.where(self.wall, 0, self.b)])
         return -setup.radius[self.a][:, None] * turn, -rb[:, None] * turn
@@ -89,7 +90,7 @@ def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
 def _terms(
     run: Run, table: pd.DataFrame, gap: Floats, n: Floats, relative: Floats, spin: Floats
 ) -> tuple[Floats, Floats, Floats, dict[str, bool]]:
-    """Capillary force, normal and tangential drag along n; for an effect that is off, the value of its usual law."""
+    """Return capillary force, normal and tangential drag along n; for an effect that is off, by its usual law."""
     p = pairs(table, bodies(run))
     volume, eta, sigma = table["volume"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"]
     name = {effect: coverage.law(run, effect) for effect in DEFAULT}

@@ -1,6 +1,6 @@
-"""What a run says of itself for Newton's law: bodies, dry contacts and walls (scene.json), motion in the windows (history/).
+"""Inputs for Newton's law from a run: bodies, dry contacts and walls (scene.json), motion in the windows (history/).
 
-Reads files only; nothing here is physics but the masses, the dashpots and how walls move.
+It only reads files; the only physics here are masses, dashpots and the motion of walls.
 """
 
 from __future__ import annotations
@@ -23,16 +23,17 @@ from reference_impl.replay.io import scene as read_scene
 from reference_impl.replay.plans import FOREIGN, engine, entered
 
 RECORDED = "recorded"
-"""Motion of the walls of a script's run: where poses.parquet has them."""
+"""Motion of the walls of a script's run, as recorded in poses.parquet."""
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
 
 
 @dataclass(frozen=True)
 class Dry:
-    """Numbers of the dry contacts by types of the two bodies, shape (types + 1, types + 1), a wall being type 0.
+    """Parameters of the dry contacts by types of the two bodies, shape (types + 1, types + 1); type 0 is a wall.
 
-    Of an overlap d the normal spring is normal d^power, the tangential one tangential d^power [N/m], their dashpots damping and
-    damping_side times d^(power/2). Linear: power 0. Hertz and Mindlin: power 1/2, and dashpots times sqrt(m_eff).
+    At an overlap d the normal spring is normal d^power, the tangential one tangential d^power [N/m], their
+    dashpots damping and damping_side times d^(power/2). Linear: power 0. Hertz and Mindlin: power 1/2, and
+    dashpots times sqrt(m_eff).
     """
 
     normal: Floats
@@ -42,11 +43,11 @@ class Dry:
     damping: Floats
     damping_side: Floats
     drag: Floats
-    """Of friction without memory, c = m_eff/(28 dt) [kg/s]."""
+    """Drag of friction without history, c = m_eff/(28 dt) [kg/s]."""
     power: float = 0.0
 
     def at(self, kinds: tuple[Floats, Floats], overlap: Floats, mass: Floats) -> tuple[Floats, ...]:
-        """Normal and tangential spring [N/m] and their dashpots [kg/s] at overlaps of bodies of an effective mass [kg]."""
+        """Return normal and tangential spring [N/m] and their dashpots [kg/s] at overlaps of bodies of an effective mass [kg]."""
         normal, side, damping, damping_side = (
             getattr(self, name)[kinds] for name in ("normal", "tangential", "damping", "damping_side")
         )
@@ -57,7 +58,7 @@ class Dry:
         return soft * normal, soft * side, slow * damping, slow * damping_side
 
     def steepest(self, weight: float) -> float:
-        """Largest slope [N/m] of a normal force where it is as large as a weight [N]."""
+        """Return the largest slope [N/m] of a normal force where it equals a weight [N]."""
         stiff = float(self.normal.max())
         depth = (weight / stiff) ** (1.0 / (1.0 + self.power))
         return (1.0 + self.power) * stiff * depth**self.power
@@ -65,16 +66,16 @@ class Dry:
 
 @dataclass(frozen=True)
 class Wall:
-    """Motion of one mesh; its triangles are [first, last) of all."""
+    """Motion of one mesh; its triangles are [first, last) of all triangles."""
 
     name: str
     first: int
     last: int
     motion: str
     way: dict[str, Any]
-    """Numbers of its motion, see `way_of`; empty for one that is fixed."""
+    """Parameters of its motion, see `way_of`; empty for a fixed wall."""
     analytic: bool = False
-    """Every part is one convex body that makes one contact; otherwise every triangle makes its own."""
+    """Whether every part is one convex body with one contact; otherwise every triangle has its own."""
 
 
 @dataclass(frozen=True)
@@ -93,32 +94,32 @@ class Setup:
     corners: Floats
     part: Floats
     enters: Floats
-    """Step from which on each sphere has weight."""
+    """Step from which each sphere has weight."""
     leaves: Floats
-    """Last step at which each sphere takes part; after it, it has been retired."""
+    """Last step at which each sphere takes part, after which it has been retired."""
     broken: frozenset[int]
-    """Steps after which the engine set itself up again: the forces that follow are not those that were recorded."""
+    """Steps after which the engine was set up again: the following forces differ from the recorded ones."""
     foreign: bool = False
-    """Return whether dry contacts follow a law of the engine's own, which is not recomputed."""
+    """Whether dry contacts follow a law specific to the engine, which is not recomputed."""
 
     @property
     def step(self) -> float:
-        """Time step [s]."""
+        """Return the time step [s]."""
         return float(self.scene["time_step_s"])
 
     @property
     def gravity(self) -> Floats:
-        """Acceleration [m/s2]."""
+        """Return the acceleration of gravity [m/s2]."""
         return np.array(self.scene["gravity_m_per_s2"], dtype=float)
 
     def pull(self, steps: Floats) -> Floats:
-        """Acceleration by gravity [m/s2], shape (steps, spheres, 3); none before a sphere enters and once it is retired."""
+        """Return the acceleration by gravity [m/s2], shape (steps, spheres, 3); zero before entry and after retirement."""
         there = (steps[:, None] >= self.enters) & (steps[:, None] <= self.leaves)
         return np.asarray(there[:, :, None] * self.gravity)
 
     @property
     def memory(self) -> bool:
-        """Return whether friction is a spring that remembers the slip and is recorded, or a drag."""
+        """Return whether friction is a recorded spring with tangential history; otherwise it is a drag."""
         return not self.foreign and bool(self.scene["effects"].get("tangential_history", True))
 
     @property
@@ -138,14 +139,14 @@ class Window:
     force: Floats
     torque: Floats
     v_half: Floats
-    """Velocity with which the forces of the step were taken, half a step before its end."""
+    """Velocity in the forces of the step, half a step before its end."""
     w_half: Floats
     w_margin: Floats
-    """By how much `w_half` may be off [rad/s]: rounding, and components that count as none; shape (steps, spheres)."""
+    """Uncertainty of `w_half` [rad/s] due to rounding and negligible components; shape (steps, spheres)."""
     mass: Floats
-    """With which the spheres move [kg], shape (steps, spheres)."""
+    """Mass of the moving spheres [kg], shape (steps, spheres)."""
     liquid: Floats
-    """Mass of the liquid on them [kg], whether it is part of `mass` or not; the same shape."""
+    """Mass of the liquid on them [kg], whether or not it is part of `mass`; the same shape."""
 
 
 def recorded(run_dir: Path) -> bool:
@@ -154,7 +155,7 @@ def recorded(run_dir: Path) -> bool:
 
 
 def read(run_dir: Path) -> Setup:
-    """Read what a replay of the motion needs of a run, the motion itself excepted."""
+    """Read the inputs for a replay of the motion from a run, except the motion itself."""
     with reading(f"{run_dir}: scene.json with history/", "the scene of a run and its tables: run the case again"):
         return _read(Path(run_dir))
 
@@ -177,9 +178,9 @@ def _read(folder: Path) -> Setup:
 
 
 def dashpot(stiffness: float, restitution: float, mass: float, step: float) -> float:
-    """Normal damping [kg/s]: gamma0 = -2 ln e sqrt(m k)/sqrt(pi^2 + ln^2 e) (E after 4), over 1 + gamma0 dt/(4 m).
+    """Return the normal damping [kg/s]: gamma0 = -2 ln e sqrt(m k)/sqrt(pi^2 + ln^2 e) (E after 4), over 1 + gamma0 dt/(4 m).
 
-    The second factor makes up for the engine's velocities, which are half a step old (docs/engine.md).
+    The second factor compensates for the engine's velocities, which are half a step old (docs/engine.md).
     """
     log = np.log(restitution)
     gamma = -2.0 * log * np.sqrt(mass * stiffness) / np.sqrt(np.pi**2 + log**2)
@@ -187,7 +188,7 @@ def dashpot(stiffness: float, restitution: float, mass: float, step: float) -> f
 
 
 def dry_contacts(scene: dict[str, Any], mass: dict[int, float]) -> Dry:
-    """Matrices over pairs of types; 0 is a wall."""
+    """Return matrices over pairs of types; 0 is a wall."""
     n, hertz = len(mass) + 1, scene.get("hertz")
     found = {f.name: np.zeros((n, n)) for f in fields(Dry) if f.name != "power"}
     for pair in scene["pairs"]:
@@ -214,7 +215,7 @@ def _linear(pair: dict[str, Any], mass: float, step: float) -> dict[str, float]:
 
 
 def hertz_mindlin(scene: dict[str, Any], pair: dict[str, Any]) -> dict[str, float]:
-    """Hertz's normal force 4/3 E* sqrt(R d) d and Mindlin's no-slip spring 8 G* sqrt(R d), as coefficients of sqrt(d).
+    """Return Hertz's normal force 4/3 E* sqrt(R d) d and Mindlin's no-slip spring 8 G* sqrt(R d), as coefficients of sqrt(d).
 
     Each dashpot is 2 sqrt(5/6) beta sqrt(S m), S being 2 E* sqrt(R d) or the tangential spring, beta = -ln e/sqrt(pi^2 + ln^2 e);
     here without sqrt(m) and sqrt(d).
@@ -258,7 +259,7 @@ def _walls(folder: Path, scene: dict[str, Any], recorded: bool) -> tuple[tuple[W
 
 
 def _driven(folder: Path) -> set[int]:
-    """Spheres that the deck, or YADE's task, moves whatever acts on them."""
+    """Return the spheres whose motion the deck, or YADE's task, prescribes."""
     task = folder / "engine" / "task.json"
     if task.exists():
         return set(json.loads(task.read_text())["driven"])
@@ -268,7 +269,7 @@ def _driven(folder: Path) -> set[int]:
 
 
 def _broken(scene: dict[str, Any]) -> frozenset[int]:
-    """Ends of the run's stages (walls that are drawn)."""
+    """Return the ends of the run's stages (walls that move out)."""
     return frozenset(step for window in slide_steps(scene).values() for step in window) - {0}
 
 
@@ -291,7 +292,7 @@ def slide_steps(scene: dict[str, Any]) -> dict[str, tuple[int, int]]:
 
 
 def windows(setup: Setup, carried: Callable[[Floats], Floats] | None = None) -> list[Window]:
-    """The recorded windows: runs of consecutive steps; `carried`: liquid on the spheres in steps [m3], shape (steps, spheres)."""
+    """Return the recorded windows, ranges of consecutive steps; `carried`: liquid on the spheres [m3], shape (steps, spheres)."""
     table = every(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
     steps = np.unique(table["step"].to_numpy())
     there = steps[:, None] <= setup.leaves
@@ -312,7 +313,7 @@ def windows(setup: Setup, carried: Callable[[Floats], Floats] | None = None) -> 
 
 
 def vectors_of(table: pd.DataFrame, name: str) -> Floats:
-    """Three columns as (n, 3); the position has columns x, y, z."""
+    """Return three columns as (n, 3); the position has columns x, y, z."""
     names = ["x", "y", "z"] if name == "x" else [f"{name}{axis}" for axis in "xyz"]
     return table[names].to_numpy(dtype=np.float64)
 
@@ -320,7 +321,7 @@ def vectors_of(table: pd.DataFrame, name: str) -> Floats:
 def _window(
     setup: Setup, steps: Floats, s: dict[str, Floats], carried: Callable[[Floats], Floats] | None
 ) -> Window:  # fmt: skip
-    """Half-step speeds from those at the end of the step: the engine adds the second half of its kick after the forces."""
+    """Make a window, with half-step speeds from those at the end of the step, after the second half of the kick."""
     liquid, mass = np.zeros((len(steps), len(setup.ids))), np.tile(setup.mass, (len(steps), 1))
     if carried is not None and setup.scene["liquid"]:
         liquid = carried(steps) * setup.scene["liquid"]["density_kg_per_m3"]
@@ -340,11 +341,11 @@ def _window(
 
 
 STILL = 1e-13
-"""Part of the spin of half a kick below which a component counts as none."""
+"""Share of the spin of half a kick below which a component counts as zero."""
 
 
 def springs(setup: Setup, name: str) -> pd.DataFrame:
-    """Logged springs: `step`, `a`, `b` (position of the sphere in `ids`; for walls the triangle over all meshes), vector on a."""
+    """Return logged springs on a: `step`, `a`, `b` (index of the sphere in `ids`; for walls of the triangle), vector."""
     path = setup.folder / "history" / f"window_{name}.parquet"
     if not path.exists():
         return pd.DataFrame({k: np.zeros(0) for k in ("step", "a", "b", "sx", "sy", "sz")}).astype(

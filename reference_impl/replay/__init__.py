@@ -1,1 +1,1 @@
-"""A run replayed: its logs read in parts, liquid booked, forces recomputed, what is compared."""
+"""Replay of a run: logs read in parts, liquid ledger, recomputed forces, comparisons."""

@@ -1,4 +1,4 @@
-"""The contact log against the event log: each logged contact belongs to a bridge that stands, unchanged since its formation."""
+"""Consistency of contact log and event log: each logged contact belongs to an active bridge, unchanged since its formation."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from reference_impl.replay.lives import Lives, keys, none
 def when(run: Run, table: Table) -> tuple[Floats, Floats, bool]:
     """Return the bridge of each row of the contact log, in the form in which `Lives` looks it up.
 
-    A bridge acts from the step after its formation to the step before its rupture; where bridges act every few steps, from its
-    formation on.
+    A bridge acts from the step after its formation to the step before its rupture; if bridges act every few
+    steps, from its formation on.
     """
     return keys(table), np.asarray(table["step"], dtype=np.int64), impulses.every(run) == 1
 
 
 def formed(run: Run) -> pd.DataFrame:
-    """Volume, static rupture distance, step and event of formation by the event log for every row of the contact log.
+    """Return volume, static rupture distance, step and event of formation by the event log for every row of the contact log.
 
-    NaN where no bridge stands. Of the events that are in memory.
+    NaN if no bridge is active. Only the events in memory are considered.
     """
     lives = Lives(none(), run.table("events"), 0, -1)
     at = lives.at(*when(run, run.table("contacts")))
@@ -34,7 +34,7 @@ def formed(run: Run) -> pd.DataFrame:
 
 
 def check(table: Table, static: Floats, limit: Floats, gap: Floats, formed_with: Floats) -> list[Quantity]:
-    """Volumes bit for bit as at formation, and no bridge beyond both its rupture distances."""
+    """Check that volumes equal those at formation bit for bit, and that no bridge exceeds both its rupture distances."""
     volume = column(table, "volume")
     beyond = (gap >= np.maximum(static, limit) * (1.0 + 1e-9)).astype(float)
     none, one = np.zeros(len(table)), np.ones(len(table))

@@ -1,7 +1,7 @@
-"""Tables as arrays by name, and vectors as arrays (n, 3) of which each column lies in one piece of memory.
+"""Tables as arrays by name, and vectors as arrays (n, 3) with contiguous columns.
 
-A frame of pandas costs a millisecond for fifty columns at every turn, and `numpy.cross` more than the rest of a force law: of
-millions of contacts both took longer than the physics.
+A frame of pandas costs a millisecond for fifty columns at every access, and `numpy.cross` more than the rest of a
+force law: for millions of contacts both took longer than the physics.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ Floats = NDArray[Any]
 
 @dataclass(frozen=True)
 class Columns:
-    """Columns of one length, by name."""
+    """Columns of equal length, by name."""
 
     by_name: Mapping[str, Floats]
 
     def __len__(self) -> int:
-        """Number of rows."""
+        """Return the number of rows."""
         return len(next(iter(self.by_name.values()), ()))
 
     def __getitem__(self, name: str) -> Floats:
@@ -34,7 +34,7 @@ class Columns:
         return iter(self.by_name)
 
     def items(self) -> ItemsView[str, Floats]:
-        """Name and values of each column."""
+        """Return name and values of each column."""
         return self.by_name.items()
 
     def cut(self, first: int, last: int) -> Columns:
@@ -50,14 +50,14 @@ Table = pd.DataFrame | Columns
 
 
 def joined(parts: list[Columns]) -> Columns:
-    """The rows of all parts, at least one."""
+    """Join the rows of all parts, at least one."""
     if len(parts) == 1:
         return parts[0]
     return Columns({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
 
 
 def column(table: Table, name: str) -> Floats:
-    """One column as numbers with fractions."""
+    """Return one column as floats."""
     return np.asarray(table[name], dtype=np.float64)
 
 
@@ -67,22 +67,22 @@ def vectors(table: Table, name: str) -> Floats:
 
 
 def apart(table: Table, one: str, other: str) -> Floats:
-    """Norm of the difference of two vectors in each row."""
+    """Return the norm of the difference of two vectors in each row."""
     pairs = ((np.asarray(table[f"{one}_{axis}"]), np.asarray(table[f"{other}_{axis}"])) for axis in "xyz")
     return np.array([a - b for a, b in pairs], dtype=np.float64).T
 
 
 def dot(a: Floats, b: Floats) -> Floats:
-    """Scalar product of two vectors in each row."""
+    """Return the scalar product of two vectors in each row."""
     return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
 def size(a: Floats) -> Floats:
-    """Length of each row."""
+    """Return the length of each row."""
     return np.asarray(np.sqrt(dot(a, a)))
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Vector product of two vectors in each row."""
+    """Return the vector product of two vectors in each row."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]).T

@@ -1,7 +1,7 @@
-"""The engine's interpolated transfer ratios against the own solution at the volumes of the run's ruptures.
+"""Compare the engine's interpolated transfer ratios with independent solutions at the volumes of the run's ruptures.
 
-The table's nodes are checked in transfer.py; what is left between them is the error of linear interpolation, information with a
-stated bound and not a fault.
+transfer.py checks the table's nodes; between them there is the error of linear interpolation, which has a stated bound and is
+not a fault.
 """
 
 from __future__ import annotations
@@ -18,14 +18,17 @@ from reference_impl.replay.transfer import WALL_STRETCH, exact_ratios, recompute
 
 LARGEST = 0.5
 PER_ROW = {"young_laplace": 3, **dict.fromkeys(WALL_STRETCH, 12)}
-"""Volumes solved for each pair of bodies."""
+"""Number of volumes solved for each pair of bodies."""
 BOUND = {"parabola": 0.0011, "parabola_walls_at_fifth": 0.006, "parabola_walls_at_tenth": 0.006}
-"""Stated error of linear interpolation between the nodes of the parabolas' tables (docs/laws.md). None is stated for the exact
-split, whose slope is infinite where the bridge's way of breaking changes: there the error is reported and not judged."""
+"""Stated error of linear interpolation between the nodes of the parabolas' tables (docs/laws.md).
+
+None is stated for the exact split, whose slope is infinite where the side of rupture changes: there the error is
+reported but not judged.
+"""
 
 
 def check(run: Run) -> list[Quantity]:
-    """Logged share_i over volume of some ruptures (of one pair of bodies in rising order of volume)."""
+    """Compare logged share_i over volume for some ruptures (of one pair of bodies in ascending order of volume)."""
     name = str(coverage.law(run, "transfer"))
     logged, expected, rows = [], [], []
     for _, table in _shapes(run, run.table("events")).groupby(["partner_kind", "ri", "rj", "ti", "tj"]):
@@ -47,7 +50,7 @@ def check(run: Run) -> list[Quantity]:
 
 
 def judged(run: Run) -> bool:
-    """Return whether the stated bound is one for this run's table."""
+    """Return whether the stated bound applies to this run's table."""
     return coverage.law(run, "transfer") in WALL_STRETCH
 
 
@@ -68,7 +71,7 @@ def _recomputed(name: str, kind: int, bodies_of: list[float], v_star: Floats) ->
 
 
 def _shapes(run: Run, broke: pd.DataFrame) -> pd.DataFrame:
-    """For each rupture the two bodies, V* and the ratio that was used."""
+    """Return for each rupture the two bodies, V* and the ratio used."""
     fixed, volume = bodies(run), broke["volume"].to_numpy(float)
     p = pairs(broke, fixed)
     columns = {"step": broke["step"], "i": broke["i"], "j": broke["j"], "partner_kind": p.kind, "ri": p.ri,

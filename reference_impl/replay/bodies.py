@@ -1,4 +1,4 @@
-"""What does not change in a run: radii, angles, areas, half widths, by the number of sphere, triangle or wall part."""
+"""Constant data of a run: radii, angles, areas, half widths, by the number of sphere, triangle or wall part."""
 
 from __future__ import annotations
 
@@ -16,25 +16,28 @@ from reference_impl.replay.io import ReplayError, Run, where
 
 @dataclass(frozen=True)
 class Bodies:
-    """Arrays by number; what is not there is NaN, in `type_of` and `group` -1. They have one place more than numbers."""
+    """Arrays by number; missing entries are NaN, in `type_of` and `group` -1.
+
+    They have one more element than there are numbers.
+    """
 
     radius: Floats
     type_of: Floats
     angle: Floats
     film: Floats
-    """At the start, of spheres."""
+    """Initial film of spheres."""
     area: Floats
     film_of: Floats
-    """Of triangles: the first one of those over which liquid is spread together, by whose number their film is held."""
+    """First of the triangles that share a film; the film has the number of this triangle."""
     film_area: Floats
-    """Of triangles: of all of these together."""
+    """Total area of the triangles that share a film."""
     half_width: Floats
     wall_angle: Floats
     group: Floats
 
     @property
     def walls_from(self) -> int:
-        """Holders of liquid are numbered: spheres first, triangles from here."""
+        """Return the number of the first triangle among the reservoirs: spheres are numbered first, then triangles."""
         return len(self.radius)
 
     def share_of(self, triangle: Any) -> Floats:
@@ -42,7 +45,7 @@ class Bodies:
         return np.asarray(self.area[triangle] / self.film_area[triangle])
 
     def liquid(self) -> Floats:
-        """Liquid of every reservoir at the start."""
+        """Return the initial liquid of every reservoir."""
         return np.concatenate([np.nan_to_num(self.film), np.zeros(len(self.area))])
 
 
@@ -53,7 +56,7 @@ class Pairs:
     wall: Floats
     i: Floats
     sphere_j: Floats
-    """Sphere j; at a wall the place that no sphere has."""
+    """Index of sphere j; at a wall an index that belongs to no sphere."""
     part: Floats
     ri: Floats
     rj: Floats
@@ -62,7 +65,7 @@ class Pairs:
     width: Floats
     """Half width of the wall part, infinite for spheres and large walls."""
     kind: Floats
-    """By the half width, not by the log."""
+    """Kind of partner by the half width, not by the log."""
 
 
 def _by_number(numbers: Any, values: Any, none: float = np.nan) -> Floats:
@@ -73,7 +76,7 @@ def _by_number(numbers: Any, values: Any, none: float = np.nan) -> Floats:
 
 
 def bodies(run: Run) -> Bodies:
-    """The unchanging data of a run, made once."""
+    """Return the constant data of a run, computed once."""
     if "bodies" not in run.known:
         spheres = run.table("spheres")
         no_walls = pd.DataFrame(
@@ -100,7 +103,7 @@ def bodies(run: Run) -> Bodies:
 
 
 FILMS = {"triangle": "triangle", "part": "part", "wall": "mesh"}
-"""What has a film of one thickness -> the column of the triangles that tells them apart."""
+"""Area with a film of one thickness -> the column of the triangles that identifies it."""
 
 
 def films(triangles: pd.DataFrame, of: str) -> tuple[Floats, Floats]:
@@ -111,7 +114,7 @@ def films(triangles: pd.DataFrame, of: str) -> tuple[Floats, Floats]:
 
 
 def pairs(table: Table, fixed: Bodies) -> Pairs:
-    """The partners of each row of a log."""
+    """Return the partners of each row of a log."""
     wall = np.asarray(table["partner_kind"]) != laws.SPHERE
     i, j = (np.asarray(table[name], dtype=np.int64) for name in "ij")
     sphere_j, part = np.where(wall, len(fixed.radius) - 1, j), np.where(wall, j, len(fixed.half_width) - 1)
@@ -125,7 +128,7 @@ def pairs(table: Table, fixed: Bodies) -> Pairs:
 
 
 def shapes(p: Pairs, volume: Floats, fixed: Bodies) -> tuple[Floats, Floats, Floats, Floats]:
-    """Kind of partner, type of i, type or group of j, and V*, as the rows of the table of transfer ratios are named."""
+    """Return kind of partner, type of i, type or group of j, and V*, as in the rows of the table of transfer ratios."""
     other = np.where(p.wall, fixed.group[p.part], fixed.type_of[p.sphere_j])
     return p.kind, fixed.type_of[p.i], other, volume / laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3
 
@@ -147,7 +150,7 @@ def _triangles(table: pd.DataFrame, p: Pairs) -> Floats:
 
 
 def film_areas(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> Floats:
-    """Area of the wall's film from which a bridge draws; NaN between spheres."""
+    """Return the area of the wall's film from which a bridge draws; NaN between spheres."""
     return np.asarray(fixed.film_area[_triangles(table, p)])
 
 

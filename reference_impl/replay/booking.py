@@ -1,8 +1,8 @@
-"""The life of the liquid, recomputed from the start films and the order of events alone.
+"""Recompute the liquid from the initial films and the order of events alone.
 
-All events of a step draw on the films at its start and are booked at its end, its drops after them, then bridges that end since a
-sphere of them is retired. The loop is plain Python over
-arrays, which numba compiles as it stands: that changes no bit (tested).
+All events of a step draw from the films at its start and are applied at its end, followed by its drops and by bridges
+that end because a sphere is retired. The loop is plain Python over arrays, compiled by numba without changing any bit
+of the results (tested).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from reference_impl.replay.transfer import Tables
 
 
 class Columns(NamedTuple):
-    """Columns that are recomputed for every event."""
+    """Recomputed columns of every event."""
 
     volume: Floats
     share_i: Floats
@@ -44,20 +44,20 @@ class Asks(NamedTuple):
 
 
 class Entries(NamedTuple):
-    """The events of a part of the log, as the loop needs them."""
+    """The events of a part of the log, in the form used by the loop."""
 
     step: Floats
     formation: Floats
     retires: Floats
-    """Return whether a sphere of it is retired: these are booked after all others of their step."""
+    """Whether a sphere of the bridge is retired: these events are applied after all others of their step."""
     i: Asks
     j: Asks
     previous: Floats
-    """Place of the formation that a rupture ends, -1 for none."""
+    """Index of the formation that a rupture ends, -1 for none."""
     row: Floats
-    """Of the table of transfer ratios, -1 for none."""
+    """Row in the table of transfer ratios, -1 for none."""
     cube: Floats
-    """Of the radius for V*."""
+    """Cube of the radius for V*."""
 
 
 class Ratios(NamedTuple):
@@ -76,7 +76,7 @@ def of_spheres(holder: Floats, p: Pairs, given: Floats, this: Floats, other: Flo
 
 
 def asks(table: pd.DataFrame, p: Pairs, fixed: Bodies, logged: bool) -> tuple[Asks, Asks]:
-    """Compute what formations draw from both sides; `logged`: take it from the log, for an unknown law."""
+    """Return the amounts that formations draw from both sides; `logged`: take them from the log, for an unknown law."""
     given = [table[f"share_{s}"].to_numpy(float) if logged else np.full(len(table), np.nan) for s in "ij"]
     reservoir_i, reservoir_j = holders(table, p, fixed)
     j = of_spheres(reservoir_j, p, given[1], p.rj, p.ri)
@@ -95,7 +95,7 @@ def packed(tables: Tables) -> Ratios:
 
 
 def row_of(tables: Tables, p: Pairs, fixed: Bodies) -> Floats:
-    """Row of the table of each event."""
+    """Return the row of the table for each event."""
     kind, type_i, other, _ = shapes(p, p.ri, fixed)
     row = np.full(len(kind), -1)
     for n, (k, a, b) in enumerate(tables.rows()):
@@ -107,9 +107,9 @@ def book(
     events: pd.DataFrame, p: Pairs, fixed: Bodies, tables: Tables, lives: Lives, held: Floats, draws: bool,
     outputs: Floats, drops: Falling | None = None,
 ) -> tuple[Columns, Floats]:  # fmt: skip
-    """Recompute a part of the log: changes `held` (liquid of all reservoirs) and the own volumes of `lives`.
+    """Recompute a part of the log: changes `held` (liquid of all reservoirs) and the recomputed volumes of `lives`.
 
-    Returns the columns next to the events, and `held` after each of the output steps.
+    Returns the columns of the events, and `held` after each of the output steps.
     """
     n, recomputed = len(events), lives.all.recomputed
     out, shots = Columns(*np.full((len(Columns._fields), n), np.nan)), np.empty((len(outputs), len(held)))
@@ -146,7 +146,7 @@ def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
 
 @compiled
 def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
-    """Reduce the requested volumes in proportion where a step draws more from a film than it contains."""
+    """Reduce the requested volumes in proportion if a step draws more from a film than it contains."""
     there, want = max(held[side.holder[n]], 0.0), asked[side.holder[n]]
     if want > there:
         share[n] *= there / want
@@ -154,7 +154,7 @@ def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
 
 @compiled
 def _ratio(table: Ratios, row: int, v_star: float) -> float:
-    """Linear between the nodes, constant beyond."""
+    """Interpolate linearly between the nodes, constant beyond."""
     if row < 0 or v_star != v_star:
         return np.nan
     low, high = table.first[row], table.first[row + 1] - 1
@@ -176,7 +176,7 @@ def _ratio(table: Ratios, row: int, v_star: float) -> float:
 def _book(
     e: Entries, table: Ratios, held: Any, asked: Any, recomputed: Any, out: Columns, start: int, last: int
 ) -> None:
-    """Some events step by step; the last places of `own` become the volumes of the events."""
+    """Apply events step by step; the last elements of `recomputed` become the volumes of the events."""
     before = len(recomputed) - len(e.step)
     while start < last:
         end = start + 1

@@ -1,7 +1,7 @@
-"""Where the ends of a bridge are: gap, closest point of a wall and its triangle, at every output and at events of known places.
+"""Ends of a bridge: gap, closest point of a wall and its triangle, at every output and at events with known positions.
 
-Places are known at output steps and in the windows that record motion. Which triangle takes and gives liquid decides which wall
-film changes; next to an edge any triangle as near as the closest is right.
+Positions are known at output steps and in the windows that record motion. The triangle that exchanges liquid
+determines which wall film changes; next to an edge any triangle as near as the closest is accepted.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 
 STRANGE = 1e300
-"""Deviation of a triangle that is not one of the wall part."""
+"""Deviation assigned to a triangle that is not part of the wall part."""
 
 
 def places(run: Run) -> pd.DataFrame:
-    """Places of spheres in this part of the logs: `step`, `id`, x, y, z [m]; of two rows of a sphere and step the last counts."""
+    """Return positions of spheres in this part of the logs: `step`, `id`, x, y, z [m]; the last row of a pair is used."""
     names = [name for name in ("window_states", "trajectory") if where(run.folder, name).exists()]
     tables = [run.table(name)[["step", "id", "x", "y", "z"]] for name in names]
     none = pd.DataFrame({"step": np.zeros(0, np.int64), "id": np.zeros(0, np.int64), **{a: np.zeros(0) for a in "xyz"}})
@@ -29,8 +29,10 @@ def places(run: Run) -> pd.DataFrame:
 
 
 class Ends:
-    """Rows of a log whose spheres' places are known: centres of i, ends at j, gap; `off`: how much nearer than the logged
-    triangle another one of the same part is [m]."""
+    """Rows of a log with known positions of spheres: centres of i, ends at j, gap.
+
+    `off`: how much nearer than the logged triangle another one of the same part is [m].
+    """
 
     def __init__(self, run: Run, table: pd.DataFrame, places: pd.DataFrame) -> None:
         p = pairs(table, bodies(run))
@@ -69,22 +71,22 @@ class Ends:
         self.off[w] = np.where(right, distance - expected.distance, STRANGE)
 
     def triangle(self, name: str) -> Quantity:
-        """The logged triangle is one of the part, and none of it is nearer."""
+        """Check that the logged triangle belongs to the part, and that none of the part is nearer."""
         w = np.flatnonzero(self.wall)
         return compare(name, "radius", self.off[w], 0.0 * self.off[w], self.radius[w], self.table.iloc[w])
 
     def separation(self, name: str) -> Quantity:
-        """Separation of a bridge as logged."""
+        """Check the logged separation of a bridge."""
         return compare(name, "radius", self.table["separation"].to_numpy(float), self.gap, self.radius, self.table)
 
 
 def of_events(run: Run) -> Ends:
-    """The events of this part of the log whose places are known."""
+    """Return the events of this part of the log with known positions."""
     return Ends(run, run.table("events"), places(run))
 
 
 def of_snapshots(run: Run) -> Ends:
-    """The bridges at the outputs of this part."""
+    """Return the bridges at the outputs of this part."""
     names = ["step", "id", "x", "y", "z"]
     path = io.where(run.folder, "trajectory")
     return Ends(run, run.table("bridges"), run.table("trajectory")[names] if path.exists() else places(run))

@@ -1,7 +1,8 @@
-"""Closed-form capillary forces in numpy, typed again from the papers; magnitudes, attraction positive.
+"""Closed-form capillary forces in numpy, implemented independently from the papers; magnitudes, attraction positive.
 
-All take (S, V, r_i, r_j, wall, theta_i, theta_j, sigma) and S < 0 as S = 0; at a wall r_j is not read. Numbers (E n) are those
-of Elskamp & Kruggel-Emden 2018, mended unless the name ends in `_as_printed`. The exact force is in exact.py.
+All have the arguments (S, V, r_i, r_j, wall, theta_i, theta_j, sigma) and treat S < 0 as S = 0; at a wall r_j is not
+used. Numbers (E n) are those of Elskamp & Kruggel-Emden 2018, corrected unless the name ends in `_as_printed`. The
+exact force is in exact.py.
 """
 
 from __future__ import annotations
@@ -16,30 +17,30 @@ Law = Callable[[Floats, Floats, Floats, Floats, Flags, Floats, Floats, float], F
 
 
 def limit_radius(ri: Floats, rj: Floats, wall: Flags) -> Floats:
-    """r_eff of two spheres; at a wall its limit for r_j -> infinity, 2 r_i."""
+    """Return r_eff of two spheres; at a wall its limit for r_j -> infinity, 2 r_i."""
     return np.where(wall, 2.0, 1.0) * harmonic_radius(ri, rj, wall)
 
 
 def limit_at_touch(ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
-    """Exact force for S = 0 and V -> 0: pi r_eff sigma (cos theta_i + cos theta_j), r_eff = 2 r_i at a wall."""
+    """Return the exact force for S = 0 and V -> 0: pi r_eff sigma (cos theta_i + cos theta_j), r_eff = 2 r_i at a wall."""
     return np.pi * sigma * limit_radius(ri, rj, wall) * (np.cos(ti) + np.cos(tj))
 
 
 def _immersion(gap: Floats, v: Floats, r: Floats, wall: Flags) -> Floats:
-    """d of (E 16, 18): 2 d² + 2 S d = V/(pi r) between spheres, d² + 2 S d = V/(pi r) at a wall."""
+    """Return d of (E 16, 18): 2 d² + 2 S d = V/(pi r) between spheres, d² + 2 S d = V/(pi r) at a wall."""
     square = np.where(wall, 1.0, 2.0)
     return (v / (np.pi * r)) / (gap + np.sqrt(gap**2 + square * v / (np.pi * r)))
 
 
 def _line(r: Floats, lever: Floats, phi: Floats, ti: Floats, tj: Floats, sigma: float) -> Floats:
-    """Surface tension on a contact line: 2 pi sigma r sin(lever) sin(phi + theta_m)."""
+    """Return the surface tension force on a contact line: 2 pi sigma r sin(lever) sin(phi + theta_m)."""
     return 2.0 * np.pi * sigma * r * np.sin(lever) * np.sin(phi + (ti + tj) / 2.0)
 
 
 def rabinovich(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """Neck term plus surface-tension term (E 14, 15)."""
+    """Return the neck term plus the surface-tension term (E 14, 15)."""
     r, gap = harmonic_radius(ri, rj, wall), np.maximum(s, 0.0)
     d = _immersion(gap, v, r, wall)
     phi = np.sqrt(2.0 * d / r)
@@ -50,7 +51,7 @@ def rabinovich(
 def rabinovich_small_gap(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """The first term in its limit S -> 0, where d = sqrt(V/(pi r)) at a wall and sqrt(V/(2 pi r)) between spheres (E 15)."""
+    """Return the force with the first term for S -> 0: d = sqrt(V/(pi r)) at a wall, sqrt(V/(2 pi r)) between spheres."""
     r, gap = harmonic_radius(ri, rj, wall), np.maximum(s, 0.0)
     phi = np.sqrt(2.0 * _immersion(gap, v, r, wall) / r)
     near = np.sqrt(v / (np.pi * r) / np.where(wall, 1.0, 2.0))
@@ -61,7 +62,7 @@ def rabinovich_small_gap(
 def rabinovich_as_printed(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """Lever sin(theta_m) in place of sin(phi); at a wall 1 + S sqrt(pi r/V), and phi of (E 18) without its -1."""
+    """Return the force with lever sin(theta_m) for sin(phi); at a wall 1 + S sqrt(pi r/V), and phi of (E 18) without its -1."""
     r, gap = harmonic_radius(ri, rj, wall), np.maximum(s, 0.0)
     d = _immersion(gap, v, r, wall)
     flat = v / (np.pi * r)
@@ -75,7 +76,7 @@ def rabinovich_as_printed(
 def rabinovich_spheres_as_printed(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """(E 14) as printed, (E 15) mended."""
+    """Return the force with (E 14) as printed, (E 15) corrected."""
     given = (s, v, ri, rj, wall, ti, tj, sigma)
     return np.where(wall, rabinovich(*given), rabinovich_as_printed(*given))
 
@@ -83,13 +84,13 @@ def rabinovich_spheres_as_printed(
 def rabinovich_walls_as_printed(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """(E 14) mended, (E 15, 18) as printed."""
+    """Return the force with (E 14) corrected, (E 15, 18) as printed."""
     given = (s, v, ri, rj, wall, ti, tj, sigma)
     return np.where(wall, rabinovich_as_printed(*given), rabinovich(*given))
 
 
 def lambert(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
-    """First term of (E 14) alone."""
+    """Return the first term of (E 14) alone."""
     r, gap = limit_radius(ri, rj, wall), np.maximum(s, 0.0)
     d = _immersion(gap, v, r, np.zeros_like(wall))
     return limit_at_touch(ri, rj, wall, ti, tj, sigma) / (1.0 + gap / (2.0 * d))
@@ -111,7 +112,7 @@ WILLETT = np.array([
 
 
 def willett(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
-    """Full fit (E 19, 20); its polynomials read V* within 1e-3 … 0.1."""
+    """Return the full fit (E 19, 20), with V* limited to 1e-3 … 0.1 in its polynomials."""
     r, theta = limit_radius(ri, rj, wall), (ti + tj) / 2.0
     x = np.log(np.clip(v / r**3, 1e-3, 0.1))
     powers = np.stack([x**0, x, x**2, x**3])
@@ -126,7 +127,7 @@ def willett(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Float
 def willett_simple(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """Short fit (E 21) with pi."""
+    """Return the short fit (E 21) with pi."""
     reach = np.maximum(s, 0.0) / 2.0 * np.sqrt(limit_radius(ri, rj, wall) / v)
     return limit_at_touch(ri, rj, wall, ti, tj, sigma) / (1.0 + 2.1 * reach + 10.0 * reach**2)
 
@@ -134,12 +135,12 @@ def willett_simple(
 def willett_simple_as_printed(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """Short fit (E 21) with 2 pi."""
+    """Return the short fit (E 21) with 2 pi."""
     return 2.0 * willett_simple(s, v, ri, rj, wall, ti, tj, sigma)
 
 
 def _boundary(gap: Floats, v: Floats, r: Floats, theta: Floats, part: float) -> tuple[Floats, Floats]:
-    """phi (E 23) and the pressure over sigma (E 24); `part` of S goes into the height of the meridian."""
+    """Return phi (E 23) and the pressure over sigma (E 24); `part`: share of S in the height of the meridian."""
     quartic = v / (0.12 * (2.0 * r) ** 3 * (1.0 + 6.0 * gap / (2.0 * r)) * (1.0 + 1.1 * np.sin(theta)))
     phi = np.arcsin(np.minimum(quartic, 1.0) ** 0.25)
     height = r * (1.0 - np.cos(phi)) + part * gap
@@ -149,7 +150,7 @@ def _boundary(gap: Floats, v: Floats, r: Floats, theta: Floats, part: float) -> 
 
 
 def weigert(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
-    """Boundary method (E 22-24)."""
+    """Return the force by the boundary method (E 22-24)."""
     r = limit_radius(ri, rj, wall)
     phi, pressure = _boundary(np.maximum(s, 0.0), v, r, (ti + tj) / 2.0, 0.5)
     return np.pi * (r * np.sin(phi)) ** 2 * sigma * pressure + _line(r, phi, phi, ti, tj, sigma)
@@ -158,14 +159,14 @@ def weigert(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Float
 def weigert_as_printed(
     s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
 ) -> Floats:
-    """Boundary method with S in place of S/2 in (E 24) and the lever sin(theta_m) in (E 22)."""
+    """Return the boundary method with S in place of S/2 in (E 24) and the lever sin(theta_m) in (E 22)."""
     r = limit_radius(ri, rj, wall)
     phi, pressure = _boundary(np.maximum(s, 0.0), v, r, (ti + tj) / 2.0, 1.0)
     return np.pi * (r * np.sin(phi)) ** 2 * sigma * pressure + _line(r, (ti + tj) / 2.0, phi, ti, tj, sigma)
 
 
 def soulie(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
-    """Soulié et al. 2006 (4)-(7), not below 0; at a wall both its lengths are 2 r_i."""
+    """Return the force of Soulié et al. 2006 (4)-(7), not below 0; at a wall both its lengths are 2 r_i."""
     larger = np.where(wall, 2.0 * ri, np.maximum(ri, rj))
     mean = np.where(wall, 2.0 * ri, np.sqrt(ri * rj))
     log, theta = np.log(v / larger**3), (ti + tj) / 2.0
@@ -176,7 +177,7 @@ def soulie(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats
 
 
 def bagheri(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
-    """Bagheri, Roy & Pöschel 2024 (24)-(30)."""
+    """Return the force of Bagheri, Roy & Pöschel 2024 (24)-(30)."""
     r, theta = limit_radius(ri, rj, wall), (ti + tj) / 2.0
     x = v / r**3
     root = np.cbrt(x)
@@ -208,4 +209,4 @@ LAWS: dict[str, Law] = {
         bagheri,
     )
 }
-"""Law by the name that a run gives it."""
+"""Capillary law by its name in a run."""

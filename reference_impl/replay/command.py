@@ -1,7 +1,7 @@
-"""What the commands `pywet replay` and `python -m reference_impl` do: one run as a table, several as a line each, or JSON.
+"""Commands `pywet replay` and `python -m reference_impl`: print one run as a table, several as a line each, or JSON.
 
-Exit status: 0 all agree (`in part` where nothing was compared of a kind that the scene has; a dry run has nothing that could
-disagree), 1 one is beyond a tolerance, 2 one cannot be read.
+Exit status: 0 if all agree (`in part` if a kind of quantity in the scene was not compared; a dry run has nothing that
+could disagree), 1 if one exceeds a tolerance, 2 if one cannot be read.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] 
 
 
 def _shown(error: Refused) -> str:
-    """A sentence without control characters, which a file may hold in the name of a column."""
+    """Return a sentence without control characters, which a file may contain in the name of a column."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(error))[:2000]
 
 
 def forget(folder: Path, out: Path | None = None) -> None:
-    """Remove the result of an earlier replay, so that it is not mistaken for that of this one."""
+    """Remove the result of an earlier replay, so that it is not mistaken for the new one."""
     if not ((folder / "scene.json").exists() or (folder / "history").exists()):
         return  # no run: what has these names is somebody's own
     for path in (out or folder / "replay.json", folder / "contributions.json"):
@@ -82,7 +82,7 @@ def run(
     out: Path | None = None,
     second: Callable[[Path], Mapping[str, str]] = lambda folder: {},
 ) -> int:
-    """Replay, print, and return the exit status; `second` gives the user reference implementations for own laws of a run."""
+    """Replay, print, and return the exit status; `second` returns the user reference implementations for custom laws of a run."""
     width, all_found = max(len(str(f)) for f in folders), []
     for folder in folders:
         found = outcome(Path(folder), out, second(Path(folder)))
@@ -103,6 +103,6 @@ def run(
 
 
 def _beyond(found: dict[str, Any]) -> str:
-    """One sentence for the exit status 1."""
+    """Return the sentence for the exit status 1."""
     bad = [name for name, q in found["quantities"].items() if not q["ok"]]
     return f"the replay disagrees on {', '.join(bad)}; its worst records are in replay.json"

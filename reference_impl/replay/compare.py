@@ -1,6 +1,6 @@
-"""Deviation of what the engine logged from what the reference computes: largest, median, and the worst row in full.
+"""Deviation of the engine's logs from the reference's results: largest, median, and the worst row in full.
 
-Of a log that is read in parts each part is compared alone; `merged` gives what the whole would have given.
+A log that is read in parts is compared part by part; `merged` returns the result for the whole.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from reference_impl.replay.arrays import size as length
 
 TOLERANCE = 1e-9
 KEPT = 1 << 18
-"""Deviations that are stored one by one, for an exact median."""
+"""Number of deviations stored individually, for an exact median."""
 DROPPED_BITS = 13
-"""Of more of them a histogram is stored over the leading bits of single precision: the median is good to a thousandth."""
+"""Bits dropped for a histogram of more deviations over the leading bits: the median is accurate to a thousandth."""
 
 
 @dataclass(frozen=True)
 class Deviations:
-    """Deviations of all records: each one, or above `KEPT` records their numbers in the classes of a histogram."""
+    """Deviations of all records, individually, or, above `KEPT` records, as a histogram."""
 
     each: Floats
     classes: Floats | None = None
     classed: int = 0
-    """Records in the histogram."""
+    """Number of records in the histogram."""
 
     @property
     def count(self) -> int:
@@ -78,10 +78,10 @@ class Quantity:
     row: dict[str, Any] = field(default_factory=dict)
     """The worst record, as numpy's or Python's values."""
     sample_of: int | None = None
-    """Number of records of which `count` were taken; None where all were."""
+    """Number of records of which `count` were sampled; None if all were compared."""
     deviations: Deviations = field(default_factory=lambda: Deviations(np.zeros(0)), repr=False)
     first: int | None = None
-    """Step of the first record beyond the tolerance; None where all are within (or have no step)."""
+    """Step of the first record beyond the tolerance; None if all are within (or have no step)."""
 
     @cached_property
     def median(self) -> float:
@@ -90,12 +90,12 @@ class Quantity:
 
     @property
     def worst(self) -> dict[str, Any]:
-        """The worst record as JSON values."""
+        """Return the worst record as JSON values."""
         return plain(self.row)
 
     @property
     def ok(self) -> bool:
-        """Within tolerance, which is none where what it follows from overflowed."""
+        """Return whether deviations are within tolerance; always false if an input overflowed."""
         return bool(self.largest <= self.tolerance < np.inf)
 
     def as_dict(self) -> dict[str, Any]:
@@ -127,7 +127,10 @@ def number(value: Any) -> Any:
 def compare(
     name: str, scale: str, logged: Floats, expected: Floats, size: Floats, rows: Table, tolerance: float = TOLERANCE
 ) -> Quantity:
-    """|logged − own|/size row by row; vectors (n, 3) by the length of the difference. A value that is not finite is infinite."""
+    """Compare |logged − expected|/size row by row; vectors (n, 3) by the length of the difference.
+
+    A value that is not finite counts as infinite.
+    """
     if len(logged) == 0:
         return Quantity(name, scale, 0, 0.0, tolerance)
     apart = logged - expected
@@ -146,7 +149,7 @@ def compare(
 
 
 def merged(parts: Sequence[Quantity]) -> Quantity:
-    """One quantity over records that were compared part by part."""
+    """Merge one quantity over records that were compared part by part."""
     worst = max(parts, key=lambda q: q.largest)
     if not worst.row:  # the first of equals may be a part without records
         worst = next((q for q in parts if q.row), worst)

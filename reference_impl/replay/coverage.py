@@ -1,7 +1,7 @@
-"""Which laws of a run this reference can recompute, and what it says of the others.
+"""Laws of a run that this reference can recompute, and the treatment of others.
 
-Three sorts: closed forms, recomputed for every record; the exact bridge, solved for a sample of the records; a law that is not
-built in, which cannot be known here: its term is taken as logged, and everything else is checked.
+There are three kinds: closed forms, recomputed for every record; the exact bridge, solved for a sample of the
+records; custom laws, which are not known here: their term is taken as logged, and everything else is checked.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ CLOSED: dict[str, set[str]] = {
 }
 """Names of the laws in closed form, by effect (for the transfer ratio: the parabola, solved at nodes of the table)."""
 UNNAMED = {"formation": "shi_mccarthy", "transfer": "parabola"}
-"""What histories that name no such law used."""
+"""Laws of histories that name none."""
 SOLVED = {"capillary", "rupture", "transfer"}
-"""Effects that have an exact law too."""
+"""Effects that also have an exact law."""
 WITHOUT = {
     "capillary": "the capillary force is taken as logged",
     "viscous_normal": "the normal viscous force is taken as logged",
@@ -35,7 +35,7 @@ WITHOUT = {
     "transfer": "the transfer table is taken as logged",
     "shedding": "the volume of a drop is taken as logged",
 }
-"""What is done where a law is not known."""
+"""Treatment of an unknown law."""
 SAMPLED = {
     "capillary": "capillary: the exact bridge was solved for a sample of the contacts; forces take the logged term as given",
     "rupture": "rupture: the exact limit was solved for a sample of the events; limits take the logged distance as given",
@@ -44,7 +44,7 @@ SAMPLED = {
 
 
 def law(run: Run, effect: str) -> str | None:
-    """Name of the law of an effect, None where the effect is off."""
+    """Return the name of the law of an effect, None if the effect is off."""
     name = run.meta["effects"].get(effect)
     if name is None and effect in UNNAMED and effect not in run.meta["effects"]:
         return UNNAMED[effect]
@@ -52,7 +52,7 @@ def law(run: Run, effect: str) -> str | None:
 
 
 def semi_implicit(run: Run) -> bool:
-    """Return whether drag is taken at the speed after the step (`viscous_integration`)."""
+    """Return whether drag is evaluated at the speed after the step (`viscous_integration`)."""
     return bool(run.meta.get("viscous_integration", "explicit") != "explicit")
 
 
@@ -68,7 +68,7 @@ def known(run: Run, effect: str) -> bool:
 
 
 def unchecked(run: Run) -> list[dict[str, str]]:
-    """The effects whose law is not known here, for replay.json."""
+    """Return the effects whose law is not known here, for replay.json."""
     return [
         {"effect": effect, "law": str(law(run, effect)), "instead": instead}
         for effect, instead in WITHOUT.items()
@@ -77,7 +77,7 @@ def unchecked(run: Run) -> list[dict[str, str]]:
 
 
 def not_checked(run: Run) -> list[str]:
-    """Sentences on what was checked on a sample only, and on laws that were not checked."""
+    """Return sentences on what was checked only on a sample, and on laws that were not checked."""
     sampled = [sentence for effect, sentence in SAMPLED.items() if solved(run, effect)]
     missing = [
         f"{m['effect']}: the law {m['law']} is not built in and was not checked; {m['instead']}" for m in unchecked(run)

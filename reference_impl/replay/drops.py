@@ -1,7 +1,7 @@
-"""Drops that let go of spheres: how much falls, where it lands, and that it is booked there.
+"""Drops shed by spheres: their volume, where they land, and whether they are added there.
 
-The drops of a step come after its formations and ruptures; each sphere sheds one at most, from its film before any of them.
-What a film felt is taken as logged. Where a drop lands is found again at output steps, where all places are known.
+The drops of a step follow its formations and ruptures; each sphere sheds at most one, from its film before all drops.
+The force felt by a film is taken as logged. Landing is recomputed at output steps, where all positions are known.
 """
 
 from __future__ import annotations
@@ -25,14 +25,16 @@ from reference_impl.replay.io import Run
 
 NOTHING = 3
 ROOM = 0.8 * 2.5
-"""A sphere whose film would be thicker than this many times the first film on the smallest spheres (in radii) is passed."""
+"""Largest film, in units of the initial film on the smallest spheres (in radii), up to which a drop is caught by a sphere."""
 ONSET, FACTOR, POWER = (0.2, 1.2), 3.60, 2.81
 
 
 def falls(film: float, radius: float, felt: float, density: float, tension: float) -> float:
-    """Drop that falls from a film [m3]: none up to Tate's weight 2 pi r sigma, then Harkins and Brown's part of that.
+    """Return the drop that falls from a film [m3].
 
-    Their part F is that of r over the cube root of what falls, phi; as 3.60 phi^2.81 = Bond number, phi from 0.2 to 1.2.
+    There is none up to Tate's weight 2 pi r sigma; beyond it the drop is Harkins and Brown's fraction of it.
+    Their fraction F depends on phi, r over the cube root of the falling volume; 3.60 phi^2.81 = Bond number, phi
+    from 0.2 to 1.2.
     """
     if felt * density * film <= 2.0 * np.pi * radius * tension:
         return 0.0
@@ -58,13 +60,13 @@ class Places:
         self._margin = ROOM * first / min(c["radius_m"] for c in classes)
 
     def show(self, trajectory: pd.DataFrame) -> None:
-        """The output steps of a part of the log."""
+        """Add the output steps of a part of the log."""
         table = trajectory.sort_values(["step", "id"])
         steps, cuts = np.unique(table["step"].to_numpy(), return_index=True)
         self.at = dict(zip(steps.tolist(), np.split(table[[*"xyz"]].to_numpy(float), cuts)[1:], strict=True))
 
     def landing(self, step: int, drop: Any, film: Floats) -> tuple[int, int, float]:
-        """Kind and number of what a drop lands on, and how far below the centre it leaves from."""
+        """Return kind and number of the body on which a drop lands, and how far below the centre it starts."""
         x, ids, radius = self.at[step], self._setup.ids, self._setup.radius
         start = x[np.searchsorted(ids, drop.i)]
         d = x - start
@@ -82,7 +84,7 @@ class Places:
         return found if found[0] != NOTHING else (NOTHING, -1, 0.0)
 
     def _wall(self, step: int, start: Floats) -> tuple[int, float]:
-        """The first triangle below a point and how far: the point's shadow lies on one side of all its edges' shadows."""
+        """Return the first triangle below a point and its distance, from its side of the projected edges."""
         best = (-1, np.inf)
         for wall in self._walls:
             corners = self._motion.to_world(wall, step, self._setup.corners[wall.first : wall.last].reshape(-1, 3))
@@ -101,7 +103,7 @@ class Places:
 
 
 class Falling:
-    """The drops of a run, booked step by step in the liquid of all reservoirs, numbered as in bodies.py."""
+    """Drops of a run, applied step by step to the liquid of all reservoirs, numbered as in bodies.py."""
 
     def __init__(self, run: Run) -> None:
         self._table, self._fixed, self._known = run.shed, bodies(run), coverage.known(run, "shedding")
@@ -109,7 +111,7 @@ class Falling:
         self._all, self._next, self._checked, self.left = self._table["step"].to_numpy(), 0, 0, 0.0
         self._recomputed: dict[str, list[float]] = defaultdict(list)
         self.steps: Floats = np.zeros(0, np.int64)
-        """With drops to be booked in this part."""
+        """Steps with drops in this part."""
         if len(self._table):
             self._refuse(io.where(run.folder, io.SHED))
             liquid = io.scene(run.folder)["liquid"]
@@ -117,20 +119,20 @@ class Falling:
             self._places = Places(run)
 
     def _refuse(self, path: Path) -> None:
-        """Numbers that the start does not have."""
+        """Refuse numbers that do not exist at the start."""
         kind, j = self._table["partner_kind"].to_numpy(), self._table["j"].to_numpy()
         within(path, self._table["i"].to_numpy(), self._fixed.radius, "sphere")
         within(path, j[kind == laws.SPHERE], self._fixed.radius, "sphere")
         within(path, j[(kind != laws.SPHERE) & (kind != NOTHING)], self._fixed.area, "triangle")
 
     def start(self, part: Run, last: int) -> None:
-        """A part of the log, up to a step."""
+        """Start a part of the log, up to a step."""
         self.steps = np.unique(self._all[self._next : np.searchsorted(self._all, last, "right")])
         if len(self.steps):
             self._places.show(part.table("trajectory"))
 
     def book(self, step: int, held: Floats) -> None:
-        """All drops of a step: changes `held`."""
+        """Apply all drops of a step to `held`."""
         last = int(np.searchsorted(self._all, step, "right"))
         drops = list(islice(self._rows, last - self._next))
         self._next = last
@@ -160,7 +162,7 @@ class Falling:
         return falls(film, self._fixed.radius[d.i], felt, self._density, self._tension)
 
     def _move(self, d: Any, volume: float, held: Floats) -> float:
-        """Take a drop from i and give it to what it fell on; what that held before."""
+        """Move a drop from i to the body on which it fell; return the liquid of that body before."""
         held[d.i] -= volume
         if d.partner_kind == NOTHING:
             self.left += volume

@@ -1,7 +1,7 @@
-"""Samples of a run's records compared with the exact bridge (bridge.py), where the engine interpolates in a table.
+"""Compare samples of a run's records with the exact bridge (bridge.py), which the engine interpolates in a table.
 
-Solving takes about a tenth of a second, so a fixed number of records is chosen, the same at every call: per kind of partner,
-spread evenly over one quantity (gap over rupture limit, or volume) and, within, over a second one.
+A solution takes about a tenth of a second, so a fixed number of records is chosen, the same at every call: per kind
+of partner, spread evenly over one quantity (gap over rupture limit, or volume) and, within it, over a second one.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from reference_impl.replay.arrays import Floats
 from reference_impl.replay.compare import Quantity, compare
 
 FORCES, RUPTURES = 60, 24
-"""Records solved per run."""
+"""Number of forces and ruptures solved per run."""
 FORCE_TOLERANCE = 1e-3
-"""Stated error of the engine's force table, of the force at touch."""
+"""Stated error of the engine's force table, relative to the force at touch."""
 RUPTURE_TOLERANCE = 2e-4
-"""Stated error of the engine's rupture table, of the distance."""
+"""Stated error of the engine's rupture table, relative to the distance."""
 TABLE_FROM, BELOW_TABLE = 1e-9, 5e-3
-"""V* at which the table begins, and the stated error of the limit that carries it on to the smallest bridge, V* = 1e-12."""
+"""V* at which the table begins, and the stated error of the limit that extends it to the smallest bridge, V* = 1e-12."""
 LARGEST = 0.5
-"""V* at which a larger volume is counted by the engine's tables."""
+"""Largest V* in the engine's tables; larger volumes count as this."""
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 Body = tuple[float, float, float, float, float]
 """Volume, radii (infinite: plate), contact angles."""
@@ -36,7 +36,7 @@ Body = tuple[float, float, float, float, float]
 
 @cache
 def end(body: Body) -> bridge.Rupture | None:
-    """Rupture of these bodies' bridge; None where the bodies do not hold a stable one or it cannot be resolved."""
+    """Return the rupture of these bodies' bridge; None if no stable one exists or it cannot be resolved."""
     try:
         return bridge.rupture(*body)
     except (ValueError, ArithmeticError):
@@ -44,7 +44,7 @@ def end(body: Body) -> bridge.Rupture | None:
 
 
 def counted(body: Body) -> Body:
-    """The body with its volume as the tables count it, V* <= 0.5 by r_eff (plate: 2 r_i)."""
+    """Return the body with its volume limited as in the tables, V* <= 0.5 by r_eff (plate: 2 r_i)."""
     volume, ri, rj, ti, tj = body
     r = 2.0 * ri if math.isinf(rj) else 2.0 * ri * rj / (ri + rj)
     return min(volume, LARGEST * r**3), ri, rj, ti, tj
@@ -52,7 +52,10 @@ def counted(body: Body) -> Body:
 
 @cache
 def force(gap: float, body: Body) -> float:
-    """Force over surface tension [m]; S < 0 as S = 0, beyond rupture (a drawn bridge) the force there, NaN without a bridge."""
+    """Return the force over surface tension [m].
+
+    S < 0 counts as S = 0; beyond rupture (a stretched bridge) the force is that at rupture, NaN without a bridge.
+    """
     try:
         return bridge.solve(max(gap, 0.0), *counted(body)).force
     except (ValueError, ArithmeticError):
@@ -61,7 +64,7 @@ def force(gap: float, body: Body) -> float:
 
 
 def chosen(number: int, kind: Floats, first: Floats, second: Floats) -> list[int]:
-    """Rows of the sample: equal parts of the range of `first` for each kind, in each part another place of `second`."""
+    """Return the rows of the sample: equal parts of the range of `first` for each kind, with varying position in `second`."""
     rows: set[int] = set()
     kinds = np.unique(kind)
     for k in kinds:
@@ -78,7 +81,7 @@ def chosen(number: int, kind: Floats, first: Floats, second: Floats) -> list[int
 
 
 def shown(items: Iterable[Any], total: int, what: str) -> Iterator[Any]:
-    """The items, with a line that counts them on a terminal."""
+    """Yield the items, with a line that counts them on a terminal."""
     for n, item in enumerate(items, start=1):
         if sys.stderr.isatty():
             print(f"\r{what}: {n} of {total}", end="\n" if n == total else "", file=sys.stderr, flush=True)
@@ -95,7 +98,7 @@ def _bodies(volume: Floats, ri: Floats, rj: Floats, wall: Floats, ti: Floats, tj
 def check_force(
     table: pd.DataFrame, gap: Floats, sigma: float, wall: Floats, ri: Floats, rj: Floats, ti: Floats, tj: Floats
 ) -> Quantity:
-    """The logged capillary force of some contacts, as parts of the force at touch."""
+    """Check the logged capillary force of some contacts, relative to the force at touch."""
     body, rows = _bodies(table["volume"].to_numpy(float), ri, rj, wall, ti, tj), range(len(table))
     pairs = [
         (sigma * force(float(gap[n]), body(n)), sigma * force(0.0, body(n)))
@@ -107,7 +110,7 @@ def check_force(
 
 
 def check_rupture(events: pd.DataFrame, wall: Floats, ri: Floats, rj: Floats, ti: Floats, tj: Floats) -> Quantity:
-    """The logged static rupture distance of some events."""
+    """Check the logged static rupture distance of some events."""
     volume, logged = events["volume"].to_numpy(float), events["rupture_distance"].to_numpy(float)
     body = _bodies(volume, ri, rj, wall, ti, tj)
     ends = [end(counted(body(n))) for n in shown(range(len(events)), len(events), "exact ruptures")]

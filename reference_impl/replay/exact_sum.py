@@ -1,4 +1,4 @@
-"""Sums that do not depend on the order of what is summed, nor on the parts in which it comes."""
+"""Sums that are independent of the order of the terms, and of how they are divided into parts."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from reference_impl.replay.arrays import Floats
 
 HIGH, LOW = 27, 26
-"""Bits of the two halves of a double's fraction: up to 2^26 of them add up exactly in doubles."""
+"""Bits of the two halves of a double's fraction: up to 2^26 of them can be added exactly in doubles."""
 LEAST = -1073
-"""Least exponent of a double as frexp gives it."""
+"""Smallest exponent of a double as returned by frexp."""
 
 
 @dataclass
@@ -20,9 +20,9 @@ class Exact:
     """A sum of doubles without round-off; `value` is rounded once."""
 
     high: dict[int, int] = field(default_factory=dict)
-    """Exponent: sum of the fractions, in units of 2^(exponent - 53)."""
+    """Exponent -> sum of the fractions, in units of 2^(exponent - 53)."""
     odd: float = 0.0
-    """Sum of what is not finite."""
+    """Sum of terms that are not finite."""
 
     def add(self, values: Floats) -> None:
         """Add numbers to the sum without round-off."""

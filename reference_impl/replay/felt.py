@@ -1,7 +1,7 @@
-"""What the films of sampled spheres felt, recomputed at every step at which drops may fall, and which drops must fall there.
+"""Forces felt by the films of sampled spheres, recomputed at every step at which drops may fall, and the resulting drops.
 
-The specific force on a sphere is its change of velocity over the time since the look before, less gravity; a film of volume L
-follows it with the time sqrt(3 rho L/(32 pi sigma)) (Rayleigh 1879), from zero at the first look.
+The specific force on a sphere is its change of velocity over the time since the previous check, minus gravity; a film
+of volume L responds in the time sqrt(3 rho L/(32 pi sigma)) (Rayleigh 1879), from zero at the first check.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from reference_impl.replay.io import Run, where
 
 SAMPLES = 8
 HALF_STEP = 0.05
-"""Part of a velocity that half a step may change in the median."""
+"""Share of a velocity that may change in half a step, in the median."""
 STANDARD = 9.81
-"""Specific force [m/s2] that a deviation is relative to at least."""
+"""Smallest scale of a deviation of the specific force [m/s2]."""
 
 
 def check(run: Run) -> list[Quantity]:
-    """Force felt, drops and velocities of the sampled spheres; nothing without the closed form."""
+    """Check force felt, drops and velocities of the sampled spheres; nothing without the closed form."""
     if coverage.law(run, "shedding") not in coverage.CLOSED["shedding"]:
         return []
     path = where(run.folder, "felt")
@@ -57,7 +57,7 @@ def _refuse(run: Run, table: pd.DataFrame) -> None:
 
 
 def recomputed(run: Run, table: pd.DataFrame) -> Floats:
-    """Specific force that each film feels, from velocities and films alone."""
+    """Return the specific force felt by each film, from velocities and films alone."""
     scene = io.scene(run.folder)
     density, tension = scene["liquid"]["density_kg_per_m3"], scene["liquid"]["surface_tension_N_per_m"]
     gravity, dt = np.array(scene["gravity_m_per_s2"], dtype=float), float(scene["time_step_s"])
@@ -89,7 +89,7 @@ def drops(run: Run, table: pd.DataFrame, expected: Floats) -> tuple[Floats, Floa
 
 
 def _velocity(run: Run, table: pd.DataFrame) -> Quantity:
-    """Logged velocities against the trajectory at output steps, in the median: they are half a step old."""
+    """Compare logged velocities with the trajectory at output steps, in the median: they are half a step old."""
     columns = ["step", "id", "vx", "vy", "vz"]
     both = table.merge(io.columns(where(run.folder, "trajectory"), columns), on=["step", "id"])
     expected = both[["vx", "vy", "vz"]].to_numpy(float)

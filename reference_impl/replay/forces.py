@@ -1,4 +1,4 @@
-"""Forces and torques of every logged bridge from positions, velocities and spins alone."""
+"""Recompute forces and torques of every logged bridge from positions, velocities and spins alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from reference_impl.replay.io import Run
 from reference_impl.replay.lives import Lives
 
 TINY = 1e-300
-"""Scale of a term that is zero, so that anything logged there counts."""
+"""Scale of a term that is zero, so that any logged value is a deviation."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Contacts:
     """The contact log as arrays: bodies (at a wall radius_j is a dummy), and motion along n and across."""
 
     table: Any
-    """A frame or `Columns`."""
+    """Rows as a frame or `Columns`."""
     wall: Floats
     ri: Floats
     rj: Floats
@@ -54,7 +54,7 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Term:
-    """A force as the totals take it, the size its errors are compared with, and its check (none for a law not known here)."""
+    """A force as used in the totals, the scale of its errors, and its check (none for a law not known here)."""
 
     value: Floats
     size: Floats
@@ -62,7 +62,7 @@ class Term:
 
 
 def contacts(run: Run, rows: Table | None = None) -> Contacts:
-    """Geometry and motion of every logged contact, or of some rows of the log."""
+    """Compute geometry and motion of every logged contact, or of some rows of the log."""
     table = run.table("contacts") if rows is None else rows
     p = pairs(table, bodies(run))
     arm = np.where(p.wall, 0.0, p.rj)
@@ -79,7 +79,7 @@ def contacts(run: Run, rows: Table | None = None) -> Contacts:
 
 
 def capillary_term(run: Run, c: Contacts) -> Term:
-    """Own value for a closed form; the logged one where the exact bridge was sampled or the law is not known."""
+    """Return the recomputed value for a closed form; the logged one if the exact bridge was sampled or the law is not known."""
     name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
     if coverage.solved(run, "capillary") or not coverage.known(run, "capillary"):
         return Term(logged, np.abs(logged), [])  # of the exact bridge see sampled.py
@@ -123,7 +123,10 @@ def normal_term(run: Run, c: Contacts) -> Term:
 
 
 def tangential_term(run: Run, c: Contacts) -> Term:
-    """Sliding and spin parts; errors against their sizes at the full speeds. Semi-implicit as in `normal_term`."""
+    """Return sliding and spin parts; errors are relative to their magnitudes at the full speeds.
+
+    Semi-implicit drag is as in `normal_term`.
+    """
     name, logged = coverage.law(run, "viscous_tangential"), vectors(c.table, "viscous_tangential")
     if not coverage.known(run, "viscous_tangential"):
         return Term(logged, size(logged), [])
@@ -145,7 +148,7 @@ def tangential_term(run: Run, c: Contacts) -> Term:
 
 
 def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
-    """Limits of all bridges, and the checks of the contact log against the event log."""
+    """Check the limits of all bridges, and the contact log against the event log."""
     volume, static = lives.formed_with(*active_bridges.when(run, c.table))
     name, logged = coverage.law(run, "rupture"), c.column("rupture_distance")
     if name in laws.RUPTURE:
@@ -160,7 +163,7 @@ def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
 
 
 def check(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
-    """Separation, rupture distance, each force, total, torques of a part of the contact log."""
+    """Check separation, rupture distance, each force, total and torques of a part of the contact log."""
     normal, pull, drag = normal_term(run, c), capillary_term(run, c), tangential_term(run, c)
     force = (normal.value - pull.value)[:, None] * c.n + drag.value
     turn = cross(c.n, drag.value)

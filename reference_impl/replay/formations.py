@@ -1,7 +1,7 @@
 """Bridges that formed too early or too late, between spheres and at walls.
 
-Too late: how fast both sides came is logged with a formation, so where they were one neighbour check before is known, and whether
-the films touched then; of every formation of the run. Bridges that did not form: `missing`.
+The approach speed is logged with every formation, so that the position at the previous neighbour check, and whether
+the films touched then, are known. `missing` checks bridges that did not form.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
 
 ROOM = 1e-9
-"""Part of the radius by which films may miss each other: a gap is a difference of positions."""
+"""Share of the radius by which films may fail to touch: a gap is a difference of positions."""
 ROOM_OF_WAY = 1.02, 1e-5
-"""A way in one step may be longer than logged by this factor and this part of the radius: speeds change within a step."""
+"""Factor, and share of the radius, by which a displacement in one step may exceed the logged one: speeds change within a step."""
 FASTER = 2.0
-"""Between an output and an event a sphere is at most this many times as fast as at either."""
+"""Largest speed of a sphere between an output and an event, over that at either."""
 CORNER = 1e-7
-"""Corners this near [m] are one: STL files hold single precision."""
+"""Distance [m] below which corners coincide: STL files are in single precision."""
 
 
 def thickness(film: Floats, radius: Floats) -> Floats:
@@ -50,19 +50,19 @@ class Held:
 
 
 def sides_of(events: pd.DataFrame, run: Run) -> tuple[Floats, Floats]:
-    """Numbers of the reservoirs on both sides of some events."""
+    """Return the numbers of the reservoirs on both sides of some events."""
     fixed = bodies(run)
     return holders(events, pairs(events, fixed), fixed)
 
 
 def keep_films(film: Floats, events: pd.DataFrame, run: Run) -> None:
-    """Have in `film` what all reservoirs have after some events by the log."""
+    """Update `film` to the liquid of all reservoirs after some events by the log."""
     both = np.stack(sides_of(events, run), axis=1).ravel()
     film[both] = events[["film_i_after", "film_j_after"]].to_numpy().ravel()
 
 
 def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
-    """Thicknesses of both films before each event, the separation, and the radius of i."""
+    """Return the thicknesses of both films before each event, the separation, and the radius of i."""
     fixed, events = bodies(run), run.table("events")
     p = pairs(events, fixed)
     area = np.where(p.wall, film_areas(events, p, fixed), 1.0)
@@ -72,14 +72,14 @@ def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 def early(run: Run) -> tuple[Floats, Floats, Floats]:
-    """Formations where the films did not touch, not S < h_i + h_j, as 1; films of both sides and gap of every event."""
+    """Return 1 for formations whose films did not touch (not S < h_i + h_j), and films of both sides and gap of every event."""
     film, other, gap, ri = films_at_events(run)
     formed = (run.table("events")["kind"] == FORMATION).to_numpy()
     return (formed & (gap > film + other + ROOM * ri)).astype(float), film + other, gap
 
 
 def due(run: Run) -> Quantity:
-    """A bridge forms only where the films touch."""
+    """Check that a bridge forms only if the films touch."""
     wrong, _, _ = early(run)
     zero = np.zeros(len(wrong))
     scale = "formations before the films touch"
@@ -87,10 +87,9 @@ def due(run: Run) -> Quantity:
 
 
 def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
-    """Return the overlap of the films of each formation at the previous neighbour check at least [m], and the displacement
-    since.
+    """Return the smallest overlap [m] of the films of each formation at the previous neighbour check, and the displacement since.
 
-    Zero where a film changed since, where all is new (step 0) and where the engine was set up again.
+    Both are zero if a film has changed since, at the start (step 0) and after the engine was set up again.
     """
     events, every = run.table("events"), impulses.every(run)
     film, other, gap, ri = films_at_events(run)
@@ -126,9 +125,12 @@ def _born(run: Run) -> Floats:
 
 
 def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
-    """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that meets the event's, or that
-    meets one which does: where parts meet in one closest point a sphere has one bridge, and a part whose place is taken so, as
-    the rim between two sides, takes the place of the part beyond it."""
+    """Return whether a bridge with an adjacent part prevented a formation at the previous neighbour check.
+
+    This is a bridge of the same sphere with a part of the wall adjacent to the event's, or adjacent to such a
+    part. A sphere has one bridge with parts that meet in one closest point, and a part excluded in this way, such
+    as the rim between two sides, excludes the part beyond it.
+    """
     parts, fixed, number = nearest.parts(run), bodies(run), int(event["j"])
     next_to = _meeting(parts, np.array([number]), int(event["triangle"]))
     reached = np.setdiff1d(np.union1d(next_to, _meeting(parts, next_to)), number)
@@ -138,7 +140,7 @@ def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
 
 
 def _meeting(parts: nearest.Parts, of: Floats, triangle: int | None = None) -> Floats:
-    """Other parts of the same wall that have a corner in common with some parts, or run through a triangle."""
+    """Return other parts of the same wall that share a corner with some parts, or intersect a triangle."""
     corners, part = parts.setup.corners, parts.setup.part
     mine = np.isin(part, of)
     others = np.isin(parts.wall[part], parts.wall[of]) & ~mine
@@ -172,7 +174,7 @@ def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float
 
 
 def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
-    """Triangles that the closest point of an event can have been on: all, but where the nearest output tells where i was."""
+    """Return the triangles that may contain the closest point of an event, limited by the nearest output if known."""
     everywhere = np.ones(len(triangles), dtype=bool)
     if not where(run.folder, "trajectory").exists():
         return everywhere
@@ -204,15 +206,13 @@ def _turned(run: Run, ri: Floats) -> Floats:
 
 
 def _anew(run: Run) -> Floats:
-    """Return the steps at which the engine is set up again; the velocities there are those of the step, not of half a step
-    earlier.
-    """
+    """Return the steps at which the engine is set up again; velocities there are those of the step itself."""
     windows = slide_steps(io.scene(run.folder)).values()
     return np.array([step for window in windows for step in window], int)
 
 
 def _changed(run: Run, held: Held, step: Floats) -> Floats:
-    """The last step before each event in which the liquid on either side changed, -1 for none."""
+    """Return the last step before each event in which the liquid on either side changed, -1 for none."""
     fixed, shed = bodies(run), run.shed
     landed = np.where(
         shed["partner_kind"] == laws.SPHERE,

@@ -1,5 +1,7 @@
-"""Copies of a box that repeats along some axes: of two places the shortest way, of a wall the nearest copy. Of a user's script
-script.json says how long the box is along each of these axes, of a scene the faces of its box."""
+"""Copies of a periodic box: shortest displacement between two positions, nearest copy of a wall.
+
+script.json of a user's script contains the length of the box along each periodic axis, a scene the faces of its box.
+"""
 
 from __future__ import annotations
 
@@ -21,17 +23,17 @@ KEY = "periodic_m"
 
 @dataclass(frozen=True)
 class Images:
-    """Lengths of the box along x, y, z [m], 0 where it does not repeat."""
+    """Lengths of the box along x, y, z [m], 0 along non-periodic axes."""
 
     length: Floats
 
     @property
     def any(self) -> bool:
-        """Return whether it repeats at all."""
+        """Return whether the box is periodic along any axis."""
         return bool((self.length > 0.0).any())
 
     def nearest(self, way: Floats) -> Floats:
-        """The shortest of all displacements between copies of two positions; vectors along the last axis."""
+        """Return the shortest of all displacements between copies of two positions; vectors along the last axis."""
         if not self.any:
             return way
         period = np.where(self.length > 0.0, self.length, np.inf)
@@ -44,13 +46,13 @@ class Images:
 
 
 def of_scene(scene: Mapping[str, Any]) -> Images:
-    """The copies of a scene's box, which repeats along one axis at most."""
+    """Return the copies of a scene's box, which is periodic along at most one axis."""
     sides = np.array(scene["box_high_m"], float) - np.array(scene["box_low_m"], float)
     return Images(np.where([axis == scene.get("periodic") for axis in "xyz"], sides, 0.0))
 
 
 def of(folder: Path) -> Images:
-    """The copies of a run's box."""
+    """Return the copies of a run's box."""
     noted = script.of(folder)
     if noted is None:
         return of_scene(io.scene(folder))

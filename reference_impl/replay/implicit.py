@@ -1,4 +1,4 @@
-"""What the semi-implicit treatment does to a drag: how much one step of a force changes the relative speed."""
+"""Effect of semi-implicit drag: how much one step of a force changes the relative speed."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""Reads the logs of a run and writes the replay's result. The column names are those of `pywet/schema.py`.
+"""Read the logs of a run and write the replay's result.
 
-What grows with the length of a run is read in parts (stream.py); whole tables of it only where `Run.table` is asked for them.
+The column names are those of `pywet/schema.py`. Tables that grow with the length of a run are read in parts
+(stream.py); `Run.table` reads whole tables.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from reference_impl.replay.arrays import Table
 
 
 class ReplayError(Refused):
-    """The logs are missing or do not go together; one sentence."""
+    """The logs are missing or inconsistent; one sentence."""
 
 
 @dataclass(frozen=True)
@@ -34,25 +35,25 @@ class Run:
     folder: Path
     meta: dict[str, Any]
     tables: dict[str, pd.DataFrame]
-    """What is in memory."""
+    """Tables in memory."""
     known: dict[str, Any] = field(default_factory=dict)
-    """What was derived once, shared by all parts of a run."""
+    """Derived data, shared by all parts of a run."""
     since: int = -1
-    """Events up to this step are there only because those after it follow from them."""
+    """Last step of events that are included only because later ones follow from them."""
 
     def table(self, name: str) -> pd.DataFrame:
-        """One table; of the logs, unless a part of them is in memory, the whole."""
+        """Return one table; for logs the whole, unless a part of them is in memory."""
         if name not in self.tables:
             self.tables[name] = table(where(self.folder, name), name)
         return self.tables[name]
 
     @property
     def shed(self) -> pd.DataFrame:
-        """The drops of the whole run, which a run without them has no table of."""
+        """Return the drops of the whole run; empty for a run without drops, which has no such table."""
         return self.tables.get(SHED, pd.DataFrame({name: np.zeros(0) for name in NEEDED[SHED]}))
 
     def rows(self, name: str, first: int, last: int) -> pd.DataFrame:
-        """The rows of a log in steps first to last."""
+        """Return the rows of a log in steps first to last."""
         if name in self.tables:
             steps = self.tables[name]["step"]
             return self.tables[name][(steps >= first) & (steps <= last)].reset_index(drop=True)
@@ -63,7 +64,7 @@ class Run:
         return table(where(self.folder, name), name, filters=[("step", ">=", first), ("step", "<=", last)])
 
     def _small(self, name: str) -> pd.DataFrame | None:
-        """A log of few rows, sorted by step, which is read once; None for a longer one."""
+        """Return a short log, sorted by step, which is read once; None for a longer one."""
         if (key := f"small {name}") not in self.known:
             whole = small(where(self.folder, name), name)
             steps = None if whole is None else whole["step"].to_numpy()
@@ -73,7 +74,7 @@ class Run:
 
 
 FEW = 200_000
-"""Rows of a log that is small."""
+"""Largest number of rows of a short log."""
 START = ("spheres", "transfer", "ledger")
 WALL_TABLES = ("triangles", "parts")
 LOGS = ("events", "contacts", "bridges", "films", "impulses", "wall_films")
@@ -82,7 +83,7 @@ SHED = "drops"
 
 
 def refuse_special(folder: Path) -> None:
-    """Refuse a run with a pipe or a device for a file, which may never end, or a table whose rows no memory holds."""
+    """Refuse a run that contains a pipe or a device in place of a file, which may never end, or a table too large for memory."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     for path in (p for pattern in ("*", "history/*", "results/*", "engine/*", "stl/*") for p in folder.glob(pattern)):
         if path.exists() and not (path.is_file() or path.is_dir()):
@@ -97,7 +98,7 @@ def refuse_special(folder: Path) -> None:
 
 
 def where(folder: Path, name: str) -> Path:
-    """Path of the file of a table."""
+    """Return the path of the file of a table."""
     return folder / f"{name}.parquet" if name == "trajectory" else folder / "history" / f"{name}.parquet"
 
 
@@ -148,7 +149,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "trajectory": ("step", "id", "type", "x", "y", "z"),
     "window_states": ("step", "id", "x", "y", "z"),
 }  # fmt: skip
-"""Columns without which a table is not the one meant (of vectors the first component)."""
+"""Columns that a table must have (for vectors the first component)."""
 
 
 def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = None) -> pd.DataFrame:
@@ -160,7 +161,7 @@ def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = No
 
 
 def small(path: Path, name: str) -> pd.DataFrame | None:
-    """One table, complete, if it has few rows."""
+    """Return one table, complete, if it has few rows."""
     with readable(path):
         few = parquet.read_metadata(path).num_rows <= FEW
     return table(path, name) if few else None
@@ -168,7 +169,7 @@ def small(path: Path, name: str) -> pd.DataFrame | None:
 
 @contextmanager
 def readable(path: Path, what: str = "the history of a moist run") -> Iterator[None]:
-    """Damage of a file that is being read, as a sentence; `what` was expected."""
+    """Report damage of a file that is being read in a sentence; `what` was expected."""
     try:
         yield
     except ReplayError:
@@ -178,17 +179,17 @@ def readable(path: Path, what: str = "the history of a moist run") -> Iterator[N
 
 
 TEXT = ("mesh", "holder")
-"""Columns that are no numbers."""
+"""Columns that are not numerical."""
 MAY_BE_INFINITE = ("half_width",)
 WHOLE = ("step", "id", "type", "kind", "partner_kind", "i", "j", "triangle", "part", "part_class", "type_i", "type_j")
-"""Columns of whole numbers, which rows and tables are found by."""
+"""Columns of integers, by which rows and tables are found."""
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)
 
 
 def numbers(path: Path, table: AnyTable) -> AnyTable:
-    """The table, refused where a column holds anything but finite numbers."""
+    """Return the table; refused if a column contains anything but finite numbers."""
     for name in (str(column) for column in table if column not in TEXT):
         values = table[name]
         if values.dtype.kind not in "iuf" or (name not in MAY_BE_INFINITE and not np.isfinite(values).all()):
@@ -215,19 +216,19 @@ def complete(path: Path, names: Any, needed: Sequence[str]) -> None:
 
 
 def names(path: Path) -> list[str]:
-    """Columns that a table of a run has."""
+    """Return the columns of a table of a run."""
     with readable(path):
         return list(parquet.read_schema(path).names)
 
 
 def parquet_table(path: Path, **how: Any) -> pd.DataFrame:
-    """A Parquet table, `how` as pyarrow takes it; an index that pandas has noted is a column as others."""
+    """Read a Parquet table, `how`: options of pyarrow; an index stored by pandas is a normal column."""
     table: pd.DataFrame = parquet.read_table(path, **how).to_pandas(ignore_metadata=True)
     return table
 
 
 def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:
-    """Some columns of a table of a run."""
+    """Return some columns of a table of a run."""
     if not path.exists():
         raise ReplayError(f"{path} is missing; expected all tables of a finished run: run the case again")
     with readable(path, "one of a finished run"):
@@ -239,16 +240,16 @@ SCENE: dict[str, type | tuple[type, ...]] = {
     "output": dict, "effects": dict, "classes": list, "pairs": list, "walls": list, "gravity_m_per_s2": list,
     "spheres_file": str, "time_step_s": (int, float), "duration_s": (int, float),
 }  # fmt: skip
-"""What of scene.json is read here, and its types."""
+"""Entries of scene.json that are read here, and their types."""
 
 
 def masses(scene: Mapping[str, Any]) -> dict[int, float]:
-    """Mass of a sphere of each type [kg]."""
+    """Return the mass of a sphere of each type [kg]."""
     return {c["type"]: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for c in scene["classes"]}
 
 
 def scene(folder: Path) -> dict[str, Any]:
-    """The scene of a run directory as plain values."""
+    """Return the scene of a run directory as plain values."""
     path = Path(folder) / "scene.json"
     if not path.exists():
         raise ReplayError(f"{path} is missing; expected the folder of a run: run the case first")
@@ -264,7 +265,7 @@ def scene(folder: Path) -> dict[str, Any]:
 
 
 def origin(folder: Path) -> np.ndarray:
-    """Return the origin of a custom scene's coordinates in those of the logs [m]: zero unless the description has `origin_mm`."""
+    """Return the origin of a user-defined scene's coordinates in those of the logs [m]: zero unless `origin_mm` is given."""
     path = Path(folder) / "description.json"
     if not path.exists():
         return np.zeros(3)
@@ -284,7 +285,7 @@ def note(text: str) -> None:
 
 
 def clear() -> None:
-    """Take the line of `note` away."""
+    """Remove the line of `note`."""
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 

@@ -1,4 +1,4 @@
-"""The liquid of a part of the log against what the papers give: volumes, shares, films, ruptures; ledger and end of a run."""
+"""Compare the liquid of a part of the log with the papers: volumes, shares, films, ruptures; ledger and end of a run."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from reference_impl.replay.plans import entered
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
 MEAN = "mean film of a sphere"
 FASTER = 1.1, 0.2
-"""The speed of one look before is below this times that of the next one, or of the formation, and this more [m/s]."""
+"""Factor, and additional speed [m/s], by which the speed at one check may exceed that at the next one or at the formation."""
 
 
 def total(run: Run) -> float:
-    """Initial liquid [m3]."""
+    """Return the initial liquid [m3]."""
     return float(run.table("spheres")["film"].sum())
 
 
 def mean_film(run: Run) -> float:
-    """The scale of all films [m3]."""
+    """Return the scale of all films [m3]."""
     return total(run) / max(len(run.table("spheres")), 1)
 
 
 def check(run: Run, columns: Columns, lives: Lives) -> list[Quantity]:
-    """The events; `own` is what was recomputed of them."""
+    """Check the events; `columns` are their recomputed values."""
     events, found = run.table("events"), []
     for name in ("volume", "share_i", "share_j"):
         mine = getattr(columns, name)
@@ -44,7 +44,7 @@ def check(run: Run, columns: Columns, lives: Lives) -> list[Quantity]:
 
 
 def check_rupture(run: Run, lives: Lives) -> list[Quantity]:
-    """Static rupture distance of every event (of the exact law see sampled.py), and whether each rupture was due."""
+    """Check the static rupture distance of every event (for the exact law see sampled.py), and whether each rupture was due."""
     events = run.table("events")
     p = pairs(events, bodies(run))
     name, logged = coverage.law(run, "rupture"), events["rupture_distance"].to_numpy(float)
@@ -69,7 +69,7 @@ def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
     """Ruptures whose gap exceeded the limit at the previous neighbour check already, as far as the logged speed shows.
 
     Between two neighbour checks the speed may change: by a third body, and by an impact that takes what was left of the speed at
-    the formation. The limit is taken at a speed that is higher by `FASTER` than the greater of both.
+    the formation. The limit is evaluated at a speed that exceeds the larger of both by `FASTER`.
     """
     events, every = run.table("events"), impulses.every(run)
     speed, gap = events["speed"].to_numpy(float), events["separation"].to_numpy(float)
@@ -93,7 +93,7 @@ def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:
 
 
 def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
-    """Films and bridges at the last output; `held`: all liquid there by reservoir."""
+    """Check films and bridges at the last output; `held`: all liquid there by reservoir."""
     last, fixed = int(run.table("ledger")["step"].max()), bodies(run)
     films, walls, active = (at_step(run.table(name), last) for name in ("films", "wall_films", "bridges"))
     mean = total(run) / max(len(films), 1)
@@ -124,7 +124,7 @@ def ledger(run: Run) -> Quantity:
 
 
 def to_come(run: Run, steps: Floats) -> Floats:
-    """Liquid [m3] on the spheres that have not entered at each step."""
+    """Return the liquid [m3] on the spheres that have not entered at each step."""
     spheres = run.table("spheres").sort_values("id")
     waits = steps[:, None] < entered(io.scene(run.folder), spheres)
     return np.asarray((waits * spheres["film"].to_numpy(float)).sum(axis=1))

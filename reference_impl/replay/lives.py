@@ -1,4 +1,4 @@
-"""Which bridge a record belongs to: the events of a part of the log, and the bridges that stood at its start, by their ends."""
+"""Find the bridge of a record: the events of a part of the log, and the bridges active at its start, by their ends."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from reference_impl.replay import laws
 from reference_impl.replay.arrays import Floats, Table
 
 FORMATION, RUPTURE, RETIREMENT = 0, 1, 2
-"""Kinds of events; RETIREMENT: a bridge ends since a sphere of it is retired."""
+"""Kinds of events; RETIREMENT: a bridge ends because a sphere is retired."""
 
 
 def keys(table: Table) -> Floats:
-    """One number for the ends of each row's bridge; j's of a wall and of a sphere are distinguished."""
+    """Return one number for the ends of each row's bridge; j of a wall and of a sphere are distinguished."""
     wall = (np.asarray(table["partner_kind"]) != laws.SPHERE).astype(np.int64)
     i, j = (np.asarray(table[name], dtype=np.int64) for name in "ij")
     return (wall << 62) | (i << 31) | j
@@ -24,12 +24,12 @@ def keys(table: Table) -> Floats:
 
 @dataclass(frozen=True)
 class ActiveBridges:
-    """Active bridges: what the log records of their formation, and the volume that they should have."""
+    """Active bridges: data logged at their formation, and the volume that they should have."""
 
     key: Floats
     step: Floats
     row: Floats
-    """Number of the formation in the whole log."""
+    """Index of the formation in the whole log."""
     volume: Floats
     rupture_distance: Floats
     speed: Floats
@@ -78,16 +78,16 @@ class Lives:
         before_of = np.empty(len(sorted_key), np.int64)
         before_of[self._order] = previous
         self.previous = before_of[len(before) :]
-        """Of each event the formation of its bridge in `all`, -1 where none stood."""
+        """Formation of each event's bridge in `all`, -1 if none was active."""
 
     @cached_property
     def _in_order(self) -> tuple[Floats, Floats]:
-        """Volume and static rupture distance in the order of the keys, and NaN for no bridge."""
+        """Return volume and static rupture distance in the order of the keys, and NaN for no bridge."""
         volume, distance = (np.append(v[self._order], np.nan) for v in (self.all.volume, self.all.rupture_distance))
         return volume, distance
 
     def formed_with(self, key: Floats, step: Floats, strictly: bool) -> tuple[Floats, Floats]:
-        """Volume and static rupture distance at the formation of each bridge that `at` finds; NaN where none stands."""
+        """Return volume and static rupture distance at the formation of each bridge that `at` finds; NaN if none is active."""
         if not len(self._keys):
             return np.full(len(key), np.nan), np.full(len(key), np.nan)
         place, there = self._places(key, step, strictly)
@@ -96,7 +96,7 @@ class Lives:
         return volume[place], distance[place]
 
     def at(self, key: Floats, step: Floats, strictly: bool) -> Floats:
-        """Place in `all` of the formation of each bridge that is active at a step, -1 where none does.
+        """Return the index in `all` of the formation of each bridge that is active at a step, -1 for none.
 
         `strictly`: events of that step itself have not happened yet.
         """
@@ -121,7 +121,7 @@ class Lives:
         return place_or_0, there
 
     def active(self, step: int | None = None) -> ActiveBridges:
-        """The bridges that stand after a step (None: at the end)."""
+        """Return the bridges that are active after a step (None: at the end)."""
         if step is None:
             last = self._order[self._ends]
             return self.all.of(np.sort(last[self.formation[last]]))

@@ -1,5 +1,7 @@
-"""Bridges that did not form though films touch: where positions are known, at the output steps of trajectory.parquet and in
-the windows that record motion, there at every step at which bridges act.
+"""Bridges that did not form although films touch.
+
+This is checked where positions are known: at the output steps of trajectory.parquet and, in the windows that record
+motion, at every step at which bridges act.
 """
 
 from __future__ import annotations
@@ -22,13 +24,13 @@ from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import Lives, keys
 
 ONE_PLACE = 2e-6
-"""Part of the radius within which closest points of two parts of a wall are one place, where a sphere has one bridge."""
+"""Share of the radius within which closest points of two parts of a wall coincide, so that a sphere has one bridge."""
 SMALLEST = 1e-12
-"""V* below which nothing forms, by definition of the model's numerical zero."""
+"""V* below which no bridge forms, the model's numerical zero."""
 COLUMNS = {"step": np.int64, "partner_kind": np.int64, "i": np.int64, "j": np.int64, "triangle": np.int64,
            "separation": float, "films": float, "own_film": float}  # fmt: skip
 NONE = pd.DataFrame({name: np.zeros(0, kind) for name, kind in COLUMNS.items()})
-"""No pairs; `films`: of both sides together, `own_film`: of i alone [m]."""
+"""Empty table of pairs; `films`: of both sides together, `own_film`: of i alone [m]."""
 
 
 def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
@@ -44,7 +46,7 @@ def missed(run: Run, lives: Lives, held: Held) -> Quantity:
 
 
 def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
-    """Pairs whose films touch and whether their bridge is missing; not those with an event in that step."""
+    """Return pairs whose films touch and whether their bridge is missing; except those with an event in that step."""
     table = pd.concat([_at_outputs(run), _in_windows(run, lives, held)], ignore_index=True)
     if not len(table):
         return table
@@ -64,8 +66,7 @@ def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Frames:
-    """Steps at which all places are known: x of spheres (steps, spheres, 3), those of retired ones out of
-    reach, their liquid, and that of all triangles."""
+    """Steps with known positions: x of spheres (steps, spheres, 3), retired ones out of reach, and all liquid."""
 
     step: Floats
     ids: Floats
@@ -87,7 +88,7 @@ def _frames(run: Run, places: pd.DataFrame) -> Frames:
 
 
 def _at_outputs(run: Run) -> pd.DataFrame:
-    """Pairs that touch at the output steps, and whether they are missing in the snapshot of bridges."""
+    """Return pairs that touch at the output steps, and whether they are missing in the snapshot of bridges."""
     if not where(run.folder, "trajectory").exists():
         return NONE.assign(missed=False)
     places, films, walls = run.table("trajectory"), run.table("films"), run.table("wall_films")
@@ -141,11 +142,11 @@ def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
 def _one_place(
     run: Run, frames: Frames, table: pd.DataFrame, lacking: Floats, stands: Callable[[pd.DataFrame], Floats]
 ) -> Floats:
-    """Rows of a wall's part without a bridge in whose place another part of that wall has one, or is to have it.
+    """Return the rows of wall parts without a bridge because another part of that wall has or must have one at that position.
 
-    At a convex edge the faces that meet there give one bridge: no bridge forms with a part whose closest point lies on another
-    part that continues there towards the sphere, nor with one that has the foot of a bridge with another part for its own
-    closest point, or continues there towards the sphere.
+    At a convex edge the faces that meet there have one bridge: no bridge forms with a part whose closest point is
+    on another part that continues there towards the sphere, nor with a part whose closest point is the foot of a
+    bridge with another part, or that continues there towards the sphere.
     """
     found = np.zeros(len(table), dtype=bool)
     rows = np.flatnonzero(lacking & (table["partner_kind"] != laws.SPHERE).to_numpy())
@@ -167,7 +168,7 @@ def _at_neighbour(
     closest, radius = parts.closest(np.array([step]), x[None], np.array([part])), float(bodies(run).radius[i])
 
     def off(points: Floats, of: Floats) -> Floats:
-        """Distance of points from wall parts."""
+        """Return the distance of points from wall parts."""
         return parts.closest(np.full(len(of), step), np.broadcast_to(points, (len(of), 3)).copy(), of).distance
 
     others = others[off(x, others) < closest.distance[0] + 2.0 * radius]
@@ -175,7 +176,7 @@ def _at_neighbour(
     near = ONE_PLACE * radius
 
     def onward(of: Floats, points: Floats) -> Floats:
-        """Return whether parts continue at points of them towards the sphere."""
+        """Return whether parts continue at their points towards the sphere."""
         x_of_all, limits = np.repeat(x[None], len(of), axis=0), np.full((2, len(of)), near)
         return parts.goes_on(np.full(len(of), step), x_of_all, of, points, limits[0], 0.25 * limits[1])
 
@@ -195,7 +196,7 @@ def _place(step: Any, number: Any) -> Floats:
 
 
 def _touching(run: Run, frames: Frames) -> pd.DataFrame:
-    """Pairs whose films overlap and hold something."""
+    """Return pairs whose films overlap and contain liquid."""
     if not len(frames.step):
         return NONE
     radius = bodies(run).radius[frames.ids]
@@ -222,7 +223,7 @@ def _of_spheres(frames: Frames, radius: Floats, layer: Floats, box: images.Image
 
 
 def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
-    """Spheres and wall parts; of several triangles as near the one with the least film counts."""
+    """Return spheres and wall parts; of several equally near triangles the one with the smallest film is used."""
     parts, fixed = nearest.parts(run), bodies(run)
     thick = np.nan_to_num(frames.walls / fixed.area)[:, : len(parts.bounds)]
     found = []
@@ -241,5 +242,5 @@ def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.Dat
 
 
 def _table(keep: Floats, *columns: Floats) -> pd.DataFrame:
-    """The columns of NONE of some rows."""
+    """Return the columns of NONE for some rows."""
     return pd.DataFrame({name: values[keep] for name, values in zip(COLUMNS, columns, strict=True)})

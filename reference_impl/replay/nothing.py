@@ -1,4 +1,4 @@
-"""Kinds that a scene has and of which a replay compared nothing: such a run does not agree, it agrees in part."""
+"""Features of a scene for which a replay compared nothing: such a run agrees only in part."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from reference_impl.replay.compare import Quantity
 
 
 class Kind(NamedTuple):
-    """A feature that a scene may have: whether it has it, the quantity that records it, and the sentence if there is none."""
+    """A feature that a scene may have: its condition, the quantity that records it, and the sentence without it."""
 
     there: Callable[[Mapping[str, Any]], Any]
     quantity: str
     sentence: str
     recorded: bool = False
-    """Return whether it is looked for only where motion was recorded."""
+    """Whether it is checked only if motion was recorded."""
 
 
 IN_WINDOWS = "there is none in the sampling windows"
@@ -38,7 +38,7 @@ KINDS = (
 def compared(
     scene: Mapping[str, Any], quantities: list[Quantity], motion: Mapping[str, Any], sections: list[Section]
 ) -> list[str]:
-    """One sentence for each kind; `motion`: the entries of Newton's law, None where no motion was recorded."""
+    """Return one sentence for each kind; `motion`: the entries of Newton's law, None if no motion was recorded."""
     counts, law = {q.name: q.count for q in quantities}, motion["newton"]
     judged = {"energy_budget": "energy_budget" in counts, "energy_windows": "energy_budget" in counts}
     found = [
@@ -68,6 +68,6 @@ def compared(
 
 
 def without_record(quantities: list[Quantity]) -> list[str]:
-    """A sentence on the quantities that hold no record at all."""
+    """Return a sentence on the quantities without any record."""
     names = [q.name for q in quantities if not q.count]
     return [f"no record of: {', '.join(names)}"] if names else []

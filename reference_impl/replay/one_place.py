@@ -1,7 +1,7 @@
-"""Bridges of one sphere with several parts of one wall: where they meet in a convex edge, at one place, there is one bridge.
+"""Bridges of one sphere with several parts of one wall: if they meet in a convex edge, at one point, there is one bridge.
 
-A formation is judged where its position is known: at outputs and in windows. Of bridges that are active at an output, those are
-judged that formed in one step.
+A formation is judged if its position is known: at outputs and in windows. Of the bridges active at an output, those
+that formed in one step are judged.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
 
 ONE_PLACE = 1e-6
-"""Part of the radius within which points are one place; what is judged is nearer than half of it or farther than twice."""
+"""Share of the radius within which points coincide; points nearer than half of it or farther than twice are judged."""
 
 
 def check(run: Run, lives: Lives) -> Quantity:
-    """No bridge forms in a place where its sphere has one, or with a part at whose closest point another continues nearer."""
+    """Check that no bridge forms where its sphere has one, or with a part at whose closest point another continues nearer."""
     table = judged(run, lives)
     wrong, zero = table["wrong"].to_numpy(float), np.zeros(len(table))
     return compare("formation_shared", "second bridges at one place", wrong, zero, zero + 1.0, table, 0.0)
 
 
 def judged(run: Run, lives: Lives) -> pd.DataFrame:
-    """Bridges at walls as they form and at outputs, with the position of their sphere, and whether they are `wrong`."""
+    """Return bridges at walls at formation and at outputs, with the position of their sphere, and whether they are `wrong`."""
     found = pd.concat([_formations(run, lives), _at_outputs(run, lives)], ignore_index=True)
     return found.sort_values("step", kind="stable", ignore_index=True)  # as it is of a log read in parts
 
 
 def neighbours(parts: nearest.Parts) -> tuple[Floats, Floats]:
-    """Pairs of different parts of one wall that have a corner in common, sorted by the first."""
+    """Return pairs of different parts of one wall that share a corner, sorted by the first."""
     corners, part = parts.setup.corners.reshape(-1, 3), np.repeat(parts.setup.part, 3)
     _, corner = np.unique(corners, axis=0, return_inverse=True)
     at = np.unique(np.stack([corner.ravel(), part], axis=1), axis=0)
@@ -49,7 +49,7 @@ def neighbours(parts: nearest.Parts) -> tuple[Floats, Floats]:
 
 
 def beside(run: Run, rows: pd.DataFrame) -> tuple[Floats, Floats]:
-    """Numbers of rows, each with every neighbour of its part in turn."""
+    """Return row numbers, each with every neighbour of its part in turn."""
     if "neighbours" not in run.known:
         run.known["neighbours"] = neighbours(nearest.parts(run))
     part, other = run.known["neighbours"]
@@ -72,7 +72,7 @@ def _formations(run: Run, lives: Lives) -> pd.DataFrame:
 
 
 def _at_outputs(run: Run, lives: Lives) -> pd.DataFrame:
-    """Bridges at walls that are active at outputs, and whether one that formed in the same step has its place."""
+    """Return bridges at walls active at outputs, and whether another that formed in the same step has its position."""
     bridges = run.table("bridges")
     rows = _placed(run, bridges.loc[bridges["partner_kind"] != laws.SPHERE, ["step", "partner_kind", "i", "j"]])
     at, other = beside(run, rows)
@@ -89,14 +89,14 @@ def _at_outputs(run: Run, lives: Lives) -> pd.DataFrame:
 
 
 def _ends(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> Floats:
-    """Keys of the bridges that the spheres of rows can have with other parts."""
+    """Return the keys of the bridges that the spheres of rows can have with other parts."""
     i, fixed = rows["i"].to_numpy(np.int64)[at], bodies(run)
     kind = np.where(fixed.half_width[other] < fixed.radius[i], laws.SMALL_WALL, laws.LARGE_WALL)
     return keys(pd.DataFrame({"partner_kind": kind, "i": i, "j": other}))
 
 
 def _feet(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """Whether the closest point of a row's part is on the other one, and that one's on it; whether both are surely two places."""
+    """Return whether the closest points of a row's part and of the other are on each other, and whether they are distinct."""
     parts, x = nearest.parts(run), rows[["x", "y", "z"]].to_numpy(float)[at]
     step, part = (rows[name].to_numpy(np.int64)[at] for name in ("step", "j"))
     radius = bodies(run).radius[rows["i"].to_numpy(np.int64)[at]]
@@ -106,8 +106,11 @@ def _feet(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Floa
 
 
 def _places(run: Run, rows: pd.DataFrame, at: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """Whether the closest points of a row's part and of the other one are surely one; and whether a point of either lies on the
-    other part, which surely continues there towards the sphere: (2, pairs)."""
+    """Return whether the closest points of a row's part and of the other one certainly coincide.
+
+    The second result is whether a point of either is on the other part, which certainly continues there towards
+    the sphere: (2, pairs).
+    """
     parts, x = nearest.parts(run), rows[["x", "y", "z"]].to_numpy(float)[at]
     step, part = (rows[name].to_numpy(np.int64)[at] for name in ("step", "j"))
     near = ONE_PLACE * bodies(run).radius[rows["i"].to_numpy(np.int64)[at]]

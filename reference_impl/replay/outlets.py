@@ -1,7 +1,7 @@
-"""Outlets of a scene: regions in which spheres are taken out, by scene.json alone.
+"""Outlets of a scene, from scene.json alone: regions in which spheres are removed.
 
-A sphere that has entered leaves at the first planned step at which an outlet holds its centre, low <= centre < high; it is booked
-to the first outlet that holds it.
+A sphere that has entered leaves at the first planned step at which an outlet contains its centre, low <= centre <
+high; it is assigned to the first outlet that contains it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from reference_impl.replay.arrays import Floats
 
 @dataclass(frozen=True)
 class Regions:
-    """Corners of the outlets, infinite where they are open, and the steps at which spheres leave."""
+    """Corners of the outlets, infinite if open, and the steps at which spheres leave."""
 
     low: Floats
     high: Floats
@@ -28,21 +28,19 @@ class Regions:
     stay: bool = False
     below: float = 1.0
     slower: float = 1.0
-    """What places [m] and speeds [m/s] are relative to."""
+    """Scale of positions [m] and speeds [m/s]."""
 
     def numbers(self, x: Floats, margin: float) -> Floats:
-        """For each outlet a row: which centres it holds; with `margin` those that it may hold, by rounding."""
+        """Return for each outlet a row of the centres that it contains; with `margin` those that it may contain, by rounding."""
         low, high = self.low[:, None] - margin, self.high[:, None] + margin
         return np.asarray(((low <= x) & (x < high)).all(axis=2))
 
     def holds(self, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
-        """Whom an outlet holds, at whatever velocity."""
+        """Return which spheres an outlet contains, at any velocity."""
         return np.asarray(self.numbers(x, margin).any(axis=0))
 
     def booked(self, x: Floats, v: Floats, outlet: Floats, margin: float) -> Floats:
-        """Check that each row names the first outlet that contains the sphere: that one may, and no earlier one does beyond
-        doubt.
-        """
+        """Check that each row names the first outlet that contains the sphere: no earlier one certainly contains it."""
         may, does = self.numbers(x, margin), self.numbers(x, -margin)
         named = np.clip(outlet.astype(int), 1, len(self.low)) - 1
         column = np.arange(len(x))
@@ -50,12 +48,12 @@ class Regions:
         return (outlet >= 1) & (outlet <= len(self.low)) & may[named, column] & (earlier == 0)
 
     def entered(self, ids: pd.Series) -> Floats:
-        """Step from which on each may leave."""
+        """Return the step from which each sphere may leave."""
         return ids.map(self.enters).to_numpy(float)
 
 
 def of(folder: Path, steps: Floats) -> Regions:
-    """The outlets of a run; `steps` at which spheres leave."""
+    """Return the outlets of a run; `steps` at which spheres leave."""
     scene = io.scene(folder)
     low, high = (
         np.array([[end if v is None else v for v in o[key]] for o in scene["outlets"]], float)

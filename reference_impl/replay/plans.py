@@ -1,4 +1,4 @@
-"""What a scene plans: outputs, windows, what is recorded in them. Follows from scene.json alone."""
+"""Plan of a scene: outputs, windows, recorded tables, from scene.json alone."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class Plan:
     windows: tuple[tuple[int, int], ...]
     recorded: tuple[str, ...]
     energy: bool
-    """Return whether works are logged."""
+    """Whether works are logged."""
     every: int = 1
-    """Steps from one evaluation of the bridges to the next."""
+    """Number of steps between evaluations of the bridges."""
 
     @property
     def window_steps(self) -> Floats:
-        """All steps of the windows, once each."""
+        """Return all steps of the windows, once each."""
         return np.unique(np.concatenate([np.zeros(0, int), *(np.arange(a, b) for a, b in self.windows)]))
 
     @property
@@ -47,7 +47,7 @@ class Plan:
 
 
 def plan(folder: Path) -> Plan:
-    """The plan of a run directory."""
+    """Return the plan of a run directory."""
     scene = io.scene(folder)
     if (noted := script.of(folder)) is not None:
         at = np.array(noted["output_steps"], dtype=np.int64)
@@ -73,7 +73,7 @@ def plan(folder: Path) -> Plan:
 
 
 SHORT = 4
-"""Steps of the longest windows that lie at random places."""
+"""Largest number of steps of windows at random positions."""
 
 
 def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
@@ -98,7 +98,7 @@ def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
 
 
 def checkpoints_every(scene: dict[str, Any], steps: int) -> int:
-    """Steps from one checkpoint to the next; 0 where the scene has none."""
+    """Return the number of steps between checkpoints; 0 if the scene has none."""
     wanted, slow = int(scene["output"].get("checkpoints", 0)), impulse(scene)
     if wanted == 0:
         return 0
@@ -112,29 +112,30 @@ def checkpoints_every(scene: dict[str, Any], steps: int) -> int:
 RETIRED_WITHIN_S = 0.25
 """Longest time between two steps at which spheres may be retired."""
 OUTLETS_WITHIN_S = 0.02
-"""The same of outlets."""
+"""Longest time between two steps at which spheres may leave at outlets."""
 
 
 def taken_out(scene: dict[str, Any]) -> bool:
-    """Return whether spheres are taken out of a run, from the bin or at outlets."""
+    """Return whether spheres are removed from a run, from the bin or at outlets."""
     return bool(scene.get("retire", False) or scene.get("outlets"))
 
 
 def outputs_every(scene: dict[str, Any]) -> int:
-    """Steps from one output to the next."""
+    """Return the number of steps between outputs."""
     slow = impulse(scene)
     return slow * max(1, round(scene["output"]["interval_s"] / float(scene["time_step_s"])) // slow)
 
 
 def impulse(scene: dict[str, Any]) -> int:
-    """Return the number of steps between evaluations of the bridges (`bridges_every`), whose forces act for all these steps at
-    once.
+    """Return the number of steps between evaluations of the bridges (`bridges_every`).
+
+    Their forces act for all these steps at once.
     """
     return int(scene.get("bridges_every", 1))
 
 
 FOREIGN = ("YADE",)
-"""Engines whose dry contacts are not those of LIGGGHTS, and whose springs are not recorded."""
+"""Engines whose dry contacts differ from those of LIGGGHTS, and whose springs are not recorded."""
 
 
 def engine(folder: Path) -> str:
@@ -147,12 +148,12 @@ def engine(folder: Path) -> str:
 
 
 def entered(scene: dict[str, Any], spheres: pd.DataFrame) -> Floats:
-    """Step at which each sphere enters: from its table for a script's run, else from its class."""
+    """Return the step at which each sphere enters: from its table for a script's run, else from its class."""
     return np.asarray(spheres["enters"] if "enters" in spheres else enters(scene, spheres["type"].to_numpy()))
 
 
 def enters(scene: dict[str, Any], kind: Floats) -> Floats:
-    """Step at which each sphere enters: of a class that is fed one after the other; `kind` in the order of numbers."""
+    """Return the step at which each sphere enters; inserted classes enter one by one; `kind` in the order of ids."""
     found = np.zeros(len(kind), dtype=np.int64)
     for c in scene["classes"]:
         if given := c.get("fed"):
@@ -163,8 +164,10 @@ def enters(scene: dict[str, Any], kind: Floats) -> Floats:
 
 
 def enter_times(given: Mapping[str, Any], count: int) -> Floats:
-    """Times [s] by which equal parts of the mass have come, each in the middle of its own: the rate is constant, rises in
-    proportion to time, or is there for a share of each period alone."""
+    """Return the times [s] at which equal parts of the mass have entered, each in the middle of its part.
+
+    The rate is constant, rises in proportion to time, or is limited to a share of each period.
+    """
     order, profile = np.arange(count) + 0.5, given.get("profile", "constant")
     if profile == "constant":
         return np.asarray(given["from_s"] + given["for_s"] * order / count)

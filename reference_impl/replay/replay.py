@@ -1,6 +1,6 @@
-"""Replays a run directory and says how far the engine and the papers' equations are apart.
+"""Replay a run directory and report the deviations of the engine from the papers' equations.
 
-`python -m reference_impl RUN_DIR` prints the table, writes replay.json and exits with 1 when a tolerance is exceeded.
+`python -m reference_impl RUN_DIR` prints the table, writes replay.json and exits with 1 if a tolerance is exceeded.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from reference_impl.shown import vtk
 
 
 class Logged(NamedTuple):
-    """Results of the logs of a run, and the diagnosis that names their faults."""
+    """Results from the logs of a run, and the diagnosis that names their faults."""
 
     quantities: list[Quantity]
     motion: dict[str, Any]
-    """Entries of `dynamics.check`."""
+    """Entries returned by `dynamics.check`."""
     entries: dict[str, Any]
     named: Callable[[list[str]], dict[str, Any] | None]
     not_checked: Sequence[str] = ()
@@ -46,8 +46,8 @@ class Logged(NamedTuple):
 def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Recompute everything; returns and writes {ok, compared, quantities: {name: {count, largest, …}}, not_checked, notes, …}.
 
-    `functions`: the user's second functions for laws of the user's own, `path/to/file.py:function` by kind (`second.py`).
-    Of a dry run there are Newton's law and contributions alone. Raises `io.ReplayError` where the run is not whole.
+    `functions`: user reference implementations of custom laws, `path/to/file.py:function` by kind (`second.py`).
+    For a dry run there are only Newton's law and contributions. Raises `io.ReplayError` if the run is incomplete.
     """
     started, cpu, folder = time.monotonic(), time.process_time(), Path(run_dir)
     with second.known(folder, functions or {}):
@@ -91,7 +91,7 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
 
 
 def _dry(folder: Path) -> bool:
-    """Return whether a run is without bridges; refuses one of which nothing can be checked."""
+    """Return whether a run is without bridges; raises for one of which nothing can be checked."""
     dry = not io.scene(folder)["effects"]["bridges"]
     if dry and not window.recorded(folder) and not sections.any_there(folder):
         raise io.ReplayError(
@@ -118,7 +118,7 @@ def _of_dry(folder: Path) -> Logged:
 
 
 def _of_moist(run: io.Run, looked: float) -> Logged:
-    """The liquid and the forces as well; `looked`: seconds of the processor that reading took."""
+    """Replay liquid and forces as well; `looked`: processor time [s] of reading."""
     tables = transfer.Tables(run.table("transfer"))
     found = spans.go_through(run, tables)
     io.note("transfer ratios and motion")
@@ -143,13 +143,13 @@ def _of_moist(run: io.Run, looked: float) -> Logged:
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
-    """Compare the snapshots with the logs; nothing without events or drops, nor where there is nothing to compare."""
+    """Compare the snapshots with the logs; no quantities without events or drops, or without snapshots."""
     optional, moved = ("formation_missed", "snapshot_volume", "snapshot_share"), found.events or len(run.shed)
     return [q for q in found.of("snapshots") if moved and (q.count or q.name not in optional)]
 
 
 def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Found, failed: list[str]) -> dict[str, Any]:
-    """The faults in the log; where it holds, those in the motion."""
+    """Return the faults in the log, or, without any, those in the motion."""
     io.note("which fault it is")
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}

@@ -1,9 +1,9 @@
-"""Spheres that were retired: who, when, and with which liquid; where the scene has outlets, at these (outlets.py).
+"""Retired spheres: which, when, and with how much liquid; in a scene with outlets, those that leave there (outlets.py).
 
-What is planned follows from scene.json alone: a sphere is retired at the first of the checkpoints outside the windows, at which
-its centre lies two largest diameters below the plane of the bin and its speed lifts it by a hundredth of that depth. Checkpoints
-are outputs then, so that trajectory.parquet holds who qualifies. All later outputs hold a retired sphere at rest, with the film
-it left with; of one that left at an outlet the film alone.
+The plan follows from scene.json alone: a sphere is retired at the first checkpoint outside the windows at which its
+centre is two largest diameters below the plane of the bin and its speed can lift it by at most a hundredth of that
+depth. Checkpoints are outputs then, so that trajectory.parquet shows which spheres qualify. All later outputs contain
+a retired sphere at rest, with its last film; for one that left at an outlet only the film.
 """
 
 from __future__ import annotations
@@ -26,37 +26,37 @@ from reference_impl.replay.lives import RETIREMENT
 NEVER = np.iinfo(np.int64).max
 DIAMETERS, RISE = 2.0, 0.01
 NEAR = 1e-9
-"""Part of the limits within which rounding decides who qualifies."""
+"""Relative distance to the limits within which rounding decides which spheres qualify."""
 FAR = 100.0
-"""Distance [m] from the apparatus, and from each other, at which places are put that nothing may touch."""
+"""Distance [m] of positions that nothing may touch from the apparatus and from each other."""
 NAMES = ["step", "id", "type", "outlet", "film", "x_x", "x_y", "x_z", "v_x", "v_y", "v_z"]
 
 
 @dataclass(frozen=True)
 class Rule:
-    """Height of the centre and speed below which a sphere is retired, and the steps at which that is looked at."""
+    """Height of the centre and speed below which a sphere is retired, and the steps at which this is checked."""
 
     below: float
     slower: float
     steps: Floats
     stay: bool = True
-    """Later outputs hold who was retired."""
+    """Whether later outputs contain retired spheres."""
 
     def holds(self, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
-        """For whom it holds; with `margin` for whom it may, by rounding (negative: for whom it holds beyond doubt)."""
+        """Return which spheres satisfy the rule; with `margin` which may satisfy it, by rounding (negative: certainly)."""
         return (x[:, 2] < self.below + margin * abs(self.below)) & (length(v) < self.slower * (1.0 + margin))
 
     def entered(self, ids: pd.Series) -> Floats:
-        """Step from which on each may be retired."""
+        """Return the step from which each sphere may be retired."""
         return np.zeros(len(ids))
 
     def booked(self, x: Floats, v: Floats, outlet: Floats, margin: float) -> Floats:
-        """Whose row names the place where they are: the bin, 0."""
+        """Return which rows name the location of their sphere: the bin, 0."""
         return self.holds(x, v, margin) & (outlet == 0)
 
 
 def rule(folder: Path) -> Rule | outlets.Regions | None:
-    """Derive the rule of retirement, or the outlets, of a scene; None where no sphere is removed."""
+    """Derive the rule of retirement, or the outlets, of a scene; None if no sphere is removed."""
     scene = io.scene(folder)
     if not plans.taken_out(io.scene(folder)):
         return None
@@ -103,14 +103,14 @@ def table(folder: Path) -> pd.DataFrame:
 
 
 def leaves(folder: Path, ids: Floats) -> Floats:
-    """Last step at which each of these spheres takes part."""
+    """Return the last step at which each of these spheres takes part."""
     gone, found = table(folder), np.full(len(ids), NEVER)
     found[np.searchsorted(ids, gone["id"].to_numpy())] = gone["step"].to_numpy() - (script.of(folder) is not None)
     return found
 
 
 def nowhere(count: int) -> Floats:
-    """Places that are far from everything and from each other, shape (count, 3)."""
+    """Return positions that are far from everything and from each other, shape (count, 3)."""
     return np.stack([-FAR * (np.arange(count) + 1.0), np.zeros(count), np.zeros(count)], axis=1)
 
 
@@ -123,9 +123,9 @@ SCALES = {
     "retired_events": ("events that do not fit in", 0.0),
     "retired_bridges": ("bridges of retired spheres", 0.0),
 }
-"""What each deviation is relative to, and its limit."""
+"""Scale of each deviation, and its limit."""
 Deviation = tuple[str, pd.DataFrame, Floats, float]
-"""Its name, rows, how far each row is off, the limit."""
+"""Name, rows, deviation of each row, limit."""
 OF_PLACES = ["step", "id", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
 
 
@@ -153,7 +153,7 @@ class Count:
         return [*of_places(self.rule, self.gone, part.table("trajectory")), *self._of_bridges(part)]
 
     def _of_bridges(self, part: Run) -> list[Deviation]:
-        """A bridge ends by retirement where a sphere of it is retired in that step, and none outlives its spheres."""
+        """Check that a bridge ends by retirement if one of its spheres is retired in that step, and that none outlives them."""
         events, bridges = part.table("events"), part.table("bridges")
         step_of = dict(zip(self.gone["id"], self.gone["step"], strict=True))
         first, later = (_earliest(rows, step_of) for rows in (events, bridges))
@@ -208,7 +208,7 @@ def of_places(law: Rule | outlets.Regions, gone: pd.DataFrame, trajectory: pd.Da
 
 
 def _earliest(rows: pd.DataFrame, step_of: dict[Any, Any]) -> Floats:
-    """The first step at which an end of each row's bridge is retired."""
+    """Return the first step at which an end of each row's bridge is retired."""
     j = rows["j"].where(rows["partner_kind"] == laws.SPHERE, -1)
     ends = [side.map(step_of).fillna(NEVER).to_numpy() for side in (rows["i"], j)]
     return np.minimum(*ends)

@@ -1,4 +1,4 @@
-"""Records chosen from the whole of a log for what is dear to compute: of all records only what decides the choice is stored."""
+"""Records sampled from a whole log for expensive checks: of all records only the data for the choice are stored."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Parts = list[tuple[Floats, ...]]
 
 
 def joined(parts: Parts, count: int) -> list[Floats]:
-    """Columns over all parts; the parts are emptied."""
+    """Join columns over all parts, which are emptied."""
     found = [np.concatenate([np.zeros(0), *(p[k] for p in parts)]) if not parts else
              np.concatenate([p[k] for p in parts]) for k in range(count)]  # fmt: skip
     parts.clear()
@@ -62,7 +62,7 @@ class Samples:
         return taken(where(self.run.folder, name), name, np.asarray(rows, np.int64))
 
     def of_events(self) -> list[Quantity]:
-        """The static rupture distance of the exact bridge."""
+        """Check the static rupture distance of the exact bridge."""
         if not coverage.solved(self.run, "rupture"):
             return []
         kind, volume, ri = joined(self._limits, 3)
@@ -72,7 +72,7 @@ class Samples:
         return [replace(exact.check_rupture(events, p.wall, p.ri, p.rj, p.ti, p.tj), sample_of=self.events)]
 
     def of_contacts(self) -> list[Quantity]:
-        """The capillary force of the exact bridge."""
+        """Check the capillary force of the exact bridge."""
         if not coverage.solved(self.run, "capillary"):
             return []
         kind, part, volume = joined(self._pulls, 3)
@@ -83,7 +83,7 @@ class Samples:
         return [replace(found, sample_of=self.contacts)]
 
     def between_nodes(self) -> list[Quantity]:
-        """The interpolated transfer ratios of ruptures spread evenly over V* for each pair of bodies."""
+        """Check the interpolated transfer ratios of ruptures spread evenly over V* for each pair of bodies."""
         law = coverage.law(self.run, "transfer")
         if law not in between_nodes.PER_ROW or not self.ruptures:
             return []

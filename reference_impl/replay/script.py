@@ -1,7 +1,7 @@
-"""Runs of a user's own script: what script.json and the tables say in place of a scene's plan and motions.
+"""Runs of a user's script, in which script.json and tables replace a scene's plan and motions.
 
-Spheres come (column `enters` of spheres.parquet) and go (retired.parquet); at the step at which one goes it is no longer there.
-Meshes are where poses.parquet has them, at every step at which something is logged.
+Spheres enter (column `enters` of spheres.parquet) and leave (retired.parquet); at the step of leaving a sphere is no
+longer present. poses.parquet contains the positions of meshes at every logged step.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ OF_BOX = "length of the periodic box, which is taken as the engine reported it"
 
 
 def of(folder: Path) -> dict[str, Any] | None:
-    """Return the content of script.json; None where the run is that of a scene."""
+    """Return the content of script.json; None for the run of a scene."""
     path = Path(folder) / FILE
     if not path.exists():
         return None
@@ -45,7 +45,7 @@ def of(folder: Path) -> dict[str, Any] | None:
 
 
 def in_the_way_of_gravity(folder: Path) -> list[str]:
-    """Why the change of momentum of a sphere that touched nothing is not known to be weight and bridges alone."""
+    """Return the reasons why the change of momentum of a sphere that touched nothing may not be weight and bridges alone."""
     noted = of(folder) or {}
     if "dry_walls" not in noted or "other_forces" not in noted:
         return ["the run did not note what acts on spheres"]
@@ -54,7 +54,7 @@ def in_the_way_of_gravity(folder: Path) -> list[str]:
 
 
 def not_checked(folder: Path) -> list[str]:
-    """Sentences on what a replay of the run cannot know."""
+    """Return sentences on what a replay of the run cannot check."""
     if of(folder) is None:
         return []
     reasons = in_the_way_of_gravity(folder)
@@ -63,7 +63,7 @@ def not_checked(folder: Path) -> list[str]:
 
 
 def windows(noted: dict[str, Any], last: int) -> tuple[tuple[int, int], ...]:
-    """Half-open windows of the contact log: from each output on, to the last step at most."""
+    """Return half-open windows of the contact log: from each output on, at most to the last step."""
     return tuple((step, min(step + int(noted["window_steps"]), last + 1)) for step in map(int, noted["output_steps"]))
 
 
@@ -84,7 +84,7 @@ class Poses:
         self._rows = {int(str(mesh)): rows for mesh, rows in table.groupby("mesh")}
 
     def at(self, mesh: int, steps: Any) -> dict[str, Floats]:
-        """Numbers of OF_POSE at some steps, a row for each."""
+        """Return the values of OF_POSE at some steps, a row for each."""
         rows = self._rows.get(mesh)
         known = rows["step"].to_numpy() if rows is not None else np.zeros(0, int)
         wanted = np.atleast_1d(steps)
@@ -96,6 +96,6 @@ class Poses:
         return {name: vectors(rows, name)[place] for name in OF_POSE}
 
     def fastest(self) -> float:
-        """Largest spin of any mesh [rad/s]."""
+        """Return the largest spin of any mesh [rad/s]."""
         spins = [float(np.linalg.norm(vectors(r, "spin"), axis=1).max(initial=0.0)) for r in self._rows.values()]
         return max(spins, default=0.0)

@@ -1,7 +1,8 @@
-"""A second function of the user's, alongside a law of the user's own: with it the replay recomputes what it else takes as logged.
+"""User reference implementations of custom laws, with which the replay recomputes terms otherwise taken as logged.
 
-`path/to/file.py:function` with the arguments of the law, in numbers; at a wall radius_j is infinite. The file must not import
-pywet: two functions that share a helper are one. A law of two parts (viscous_tangential) has one function that gives both.
+They are given as `path/to/file.py:function`, with the arguments of the law as numbers; at a wall radius_j is
+infinite. The file must not import pywet, since functions that share a helper are not independent. A law of two parts
+(viscous_tangential) has one function that returns both.
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ TABLES: dict[str, dict[str, Any]] = {
     "viscous_tangential": laws.VISCOUS_TANGENTIAL,
     "rupture": laws.RUPTURE,
 }
-"""Kinds for which there may be one, and where the replay looks for their laws."""
+"""Kinds with user reference implementations -> dictionary of laws in the replay."""
 
 
 @contextmanager
 def known(folder: Path, functions: Mapping[str, str]) -> Iterator[None]:
-    """Let the replay of a run know its own laws by these functions, a name for each kind, as long as the context lasts."""
+    """Make these functions known to the replay of a run, a name for each kind, within the context."""
     effects, put = io.scene(folder)["effects"], []
     try:
         for kind, name in functions.items():
@@ -51,7 +52,7 @@ def known(folder: Path, functions: Mapping[str, str]) -> Iterator[None]:
 
 
 def _in_numbers(kind: str, name: str) -> Function:
-    """The file's function, called for one bridge after the other."""
+    """Return the file's function, called for one bridge after the other."""
     function = _load(name)
 
     def one(*values: float) -> Any:
@@ -82,7 +83,7 @@ def _load(name: str) -> Function:
 
 
 def _imports(node: ast.AST) -> list[str]:
-    """First words of what a statement imports."""
+    """Return the top-level modules that a statement imports."""
     if isinstance(node, ast.Import):
         return [alias.name.split(".")[0] for alias in node.names]
     return [node.module.split(".")[0]] if isinstance(node, ast.ImportFrom) and node.module else []

@@ -1,4 +1,4 @@
-"""What a replay says alongside the logs: the scene against its configuration, the results against the logs."""
+"""Sections of a replay next to the logs: the scene compared with its configuration, the results with the logs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PREDICTED = "scene_plan"
 
 
 def any_there(folder: Path) -> bool:
-    """Return whether a run has a configuration or results that can be looked at."""
+    """Return whether a run has a configuration or results that can be checked."""
     return (folder / configuration.FILE).exists() or results.there(folder)
 
 

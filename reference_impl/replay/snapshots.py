@@ -1,4 +1,4 @@
-"""The snapshots of films and bridges at every output against the events."""
+"""Compare the snapshots of films and bridges at every output with the events."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from reference_impl.replay.transfer import Tables
 
 
 def active_at_outputs(run: Run, tables: Tables, lives: Lives) -> list[Quantity]:
-    """Volumes and shares of the bridges at every output."""
+    """Check volumes and shares of the bridges at every output."""
     bridges, fixed = run.table("bridges"), bodies(run)
     at = lives.at(keys(bridges), bridges["step"].to_numpy(np.int64), strictly=False)
     volume = np.append(lives.all.recomputed, np.nan)[at]
@@ -26,7 +26,7 @@ def active_at_outputs(run: Run, tables: Tables, lives: Lives) -> list[Quantity]:
 
 
 def films_at_outputs(run: Run, outputs: Floats, shots: Floats) -> list[Quantity]:
-    """Films of spheres and walls at every output; `shots`: all liquid at the output steps by holder."""
+    """Check films of spheres and walls at every output; `shots`: all liquid at the output steps by holder."""
     fixed, found = bodies(run), []
     for name, number, first in (("films", "id", 0), ("wall_films", "triangle", fixed.walls_from)):
         table = run.table(name)
@@ -40,5 +40,5 @@ def films_at_outputs(run: Run, outputs: Floats, shots: Floats) -> list[Quantity]
 
 
 def check(run: Run, tables: Tables, lives: Lives, outputs: Floats, shots: Floats) -> list[Quantity]:
-    """All of these, of a part of the log."""
+    """Check all snapshots in a part of the log."""
     return [*films_at_outputs(run, outputs, shots), *active_at_outputs(run, tables, lives)]

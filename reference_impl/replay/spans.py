@@ -1,6 +1,6 @@
-"""A moist run's logs gone through once, part by part: what each part says is compared and only the sums of it are stored.
+"""Process a moist run's logs once, part by part: each part is compared and only its sums are stored.
 
-A part ends with a step. From one to the next go the liquid of every holder and the bridges that stand.
+A part ends with a step. Only the liquid of every holder and the active bridges are carried to the next part.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from reference_impl.replay.stream import BATCH, END, Rows
 from reference_impl.replay.transfer import Tables
 
 SIZE = 200_000
-"""Events of a part; it holds outputs of about as many spheres at most."""
+"""Number of events of a part, which has outputs of at most about as many spheres."""
 PIECE = 32_768
-"""Contacts of a part are gone through in pieces of so many at most: their columns stay in a processor's second cache."""
+"""Largest number of contacts that are processed at once, so that their columns fit in a processor's second-level cache."""
 PLACE = ["step", "id", "x", "y", "z"]
 LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None, "impulses": None,
         "trajectory": [*PLACE, *budget.VELOCITY], "window_states": PLACE}  # fmt: skip
@@ -48,8 +48,10 @@ OF_PLACES = ("bridges", "films", "wall_films", "impulses", "trajectory", "window
 
 @dataclass(frozen=True)
 class Before:
-    """State of the log before a chunk: its last step, the last events of all reservoirs, the formations of active bridges, and
-    which events these are.
+    """State of the log before a chunk.
+
+    It has the last step, the last events of all reservoirs, the formations of active bridges, and the indices of
+    these events.
     """
 
     step: int
@@ -64,13 +66,13 @@ class Found:
     events: int = 0
     contacts: int = 0
     seconds: dict[str, float] = field(default_factory=lambda: {"events": 0.0, "contacts": 0.0})
-    """Of the processor."""
+    """Processor time [s] by kind of log."""
     moved: contributions.Moved = field(default_factory=contributions.Moved)
     quantities: dict[str, dict[str, Quantity]] = field(default_factory=dict)
     now: Before = field(default_factory=lambda: Before(-1, *2 * [np.zeros(0, np.int64)]))
-    """Before the part that is being looked at."""
+    """State before the current part."""
     broke: dict[str, Before] = field(default_factory=dict)
-    """Log -> before the first part in which it disagrees."""
+    """Log -> state before the first part in which it disagrees."""
 
     def add(self, group: str, quantities: list[Quantity], log: str = "events") -> None:
         """Add the quantities of one chunk to those found before."""
@@ -86,7 +88,7 @@ class Found:
 
 
 def ends(logs: dict[str, Rows], outputs: Floats, spheres: int, size: int) -> Iterator[int]:
-    """Last steps of the parts: about `size` events, and outputs of about as many spheres."""
+    """Yield the last steps of the parts: about `size` events, and outputs of about as many spheres."""
     shot, many = 0, max(1, size // max(spheres, 1))
     while True:
         step = logs["events"].ahead(size)
@@ -162,7 +164,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
 
 
 def _part(run: Run, logs: dict[str, Rows], step: int) -> Run:
-    """The next part of the logs, up to a step, but for its contacts."""
+    """Return the next part of the logs, up to a step, except its contacts."""
     note(f"events: {logs['events'].taken}")
     part = {name: logs[name].until(step) for name in ("events", *OF_PLACES) if name in logs}
     found = replace(run, tables={**run.tables, **part})
@@ -171,7 +173,7 @@ def _part(run: Run, logs: dict[str, Rows], step: int) -> Run:
 
 
 def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Samples, found: Found) -> None:
-    """The contacts of a part in pieces; none is a piece too, so that every quantity has its row."""
+    """Check the contacts of a part in pieces, an empty one if there are none, so that every quantity has its row."""
     row, pieces = log.taken, log.parts(step, PIECE)
     note(f"contacts: {log.taken}")
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):

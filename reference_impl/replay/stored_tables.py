@@ -1,6 +1,6 @@
-"""Tables that later stages read, row by row: how walls stood, times, what the ledger counts and who holds the liquid.
+"""Check tables that later stages read, row by row: positions of walls, times, counts and liquid of the ledger.
 
-Whether they are whole is asked in whole.py; here whether they say the same as the logs and as scene.json.
+whole.py checks that they are complete; here they are compared with the logs and with scene.json.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ HELD = ("films", "bridges", "walls", "left", "retired", "initial")
 
 
 def wall_shifts(setup: window.Setup) -> tuple[pd.DataFrame, Floats]:
-    """mesh_motion.parquet, and where each mesh should be [m]; a mesh that turns has no shift."""
+    """Return mesh_motion.parquet, and the correct displacement of each mesh [m]; a rotating mesh has none."""
     table = io.columns(setup.folder / "mesh_motion.parquet", ["step", "mesh", *SHIFT])
     motion, expected = Motion(setup), np.zeros((len(table), 3))
     step, name = table["step"].to_numpy(np.int64), table["mesh"].to_numpy()
@@ -58,14 +58,14 @@ def mesh_motion(setup: window.Setup) -> list[Quantity]:
 
 
 def times(setup: window.Setup, moist: bool) -> list[Quantity]:
-    """Column `time` of every table that has one: its step times the time step."""
+    """Check column `time` of every table: its step times the time step."""
     rows = all_times(setup, moist)
     expected, logged = rows["step"].to_numpy(float) * setup.step, rows["time"].to_numpy(float)
     return [compare("time", "itself, or one time step", logged, expected, np.maximum(expected, setup.step), rows)]
 
 
 def all_times(setup: window.Setup, moist: bool) -> pd.DataFrame:
-    """`step`, `time`, and the `table` they stand in, each once where a table has many rows of a step."""
+    """Return `step`, `time`, and the `table`, once for each step of a table."""
     parts = [pd.DataFrame({"step": np.zeros(0, np.int64), "time": np.zeros(0), "table": np.zeros(0, str)})]
     for name in ["trajectory", *(("events", "contacts", "ledger", "energy") if moist else ())]:
         path = where(setup.folder, name)
@@ -84,7 +84,7 @@ class Count:
         self.fallen = run.shed[run.shed["partner_kind"] == 3]
 
     def values(self, run: Run) -> tuple[pd.DataFrame, tuple[Floats, Floats], tuple[Floats, Floats], Floats]:
-        """The outputs of a part of the log: rows of the ledger; counts and liquid, as logged and own; scale of the liquid."""
+        """Return the outputs of a part of the log: rows of the ledger; counts and liquid, logged and recomputed; their scale."""
         events, ledger = run.table("events"), run.table("ledger").sort_values("step")
         shots = run.table("films")["step"]
         ledger = ledger[ledger["step"].isin(shots.unique())].reset_index(drop=True)
@@ -122,13 +122,13 @@ CARRIED = (("films", "film"), ("bridges", "volume"), ("wall_films", "film"))
 
 
 def _sums(run: Run, steps: Floats, table: str, column: str) -> Floats:
-    """A column of a snapshot added up at each output."""
+    """Return a column of a snapshot summed at each output."""
     rows = run.table(table)
     return added_up(rows[column].to_numpy(float), np.searchsorted(steps, rows["step"].to_numpy()), len(steps))
 
 
 def added_up(values: Floats, group: NDArray[np.intp], groups: int) -> Floats:
-    """Sums of groups 0, 1, ...; in pairs of pairs: one after the other, a hundred thousand equal bridges lose 1e-12."""
+    """Return sums of groups 0, 1, ..., pairwise, because a plain sum of a hundred thousand equal bridges loses 1e-12."""
     order = np.argsort(group, kind="stable")
     ends = np.searchsorted(group[order], np.arange(groups + 1))
     ordered = values[order]
@@ -136,7 +136,7 @@ def added_up(values: Floats, group: NDArray[np.intp], groups: int) -> Floats:
 
 
 def velocities(setup: window.Setup) -> list[Quantity]:
-    """Speeds and spins of trajectory.parquet against the recorded motion, at outputs within windows."""
+    """Compare speeds and spins of trajectory.parquet with the recorded motion, at outputs within windows."""
     both, logged, mine = both_velocities(setup)
     if not len(both):
         return []
@@ -145,7 +145,7 @@ def velocities(setup: window.Setup) -> list[Quantity]:
 
 
 def both_velocities(setup: window.Setup) -> tuple[pd.DataFrame, Floats, Floats]:
-    """Rows of spheres and steps that both tables have, and vx … wz of the trajectory and of the windows."""
+    """Return rows of spheres and steps in both tables, and vx … wz of the trajectory and of the windows."""
     states, path = where(setup.folder, "window_states"), where(setup.folder, "trajectory")
     names = [f"{q}{axis}" for q in "vw" for axis in "xyz"]
     if not states.exists() or not set(names) <= set(io.names(path)):
@@ -160,8 +160,10 @@ def both_velocities(setup: window.Setup) -> tuple[pd.DataFrame, Floats, Floats]:
 
 
 def bridges_in_windows(run: Run) -> pd.DataFrame:
-    """Bridges that act at the recorded steps by the event log: step, ends, place of sphere i, and whether the contact log has no
-    row of it."""
+    """Return the bridges that act at the recorded steps by the event log: step, ends, position of sphere i.
+
+    A flag marks those without a row in the contact log.
+    """
     planned, events = plans.plan(run.folder), run.table("events")
     lives, fixed = Lives(none(), events, 0, -1), events.drop_duplicates(["partner_kind", "i", "j"])
     log, states, found = run.table("contacts"), run.table("window_states"), []

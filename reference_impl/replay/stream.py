@@ -15,9 +15,9 @@ from reference_impl.replay.arrays import Columns, Floats, joined
 from reference_impl.replay.io import NEEDED, ReplayError, complete, numbers, readable
 
 BATCH = 1 << 17
-"""Rows that are decoded at once."""
+"""Number of rows that are decoded at once."""
 END = np.iinfo(np.int64).max
-"""A step after the last."""
+"""Step after the last."""
 
 
 def _columns(rows: pa.RecordBatch | pa.Table) -> Columns:
@@ -33,7 +33,7 @@ def _array(values: Any) -> Floats:
 
 
 class Rows:
-    """One table, from its start to its end; every row is given once."""
+    """One table, read from start to end; every row is returned once."""
 
     def __init__(self, path: Path, name: str, columns: list[str] | None = None, batch: int = BATCH) -> None:
         self.path, self.taken, self._last = path, 0, -1
@@ -47,7 +47,7 @@ class Rows:
             self.none = _columns(file.schema_arrow.empty_table().select(columns or file.schema_arrow.names))
 
     def _more(self) -> bool:
-        """Decode the next batch; False at the end."""
+        """Decode the next batch; return False at the end."""
         with readable(self.path):
             batch = next(self._batches, None)
         if batch is None:
@@ -80,7 +80,7 @@ class Rows:
         return self._last > step
 
     def parts(self, step: int, most: int) -> Iterator[Columns]:
-        """The rows up to a step, at most `most` at once."""
+        """Yield the rows up to a step, at most `most` at once."""
         while True:
             while not self._ready and self._more():
                 pass
@@ -103,7 +103,7 @@ class Rows:
 
 
 def taken(path: Path, name: str, rows: Floats) -> pd.DataFrame:
-    """Some rows of a table by their number, in that order."""
+    """Return some rows of a table by their numbers, in that order."""
     with readable(path):
         file = parquet.ParquetFile(path)
         sizes = [file.metadata.row_group(k).num_rows for k in range(file.num_row_groups)]

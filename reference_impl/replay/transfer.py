@@ -1,8 +1,8 @@
-"""Transfer ratios: the engine's table read back, and own solutions to judge the table by.
+"""Transfer ratios: the engine's table, and independent solutions with which it is compared.
 
-The exact split is that of bridge.py. The parabola model: the five equations of the paper (36-43, mended) in its own unknowns
-a, b, c, d_i, d_j, lengths in units of r_i, by Levenberg-Marquardt, followed from small to large volumes. Integrals by five-point
-Gauss quadrature.
+The exact split is that of bridge.py. The parabola model solves the five equations of the paper (36-43, corrected) in
+the unknowns a, b, c, d_i, d_j, lengths in units of r_i, by Levenberg-Marquardt, followed from small to large volumes.
+Integrals use five-point Gauss quadrature.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from reference_impl.replay.io import Run
 
 Floats = NDArray[Any]
 SMALLEST = 1e-5
-"""Below this V* the table is constant by definition and not judged."""
+"""V* below which the table is constant by definition and not judged."""
 TABLE_TOLERANCE = 1e-6
-"""The table's nodes against the own solution: both are converged to 1e-9; 1e-6 leaves room for the weakest root."""
+"""Tolerance of the table's nodes: both solutions are converged to 1e-9; 1e-6 is a margin for the weakest root."""
 EXACT_TOLERANCE = 1e-7
-"""The exact table's nodes: both solvers find the split to better than 1e-8."""
+"""Tolerance of the exact table's nodes: both solvers find the split to better than 1e-8."""
 EXACT_NODES = 48
-"""Nodes solved over all rows of the exact table, at least two of each row."""
+"""Number of nodes solved over all rows of the exact table, at least two of each row."""
 
 
 WALL_STRETCH = {"parabola": 1.0, "parabola_walls_at_fifth": 0.2, "parabola_walls_at_tenth": 0.1}
@@ -49,7 +49,7 @@ class Tables:
             self._rows[name] = (rows["v_star"].to_numpy(float), rows["transfer_i"].to_numpy(float))
 
     def ratios(self, kind: Floats, type_i: Floats, other: Floats, v_star: Floats) -> Floats:
-        """Interpolate transfer ratios linearly; NaN where the table has no row."""
+        """Interpolate transfer ratios linearly; NaN if the table has no row."""
         result = np.full(len(v_star), np.nan)
         for (k, a, b), (nodes, values) in self._rows.items():
             rows = (kind == k) & (type_i == a) & (other == b)
@@ -62,7 +62,7 @@ class Tables:
 
 
 class Shape(NamedTuple):
-    """Two bodies in units of r_i: radius of j, contact angles, and whether j's cap lies inside the parabola."""
+    """Two bodies in units of r_i: radius of j, contact angles, and whether j's cap is inside the parabola."""
 
     rj: float
     ti: float
@@ -75,7 +75,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 @compiled
 def _turned(a: float, b: float, c: float, low: float, high: float) -> float:
-    """pi times the integral of Y^2; five Gauss points are exact for a fourth-degree polynomial."""
+    """Return pi times the integral of Y^2; five Gauss points are exact for a fourth-degree polynomial."""
     total = 0.0
     for node, weight in zip(NODES, WEIGHTS):  # noqa: B905 - numba knows no `strict`
         x = low + (high - low) * (node + 1.0) / 2.0
@@ -90,7 +90,7 @@ def _cap(y: float, d: float) -> float:
 
 @compiled
 def parts(u: Any, shape: Any, gap: float) -> tuple[float, float, float, float]:
-    """V_i, V_j, neck position and length of the parabola."""
+    """Return V_i, V_j, neck position and length of the parabola."""
     a, b, c, di, dj = u
     length = di + dj + gap
     neck = min(max(-b / (2.0 * a), 0.0), length) if a > 0 else 0.0
@@ -102,7 +102,7 @@ def parts(u: Any, shape: Any, gap: float) -> tuple[float, float, float, float]:
 
 @compiled
 def equations(u: Any, shape: Any, gap: float, volume: float) -> Any:
-    """The five equations, each scaled to order one."""
+    """Return the five equations, each scaled to order one."""
     a, b, c, di, dj = u
     vi, vj, _, length = parts(u, shape, gap)
     end, slope = a * length**2 + b * length + c, 2.0 * a * length + b
@@ -128,7 +128,7 @@ def first_guess(shape: Shape, gap: float, volume: float, widen: float) -> Floats
 
 
 def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floats | None:
-    """The parabola, None where no start leads to one."""
+    """Return the parabola, None if no initial guess leads to one."""
     guesses = [start] if start is not None else []
     guesses += [first_guess(shape, gap, volume, w) for w in (1.2, 1.0, 1.5, 0.8, 2.0)]
     for guess in guesses:
@@ -149,7 +149,7 @@ def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floa
 def recomputed_ratio(
     kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats, law: str = "parabola"
 ) -> Floats:
-    """T_i at increasing V*; NaN where the model has no solution."""
+    """Return T_i at increasing V*; NaN if the model has no solution."""
     stretch = 1.0 if kind == laws.SPHERE else WALL_STRETCH[law]
     return np.array(_recomputed_ratio(kind, ri, rj, ti, tj, tuple(v_star), stretch))
 
@@ -182,7 +182,10 @@ def _recomputed_ratio(
 
 
 def exact_ratios(kind: int, ri: float, rj: float, ti: float, tj: float, nodes: Floats, at: Floats) -> Floats:
-    """T_i of the exact bridge at nodes `at`; V* below 1e-5 counts as 1e-5, too large a volume as the last that has a bridge."""
+    """Return T_i of the exact bridge at nodes `at`.
+
+    V* below 1e-5 counts as 1e-5, too large a volume as the largest with a bridge.
+    """
     other = np.inf if kind == laws.LARGE_WALL else rj
     if (ri, ti) == (other, tj):
         return np.full(len(at), 0.5)  # where symmetry breaks, either body may win
@@ -210,7 +213,7 @@ def exact_ratios(kind: int, ri: float, rj: float, ti: float, tj: float, nodes: F
 
 
 def bodies_of_rows(run: Run) -> dict[tuple[int, int, int], tuple[float, float, float, float]]:
-    """Radii (of a wall: half width) and contact angles r_i, r_j, theta_i, theta_j of every row of the table."""
+    """Return radii (for a wall the half width) and contact angles r_i, r_j, theta_i, theta_j of every row of the table."""
     types, found = {t["type"]: t for t in run.meta["types"]}, {}
     for kind, i, other in Tables(run.table("transfer")).rows():
         ri, ti = types[i]["radius"], types[i]["contact_angle"]
@@ -225,7 +228,7 @@ def bodies_of_rows(run: Run) -> dict[tuple[int, int, int], tuple[float, float, f
 
 
 def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
-    """Some nodes of every row of the engine's table where there is an own solution: which, logged, own, tolerance."""
+    """Return some nodes of every row of the engine's table that can be solved: index, logged and recomputed value, tolerance."""
     solved = coverage.solved(run, "transfer")
     table, bodies = run.table("transfer"), bodies_of_rows(run)
     held = Tables(table).rows()
@@ -251,7 +254,7 @@ def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
 
 
 def of_law(run: Run, where: pd.DataFrame, law: str) -> Floats:
-    """T_i of some nodes, as `solved_nodes` names them, by another law; NaN where it has no solution."""
+    """Return T_i of some nodes of `solved_nodes` by another law; NaN if it has no solution."""
     found, of = np.full(len(where), np.nan), bodies_of_rows(run)
     for _, rows in where.groupby(["partner_kind", "type_i", "other"]):
         kind, i, other = (int(rows[name].iloc[0]) for name in ("partner_kind", "type_i", "other"))
@@ -260,7 +263,7 @@ def of_law(run: Run, where: pd.DataFrame, law: str) -> Floats:
 
 
 def check(run: Run) -> list[Quantity]:
-    """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
+    """Compare every row of the engine's table at some of its nodes with independent solutions, if possible."""
     if not coverage.known(run, "transfer"):
         return []
     where, logged, expected, tolerance = solved_nodes(run)

@@ -1,7 +1,8 @@
-"""Whether a run's tables are whole: every output step, window, sphere and bridge that its scene plans, and none of another run.
+"""Check that a run's tables contain every planned output step, window, sphere and bridge, and none of another run.
 
-What is planned follows from scene.json alone. Of each table only the columns that say so are read, so that this is quick on long
-runs. What is not whole is refused in one sentence; what is whole is counted, for the result to say what it speaks of.
+The plan follows from scene.json alone. Only the necessary columns of each table are read, so that this is fast for
+long runs. An incomplete table is refused in one sentence; complete ones are counted, so that the result can state its
+extent.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ OF_BRIDGES = (
 
 
 def check(folder: Path) -> dict[str, Any]:
-    """Refuse a run that is not whole; else what it holds: steps, outputs, windows, rows of each table."""
+    """Refuse an incomplete run; otherwise return its content: steps, outputs, windows, rows of each table."""
     run, planned = Path(folder), plan(Path(folder))
     rows = {"trajectory": _trajectory(run, planned)}
     if planned.walls:
@@ -58,7 +59,7 @@ def sentence(held: dict[str, Any]) -> str:
 
 
 def _steps(path: Path, steps: Floats, planned: Floats, what: str) -> None:
-    """Refuse a table that lacks a planned step or has one besides."""
+    """Refuse a table that lacks a planned step or has an additional one."""
     there = np.unique(steps)
     for wrong, word in (
         (np.setdiff1d(planned, there), "is not there"),
@@ -71,7 +72,7 @@ def _steps(path: Path, steps: Floats, planned: Floats, what: str) -> None:
 
 
 def _each(path: Path, planned: Plan, count: int | Floats) -> int:
-    """A table with `count` rows at every output step, or as many as it has for each; its number of rows."""
+    """Check that a table has `count` rows at every output step (a number, or one for each), and return its number of rows."""
     steps = io.columns(path, ["step"])["step"].to_numpy()
     want = np.broadcast_to(count, planned.outputs.shape)
     _steps(path, np.concatenate([steps, planned.outputs[want == 0]]), planned.outputs, "output steps")
@@ -83,7 +84,7 @@ def _each(path: Path, planned: Plan, count: int | Floats) -> int:
 
 
 def _trajectory(run: Path, planned: Plan) -> int:
-    """Every sphere that has not left at an outlet, at every output step, from the places that the scene starts from."""
+    """Check that every sphere that has not left is in the trajectory at every output step, from the scene's initial positions."""
     path, spheres = run / "trajectory.parquet", io.columns(run / "history" / "spheres.parquet", ["id", "type"])
     left = np.sort(retired.table(run)["step"].to_numpy()) if io.scene(run).get("outlets") else np.zeros(0)
     rows = _each(path, planned, _there(run, planned, len(spheres) - np.searchsorted(left, planned.outputs)))
@@ -97,7 +98,7 @@ def _trajectory(run: Path, planned: Plan) -> int:
 
 
 def _there(run: Path, planned: Plan, scene: int | Floats) -> int | Floats:
-    """Return the spheres at every output: in a script's run those inserted and not removed, else those of the scene."""
+    """Return the number of spheres at every output: in a script's run those inserted and not removed, else those of the scene."""
     return script.present(run, planned.outputs) if script.of(run) else scene
 
 
@@ -114,7 +115,7 @@ def _start_off(run: Path, table: pd.DataFrame) -> bool:
 
 
 def _numbered(run: Path) -> dict[str, int]:
-    """Triangles and wall parts are numbered from zero through all of the scene's walls."""
+    """Check that triangles and wall parts are numbered from zero through all of the scene's walls."""
     walls, rows = io.scene(run)["walls"], {}
     for name, of in (("triangle", "triangle_part"), ("part", "part_half_width_m")):
         path, want = run / "history" / f"{name}s.parquet", sum(len(w[of]) for w in walls)
@@ -132,8 +133,10 @@ def _known(path: Path, found: pd.Series, known: Any, what: str) -> None:
 
 
 def _liquid(history: Path, planned: Plan) -> dict[str, int]:
-    """Check completeness: ledger, films and energy at every output; as many bridges and wall films as the ledger counts; events;
-    contacts.
+    """Check completeness of the liquid's tables.
+
+    Ledger, films and energy must be at every output, with as many bridges and wall films as the ledger counts;
+    events and contacts are checked, too.
     """
     ids = io.columns(history / "spheres.parquet", ["id"])["id"]
     single = ("ledger", "energy") if planned.energy else ("ledger",)
@@ -168,7 +171,7 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
 
 
 def _events(path: Path, ledger: pd.DataFrame, planned: Plan) -> int:
-    """An event log that ends before the ledger stops counting was cut; its number of rows."""
+    """Check that the event log does not end before the ledger stops counting, and return its number of rows."""
     events = io.columns(path, ["step", "kind"])
     _in_time(path, events, planned)
     counted = event_counts(events, ledger)
@@ -182,7 +185,7 @@ def _events(path: Path, ledger: pd.DataFrame, planned: Plan) -> int:
 
 
 def event_counts(events: pd.DataFrame, ledger: pd.DataFrame) -> pd.DataFrame:
-    """Events up to each output by the log and by the ledger: `step`, `logged`, `counted`; `last` step and `rows` of the log."""
+    """Return events up to each output by log and ledger: `step`, `logged`, `counted`; `last` step and `rows` of the log."""
     steps = np.sort(events["step"].to_numpy())
     logged = np.searchsorted(steps, ledger["step"], "right")
     counted = (ledger["formations"] + ledger["ruptures"]).to_numpy()
@@ -193,10 +196,10 @@ def event_counts(events: pd.DataFrame, ledger: pd.DataFrame) -> pd.DataFrame:
 
 
 def contact_counts(contacts: pd.DataFrame, events: pd.DataFrame, planned: Plan) -> pd.DataFrame:
-    """Rows of the contact log at every step of the windows, and bridges that act there by the event log: `logged`, `acting`.
+    """Return the rows of the contact log at every step of the windows, and the bridges that act there by the event log.
 
-    A bridge acts from the step after its formation to the step before its rupture; where bridges act every few steps, from its
-    formation on.
+    Columns are `logged` and `acting`. A bridge acts from the step after its formation to the step before its
+    rupture; if bridges act every few steps, from its formation on.
     """
     steps, kind, at = planned.contact_steps, events["kind"].to_numpy(), events["step"].to_numpy()
     formed = np.searchsorted(np.sort(at[kind == 0]), steps, "left" if planned.every == 1 else "right")
@@ -207,7 +210,7 @@ def contact_counts(contacts: pd.DataFrame, events: pd.DataFrame, planned: Plan) 
 
 
 def _contacts(history: Path, planned: Plan) -> int:
-    """Contacts in windows only, and in every window in which bridges act throughout; the number of rows."""
+    """Check that contacts are logged only in windows, in every one in which bridges act throughout; return the number of rows."""
     path = history / "contacts.parquet"
     contacts, events = io.columns(path, ["step"]), io.columns(history / "events.parquet", ["step", "kind"])
     steps = planned.contact_steps
@@ -264,7 +267,7 @@ def _in_time(path: Path, events: pd.DataFrame, planned: Plan) -> None:
 
 
 def counted(run: io.Run) -> list[Quantity]:
-    """Events against the ledger's counts, contacts against the bridges that act by the events."""
+    """Compare events with the ledger's counts, and contacts with the bridges that act by the events."""
     history = run.folder / "history"
     log = io.columns(history / "events.parquet", ["step", "kind"])
     events = event_counts(log, run.table("ledger").sort_values("step"))
@@ -279,12 +282,12 @@ def counted(run: io.Run) -> list[Quantity]:
 
 
 def places(run: io.Run) -> pd.DataFrame:
-    """Places of spheres by the snapshots of the bridges: `step`, `id`, x, y, z [m]."""
+    """Return positions of spheres from the snapshots of the bridges: `step`, `id`, x, y, z [m]."""
     return run.table("bridges")[["step", "i", "xi_x", "xi_y", "xi_z"]].set_axis(["step", "id", *"xyz"], axis=1)
 
 
 def trajectory(place: pd.DataFrame, table: pd.DataFrame) -> list[Quantity]:
-    """Places of spheres by another log (`step`, `id`, x, y, z) against rows of the trajectory at the steps that both have."""
+    """Compare positions of spheres in another log (`step`, `id`, x, y, z) with the trajectory at common steps."""
     both = place.merge(table[["step", "id", *"xyz"]], on=["step", "id"], suffixes=("", "_dump"))
     expected, dump = (both[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_dump"))
     size = np.maximum(np.abs(expected).max(axis=1, initial=0.0), 1e-3)

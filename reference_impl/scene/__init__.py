@@ -1,1 +1,1 @@
-"""The scene of a run against the configuration it was built from: read, computed and measured with the reference's own code."""
+"""Compare the scene of a run with its configuration, which is read, computed and measured with the reference's own code."""

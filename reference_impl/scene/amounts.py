@@ -1,6 +1,7 @@
-"""How many spheres, how thick their film, how short the time step: computed from the configuration.
+"""Number of spheres, film thickness and time step, computed from the configuration.
 
-Elskamp & Kruggel-Emden 2018: class masses and the volume of other materials (5.1), duration of a collision (after 5).
+Sources are Elskamp & Kruggel-Emden 2018: class masses and the volume of other materials (5.1), duration of a
+collision (after 5).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from reference_impl.scene.configuration import near, number, reading, width_m
 
 NAMES = ("small", "near_mesh", "large")
 SMALLEST_GAP = 1e-3
-"""S_min over the bridge's radius."""
+"""Smallest gap S_min over the bridge's radius."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,10 @@ class Class:
 
 
 def classes(config: Mapping[str, Any]) -> tuple[Class, ...]:
-    """The three classes: as many spheres as make up a class on the sieve's area.
+    """Return the three classes with the numbers of spheres for the sieve's area.
 
-    A class is the case's own mass or solid volume where it says one, else the class mass of the reference material.
+    The amount of a class is the case's mass or solid volume, if given, else the class mass of the reference
+    material.
     """
     case, data = config["case"], config["materials"]
     feed, width = data["feed"], width_m(config)
@@ -69,7 +71,7 @@ def density(size: Mapping[str, Any], config: Mapping[str, Any]) -> float:
 
 
 def moisture(config: Mapping[str, Any]) -> float:
-    """Liquid over the mass of the spheres: the case's per cent, or by the reading of its amount what is left of them."""
+    """Return the liquid over the mass of the spheres: the case's per cent, or, by the reading of its amount, the remainder."""
     share = 0.01 * float(config["case"]["liquid_percent"])
     if reading(config, "liquid_amount", "full") == "full":
         return share
@@ -78,10 +80,11 @@ def moisture(config: Mapping[str, Any]) -> float:
 
 
 def whole(asked: Sequence[float], one: Sequence[float]) -> list[int]:
-    """Number of spheres of each size for requested masses and the mass of one sphere [kg] (docs/configuration.md, Sizes).
+    """Return the number of spheres of each size for requested masses [kg] (docs/configuration.md, Sizes).
 
-    The nearest numbers where all together are within 0.5 % of the mass. Elsewhere the coarsest size is rounded first, and each
-    finer one after its mass has been multiplied by what is still to be made over what is still asked, within 5 %.
+    The nearest numbers are used if the total is within 0.5 % of the mass. Otherwise the coarsest size is rounded
+    first, and each finer one after its mass has been multiplied by the mass still to be made over the mass still
+    requested, within 5 %.
     """
     most, made = sum(asked), [max(1, math.floor(a / m + 0.5)) for a, m in zip(asked, one, strict=True)]
     if abs(sum(n * m for n, m in zip(made, one, strict=True)) - most) <= 0.005 * most:
@@ -97,7 +100,7 @@ def whole(asked: Sequence[float], one: Sequence[float]) -> list[int]:
 
 
 def film(of: Sequence[Class], config: Mapping[str, Any]) -> float:
-    """Thickness [m] of the same film on every sphere, which holds the case's per cent of the spheres' mass."""
+    """Return the thickness [m] of the same film on every sphere, which contains the case's per cent of the spheres' mass."""
     liquid = number(config["materials"]["liquid"], "density_kg_per_m3")
     volume = moisture(config) * sum(c.count * c.mass for c in of) / liquid
     # 4/3 pi sum n ((r+h)^3 - r^3) = a h + b h^2 + c h^3 by Newton's method; convex from h = 0, so from the flat film down
@@ -109,15 +112,15 @@ def film(of: Sequence[Class], config: Mapping[str, Any]) -> float:
 
 
 def film_volume(thickness: float, radius: float) -> float:
-    """Liquid of a film on a sphere [m3]."""
+    """Return the liquid of a film on a sphere [m3]."""
     return math.pi * thickness * (4.0 * radius * (radius + thickness) + 4.0 / 3.0 * thickness**2)
 
 
 def time_step(of: Sequence[Class], pairs: Sequence[Mapping[str, Any]], fraction: float, viscosity: float) -> float:
-    """Fraction of the shortest duration of a collision, or of the viscous damping at the smallest gap, cut to three digits [s].
+    """Return a fraction of the shortest duration of a collision, or of the viscous damping time, truncated to three digits [s].
 
-    Of each pair the damped normal spring on m_eff and the tangential one on 2/7 of it, half a period; damping time m_eff/(6 pi
-    eta r_red^2/S_min) where a viscosity is given.
+    The duration is half a period of the damped normal spring with m_eff, or of the tangential one with 2/7 of it;
+    the damping time at the smallest gap is m_eff/(6 pi eta r_red^2/S_min) if a viscosity is given.
     """
     times = []
     for pair in pairs:

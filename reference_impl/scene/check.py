@@ -1,4 +1,4 @@
-"""The section `scene` of a replay: what was simulated against the configuration that the run directory carries."""
+"""Section `scene` of a replay: the simulated scene compared with the configuration in the run directory."""
 
 from __future__ import annotations
 
@@ -96,20 +96,20 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
 
 
 def _is_edited(path: str, edited: list[str]) -> bool:
-    """Return whether a field, or one within it, was set by hand; `classes.count` stands for that of every class."""
+    """Return whether a field, or one within it, was set explicitly; `classes.count` represents that of every class."""
     parts = path.split(".")
     short = ".".join([parts[0], *parts[2:]])
     return any(name in (path, short) or path.startswith(f"{name}.") for name in edited)
 
 
 def _beyond(path: str, wanted: Mapping[str, Any], edited: list[str]) -> bool:
-    """Return whether a field of the scene is not determined by the configuration; effects and box are left out."""
+    """Return whether a field of the scene is not determined by the configuration, except effects and box."""
     known = path in wanted or path in NOT_HELD or _is_edited(path, edited)
     return not known and not path.startswith(("effects.", "box_"))
 
 
 def _passed_to_plugin(run: Path, scene: Mapping[str, Any]) -> list[Held]:
-    """history/meta.json, which goes to the plugin, against the scene."""
+    """Compare history/meta.json, which is passed to the plugin, with the scene."""
     meta, liquid = json.loads((run / "history" / "meta.json").read_text()), scene["liquid"]
     source = "scene.json"
     found = [
@@ -132,6 +132,6 @@ def _passed_to_plugin(run: Path, scene: Mapping[str, Any]) -> list[Held]:
 
 
 def _resumed(run: Path) -> int:
-    """Step from which the run of this deck went on."""
+    """Return the step from which the run of this deck resumed."""
     path = run / "engine" / "run.json"
     return int(json.loads(path.read_text()).get("resumed_at_step") or 0) if path.exists() else 0

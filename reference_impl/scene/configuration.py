@@ -1,7 +1,7 @@
 """The configuration of a run as plain values: the resolved copy in its folder, or the four files of a configuration folder.
 
-Of an entry with a source (`{value: 40, source: paper, …}`) the value counts. What is left out in the files has the default that
-docs/configuration.md states; it is written here again.
+Of an entry with a source (`{value: 40, source: paper, …}`) the value is used. Omitted entries have the default stated
+in docs/configuration.md, which is repeated here.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from reference_impl.replay.io import ReplayError
 
 FILE = "config.json"
 EDITED = "edited"
-"""Key of the resolved copy: fields of the scene that whoever built the run set by hand."""
+"""Key of the resolved copy: fields of the scene that were set explicitly when the run was built."""
 OF_TIME = {"viscous_integration": "explicit", "bridges_every": 1}
 OF_OUTPUT = {
     "contact_windows": 20, "contact_window_steps": 2, "window_trajectories": True, "checkpoints": 20, "energy": False,
@@ -23,7 +23,7 @@ OF_OUTPUT = {
 
 
 def of_run(folder: Path) -> dict[str, Any] | None:
-    """The resolved configuration that a run directory carries; None where it carries none."""
+    """Return the resolved configuration in a run directory; None if there is none."""
     path = Path(folder) / FILE
     if not path.exists():
         return None
@@ -49,17 +49,17 @@ def number(group: Mapping[str, Any], key: str) -> float:
 
 
 def near(rows: Iterable[Mapping[str, Any]], key: str, wanted: float) -> Mapping[str, Any]:
-    """The row of a list (sizes, screens, strokes) whose entry has this value."""
+    """Return the row of a list (sizes, screens, strokes) whose entry has this value."""
     return next(row for row in rows if abs(number(row, key) - wanted) <= 1e-9 * abs(wanted))
 
 
 def contact(materials: Mapping[str, Any], sphere: str, partner: str) -> Mapping[str, Any]:
-    """Dry contact data of two materials."""
+    """Return the dry contact data of two materials."""
     return next(row for row in materials["contacts"] if (row["sphere"], row["partner"]) == (sphere, partner))
 
 
 def pitch_m(config: Mapping[str, Any]) -> float:
-    """Distance of neighbouring wires [m]."""
+    """Return the distance of neighbouring wires [m]."""
     chosen = screen(config)
     return 1e-3 * (number(chosen, "aperture_mm") + number(chosen, "wire_diameter_mm"))
 
@@ -70,7 +70,7 @@ def screen(config: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def width_m(config: Mapping[str, Any]) -> float:
-    """Side or diameter of the sieve [m]; a square one has whole pitches, a round one without a width is the feed's."""
+    """Return the side or diameter of the sieve [m]; a square one has whole pitches, a round one without a width is the feed's."""
     has_width = config["scale"].get("width_mm") is not None
     wide = (
         number(config["scale"], "width_mm") if has_width else number(config["materials"]["feed"], "sieve_diameter_mm")

@@ -1,9 +1,9 @@
-"""Predicted time, memory and disk of a screening run, derived again from scene.json, the configuration and the measured costs.
+"""Predicted time, memory and disk of a screening run, derived independently from scene.json, configuration and measured costs.
 
 Time is start + steps (step + touches touch + triangles triangle + near wire) + evaluations bridge + lists list. Costs were
-measured with few and with many spheres: what a step of the whole bed takes is linear in their number n, what one contact, wire
-or bridge takes is linear in 1/n between the two and constant beyond. The number of spheres on the screen has a closed form: in
-time t with L layers (one at least) every class falls to exp(-p tau), d tau = f dt/L, p = (1 - d/a)^2 (a/pitch)^2.
+measured with few and with many spheres: the time of a step of the whole bed is linear in their number n, that of one contact,
+wire or bridge is linear in 1/n between the two and constant beyond. The number of spheres on the screen has a closed form: in
+time t with L layers (at least one) every class falls to exp(-p tau), d tau = f dt/L, p = (1 - d/a)^2 (a/pitch)^2.
 """
 
 from __future__ import annotations
@@ -21,28 +21,31 @@ from reference_impl.scene.tower import Heights, Plan
 
 G = 9.81
 POINTS = 200_001
-"""Of the time axis; the program takes 2000."""
+"""Number of points of the time axis; the program uses 2000."""
 LIMIT = 0.004
-"""Part by which means over time may differ: of its 2000 points one may lie on the other side of a jump, which is at most that
-of all spheres coming to rest, some eight times the mean contacts of a short run."""
+"""Relative deviation allowed for means over time.
+
+One of the 2000 points of the program may be on the other side of a jump, which is at most that of all spheres coming
+to rest, some eight times the mean contacts of a short run.
+"""
 RESTING, HITS, DELAY_S = 2.25, 4.0, 1.5
-"""Contacts of a sphere at rest; collisions of one on the screen in a stroke; time until one in the bin rests."""
+"""Contacts of a sphere at rest; collisions of a sphere on the screen per stroke; time until one in the bin rests."""
 BRIDGES_EACH, EVENTS_EACH = 2.6, 80.0
-"""Bridges of a sphere; formations and ruptures of one on the screen in a second."""
+"""Bridges per sphere; formations and ruptures of a sphere on the screen per second."""
 PACKED, FASTEST = 0.4, 3.0
-"""Solid fraction of the bed on the screen; fastest sphere there over the peak speed of the screen."""
+"""Solid fraction of the bed on the screen; speed of the fastest sphere there over the peak speed of the screen."""
 SKIN, FALL = 3.6, 2.0
-"""Skin over sqrt(largest diameter x way in a step at FALL m/s); from 0.4 to 1.2 smallest radii."""
+"""Skin over sqrt(largest diameter x displacement per step at FALL m/s); from 0.4 to 1.2 smallest radii."""
 GATHERED_S, IN_BIN = 3.3, 0.93
-"""Retirement saves this part of the loop from this time after the opening on."""
+"""Time after the opening from which retirement saves this share of the loop."""
 RANK_B, SPHERE_B, REPLAY_B, REPLAY_EACH_B = 450e6, 20e3, 500e6, 60e3
-"""Memory (docs/cluster.md): of a rank, of a sphere, of the replay, of a sphere there."""
+"""Memory (docs/cluster.md): of a rank, per sphere, of the replay, per sphere there."""
 OUTPUT_SPHERE_B, OUTPUT_BRIDGE_B, EVENT_B, STEP_SPHERE_B, STEP_BRIDGE_B = 110.0, 50.0, 105.0, 140.0, 240.0
-"""Disk: of a sphere and of a bridge at an output, of an event, of a sphere and of a bridge at a recorded step."""
+"""Disk: per sphere and per bridge at an output, per event, per sphere and per bridge at a recorded step."""
 WIRES = "prism"
-"""The machine's costs with analytic wires."""
+"""Kind of wires for the machine's costs, analytic."""
 NEAREST = ("reduced", "smoke")
-"""Scales whose table counts for one that has none."""
+"""Scales whose table is used for one without a table."""
 MEANS = frozenset({"seconds", "disk_B", "lists", "near", "touches", "events"})
 SOURCE = "scene.json and config.json by the formulas of reference_impl/scene/cost.py"
 
@@ -102,13 +105,13 @@ def predicted(
 
 
 def _relative(table: Mapping[str, Any], parameter: str, level: str) -> float:
-    """Cost of a level of a setting over that of the default in moist screening; 1 where it was not measured."""
+    """Return the cost of a level of a setting over that of the default in moist screening; 1 if not measured."""
     prices = {row["level"]: row["price"].get("moist") for row in table["knobs"][parameter]}
     return float(prices[level]["ratio"]) if prices.get(level) else 1.0
 
 
 def counts(config: Mapping[str, Any], scene: Mapping[str, Any]) -> dict[str, float]:
-    """Operations of the run: steps, neighbour lists, contacts, wires near spheres, bridges, events."""
+    """Return the operations of the run: steps, neighbour lists, contacts, wires near spheres, bridges, events."""
     tower, heights = Plan.of(config), Heights.of(config)
     bed = _Bed.of(scene, tower)
     time = np.linspace(0.0, scene["duration_s"], POINTS)
@@ -138,7 +141,7 @@ def _mean(values: Floats) -> float:
 
 @dataclass(frozen=True)
 class _Bed:
-    """Numbers and radii [m] of the classes, chance of passage in a try, layers that one sphere of each makes, tries a second."""
+    """Numbers and radii [m] of the classes, probability of passage per attempt, layers per sphere, attempts per second."""
 
     n: Floats
     radius: Floats
@@ -157,7 +160,7 @@ class _Bed:
         return cls(n, r, free**2, 4.0 * r**2 / area, frequency, float(scene["slide"]["opens_at_s"]), area)
 
     def _spent(self, tau: Floats) -> Floats:
-        """Tries f t that a stretched time takes: the integral of the number of layers, which falls to one and stays there."""
+        """Return the attempts f t within a stretched time: the integral of the number of layers, which falls to one."""
         height = self.n * self.layer
 
         def layers(at: Floats) -> Floats:
@@ -175,7 +178,7 @@ class _Bed:
         return np.where(many, whole, whole[last] + (tau - tau[last]))
 
     def staying(self, time: Floats) -> Floats:
-        """Spheres of each class that have not passed, shape (times, classes)."""
+        """Return the spheres of each class that have not passed, shape (times, classes)."""
         tries = self.frequency * np.maximum(time - self.opens, 0.0)
         tau = np.linspace(0.0, tries[-1], POINTS)
         stretched = np.interp(tries, self._spent(tau), tau)
@@ -183,7 +186,7 @@ class _Bed:
 
 
 def _touching(bed: _Bed, scene: Mapping[str, Any], time: Floats, on: Floats) -> Floats:
-    """Contacts: of spheres at rest in the feed bin and, some time after they have passed, in the collecting bin; else in hops."""
+    """Return contacts: of spheres at rest in the feed bin and, after a delay, in the collecting bin; else in hops."""
     mass = {c["type"]: 4.0 / 3.0 * math.pi * c["radius_m"] ** 3 * c["density_kg_per_m3"] for c in scene["classes"]}
     durations = []
     for pair in scene["pairs"]:
@@ -208,7 +211,7 @@ def _skin(scene: Mapping[str, Any], bed: _Bed) -> float:
 def _lists(
     bed: _Bed, scene: Mapping[str, Any], heights: Heights, tower: Plan, time: Floats, there: Floats
 ) -> Floats:  # fmt: skip
-    """Lists a second: as often as the fastest body takes half a skin, in whole steps."""
+    """Return lists per second: as often as the fastest body moves by half a skin, in whole steps."""
     layers = np.maximum(there @ bed.layer, 1.0)
     rate = np.where(time > bed.opens, bed.frequency * (there @ bed.passes) / layers, 0.0)
     bottom = tower.thickness - heights.bin_floor
@@ -224,14 +227,14 @@ def _lists(
 
 
 def _wires_near(bed: _Bed, scene: Mapping[str, Any], tower: Plan) -> Floats:
-    """Wires within reach of one sphere of each class anywhere in the bed: wire length times half a circle, over its volume."""
+    """Return the wires within reach of one sphere of each class: wire length times half a circle, over the bed's volume."""
     reach = bed.radius + 0.5 * tower.wire + 1.5 * _skin(scene, bed)
     height = 4.0 / 3.0 * math.pi * (bed.n @ bed.radius**3) / (PACKED * bed.area)
     return np.asarray(math.pi / tower.pitch * reach**2 / np.maximum(height, reach))
 
 
 def _seconds(of: Mapping[str, float], machine: Mapping[str, Any]) -> tuple[float, float]:
-    """Processor time of the loop and of the start [s]."""
+    """Return the processor time of the loop and of the start [s]."""
     few, many, n = machine["few"], machine["many"], of["spheres"]
     program = "moist" if of["bridges"] else WIRES if of["analytic_wires"] else "stock"
 

@@ -1,6 +1,6 @@
-"""The engine's deck read back: what LIGGGHTS was told, against scene.json.
+"""Compare the engine's deck for LIGGGHTS with scene.json.
 
-Dry contacts and walls show in Newton's law where motion is recorded; here they are read, in every run with a deck.
+Newton's law checks dry contacts and walls where motion is recorded; here they are read, in every run with a deck.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from reference_impl.replay.io import columns, masses
 
 SETUP, RUN, DATA = "setup.liggghts", "run.liggghts", "particles.data"
 MATRICES = ("kn", "kt", "gamman_abs", "coefficientFriction", "coefficientRollingFriction")
-"""Of linear springs; a Hertz contact has the last two and its restitution, and moduli of types."""
+"""Matrices of linear springs; a Hertz contact has the last two and its restitution, and moduli of types."""
 
 
 def there(folder: Path) -> bool:
@@ -28,7 +28,7 @@ def there(folder: Path) -> bool:
 
 
 def read(folder: Path, scene: Mapping[str, Any], resumed_at: int) -> list[Held]:
-    """Every number of the deck that the scene gives."""
+    """Compare every number of the deck that the scene determines."""
     setup, run = ((folder / "engine" / name).read_text() for name in (SETUP, RUN))
     return [
         *_of_contacts(setup, scene), *_movers(setup, scene), *_stages(run, scene, resumed_at), *_globals(setup, scene),
@@ -58,7 +58,7 @@ def _globals(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
 
 
 def _of_contacts(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
-    """Matrices over pairs of types, the walls last."""
+    """Compare matrices over pairs of types, the walls last."""
     n = len(scene["classes"]) + 1
     mass, radius = masses(scene), {c["type"]: c["radius_m"] for c in scene["classes"]}
     read = {name: _matrix(setup, name, n) for name in MATRICES}
@@ -82,7 +82,7 @@ def _matrix(setup: str, name: str, n: int) -> Floats | None:
 
 
 def _movers(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
-    """One sine an axis: the engine's phase is that of a cosine's start, a quarter period earlier."""
+    """Compare one sine per axis: the engine's phase is that of a cosine, a quarter period earlier."""
     reported = {
         (mesh, axis.index("1") // 2): (float(a), float(p), float(t))
         for mesh, axis, a, p, t in re.findall(
@@ -103,7 +103,7 @@ def _movers(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
 
 
 def _stages(run: str, scene: Mapping[str, Any], resumed_at: int) -> Iterator[Held]:
-    """Steps in all, and from where to where each slide is drawn how fast."""
+    """Compare the total number of steps, and the steps and speed of each slide."""
     total, at = round(scene["duration_s"] / scene["time_step_s"]), resumed_at
     drawn: dict[str, list[int]] = {}
     speeds: dict[str, tuple[float, ...]] = {}
@@ -131,7 +131,7 @@ def _stages(run: str, scene: Mapping[str, Any], resumed_at: int) -> Iterator[Hel
 
 
 def _data(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:
-    """Box, and diameter, density and place of every sphere."""
+    """Compare the box, and diameter, density and position of every sphere."""
     head, _, rest = (folder / "engine" / DATA).read_text().partition("Atoms\n")
     rows = rest.partition("Velocities")[0].split()
     table = np.array(rows, float).reshape(-1, 7)

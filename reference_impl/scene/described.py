@@ -1,6 +1,7 @@
-"""A user-defined scene against its description: what scene.json, the first spheres and the walls must be by description.json.
+"""Compare a user-defined scene with its description: scene.json, initial spheres and walls as determined by description.json.
 
-Lengths there are in millimetres and degrees, counted from `origin_mm`; keys that are not compared here are written in `NOT_HELD`.
+Lengths there are in millimetres, angles in degrees, positions relative to `origin_mm`; `NOT_HELD` lists keys that are
+not compared here.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ Expected = dict[str, tuple[Any, str]]
 
 
 def of_run(folder: Path) -> dict[str, Any] | None:
-    """The description in a run directory; None if there is none."""
+    """Return the description in a run directory; None if there is none."""
     path = Path(folder) / FILE
     if not path.exists():
         return None
@@ -51,7 +52,7 @@ def of_run(folder: Path) -> dict[str, Any] | None:
 
 
 def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> list[Held]:
-    """Every number of the scene that the description gives, and the spheres at the start."""
+    """Compare every number of the scene that the description determines, and the spheres at the start."""
     written = expanded.in_full(written, scene)
     given = {**flat(scene), **_given_outlets(scene)}
     wanted = {
@@ -68,7 +69,7 @@ def held(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> 
 
 
 def not_held(written: Mapping[str, Any], scene: Mapping[str, Any]) -> str:
-    """Name what of a user-defined scene is not compared."""
+    """Name the parts of a user-defined scene that are not compared."""
     return ", ".join([NOT_HELD, *expanded.not_held(written, scene)])
 
 
@@ -94,7 +95,7 @@ def _general(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
 
 
 def _blocks(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
-    """Duration and sampling windows of a run that ends when its partition is known: those of so many equal blocks."""
+    """Return duration and sampling windows of a run that ends when its partition is known, for its number of equal blocks."""
     asked = written.get("until")
     if not asked:
         return {"blocks": (None, "until")} if "blocks" in scene else {}
@@ -131,7 +132,7 @@ def _classes(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
 
 
 def _dry(written: Mapping[str, Any], a: str, b: str) -> tuple[Mapping[str, Any], str]:
-    """The dry contact of two materials, or of one with the walls, and its key."""
+    """Return the dry contact of two materials, or of one with the walls, and its key."""
     others = [b, written["wall_material"]] if b == WALLS and written["wall_material"] else [b]
     for other in others:
         for contact in written["contacts"]:
@@ -164,12 +165,12 @@ def _pairs(written: Mapping[str, Any]) -> Expected:
 
 
 def layer(part: float) -> float:
-    """(1 + part)^3 - 1 without the difference, which leaves no digits of a thin layer."""
+    """Return (1 + part)^3 - 1 without the difference, which has no significant digits for a thin layer."""
     return part * (3.0 + part * (3.0 + part))
 
 
 def films(written: Mapping[str, Any], scene: Mapping[str, Any]) -> list[float]:
-    """Thickness of the first film of each class [m]; without an amount of their own classes share one."""
+    """Return the thickness of the initial film of each class [m]; classes without a specific amount share one."""
     liquid, classes = written["liquid"], scene["classes"]
     if liquid is None:
         return [0.0] * len(classes)
@@ -207,7 +208,7 @@ def _liquid(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
 
 
 def _word(name: str) -> str:
-    """The name of a wall in the scene: its own, if that is up to 40 letters, digits and underscores of ASCII, a letter first."""
+    """Return the name of a wall in the scene: its own, if it has up to 40 ASCII letters, digits, underscores, a letter first."""
     if re.fullmatch(r"[A-Za-z]\w{0,39}", name, re.ASCII):
         return name
     bare = unicodedata.normalize("NFKD", name)
@@ -230,7 +231,7 @@ def _walls(written: Mapping[str, Any]) -> Expected:
 
 
 def _faces(written: Mapping[str, Any]) -> Expected:
-    """The axis along which the scene repeats, and its faces in the single precision of walls."""
+    """Return the periodic axis of the scene, and its faces in the single precision of walls."""
     periodic = written.get("periodic")
     if not periodic:
         return {"periodic": (None, "periodic")}
@@ -241,7 +242,7 @@ def _faces(written: Mapping[str, Any]) -> Expected:
 
 
 def _outlets(written: Mapping[str, Any]) -> Expected:
-    """Names, bounds from the origin, products: as given, or that with which the name begins."""
+    """Return names, bounds relative to the origin, and products: as given, or that with which the name begins."""
     found: Expected = {"outlets": ([o["name"] for o in written["outlets"]], "outlets")}
     for o in written["outlets"]:
         at, key = f"outlets.{o['name']}", f"outlets {o['name']}"
@@ -255,7 +256,7 @@ def _outlets(written: Mapping[str, Any]) -> Expected:
 
 
 def _given_outlets(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """The scene's outlets, path by path."""
+    """Return the scene's outlets, path by path."""
     outlets = scene.get("outlets") or []
     found: dict[str, Any] = {"outlets": [o["name"] for o in outlets]}
     for o in outlets:
@@ -269,7 +270,7 @@ MOTIONS = ("vibrates", "turns", "moves", "removed")
 
 
 def _motion(wall: Mapping[str, Any], origin: list[float]) -> Iterator[tuple[str, Any, str]]:
-    """Numbers of a wall's motion; those of a removed wall that follow from its shape are left out."""
+    """Yield the numbers of a wall's motion, except those of a removed wall that follow from its shape."""
     if v := wall["vibrates"]:
         yield "frequency_Hz", v["frequency_Hz"], "vibrates"
         for axis, a, p in zip("xyz", v["amplitude_mm"], v["phase_deg"], strict=True):
@@ -294,7 +295,7 @@ def _motion(wall: Mapping[str, Any], origin: list[float]) -> Iterator[tuple[str,
 
 
 def _start(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[Held]:
-    """Positions that are given, velocities, films, and where spheres that enter later wait."""
+    """Compare given positions, velocities, films, and initial positions of spheres that enter later."""
     table = every(folder / scene["spheres_file"]).sort_values("id")
     first = every(folder / "history" / "spheres.parquet").sort_values("id")
     kind, x = table["type"].to_numpy(), table[["x", "y", "z"]].to_numpy(float)
@@ -320,7 +321,7 @@ def _start(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -
 
 
 def _vectors(name: str, given: Floats, wanted: Floats, source: str, scale: float) -> Iterator[Held]:
-    """The row that is furthest off, component by component."""
+    """Compare the row with the largest deviation, component by component."""
     wanted = np.broadcast_to(wanted, given.shape) if wanted.ndim == 1 or len(wanted) == len(given) else wanted
     if wanted.shape != given.shape:
         yield Held(f"number of rows: {name}", len(given), len(wanted), source)

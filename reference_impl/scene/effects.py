@@ -1,6 +1,7 @@
-"""Which effects and laws a configuration asks for: presets, laws named besides, switches.
+"""Effects and laws required by a configuration: presets, laws named individually, switches.
 
-Where effects are decided by their numbers (`decide: tolerance`), only what is switched by hand or impossible is expected here.
+If effects are decided by their numbers (`decide: tolerance`), only explicitly switched or impossible ones are
+expected here.
 """
 
 from __future__ import annotations
@@ -16,18 +17,18 @@ PRESETS = {
     "paper": PAPER,
     "exact": {**PAPER, "capillary": "young_laplace", "rupture": "young_laplace", "transfer": "young_laplace"},
 }
-"""docs/laws.md: the laws of each preset."""
+"""Laws of each preset, from docs/laws.md."""
 PRINTED = {
     ("mended", "mended"): "rabinovich",
     ("as_printed", "mended"): "rabinovich_spheres_as_printed",
     ("mended", "as_printed"): "rabinovich_walls_as_printed",
     ("as_printed", "as_printed"): "rabinovich_as_printed",
 }
-"""docs/readings.md: capillary_spheres and capillary_walls -> law."""
+"""Law by capillary_spheres and capillary_walls, from docs/readings.md."""
 AT_WALLS = {
     "at_rupture": "parabola", "at_fifth": "parabola_walls_at_fifth", "at_tenth": "parabola_walls_at_tenth",
 }  # fmt: skip
-"""The same: wall_transfer -> law."""
+"""Law by wall_transfer, from docs/readings.md."""
 SWITCHED = ("capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture")
 NEEDED = ("rupture", "formation", "transfer")
 DRIPPING = "tate"
@@ -35,7 +36,7 @@ DECIDED = "effects.* that were decided by their numbers (effects.decide: toleran
 
 
 def expected(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Field of the scene's effects -> what it must be; fields that the plan's numbers decide are left out."""
+    """Return field of the scene's effects -> expected value, without fields that the plan's numbers decide."""
     asked, chosen = config["settings"]["effects"], config["settings"].get("laws") or {}
     preset = PRESETS[chosen.get("preset", "paper")]
     laws = {
@@ -73,7 +74,7 @@ def expected(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_read(laws: Mapping[str, str], readings: Mapping[str, Any]) -> dict[str, str]:
-    """The laws where equations of the paper's are read in another way; other laws are what they are."""
+    """Return the laws with alternative readings of the paper's equations; other laws are unchanged."""
     capillary = PRINTED[readings.get("capillary_spheres", "mended"), readings.get("capillary_walls", "mended")]
     transfer = AT_WALLS[readings.get("wall_transfer", "at_rupture")]
     read = {"capillary": capillary, "transfer": transfer}
@@ -81,4 +82,4 @@ def as_read(laws: Mapping[str, str], readings: Mapping[str, Any]) -> dict[str, s
 
 
 _TRUTHS = ("bridges", "rolling", "tangential_history", "gravity", "wall_films", "liquid_weight")
-"""Fields that are on or off: None stands for not known."""
+"""Fields that are on or off; None: not known."""

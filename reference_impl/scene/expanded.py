@@ -1,6 +1,7 @@
-"""A description in full: spheres in place of feeds; walls, outlets and gravity in place of a deck.
+"""Expand a description: spheres in place of feeds; walls, outlets and gravity in place of a deck.
 
-Of a deck only names and motions of its walls are made, not their shapes; of a feed the sizes, not how many spheres are of each.
+For a deck only names and motions of its walls are made, not their shapes; for a feed the sizes, not the numbers of
+spheres.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ from scipy.special import ndtri
 Description = Mapping[str, Any]
 G = 9.81
 PLAIN = (0.0, 0.0, -G)
-"""Gravity of a description that says nothing of it."""
+"""Default gravity of a description."""
 SIDE_MM = 5.0
 """Thickness of a deck's side walls and back wall."""
 TAIL = 0.01
-"""Share of the coarsest mass that is cut off a distribution without end."""
+"""Share of the coarsest mass that is cut off an unbounded distribution."""
 ANGLE_DEG = 40.0
 """Contact angle of a deck's walls."""
 NO_MOTION: dict[str, Any] = {"vibrates": None, "turns": None, "moves": None, "removed": None}
@@ -30,7 +31,7 @@ OPEN: dict[str, Any] = {"low_mm": [None] * 3, "high_mm": [None] * 3, "product": 
 
 
 def in_full(written: Description, scene: Description) -> dict[str, Any]:
-    """Write out feeds and deck of a description; `scene` gives files that are not in the run directory."""
+    """Expand feeds and deck of a description; `scene` provides files that are not in the run directory."""
     found = {"outlets": [], **written}
     found["spheres"] = [*written["spheres"], *(s for feed in written.get("feed") or () for s in _spheres(feed, scene))]
     if deck := written.get("deck"):
@@ -56,7 +57,7 @@ def not_held(written: Description, scene: Description) -> Iterator[str]:
 
 
 def _given_gravity(written: Description, scene: Description) -> bool:
-    """Return whether the description's gravity counts with a deck: it is not the plain one, or the scene has the plain one."""
+    """Return whether the description's gravity is used with a deck: it is not the default, or the scene has the default."""
     described = tuple(written["gravity_m_per_s2"])
     return described != PLAIN or tuple(scene["gravity_m_per_s2"]) == PLAIN
 
@@ -68,7 +69,7 @@ def _gravity(deck: Description) -> list[float]:
 
 
 def _levels(deck: Description) -> list[Description]:
-    """A deck and those beneath it, from above."""
+    """Return a deck and those beneath it, from the top."""
     return [deck, *(deck.get("beneath") or ())]
 
 
@@ -84,7 +85,7 @@ def _walls(deck: Description) -> Iterator[dict[str, Any]]:
 
 
 def _thick(level: Description) -> float:
-    """Height of a deck: of its wires, two of them where these are woven, or of its plate."""
+    """Return the height of a deck: of its wires, two if woven, or of its plate."""
     if level["mesh"].startswith("punched"):
         return float(level.get("plate_mm") or level["wire_mm"])
     return float(level["wire_mm"]) * (2.0 if level["mesh"] == "woven" else 1.0)
@@ -109,8 +110,11 @@ def _stroke(stroke: Description) -> dict[str, Any]:
 
 
 def _outlets(deck: Description) -> Iterator[dict[str, Any]]:
-    """Two apertures away from the deck: both sides, the back, its end; six below the lowest: the sections, of which a later one
-    holds what no earlier one does. Overs of several decks leave just at their end, above a quarter of the room below."""
+    """Yield the outlets: two apertures from the deck at both sides, back and end; six below the lowest deck for the sections.
+
+    A later section contains what no earlier one does. Overs of several decks leave at their ends, above a quarter
+    of the clearance below.
+    """
     away, sections = 2.0 * deck["aperture_mm"], deck["sections"]
     edge = 0.5 * deck["width_mm"] + SIDE_MM + away
     if not deck.get("periodic"):
@@ -143,13 +147,13 @@ def _spheres(feed: Description, scene: Description) -> Iterator[dict[str, Any]]:
 
 
 def _read(feed: Description, scene: Description) -> list[float]:
-    """Sizes as the scene has them."""
+    """Return the sizes as given in the scene."""
     name = re.compile(rf"{re.escape(feed['name'])} [0-9.e+-]+ mm")
     return [2e3 * c["radius_m"] for c in scene["classes"] if name.fullmatch(c["name"])]
 
 
 def _sizes(psd: Description) -> list[float]:
-    """Sizes of the classes that hold something, from the finest on: middles of equal parts of each."""
+    """Return the mean sizes of equal parts of the non-empty classes, starting with the finest."""
     low, high, per = float(psd["smallest_mm"]), _largest(psd), psd["sizes_per_class"]
     edges = [low * (high / low) ** (k / psd["classes"]) for k in range(psd["classes"] + 1)]
     found = []
@@ -161,7 +165,7 @@ def _sizes(psd: Description) -> list[float]:
 
 
 def _finer(psd: Description, size: float) -> float:
-    """Share of the mass that is finer."""
+    """Return the share of the mass that is finer."""
     if r := psd["rosin_rammler"]:
         return -math.expm1(-((size / r["size_mm"]) ** r["spread"]))
     if n := psd["log_normal"]:
@@ -171,7 +175,7 @@ def _finer(psd: Description, size: float) -> float:
 
 
 def _largest(psd: Description) -> float:
-    """Largest size of a distribution: given, its end, or the size at which its tail is cut."""
+    """Return the largest size of a distribution: given, its end, or the size at which its tail is cut off."""
     if psd["largest_mm"] is not None:
         return float(psd["largest_mm"])
     if r := psd["rosin_rammler"]:

@@ -1,7 +1,7 @@
-"""The configuration's files as they were read, against the copy that the run was made from: every value they give.
+"""Compare every value in the configuration's files with the resolved copy from which the run was made.
 
-`config_files.json` holds the text of config.yaml, materials.yaml, scales.yaml and cases.csv. They are parsed here again, and
-looked up again: the case's row, its scale, its liquid.
+`config_files.json` contains the text of config.yaml, materials.yaml, scales.yaml and cases.csv. They are parsed
+independently here, including the case's row, its scale, its liquid.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from reference_impl.replay.io import ReplayError
 FILE = "config_files.json"
 CONFIG, MATERIALS, SCALES, CASES = "config.yaml", "materials.yaml", "scales.yaml", "cases.csv"
 NOT_OF_A_RUN = ("cases", "scale")
-"""Keys of config.yaml that choose runs."""
+"""Keys of config.yaml that select runs."""
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""The fast one, where it is built."""
+"""YAML loader: the fast one if available."""
 WORDS = ("material", "source", "liquid")
-"""Columns of cases.csv that are no numbers."""
+"""Columns of cases.csv that are not numerical."""
 
 
 def of_run(folder: Path) -> dict[str, Any] | None:
-    """Texts by file, and what was set after reading; None where the run carries none."""
+    """Return the texts by file, and the values set after reading; None if the run contains none."""
     path = Path(folder) / FILE
     if not path.exists():
         return None
@@ -74,20 +74,20 @@ def not_checked(texts: Mapping[str, Any]) -> list[str]:
 
 
 def _row(text: str, number: int) -> dict[str, Any]:
-    """The case's row of cases.csv; empty cells count as not given."""
+    """Return the case's row of cases.csv; empty cells count as not given."""
     rows = csv.DictReader(text.lstrip("\ufeff").splitlines(), skipinitialspace=True)
     row = next(r for r in rows if int(r["case"]) == number)
     return {k.strip(): (v if k.strip() in WORDS else float(v)) for k, v in row.items() if v}
 
 
 def _with_liquid(materials: Mapping[str, Any], name: str | None) -> dict[str, Any]:
-    """The materials with the case's liquid in place of the list of liquids."""
+    """Return the materials with the case's liquid in place of the list of liquids."""
     chosen = materials["liquids"][name] if name and name in (materials.get("liquids") or {}) else materials["liquid"]
     return {**{k: v for k, v in materials.items() if k != "liquids"}, "liquid": chosen}
 
 
 def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Path and value of everything that is no group."""
+    """Yield path and value of everything that is not a group."""
     if isinstance(tree, Mapping):
         for key, value in tree.items():
             yield from leaves(value, f"{path}.{key}" if path else str(key))
@@ -99,7 +99,7 @@ def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _at(tree: Any, path: str) -> Any:
-    """The value at a path; a switch as YAML reads it."""
+    """Return the value at a path; a switch as YAML reads it."""
     for key in path.replace("[", ".[").split("."):
         try:
             tree = tree[int(key[1:-1])] if key.startswith("[") else tree[key]
@@ -109,5 +109,5 @@ def _at(tree: Any, path: str) -> Any:
 
 
 def _is_file(value: Any) -> bool:
-    """Return whether a value names a law's file, which is looked for in the configuration's folder."""
+    """Return whether a value names a law's file, which is looked up in the configuration's folder."""
     return isinstance(value, str) and ".py:" in value

@@ -1,7 +1,7 @@
-"""Where the spheres that enter during a run wait: at a place at random in their region, as the seed gives it, less their way.
+"""Initial positions of spheres that enter during a run: random positions in their region minus their path.
 
-In the order in which they enter, numpy's generator of the scene's seed is asked for two numbers across and one along z, again
-where the place is not in a round region or too near an earlier one.
+In the order of entry, numpy's generator with the scene's seed gives two numbers across and one along z, repeated if
+the position is outside a round region or too near an earlier one.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from reference_impl.replay.arrays import Floats
 from reference_impl.replay.plans import enter_times
 
 APART = 1.05
-"""Least distance of centres, over that at which spheres and their films touch."""
+"""Smallest distance of centres over that at which spheres and their films touch."""
 MOST = 5000
-"""Places that are tried for one sphere."""
+"""Largest number of positions tried for one sphere."""
 
 
 def places(description: Mapping[str, Any], scene: Mapping[str, Any], films: list[float]) -> dict[int, Floats]:
-    """Positions (n, 3) of each class that enters [m], by type, in the order of entry; none where one cannot be placed."""
+    """Return positions (n, 3) of each class that enters [m], by type, in the order of entry; none if one cannot be placed."""
     entries, classes = description["spheres"], scene["classes"]
     arrivals = sorted(
         (float(at), c["type"]) for c in classes if c.get("fed") for at in enter_times(c["fed"], c["count"])
@@ -46,7 +46,7 @@ def places(description: Mapping[str, Any], scene: Mapping[str, Any], films: list
 
 
 def _in_region(entry: Mapping[str, Any], radius: float, generator: np.random.Generator, origin: list[float]) -> Floats:
-    """A place for a whole sphere in its box or cylinder."""
+    """Return a position for a whole sphere in its box or cylinder."""
     if box := entry["box"]:
         low, high = (1e-3 * (np.array(box[k], dtype=float) - origin) for k in ("low_mm", "high_mm"))
         round_ = False

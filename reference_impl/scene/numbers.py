@@ -1,4 +1,4 @@
-"""What scene.json must hold by the configuration: every number, name and switch under its path, with where it comes from."""
+"""Expected content of scene.json by the configuration: every number, name and switch by its path, with its source."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from reference_impl.scene.configuration import OF_OUTPUT, OF_TIME, contact, near
 
 GRAVITY = 9.81
 MARGIN = 0.010
-"""Room between the walls, wherever they move, and the box [m]."""
+"""Margin between the walls, over their whole motion, and the box [m]."""
 Expected = dict[str, tuple[Any, str]]
-"""Path in the scene -> value, and the place in the configuration that says so. A tuple as value: one of them."""
+"""Path in the scene -> value, and its position in the configuration. A tuple as value: one of them."""
 
 
 def scene(config: Mapping[str, Any], given: Mapping[str, Any]) -> Expected:
-    """The expected scene; of the one `given` only what the plan's numbers decided is taken, where they did."""
+    """Return the expected scene; from `given` only results of the plan's numbers are taken."""
     of, pairs, chosen = amounts.classes(config), contacts(config), effects.expected(config)
     found: Expected = {
         "name": (f"case{int(config['case']['case']):02d}", "cases.csv: case"),
@@ -67,7 +67,7 @@ def _classes(config: Mapping[str, Any], of: Sequence[Class]) -> Expected:
 
 
 def contacts(config: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Dry contacts of all pairs of types (b = 0: walls), in the scene's words."""
+    """Return the dry contacts of all pairs of types (b = 0: walls), in the form of the scene."""
     data, material = config["materials"], config["case"]["material"]
     spheres, factor = data["spheres"][material], number(config["scale"], "stiffness_factor")
     found = []
@@ -176,7 +176,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
 
 
 def _retires(config: Mapping[str, Any]) -> bool:
-    """Return whether spheres are retired: as set, else if a run with the plugin saves half (0.93 of the time from 3.3 s on)."""
+    """Return whether spheres are retired: as set, otherwise if it saves half of a plugin run (0.93 of the time from 3.3 s on)."""
     settings, scale = config["settings"], config["scale"]
     switch, output = settings.get("retire", "auto"), {**OF_OUTPUT, **(settings.get("output") or {})}
     if switch in (True, False, "on", "off"):
@@ -191,7 +191,7 @@ def _retires(config: Mapping[str, Any]) -> bool:
 
 
 def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Path -> value of a scene; classes and walls by name, pairs by their types, vectors by axis."""
+    """Return path -> value of a scene; classes and walls by name, pairs by their types, vectors by axis."""
     found: dict[str, Any] = {}
 
     def put(path: str, value: Any) -> None:

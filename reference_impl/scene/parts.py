@@ -1,6 +1,6 @@
-"""Parts of walls derived from their triangles alone: faces that end where neighbouring facets meet at more than an angle.
+"""Derive parts of walls from their triangles alone: faces that end where neighbouring facets meet at more than an angle.
 
-Independent of how the walls were built: facets are gone through one after the other from neighbour to neighbour.
+This is independent of how the walls were built: facets are visited one after the other from neighbour to neighbour.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from reference_impl.replay.arrays import Floats
 from reference_impl.scene.stl import nodes
 
 ROUNDING_DEG = 1e-3
-"""Single precision of corners turns a facet's normal by as much."""
+"""Rotation of a facet's normal [deg] due to single precision of its corners."""
 
 
 def derived(scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> Iterator[Held]:
@@ -35,7 +35,7 @@ def derived(scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> Iterator[
 
 
 def _not_derived(given: Floats, corners: Floats, angle: float) -> int:
-    """Triangles with a neighbour that is joined to them wrongly, and those of parts in more than one piece."""
+    """Return the number of triangles with a wrongly joined neighbour, and of those in parts with more than one piece."""
     _, index = nodes(corners)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     of_edge: dict[tuple[int, int], list[int]] = defaultdict(list)

@@ -1,7 +1,7 @@
-"""The numbers that decide which effects are on, derived again from scene.json by the formulas of docs/effects.md.
+"""Numbers that decide which effects are on, derived independently from scene.json by the formulas of docs/effects.md.
 
-Of a case the speed is the peak speed of its screen. Of a user-defined scene it is not known here: the number of dynamic rupture,
-sqrt(v eta/sigma), gives it, and the others must fit it.
+The speed of a case is the peak speed of its screen. For a user-defined scene it is not known here: it is computed
+from the number of dynamic rupture, sqrt(v eta/sigma), and the others must agree with it.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ SOURCE = "scene.json by the formulas of docs/effects.md"
 LEAST_GAP = 1e-3
 """Smallest gap of the viscous laws over the radius."""
 WEIGHT = 9.81
-"""With which a case is planned [m/s2]."""
+"""Gravity for which a case is planned [m/s2]."""
 DRAWN = 0.5 - math.sqrt(3.0) / 4.0
-"""Share of its film that a sphere gives to a bridge with an equal one: a cap of half the angle 30 degrees on each side."""
+"""Share of its film that a sphere gives to a bridge with an equal one: a cap of half angle 30 degrees on each side."""
 CAPPED = ("viscous_normal", "rolling", "tangential_history", "wall_films")
-"""Numbers that are shares of something: one at most."""
+"""Numbers that are shares of something: at most one."""
 
 
 def there(run: Path) -> bool:
@@ -47,12 +47,12 @@ def compared(run: Path, scene: Mapping[str, Any], case: bool) -> Iterator[Held]:
 
 
 def peak_speed(vibration: Mapping[str, Any]) -> float:
-    """Largest speed of the screen, were its three directions in phase [m/s]."""
+    """Return the largest speed of the screen if its three directions were in phase [m/s]."""
     return 2.0 * math.pi * float(vibration["frequency_Hz"]) * math.dist(vibration["amplitude_m"], (0.0, 0.0, 0.0))
 
 
 def _speed(rows: Mapping[str, Any], liquid: Mapping[str, Any] | None) -> float | None:
-    """Speed of a user-defined scene by its plan; None where nothing gives it."""
+    """Return the speed of a user-defined scene by its plan; None if it cannot be determined."""
     number = rows.get("dynamic_rupture", {}).get("number")
     if not liquid or not number or not liquid["viscosity_Pa_s"]:
         return None
@@ -60,7 +60,7 @@ def _speed(rows: Mapping[str, Any], liquid: Mapping[str, Any] | None) -> float |
 
 
 def numbers(scene: Mapping[str, Any], speed: float, g: float) -> dict[str, float]:
-    """Effect -> its number in a moving bed with walls, the largest over the classes that have spheres."""
+    """Return effect -> its number in a moving bed with walls, the largest over the classes that have spheres."""
     classes = [c for c in scene["classes"] if c["count"]]
     alone = {pair["a"]: pair for pair in scene["pairs"] if pair["a"] == pair["b"]}
     each = [_of_class(c, alone[c["type"]], scene["liquid"] or {}, speed, g) for c in classes]

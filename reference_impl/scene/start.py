@@ -1,4 +1,4 @@
-"""The spheres that a run starts from, against the scene and the feed bin of the configuration."""
+"""Compare the spheres from which a run starts with the scene and the feed bin of the configuration."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from reference_impl.scene.tower import Heights, Plan
 
 
 def starts(folder: Path, config: Mapping[str, Any], scene: Mapping[str, Any]) -> list[Held]:
-    """The spheres at the start: how many of each class, radii, first films, inside the feed bin, none in another."""
+    """Check the spheres at the start: number of each class, radii, initial films, inside the feed bin, no overlaps."""
     spheres = io.columns(folder / "history" / "spheres.parquet", ["id", "type", "radius", "film"]).sort_values("id")
     places = io.columns(folder / scene["spheres_file"], ["id", "type", "x", "y", "z"]).sort_values("id")
     kinds, found = {c["type"]: c for c in scene["classes"]}, []

@@ -1,4 +1,4 @@
-"""Binary STL files read and measured: bodies, prisms, tubes, plates. Nothing here knows the configuration."""
+"""Binary STL files read and measured: bodies, prisms, tubes, plates; independent of the configuration."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from reference_impl.replay.io import ReplayError
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 ROOM = 2e-8
-"""What single precision may move a length of the tower by [m]: two coordinates below 0.25 m."""
+"""Error of a length of the tower by single precision [m]: two coordinates below 0.25 m."""
 
 
 def read(path: Path) -> Floats:
-    """Corners of all triangles in file order, shape (m, 3, 3) [m]."""
+    """Return the corners of all triangles in file order, shape (m, 3, 3) [m]."""
     try:
         data = path.read_bytes()
         count = int(np.frombuffer(data, "<u4", 1, 80)[0])
@@ -30,13 +30,13 @@ def read(path: Path) -> Floats:
 
 
 def nodes(corners: Floats) -> tuple[Floats, Floats]:
-    """Distinct nodes (n, 3), and of every triangle the numbers of its own (m, 3)."""
+    """Return the distinct nodes (n, 3), and the node numbers of every triangle (m, 3)."""
     points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     return points, index.reshape(-1, 3)
 
 
 def bodies(corners: Floats) -> Floats:
-    """Body of every triangle: what hangs together by nodes."""
+    """Return the body of every triangle: triangles connected by nodes."""
     points, index = nodes(corners)
     ends = index[:, [0, 1, 2]].ravel(), index[:, [1, 2, 0]].ravel()
     links = coo_array((np.ones(index.size), ends), shape=(len(points), len(points)))
@@ -45,20 +45,20 @@ def bodies(corners: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Wire:
-    """A straight horizontal bar: along x (0) or y (1), where its axis lies, its section and ends [m]."""
+    """A straight horizontal bar: along x (0) or y (1), position of its axis, its section and ends [m]."""
 
     along: int
     at: float
     width: float
     height: float
     middle: float
-    """Height of its axis."""
+    """Height of the bar's axis."""
     sides: int
     ends: tuple[float, float]
 
 
 def wires(corners: Floats) -> list[Wire]:
-    """Every body of a screen measured as a bar."""
+    """Measure every body of a screen as a bar."""
     body, found = bodies(corners), []
     for k in range(int(body.max()) + 1):
         points = nodes(corners[body == k])[0]
@@ -86,11 +86,11 @@ class Tube:
     low: float
     high: float
     floor: float
-    """Lowest node of the inner face."""
+    """Height of the lowest node of the inner face."""
 
 
 def tube(corners: Floats) -> Tube:
-    """Measured at its nodes, which lie on two circles about the axis."""
+    """Measure a tube at its nodes, which are on two circles about the axis."""
     points = nodes(corners)[0]
     radius = np.hypot(points[:, 0], points[:, 1])
     inside = radius < 0.5 * (radius.min() + radius.max())
@@ -105,7 +105,7 @@ def tube(corners: Floats) -> Tube:
 
 @dataclass(frozen=True)
 class Plate:
-    """A slab: where it is in plan, its heights, thickness and the inclination of its upper face about y [rad]."""
+    """A slab: its position in plan, its heights, thickness and the inclination of its upper face about y [rad]."""
 
     low: Floats
     high: Floats
@@ -114,7 +114,7 @@ class Plate:
 
 
 def plate(corners: Floats) -> Plate:
-    """Measured at its nodes; the thickness is the vertical one at each node of the outline."""
+    """Measure a plate at its nodes; the thickness is the vertical one at each node of the outline."""
     points, _ = nodes(corners)
     stacked, normal = _stacked(points), _normals(corners)
     top = normal[np.argmax(normal[:, 2])]
@@ -125,7 +125,7 @@ def plate(corners: Floats) -> Plate:
 
 
 def _stacked(points: Floats) -> Floats:
-    """Nodes of an outline, which stand above each other, in pairs (n, 2, 3)."""
+    """Return the nodes of an outline, which are above each other, in pairs (n, 2, 3)."""
     return points[np.lexsort((points[:, 2], points[:, 1], points[:, 0]))].reshape(-1, 2, 3)
 
 
@@ -135,7 +135,7 @@ def _normals(corners: Floats) -> Floats:
 
 
 def area(corners: Floats) -> Floats:
-    """Area of every triangle [m2]."""
+    """Return the area of every triangle [m2]."""
     return np.asarray(0.5 * np.sqrt((_normals(corners) ** 2).sum(axis=1)))
 
 
@@ -144,9 +144,9 @@ LARGE = 0.005
 
 
 def half_width(corners: Floats, upright: bool) -> float | None:
-    """Half of the shorter side of one part [m]: a flat face, a rim, or the edge of a slab (`upright` its height); None: large.
+    """Return half the shorter side [m] of a flat face, a rim, or the edge of a slab (`upright` its height); None: large.
 
-    A rim of width w lies between two outlines of together the length P, so that its area is w P/2.
+    A rim of width w is between two outlines of total length P, so that its area is w P/2.
     """
     points, index = nodes(corners)
     edges = np.concatenate([index[:, [0, 1]], index[:, [1, 2]], index[:, [2, 0]]])

@@ -1,4 +1,4 @@
-"""The screening tower's dimensions by the configuration: plan and heights, as docs/geometry.md draws them [m]."""
+"""Dimensions of the screening tower by the configuration: plan and heights, as in docs/geometry.md [m]."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ MOTION = {
     "wires": "vibrates", "side_wall": "vibrates", "feed_bin": "fixed", "slide": "slides", "outlet": "vibrates",
     "impact_plate": "vibrates", "collecting_bin": "fixed",
 }  # fmt: skip
-"""Parts of the tower in the scene's order, and how they move."""
+"""Parts of the tower in the scene's order, and their motions."""
 RIM_ABOVE_END = 0.006
-"""The collecting bin's rim stands this much above the outlet's lower end."""
+"""Height [m] of the collecting bin's rim above the outlet's lower end."""
 CYLINDER_SIDES = 24
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Seen from above: a regular polygon of `sides`, `apothem` from the axis to the inner face."""
+    """Plan view: a regular polygon of `sides`, `apothem` from the axis to the inner face."""
 
     sides: int
     apothem: float
@@ -36,11 +36,11 @@ class Plan:
     clearance: float
     width: float
     small_half_width: float
-    """r_w of a wire: by the configuration's reading its radius, or half the side of its polygon."""
+    """Half width r_w of a wire: by the configuration's reading its radius, or half the side of its polygon."""
 
     @classmethod
     def of(cls, config: Mapping[str, Any]) -> Plan:
-        """A round sieve is a polygon of the circle's area."""
+        """Return the plan; a round sieve is a polygon of the circle's area."""
         scale, tower, width, sides = config["scale"], config["apparatus"], width_m(config), 4
         apothem = 0.5 * width
         if scale["shape"] == "cylinder":
@@ -55,14 +55,14 @@ class Plan:
 
     @property
     def half_slide(self) -> float:
-        """The slide reaches as far as the middle of the wall does along x or y."""
+        """Return half the extent of the slide: up to the middle of the wall along x or y."""
         angle = 2.0 * math.pi * (np.arange(self.sides) + 0.5) / self.sides
         around = max(np.abs(np.cos(angle)).max(), np.abs(np.sin(angle)).max()) / math.cos(math.pi / self.sides)
         return float((self.apothem + 0.5 * self.thickness) * around)
 
     @property
     def wires(self) -> Floats:
-        """Places of parallel wires: one pitch apart, about the axis or between two, all that reach into the tower."""
+        """Return the positions of parallel wires in the tower: one pitch apart, with one at the axis or one on either side."""
         first = 0.5 * self.pitch if round(2.0 * self.apothem / self.pitch) % 2 else 0.0
         reach = self.apothem + 0.5 * self.wire * (1.0 - 1e-6)
         right = first + self.pitch * np.arange(math.ceil(reach / self.pitch) + 2)
@@ -84,11 +84,11 @@ class Heights:
     slide_top: float
     bin_floor: float
     bin: float
-    """Below it a sphere has passed."""
+    """Height below which a sphere has passed."""
 
     @classmethod
     def of(cls, config: Mapping[str, Any]) -> Heights:
-        """The outlet begins under the wires, the plate two apertures below, the feed bin a clearance above the side wall."""
+        """Return the heights: outlet under the wires, plate two apertures below, feed bin a clearance above the side wall."""
         plan, tower = Plan.of(config), config["apparatus"]
         side, feed, slide, outlet, vessel = (
             1e-3 * number(tower, f"{name}_height_mm")

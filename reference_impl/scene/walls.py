@@ -17,11 +17,11 @@ from reference_impl.scene.stl import ROOM
 from reference_impl.scene.tower import Heights, Plan
 
 OPENING = (0.4, 3.0)
-"""Free width next to the impact plate: this share of the sieve's width, or so many apertures."""
+"""Limits of the free width next to the impact plate: this share of the sieve's width, or so many apertures."""
 
 
 def measured(config: Mapping[str, Any], scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> list[Held]:
-    """Lengths of all walls, the box around them, and the half widths that the scene gives their parts."""
+    """Compare lengths of all walls, the box around them, and the half widths of their parts in the scene."""
     plan, heights = Plan.of(config), Heights.of(config)
     found = [*_wires(plan, meshes["wires"])] if "wires" in meshes else []
     found += [*_tubes(plan, heights, meshes), *_plates(config, plan, heights, meshes)]
@@ -34,7 +34,7 @@ def measured(config: Mapping[str, Any], scene: Mapping[str, Any], meshes: Mappin
 
 
 def read(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
-    """Triangles of every wall by its name."""
+    """Return the triangles of every wall by its name."""
     return {wall["name"]: stl.read(folder / wall["stl"]) for wall in scene["walls"]}
 
 
@@ -79,7 +79,7 @@ def _wires(plan: Plan, corners: Floats) -> Iterator[Held]:
 
 
 def _worst(name: str, given: Floats, expected: Floats | float, source: str, scale: float | None = None) -> Held:
-    """The value that is farthest off."""
+    """Compare the value with the largest deviation."""
     if len(given) == 0:
         return Held(f"{name} (measured on the STL)", None, 0.0, source)
     expected = np.broadcast_to(expected, given.shape)
@@ -134,7 +134,7 @@ def _plates(config: Mapping[str, Any], plan: Plan, z: Heights, meshes: Mapping[s
 
 
 def _box(plan: Plan, scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> list[Held]:
-    """The box stands 10 mm beyond the outermost wall, the slide where it is drawn to."""
+    """Check that the box is 10 mm beyond the outermost wall, with the slide in its end position."""
     drawn = np.array([2.0 * plan.half_slide, 0.0, 0.0])
     low = np.min([c.reshape(-1, 3).min(axis=0) for c in meshes.values()], axis=0) - MARGIN
     high = np.max([c.reshape(-1, 3).max(axis=0) + drawn * (n == "slide") for n, c in meshes.items()], axis=0) + MARGIN
@@ -146,7 +146,7 @@ def _box(plan: Plan, scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> 
 
 
 def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
-    """The parts that the scene groups the triangles into, and their half widths."""
+    """Check the parts into which the scene groups the triangles, and their half widths."""
     name, part, given = wall["name"], np.asarray(wall["triangle_part"]), wall["part_half_width_m"]
     found = [Held(f"walls.{name}.triangle_part, its number", len(part), len(corners), "triangles of the STL")]
     if found[0].wrong or len(part) == 0 or int(part.max()) + 1 != len(given):
@@ -170,7 +170,7 @@ def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
 
 
 def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> list[Held]:
-    """history/triangles and history/parts against the STL files and the scene."""
+    """Compare history/triangles and history/parts with the STL files and the scene."""
     history = folder / "history"
     corners, areas = np.concatenate(list(meshes.values())), np.concatenate([stl.area(c) for c in meshes.values()])
     offset = np.cumsum([0, *(len(w["part_half_width_m"]) for w in scene["walls"])])
@@ -211,7 +211,7 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
 
 
 def _row(name: str, given: Floats, expected: Floats, size: Floats | float, allowance: float = 0.0) -> Held:
-    """The row of a column that is farthest off."""
+    """Compare the row of a column with the largest deviation."""
     off = np.abs(given - expected) / size
     at = int(np.argmax(np.where(np.isfinite(off), off, np.inf)))
     scale = float(np.broadcast_to(size, off.shape)[at])

@@ -1,1 +1,1 @@
-"""What a person gets to see of a run, read back as it stands in its files and compared with the logs."""
+"""Outputs of a run for users, read from their files and compared with the logs."""

@@ -1,4 +1,4 @@
-"""The files of the cases of a report: what the engine logged and what was recomputed from it, by number or name of a case."""
+"""Files of the cases of a report: the engine's logs and results recomputed from them, by number or name of a case."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RETAINED = "results/fraction_retained.parquet"
 
 
 def name_of(number: int | str) -> str:
-    """Folder of a case; of a case with another preset it is its name."""
+    """Return the folder of a case; for a case with another preset it is its name."""
     return f"case{number:02d}" if isinstance(number, int) else number
 
 
@@ -39,12 +39,12 @@ class Cases:
         return json.loads(path.read_text()) if path.exists() else None
 
     def summary(self, number: int | str) -> Any:
-        """Content of summary.json of a case; None if there is none."""
+        """Return the content of summary.json of a case; None if there is none."""
         return self.json(number, "summary.json")
 
     @cached_property
     def config(self) -> Any:
-        """The configuration of the first case that has one."""
+        """Return the configuration of the first case that has one."""
         every = (self.json(n, "config.json") for n in self.listed)
         return next((config for config in every if config and "scale" in config), None)
 
@@ -53,32 +53,32 @@ class Cases:
         return f"{self.rows[number]['material']} {self.sizes(number)} {self.screen(number)}"
 
     def sizes(self, number: int) -> str:
-        """Diameters of the classes of a case."""
+        """Return the diameters of the classes of a case."""
         return "/".join(f"{float(self.rows[number][f'{c}_mm']):g}" for c in ("small", "near_mesh", "large"))
 
     def screen(self, number: int) -> str:
-        """Aperture and amplitude of a case."""
+        """Return aperture and amplitude of a case."""
         return " ".join(f"{float(self.rows[number][f'{c}_mm']):g}" for c in ("aperture", "set_amplitude"))
 
     def liquid(self, number: int) -> float:
-        """Per cent of liquid of a case."""
+        """Return the per cent of liquid of a case."""
         return float(self.rows[number]["liquid_percent"] or 0.0)
 
     def seeds(self, number: int | str) -> list[str]:
-        """Folders of a case's further seeds, named CASE-SEED."""
+        """Return the folders of a case's further seeds, named CASE-SEED."""
         name = name_of(number)
         there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/{RETAINED}"))
         return sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
 
     def of_seeds(self, number: int | str, *keys: str, factor: float = 1.0) -> list[float]:
-        """A number of summary.json by its keys, of a case and of its further seeds; empty where the case has none."""
+        """Return a number of summary.json by its keys, for a case and its further seeds; empty if the case has none."""
         values = [self.summary(run) for run in (number, *self.seeds(number))]
         for key in keys:
             values = [data.get(key) if data is not None else None for data in values]
         return [factor * v for v in values if v is not None] if values[0] is not None else []
 
     def ends(self, number: int | str) -> list[float]:
-        """Fraction retained at the end, of every seed of a case."""
+        """Return the fraction retained at the end for every seed of a case."""
         tables = [parquet_table(self.folder / run / RETAINED) for run in self.seeds(number)]
         first = self.of_seeds(number, "fraction_retained_end")[:1]
         return first + [float(table["fraction_retained"].iloc[-1]) for table in tables]
@@ -115,7 +115,7 @@ class Cases:
         return whole and replayed and all(c["ok"] for c in data["checks"])
 
     def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
-        """Times and values of a column of a case; liquid in per cent of the initial liquid."""
+        """Return times and values of a column of a case; liquid in per cent of the initial liquid."""
         of_liquid = column.endswith("_m3")
         path = self.folder / name_of(number) / ("results/liquid_by_holder.parquet" if of_liquid else RETAINED)
         if not path.exists() or column not in (table := parquet_table(path)):

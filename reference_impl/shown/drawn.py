@@ -1,7 +1,7 @@
-"""Reads a panel of a figure as a person does: label of a line or area in the legend, its colour, dashes, points by the axes.
+"""Read a panel of a figure from its visible content: labels in the legend, colours, dashes, points by the axes.
 
-Of the SVG only what is visible counts: texts, strokes, fills, places. Names of groups tell axes and legend apart, as matplotlib
-has them; the name of a curve's group is handed on as its claim.
+Only visible parts of the SVG are used: texts, strokes, fills, positions. matplotlib's names of groups identify axes
+and legend; the name of a curve's group is returned as the name that it claims.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ BAND = ":band"
 
 @dataclass(frozen=True)
 class Curve:
-    """A line or an area as shown; `y` of an area is its height."""
+    """A line or an area as drawn; `y` of an area is its height."""
 
     label: str | None
     colour: str
@@ -41,23 +41,23 @@ class Panel:
     """One panel; `beside` is the data next to it."""
 
     titles: list[str]
-    """Texts above the axes and in them."""
+    """Texts above and in the axes."""
     x_label: str
     y_label: str
     curves: tuple[Curve, ...]
     beside: list[dict[str, Any]]
     bands: tuple[Curve, ...] = ()
-    """Areas named as a curve and `:band`: from the least to the most of its seeds."""
+    """Areas named like a curve plus `:band`: from the smallest to the largest of its seeds."""
 
 
 def figures(text: str) -> list[tuple[str, list[Panel]]]:
-    """Name and panels of every figure of a report."""
+    """Return name and panels of every figure of a report."""
     found = re.findall(r'<div class="panels" data-figure="(.*?)">(.*?)</div>', text, re.DOTALL)
     return [(name, panels(figure)) for name, figure in found]
 
 
 def panels(section: str) -> list[Panel]:
-    """All panels of a part of a report."""
+    """Return all panels of a part of a report."""
     found = []
     for figure in re.findall(r'<figure role="img".*?</figure>', section, re.DOTALL):
         text = re.search(r"<svg.*?</svg>", figure, re.DOTALL)
@@ -92,7 +92,7 @@ def _style(element: ET.Element) -> dict[str, str]:
 
 
 def _axis(group: ET.Element, axis: str) -> tuple[tuple[float, float], str]:
-    """Slope and start from place on the page to value, by ticks and their labels; and what the axis is called."""
+    """Return slope and offset from position on the page to value, by ticks and their labels, and the label of the axis."""
     at, value, name = [], [], ""
     for child in group:
         marks, texts = list(child.iter(f"{SVG}use")), [_words(t) for t in child.iter(f"{SVG}text")]
@@ -134,7 +134,7 @@ def _curve(
     group: ET.Element, paths: dict[str, ET.Element], along: tuple[float, float], up: tuple[float, float],
     legend: list[tuple[str, str, bool]],
 ) -> Curve | None:  # fmt: skip
-    """The line or area of a group; None for what is no curve."""
+    """Return the line or area of a group; None if it is no curve."""
     claim = group.attrib.get("id", "").split("-", 1)[-1]
     if claim.startswith(("matplotlib", "patch", "text", "legend")):
         return None

@@ -1,4 +1,4 @@
-"""What goes wrong between a log and what is shown of it: axes exchanged, signs turned, units, another time."""
+"""Typical errors between a log and its presentation: axes exchanged, signs reversed, units, another time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ UNITS = {1e3: "mm for m", 1e-3: "m for mm", 1e6: "µm for m", 1e9: "mm³ for m³
 
 
 def suspects(shown: Floats, expected: Floats, broken: Floats) -> Iterator[Suspect]:
-    """Values as they would be shown with one fault, given what is shown, what should be, and which rows disagree."""
+    """Yield values as they would be shown with one fault, given shown and expected values, and the rows that disagree."""
     yield Suspect("it is not in the file", np.where(np.isnan(shown), shown, np.inf), general=True)
     if expected.ndim == 2:
         yield from _axes(expected)

@@ -1,4 +1,4 @@
-"""What the logs of a run say, one output step at a time, for what shows them."""
+"""Content of a run's logs, one output step at a time, for comparison with outputs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from reference_impl.replay.stream import Rows
 
 @dataclass(frozen=True)
 class Moment:
-    """Content of one output step by the logs: spheres in the order of their numbers, bridges, films of triangles."""
+    """Content of one output step by the logs: spheres in the order of their ids, bridges, films of triangles."""
 
     ids: Floats
     place: Floats
@@ -35,12 +35,12 @@ class Moment:
 
 
 class Logs:
-    """The logs of a run, one output step at a time; quick from step to later step."""
+    """The logs of a run, one output step at a time; fast for steps in ascending order."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.scene, self.plan = folder, io.scene(folder), plans.plan(folder)
         self.outputs = self.plan.outputs
-        """Steps of the outputs that have files: of a script's run those at which there is a sphere."""
+        """Output steps that have files; in a script's run those with at least one sphere."""
         if script.of(folder):
             self.outputs = self.outputs[script.present(folder, self.outputs) > 0]
         self.origin = io.origin(folder)
@@ -63,7 +63,7 @@ class Logs:
         self.at = lru_cache(maxsize=4)(self._at)
 
     def _rows(self, name: str, columns: list[str], step: int) -> pd.DataFrame:
-        """Rows of a log at one step: the next of its stream, or looked for."""
+        """Return the rows of a log at one step: the next of its stream, or by a search."""
         path = io.where(self.folder, name)
         stream, taken = self._streams.get(name) or (Rows(path, name, columns), -1)
         if step > taken:
@@ -96,14 +96,14 @@ class Logs:
                       (film + shares)[here], passed[here], bridges, on_walls)  # fmt: skip
 
     def _shares(self, bridges: pd.DataFrame) -> Floats:
-        """Liquid of active bridges that counts to each sphere [m3]."""
+        """Return the liquid of active bridges assigned to each sphere [m3]."""
         pair, share = bridges["partner_kind"].to_numpy() == 0, bridges["share_i"].to_numpy()
         i, j = (np.searchsorted(self.ids, bridges[end].to_numpy()) for end in "ij")
         rest = (bridges["volume"].to_numpy() - share)[pair]
         return np.bincount(i, share, len(self.ids)) + np.bincount(j[pair], rest, len(self.ids))
 
     def ages(self, bridges: pd.DataFrame, step: int) -> Floats:
-        """Time since the formation of bridges that stand at a step [s], by the event log; NaN of one that it does not have."""
+        """Return the time since the formation of bridges active at a step [s], by the event log; NaN if it is not logged."""
         if step <= self._booked:
             self._active, self._booked = none(), -1
             self._streams.pop("events", None)
@@ -131,7 +131,7 @@ class Logs:
         return wall, self.radius[at], np.where(wall, 1.0, self.radius[other]), angles[at], np.array(theirs)
 
     def pulls(self, bridges: pd.DataFrame) -> Floats | None:
-        """Capillary force of bridges [N] by the equation of the run's law; None where that is no closed form known here."""
+        """Return the capillary force of bridges [N] by the run's law; None if that is no closed form known here."""
         name = self.scene["effects"].get("capillary")
         if name is None:
             return np.zeros(len(bridges))
@@ -148,7 +148,7 @@ class Logs:
         return bool(self.scene["effects"].get("capillary") == EXACT)
 
     def exact_pulls(self, bridges: pd.DataFrame) -> tuple[Floats, Floats]:
-        """Force [N] of the exact bridge at the gaps of some bridges, and at touch."""
+        """Return the force [N] of the exact bridge at the gaps of some bridges, and at touch."""
         wall, ri, rj, ti, tj = self.pairs(bridges)
         sigma = float(self.scene["liquid"]["surface_tension_N_per_m"])
         every = zip(bridges["volume"], ri, np.where(wall, np.inf, rj), ti, tj, strict=True)
@@ -159,7 +159,7 @@ class Logs:
         return sigma * at_gap, sigma * touch
 
     def corners(self, step: int) -> Floats:
-        """Corners (n, 3, 3) of all triangles."""
+        """Return the corners (n, 3, 3) of all triangles."""
         at, none = self.rest.copy(), [0.0, 0.0, 0.0]
         if self.poses is not None:
             for number, wall in enumerate(self.scene["walls"]):

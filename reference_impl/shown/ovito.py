@@ -1,4 +1,4 @@
-"""The files for OVITO, read back and compared with the raw logs: every column of spheres and of bonds at every output step."""
+"""Compare the files for OVITO with the raw logs: every column of spheres and of bonds at every output step."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from reference_impl.shown.exchanged import suspects
 from reference_impl.shown.logs import Logs
 
 DIGITS = 1e-11
-"""Limit of a relative deviation: the files hold twelve digits."""
+"""Limit of a relative deviation: the files have twelve digits."""
 SPHERES = {
     "type": "class",
     "radius": "radius",
@@ -26,7 +26,7 @@ SPHERES = {
     "liquid": "liquid",
     "in_bin": "in_bin",
 }
-"""Column of spheres -> what it should be."""
+"""Column of spheres -> expected quantity."""
 BONDS = ("volume", "separation", "capillary_force", "age")
 FILES = {"ATOMS": "spheres.dump", "ENTRIES": "bridges.dump"}
 Columns = dict[str, tuple[Floats, Floats]]
@@ -34,7 +34,7 @@ Columns = dict[str, tuple[Floats, Floats]]
 
 
 def disagreement(folder: Path) -> str | None:
-    """Describe in one sentence where the files disagree with the logs; None where all agree."""
+    """Describe in one sentence where the files disagree with the logs; None if all agree."""
     logs, found = Logs(Path(folder)), list[str]()
     for kind, name in FILES.items():
         if kind == "ENTRIES" and not logs.plan.moist:
@@ -48,7 +48,7 @@ def disagreement(folder: Path) -> str | None:
 
 
 def dumped(path: Path, kind: str) -> Iterator[tuple[int, pd.DataFrame]]:
-    """Step and table of each output of a text dump of LAMMPS."""
+    """Yield step and table of each output of a text dump of LAMMPS."""
     lines = iter(path.read_text(encoding="utf-8").splitlines())
     try:
         for line in lines:
@@ -64,7 +64,7 @@ def dumped(path: Path, kind: str) -> Iterator[tuple[int, pd.DataFrame]]:
 
 
 def _columns(logs: Logs, kind: str, step: int, table: pd.DataFrame) -> Columns | None:
-    """Each column of one output in the order of the logs; None where other spheres or bonds are shown."""
+    """Return each column of one output in the order of the logs; None if other spheres or bonds are shown."""
     if kind == "ATOMS":
         values = vtk.expected_values(logs, step, "sphere")
         table, ids = table.sort_values("id"), logs.at(step).ids
@@ -91,7 +91,7 @@ def _column(table: pd.DataFrame, name: str) -> Floats:
 
 
 def _wrong(file: str, outputs: dict[int, Columns | None]) -> Iterator[str]:
-    """One sentence for each column that is off."""
+    """Yield one sentence for each column with a deviation."""
     if any(columns is None for columns in outputs.values()):
         yield f"{file} shows other {'spheres' if file == FILES['ATOMS'] else 'bonds'} than the logs"
         return

@@ -1,7 +1,7 @@
-"""The report against the files it shows: report.json, every number of the page, every curve by its legend, colour and points.
+"""Compare the report with its sources: report.json, every number of the page, every curve by legend, colour and points.
 
-`python -m reference_impl.shown.report REPORT CASES.csv` prints what is shown wrong; exit status 1 where anything is. What numbers
-and curves mean is read from report.json by keys, never from the words of the page.
+`python -m reference_impl.shown.report REPORT CASES.csv` prints errors of the report; exit status 1 if there are any.
+The meaning of numbers and curves is read from report.json by keys, never from the wording of the page.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from reference_impl.shown.report_page import Numbers
 TIME, COARSE = "time_since_opening_s", "coarse_share"
 FRACTION, LIQUID = "fraction_retained", "liquid_percent"
 MARGIN = 1e-5
-"""Of the axis' unit: what is lost when a curve is drawn."""
+"""Error of a drawn curve, in units of the axis."""
 APART = 40.0
-"""Least distance of two colours of one panel, of 442 between black and white."""
+"""Smallest distance of two colours of one panel, of 442 between black and white."""
 CLASSES = ("", "_small", "_near_mesh", "_large")
 DASHED = "_near_mesh"
 
@@ -39,14 +39,14 @@ class Read:
     curves: int = 0
     numbers: int = 0
     scenes: int = 0
-    """Numbers of the 3-D scenes."""
+    """Number of values in the 3-D scenes."""
     faults: list[str] = field(default_factory=list)
     unknown: list[str] = field(default_factory=list)
-    """Keys of report.json that are not known, so that their values were not checked."""
+    """Unknown keys of report.json, whose values were not checked."""
 
 
 class Runs(Cases):
-    """The cases of a report, and for those with two presets the folder of each."""
+    """Cases of a report, and for those with two presets the folder of each."""
 
     def __init__(self, report: Path, table: Path, numbers: Numbers) -> None:
         listed = [int(name) for key in numbers if (name := key.removeprefix("label.case")).isdigit()]
@@ -55,17 +55,17 @@ class Runs(Cases):
         self.of_presets = report_values.runs_of_presets(self, numbers)
 
     def with_results(self) -> list[int]:
-        """Cases of the report that have results."""
+        """Return the cases of the report that have results."""
         return [n for n in self.listed if self.retained(n)]
 
     def title(self, figure: str, number: int) -> str:
-        """The values that the heading of a panel with a case must state."""
+        """Return the values that the heading of a panel with a case must state."""
         if figure == "dry":
             return self.rows[number]["material"]
         return self.configuration(number) + (f" {self.liquid(number):g}" if figure == "liquid" else "")
 
     def meaning(self, figure: str, run: str, column: str) -> str | None:
-        """The values that the label of a curve must state; None of a run that the figure cannot have."""
+        """Return the values that the label of a curve must state; None for a run that the figure cannot contain."""
         if column == COARSE:
             return COARSE
         of_class = column.removeprefix(FRACTION).removeprefix("_")
@@ -81,12 +81,12 @@ class Runs(Cases):
         return self.screen(number) if start == "dry" else f"{self.liquid(number):g} {of_class}".strip()
 
     def number(self, run: str) -> int | None:
-        """Number of the case of a folder, also of one with another preset; None of another folder."""
+        """Return the number of the case of a folder, also for one with another preset; None for another folder."""
         return next((n for n in self.listed if run == name_of(n) or run.startswith(f"{name_of(n)}_")), None)
 
 
 def check(report: Path, table: Path) -> Read:
-    """Everything that is wrong with a report, as it is in its two files; `table`: the cases in CSV."""
+    """Check a report in its two files and return all errors; `table`: the cases in CSV."""
     stored = report.with_suffix(".json")
     if not stored.is_file():
         raise Refused(f"{report} has no {stored.name} next to it; expected that file: write the report again")
@@ -149,7 +149,7 @@ def _points(data: dict[str, list[float]]) -> tuple[Floats, Floats]:
 
 
 def _words(runs: Runs, key: str, value: str, words: list[str], what: str) -> Iterator[str]:
-    """List errors in the words of a picture, which must be those of report.json, mean `value` and state its parts."""
+    """List errors in the labels of a picture, which must be those of report.json, mean `value` and state its parts."""
     stored = runs.numbers.get(key)
     if stored is None:
         yield f"{what}: report.json has no {key}"
@@ -183,7 +183,7 @@ def _band(runs: Runs, panel: Panel, curve: Curve, run: str, column: str) -> Iter
 
 
 def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -> bool:
-    """Return whether a curve shows these values, where its axes reach."""
+    """Return whether a curve shows these values within its axes."""
     if of is None or (points := _shown(curve, of[0])) is None:
         return False
     inside = of[0] >= 0.0
@@ -195,9 +195,9 @@ def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -
 
 
 def _shown(curve: Curve, time: Floats) -> tuple[Floats, Floats] | None:
-    """Points of a curve for these times, where the axes reach: from zero on; None where their number differs.
+    """Return the points of a curve for these times within the axes, from zero on; None if their number differs.
 
-    What lies left of that may be cut where the picture ends, with a point there.
+    Points to the left may be clipped at the edge of the picture, with a point there.
     """
     many = int((time >= 0.0).sum())
     before = len(curve.x) - many
@@ -254,7 +254,7 @@ def _coarse(runs: Runs, run: str, curve: Curve) -> Iterator[str]:
 
 
 def _colours(runs: Runs, figure: str, panel: Panel, seen: dict[tuple[str, str], str]) -> Iterator[str]:
-    """A colour means one liquid amount in all panels of a material, or one reservoir in all; two colours differ visibly."""
+    """Check that a colour means one liquid amount per material, or one reservoir, in all panels, and that colours differ."""
     here, kind = {}, {"classes": "moisture"}.get(figure, figure.partition(".")[0])
     for curve in panel.curves if figure != "dry" else ():
         run, _, column = curve.claim.partition(":")
@@ -281,7 +281,7 @@ def _rgb(colour: str) -> tuple[int, ...]:
 
 
 def _missing(runs: Runs, figure: str, panels: list[Panel]) -> Iterator[str]:
-    """Cases with results that a figure of all cases leaves out; curves next to a figure that it does not show."""
+    """Yield cases with results that a figure of all cases omits, and curves next to a figure that it does not show."""
     shown = {c.claim.split(":")[0] for panel in panels for c in panel.curves if not c.claim.endswith(COARSE)}
     for number in filter(runs.results_are_last, runs.with_results()):
         if name_of(number) not in shown and (figure == "moisture" or (figure == "dry" and not runs.liquid(number))):
@@ -296,7 +296,7 @@ def _missing(runs: Runs, figure: str, panels: list[Panel]) -> Iterator[str]:
 
 
 def _figures_missing(runs: Runs, there: set[str]) -> Iterator[str]:
-    """Figures that the report must have."""
+    """Yield required figures that the report lacks."""
     done = [n for n in runs.with_results() if runs.results_are_last(n)]
     wanted = ["moisture"] * bool(done) + ["dry"] * any(not runs.liquid(n) for n in done)
     for figure in [*wanted, *(f"presets.{case}" for case in runs.of_presets)]:
@@ -305,7 +305,7 @@ def _figures_missing(runs: Runs, there: set[str]) -> Iterator[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Print what the report shows differently from the result files."""
+    """Print deviations of the report from the result files."""
     if len(arguments) != 2:
         raise Refused(f"{len(arguments)} arguments were given; expected REPORT CASES.csv")
     with reading(" and ".join(arguments), "the report of a folder of runs and the table of its cases"):
@@ -316,7 +316,7 @@ def main(arguments: list[str]) -> int:
 
 
 def summary(read: Read) -> str:
-    """State in one line what was read, how much of it is wrong, and what was not checked."""
+    """Summarise in one line what was read, how much of it is wrong, and what was not checked."""
     found = f"{read.curves} curves, {read.numbers} numbers and {read.scenes} numbers of 3-D scenes read; {len(read.faults)} wrong"
     return found + (f"; not checked: {', '.join(read.unknown)}" if read.unknown else "")
 

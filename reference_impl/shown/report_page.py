@@ -1,6 +1,6 @@
-"""The numbers of a page, which it marks with their keys, against those that report.json stores next to it.
+"""Compare the numbers of a page, which are marked with their keys, with those in report.json next to it.
 
-Words of the page that are no number and no label are not read: they may be any.
+Text of the page other than numbers and labels is not read.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import Any
 
 Numbers = Mapping[str, Mapping[str, Any]]
 LABEL = "label."
-"""Start of the key of words for a row or a column; the value is the part that the keys of its cells have in common."""
+"""Prefix of the keys of labels of rows and columns; the value is the common part of the keys of their cells."""
 NOT_ON_THE_PAGE = ("figure.", "label.word.")
-"""Keys of words in pictures."""
+"""Prefixes of keys of labels in pictures."""
 
 
 @dataclass
 class Datum:
-    """A number as the page has it."""
+    """A number as shown on the page."""
 
     key: str
     value: str
@@ -31,7 +31,7 @@ class Datum:
 
 @dataclass
 class Cell:
-    """A cell of a table: how many columns it spans and what is in it."""
+    """A cell of a table: number of columns that it spans, and its content."""
 
     span: int
     head: bool
@@ -73,13 +73,13 @@ class Page(HTMLParser):
             self._cell = None
 
     def handle_data(self, data: str) -> None:
-        """Text of a number."""
+        """Read the text of a number."""
         if self._open is not None:
             self._open.shown += data
 
 
 def wrong(page: Page, numbers: Numbers) -> Iterator[str]:
-    """Sentences on numbers of the page that are not those of report.json, and on those in a wrong row or column."""
+    """Yield sentences on numbers of the page that differ from report.json, and on those in a wrong row or column."""
     for of in page.data:
         stored = numbers.get(of.key)
         if stored is None:
@@ -99,7 +99,7 @@ def wrong(page: Page, numbers: Numbers) -> Iterator[str]:
 
 
 def _misplaced(rows: list[list[Cell]]) -> Iterator[str]:
-    """Numbers of a table whose key is not that of their row and column, and words that two columns or rows have alike."""
+    """Yield numbers of a table whose key does not match their row and column, and labels shared by two columns or rows."""
     heads: dict[int, Datum] = {}
     labels: list[Datum] = []
     for row in rows:

@@ -1,8 +1,8 @@
-"""The numbers of a report, recomputed from the files of its cases, by the keys of report.json.
+"""Numbers of a report, recomputed from the files of its cases, by the keys of report.json.
 
-A value has a precision in which its text must show it: `3 digits`, `2 places`, `unit`, `whole`, `power` or, of means and
-intervals of seeds, `as shown`; of words `same` (the text is the value), `word` (any text), or `states` (the text has every part
-of the value).
+Each value has a precision of its text: `3 digits`, `2 places`, `unit`, `whole`, `power` or, for means and intervals
+over seeds, `as shown`; for words `same` (the text is the value), `word` (any text), or `states` (the text contains
+every part of the value).
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from reference_impl.shown.case_files import LOST, Cases, name_of
 from reference_impl.shown.report_page import Numbers
 
 Value = tuple[str, float | str | None, str]
-"""Key, value, precision; of precision `absent` there must be no such key."""
+"""Key, value, precision; with precision `absent` there must be no such key."""
 TIGHT = 1e-9
-"""Limit of a quantity that counts for the largest deviation."""
+"""Limit of a quantity that is included in the largest deviation."""
 EQUAL = 1e-9
 """Relative difference of two computations of one number."""
 CONFIGURED = ("aperture_mm", "set_amplitude_mm", "liquid_percent")
@@ -30,7 +30,7 @@ LEDGER = ("coarse_material", "fines", "wires", "side_wall", "feed_bin", "outlet"
 RESERVOIRS = ("coarse_material_large", "coarse_material_near_mesh", "coarse_material_small", *LEDGER[1:8])
 FORCES = ("weight", "contact_normal", "contact_tangential")
 USUAL, ENOUGH = "paper", 4
-"""Preset with which others are compared, and seeds of each below which their difference is inconclusive."""
+"""Preset with which others are compared, and smallest number of seeds of each for a significant difference."""
 WITH_WEIGHT = "gravity"
 """Effect whose contribution is that of weight."""
 
@@ -83,9 +83,10 @@ def shows(text: str, value: float | str | None, digits: str, numbers: Numbers) -
 
 
 def states(text: str, value: str, numbers: Numbers) -> bool:
-    """Whether a text has every part of a value: numbers and names as they are, others by the words that report.json has for them.
+    """Return whether a text states every part of a value.
 
-    Nothing in a text without a number stands for the part 0.
+    Numbers and names must be as they are, others by their labels in report.json. The part 0 needs no text with a
+    number.
     """
     for part in value.split():
         words = str(numbers.get(f"label.word.{part}", {"shown": part})["shown"])
@@ -134,7 +135,7 @@ def _there(cases: Cases, number: int, numbers: Numbers) -> bool:
 
 
 def _case(cases: Cases, number: int, numbers: Numbers) -> Iterator[Value]:
-    """Numbers of one case: the tables of cases, of the liquid ledger, of the cross-check and of contributions."""
+    """Yield the numbers of one case: the tables of cases, of the liquid ledger, of the cross-check and of contributions."""
     name, done, row = name_of(number), cases.done(number), cases.rows[number]
     yield f"{name}.material", row["material"], "same"
     yield f"{name}.sizes_mm", cases.sizes(number), "same"
@@ -181,7 +182,7 @@ SCREEN = {
 
 
 def _screen(cases: Cases, number: int) -> Iterator[Value]:
-    """Numbers of the screen of a case and of its further seeds."""
+    """Yield the results of the screen of a case and of its further seeds."""
     files = [cases.json(run, "results/screen.json") for run in (number, *cases.seeds(number))]
     files = [of for of in files if of]
     for key, (first, then, factor) in SCREEN.items() if files else ():
@@ -213,7 +214,7 @@ def _plan(cases: Cases, number: int, numbers: Numbers) -> Iterator[Value]:
 
 
 def _thresholds(cases: Cases) -> Iterator[Value]:
-    """The limits of effects and of quantities, of the first case that has each."""
+    """Yield the limits of effects and of quantities, from the first case that has each."""
     rows = [row for n in cases.listed[::-1] for row in (cases.json(n, "plan.json") or {"rows": []})["rows"]]
     for effect, threshold in {row["effect"]: row["threshold"] for row in rows}.items():
         yield f"effect.{effect}.threshold", threshold, "3 digits"
@@ -222,7 +223,7 @@ def _thresholds(cases: Cases) -> Iterator[Value]:
 
 
 def _answer(cases: Cases, numbers: Numbers) -> Iterator[Value]:
-    """Yield the share that has passed of what can pass, for each case, all dry and all moist ones, and the effect of moisture."""
+    """Yield the passed share of passable material, for each case, all dry and all moist ones, and the effect of moisture."""
     there = [n for n in cases.listed if _there(cases, n, numbers) and cases.retained(n)]
     groups: dict[str, list[int]] = {}
     for n in sorted(there, key=cases.liquid):
@@ -271,7 +272,7 @@ def _text(numbers: Numbers, key: str) -> str:
 
 
 def _difference(key: str, one: Sequence[float], two: Sequence[float], enough: int) -> Iterator[Value]:
-    """Return whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
+    """Yield whether the means of two groups differ, with the ends of the interval of their difference (Welch)."""
     if min(len(one), len(two)) < enough:
         yield key, "inconclusive", "same"
         return
@@ -309,7 +310,7 @@ def _cross_check(cases: Cases) -> Iterator[Value]:
 
 
 def _laws(cases: Cases) -> Iterator[Value]:
-    """The cases of each law, and those with none."""
+    """Yield the cases of each law, and those without."""
     found: dict[tuple[str, str], list[int]] = {}
     for n in cases.listed:
         plan = cases.json(n, "plan.json")
@@ -347,7 +348,7 @@ def _scale(cases: Cases) -> Iterator[Value]:
 
 
 def _entries(data: Any, key: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Key and entry of every value that is not from the paper."""
+    """Yield key and entry of every value that is not from the paper."""
     if isinstance(data, dict) and data.get("source") in ("assumption", "measured"):
         yield key, data
     elif isinstance(data, dict):
@@ -359,7 +360,7 @@ def _entries(data: Any, key: str) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def runs_of_presets(cases: Cases, numbers: Numbers) -> dict[str, dict[str, str]]:
-    """Case that the report shows with two presets -> folder of the run with each."""
+    """Return case that the report shows with two presets -> folder of the run with each."""
     found: dict[str, dict[str, str]] = {}
     for _, _, case, preset in (
         k.split(".") for k in numbers if k.startswith("label.presets.case") and k.count(".") == 3

@@ -1,6 +1,6 @@
-"""The 3-D scenes of a page, unpacked as its script does it and compared with the raw logs of their runs, time by time.
+"""Compare the 3-D scenes of a page, decoded as by its script, with the raw logs of their runs, time by time.
 
-What the script makes of these numbers on the screen is not looked at.
+The rendering of these numbers by the script is not checked.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from reference_impl.shown.logs import Logs, Moment
 SCENE = re.compile(r'<script type="application/json" class="run" data-name="(.*?)">(.*?)</script>', re.DOTALL)
 KINDS = {"Int32Array": "<i4", "Int16Array": "<i2", "Uint16Array": "<u2", "Uint8Array": "u1", "Float32Array": "<f4"}
 LEVELS = 65535
-"""Of a film or a speed, up to the greatest of the scene."""
+"""Number of levels of a film or a speed, up to the largest of the scene."""
 ROUNDED = 0.51
-"""Of a level or of the smallest length: what rounding may change."""
+"""Rounding error in units of a level or of the smallest length."""
 SINGLE = 1e-6
-"""Relative error of numbers in single precision, with room."""
+"""Relative error of numbers in single precision, with a margin."""
 SEEN = 3e-2
-"""Relative difference of two quadratures of a volume that has an edge where bodies overlap; 1.2e-2 was met."""
+"""Relative difference of two quadratures of a volume with an edge where bodies overlap; at most 1.2e-2 was observed."""
 SOLID, HIDDEN = {"wires", "impact_plate"}, {"feed_bin", "slide"}
 OTHER_WALL, WIRE = -1, -2
 WIRES = 2
-"""partner_kind of a bridge at a wire."""
+"""Value of partner_kind of a bridge at a wire."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def check(text: str, folder: Path, expected: Collection[str] = ()) -> tuple[int, list[str]]:
-    """Count the numbers in the scenes of a page and list what is wrong; runs are folders in `folder` with the names shown.
+    """Count the numbers in the scenes of a page and list errors; runs are folders in `folder` with the names shown.
 
     `expected`: runs that must have a scene.
     """
@@ -57,7 +57,7 @@ def check(text: str, folder: Path, expected: Collection[str] = ()) -> tuple[int,
 
 
 class Scene:
-    """One run as a page has it, next to its logs."""
+    """One run as contained in a page, with its logs."""
 
     def __init__(self, head: dict[str, Any], logs: Logs) -> None:
         self.head, self.logs = head, logs
@@ -72,7 +72,7 @@ class Scene:
 
     @cached_property
     def steps(self) -> list[int]:
-        """The output step nearest to each time shown."""
+        """Return the output step nearest to each time shown."""
         outputs = np.asarray(self.logs.outputs)
         expected = outputs * self.logs.scene["time_step_s"]
         return [int(outputs[np.abs(expected - time).argmin()]) for time in self.head["times"]]
@@ -132,7 +132,7 @@ class Scene:
                 yield f"{name} is wrong{_factor(shown, expected)}, of {wrong.sum()} spheres"
 
     def _elsewhere(self, place: Floats, step: int) -> str:
-        """A phrase where the places are those of the output, or of the time shown, before or after."""
+        """Return a phrase if the positions are those of the previous or next output, or time shown."""
         for steps in (self.logs.outputs.tolist(), self.steps):
             k = steps.index(step)
             for other in {*steps[max(0, k - 1) : k + 2]} - {step}:
@@ -190,7 +190,7 @@ class Scene:
             yield "walls are not where the log says"
 
     def _curves(self) -> Iterator[str]:
-        """Values at the times of the scene, and all times."""
+        """Check values at the times of the scene, and all times."""
         outputs = np.asarray(self.logs.outputs) * self.logs.scene["time_step_s"]
         expected = {"fraction_retained_spheres": self._retained()}
         if self.logs.plan.moist:
@@ -209,7 +209,7 @@ class Scene:
                     break
 
     def _retained(self) -> list[float]:
-        """Return at the times of the scene the mass that has never been below the bin's edge, over that of all spheres."""
+        """Return, at the times of the scene, the mass that has never been below the bin's edge, over that of all spheres."""
         density = {c["type"]: c["density_kg_per_m3"] for c in self.logs.scene["classes"]}
         mass = self.logs.radius**3 * np.array([density[k] for k in self.logs.kind])
         stream = Rows(io.where(self.logs.folder, "trajectory"), "trajectory", ["step", "id", "z"])
@@ -231,7 +231,7 @@ def _off(shown: Floats, expected: Floats, limit: Any) -> np.ndarray[Any, Any]:
 
 
 def _factor(shown: Floats, expected: Floats) -> str:
-    """A phrase where all are off by one factor."""
+    """Return a phrase if all values are wrong by one factor."""
     known = expected > 0.05 * expected.max() if len(expected) else np.zeros(0, bool)
     if not known.any():
         return ""
@@ -240,7 +240,7 @@ def _factor(shown: Floats, expected: Floats) -> str:
 
 
 def _seen(side: Floats, apart: Floats, ri: Floats, rj: Floats) -> Floats:
-    """Volume [m3] of a square prism between two centres that is outside both spheres; rj infinite: up to a plane."""
+    """Return the volume [m3] of a square prism between two centres that is outside both spheres; rj infinite: up to a plane."""
     y = side[:, None] * NODES / 2.0
     square = y[:, :, None] ** 2 + y[:, None, :] ** 2
 

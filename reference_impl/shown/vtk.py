@@ -1,7 +1,8 @@
-"""The VTK series of a run, read back and compared with its raw logs: what somebody sees in ParaView is what the engine wrote.
+"""Compare the VTK series of a run with its raw logs, so that ParaView shows what the engine wrote.
 
-Everything is taken from the logs again: film thickness from the films, liquid from films and active bridges, places of walls
-from the triangles at rest and their motion, film on walls over an own area. Where something is off, `diagnosis` names how.
+All quantities are recomputed from the logs: film thickness from the films, liquid from films and active bridges,
+positions of walls from the triangles at rest and their motion, film on walls over a recomputed area. `diagnosis`
+names the kind of a deviation.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ from reference_impl.shown.exchanged import suspects
 from reference_impl.shown.logs import Logs
 
 LOOKED = 3
-"""Output steps that disagree, of which the fault is looked for."""
+"""Number of disagreeing output steps in which the fault is sought."""
 EXACT_PULLS = 8
-"""Bridges of the last output of which the exact force is solved: a tenth of a second each."""
+"""Number of bridges of the last output for which the exact force is solved, a tenth of a second each."""
 Outputs = Callable[[str], Sequence[tuple[float, Path | vtu.Shown]]]
 """Kind of file -> time [s] of each output, and its file or content."""
 NOT_THERE = "VTK: there are no files yet; pywet view writes and checks them"
@@ -37,7 +38,7 @@ NOT_THERE = "VTK: there are no files yet; pywet view writes and checks them"
 
 @dataclass(frozen=True)
 class Field:
-    """One array of one file: what it is, rows that name it, as shown, as it should be, and its size."""
+    """One array of one file: its meaning, rows that identify it, shown and expected values, and their scale."""
 
     name: str
     what: str
@@ -54,12 +55,12 @@ def there(folder: Path) -> bool:
 
 
 def check(folder: Path) -> tuple[list[Quantity], list[dict[str, Any]]]:
-    """Quantities of all files, and findings on those that are off; nothing of a run without VTK files."""
+    """Return quantities of all files, and findings on wrong ones; empty for a run without VTK files."""
     return _judged(Path(folder), lambda kind: vtu.series(folder / "vtk" / f"{kind}.pvd")) if there(folder) else ([], [])
 
 
 def _judged(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[list[Quantity], list[dict[str, Any]]]:
-    """The same of outputs however they are stored; `single`: limit of a time in single precision."""
+    """Return quantities and findings for outputs in any storage; `single`: limit of a time in single precision."""
     logs, parts, wrong = Logs(folder), dict[str, list[Quantity]](), dict[str, list[Field]]()
     for field in _fields(logs, outputs, single):
         quantity = _compared(field)
@@ -73,12 +74,12 @@ def _judged(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[list[Q
 
 
 def not_checked(folder: Path) -> list[str]:
-    """A sentence where there is nothing to read back."""
+    """Return a sentence if there is nothing to read."""
     return [] if there(folder) else [NOT_THERE]
 
 
 def disagreement(folder: Path) -> str | None:
-    """Describe in one sentence where the files disagree with the logs; None where all agree."""
+    """Describe in one sentence where the files disagree with the logs; None if all agree."""
     if not there(folder):
         return f"{folder / 'vtk'} is not there; expected the files that were to be written"
     wrong, findings = compared(folder, lambda kind: vtu.series(folder / "vtk" / f"{kind}.pvd"))
@@ -86,7 +87,7 @@ def disagreement(folder: Path) -> str | None:
 
 
 def compared(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[str, str]:
-    """Quantities that are off, and sentences on them; both empty where all agree."""
+    """Return the names of wrong quantities, and sentences on them; both empty if all agree."""
     quantities, findings = _judged(folder, outputs, single)
     return ", ".join(q.name for q in quantities if not q.ok), "; ".join(f["sentence"] for f in findings)
 
@@ -94,7 +95,7 @@ def compared(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[str, 
 def with_findings(
     findings: list[dict[str, Any]], failed: list[str], others: Callable[[list[str]], dict[str, Any] | None]
 ) -> dict[str, Any] | None:
-    """Diagnose a run: what is wrongly shown, and what `others` report on the other quantities that fail."""
+    """Diagnose a run: wrong outputs, and the report of `others` on the other quantities that fail."""
     rest = [name for name in failed if not name.startswith("vtk_")]
     found = others(rest) if rest else None
     if not findings or not failed:
@@ -220,7 +221,7 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
 def _each(
     kind: str, fields: list[Any], shown: dict[str, Floats], order: Floats | None, rows: pd.DataFrame
 ) -> Iterator[Field]:
-    """Yield every field in the order of the logs; a field that the file lacks is empty."""
+    """Yield every field in the order of the logs; a field missing from the file is empty."""
     for name, what, expected in fields:
         as_shown = shown[name][order] if name in shown and order is not None else np.full(expected.shape, np.nan)
         if expected.dtype.kind in "iu" and np.isfinite(as_shown).all():
@@ -245,7 +246,7 @@ def _key(kind: Any, i: Any, j: Any) -> Floats:
 
 
 def _order(shown: Floats | None, expected: Floats) -> Floats | None:
-    """Places among those shown, in the order of the logs; None where they are not the same."""
+    """Return indices of the shown rows in the order of the logs; None if they are not the same."""
     if shown is None or len(shown) != len(expected):
         return None
     order = np.argsort(shown, kind="stable")
@@ -253,13 +254,13 @@ def _order(shown: Floats | None, expected: Floats) -> Floats | None:
 
 
 def _whole(name: str, what: str, step: int, order: Floats | None, shown: Floats | None) -> Field:
-    """Return whether exactly those of the logs are shown."""
+    """Return a field that states whether exactly the rows of the logs are shown."""
     rows = pd.DataFrame({"step": [step], "i": [0 if shown is None else len(shown)]})
     return Field(name, what, rows, np.array([int(order is not None)]), np.ones(1, int), np.ones(1))
 
 
 def _link(logs: Logs, fields: list[Field]) -> Link:
-    """The first output steps that disagree, as the diagnosis takes them."""
+    """Return the first output steps that disagree, as a link for the diagnosis."""
     rows = pd.concat([f.rows for f in fields], ignore_index=True)
     shown, expected, size = (
         np.concatenate([getattr(f, n) for f in fields]).astype(float) for n in ("shown", "expected", "size")
@@ -268,7 +269,7 @@ def _link(logs: Logs, fields: list[Field]) -> Link:
     kind = name.split("_")[1] if not name.endswith("_time") else ""
 
     def elsewhere(field: str, output: Callable[[int], int]) -> Floats:
-        """Return the values of a field at other outputs; NaN where it has none."""
+        """Return the values of a field at other outputs; NaN if it has none."""
         places = [output(steps.index(int(f.rows["step"].iloc[0]))) for f in fields]
         values = [expected_values(logs, steps[k], kind).get(field) if 0 <= k < len(steps) else None for k in places]
         same = [

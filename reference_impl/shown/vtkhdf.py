@@ -1,4 +1,4 @@
-"""The VTKHDF files of a run, read back by VTK's own reader and compared with the raw logs as the series is (vtk.py)."""
+"""Compare the VTKHDF files of a run, read by VTK's own reader, with the raw logs, like the series (vtk.py)."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from reference_impl.shown import vtk, vtu
 
 AGAIN = "write it again: pywet view --vtkhdf"
 SINGLE = 1e-7
-"""Limit of a time: the files hold times in single precision."""
+"""Limit of a time: the files have times in single precision."""
 
 
 def disagreement(folder: Path) -> str | None:
-    """Describe in one sentence where the files disagree with the logs; None where all agree."""
+    """Describe in one sentence where the files disagree with the logs; None if all agree."""
     wrong, findings = vtk.compared(Path(folder), lambda kind: outputs(Path(folder) / "vtk" / f"{kind}.vtkhdf"), SINGLE)
     return f"{folder / 'vtk'}/*.vtkhdf disagrees with the logs on {wrong}: {findings}" if wrong else None
 
 
 def outputs(path: Path) -> Sequence[tuple[float, vtu.Shown]]:
-    """Time [s] and content of each output of a file."""
+    """Return time [s] and content of each output of a file."""
     from vtkmodules.vtkIOHDF import vtkHDFReader
 
     reader = vtkHDFReader()

@@ -1,7 +1,7 @@
-"""Reads VTK's own XML files, as much of the format as time series of points, lines and triangles need; no VTK, no meshio.
+"""Read VTK's XML files without VTK or meshio, as far as needed for time series of points, lines and triangles.
 
-Values stand in the text as base64: a header (number of blocks, size of a block, of the last one, compressed sizes), then the
-blocks, compressed by zlib.
+Values are encoded in the text as base64: a header (number of blocks, size of a block, of the last one, compressed
+sizes), then the blocks, compressed by zlib.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ class Shown:
 
     points: Floats
     cells: Floats
-    """Numbers of points, shape (cells, points of a cell); (0, 0) of none."""
+    """Point numbers of each cell, shape (cells, points of a cell); (0, 0) for none."""
     of_points: dict[str, Floats]
     of_cells: dict[str, Floats]
     words: dict[str, list[str]]
-    """Text that belongs to the whole file."""
+    """Text fields of the whole file."""
 
 
 def series(path: Path) -> list[tuple[float, Path]]:
-    """Time [s] and file of each entry of a .pvd file, in its order."""
+    """Return time [s] and file of each entry of a .pvd file, in its order."""
     entries = _root(path, "Collection").findall("./Collection/DataSet")
     try:
         return [(float(entry.attrib["timestep"]), path.parent / entry.attrib["file"]) for entry in entries]
@@ -97,7 +97,7 @@ def _values(array: ET.Element, header: str) -> Floats:
 
 
 def _bytes(array: ET.Element, header: str) -> bytes:
-    """The bytes of one array; header and blocks are each base64 of their own."""
+    """Return the bytes of one array; header and blocks are separately encoded in base64."""
     text, wide = "".join((array.text or "").split()), np.dtype(header).itemsize
     count = int(np.frombuffer(base64.b64decode(text[: _coded(wide)])[:wide], header)[0])
     end = _coded((3 + count) * wide)
@@ -107,5 +107,5 @@ def _bytes(array: ET.Element, header: str) -> bytes:
 
 
 def _coded(size: int) -> int:
-    """Number of base64 characters that encode this many bytes."""
+    """Return the number of base64 characters that encode this many bytes."""
     return (size + 2) // 3 * 4

@@ -1,1 +1,1 @@
-"""Collisions of N wet spheres, a second time."""
+"""Independent solution of collisions of N wet spheres."""

@@ -15,7 +15,10 @@ from reference_impl.compiled import compiled
 def accelerations(
     y: Any, radius: Any, mass: Any, film: Any, wet: Any, viscosity: float, tension: float, h_min: float, gravity: Any
 ) -> Any:
-    """Time derivative of (x, y, vx, vy, ω per sphere; viscous and capillary loss, work of gravity). `film`, `wet`: n × n."""
+    """Compute the time derivative of (x, y, vx, vy, ω per sphere; viscous and capillary loss, work of gravity).
+
+    The matrices `film` and `wet` are n × n.
+    """
     n = radius.size
     rate = np.zeros(5 * n + 3)
     for i in range(n):

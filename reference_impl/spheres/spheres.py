@@ -1,6 +1,7 @@
-"""Collisions of N wet spheres in a plane (Davis 2023), a second time: Cartesian coordinates, scipy's integrators, own events.
+"""Independent solution of collisions of N wet spheres in a plane (Davis 2023), in Cartesian coordinates.
 
-Shares nothing with pywet; reads the same JSON descriptions. Plain and slow: python -m reference_impl.spheres.spheres FILE.json
+It uses scipy's integrators and its own events, shares nothing with pywet and reads the same JSON descriptions. Simple
+and slow: python -m reference_impl.spheres.spheres FILE.json
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ SEGMENTS = 20000
 
 
 def from_groups(d: dict[str, Any]) -> dict[str, Any]:
-    """The dimensional description of the paper's three equal spheres, lengths in δ_12, speeds in v_n0, mass in reduced masses."""
+    """Return the description of the paper's three equal spheres, lengths in δ_12, speeds in v_n0, mass in reduced masses."""
     r = 1.0 / (2.0 * d.get("h_a", 0.01))
     t12, t23 = math.radians(d.get("theta12_deg", 45.0)), math.radians(d.get("theta23_deg", 0.0))
     viscosity = 1.0 / (6.0 * math.pi * (r / 2.0) ** 2 * d["St_n"])
@@ -93,35 +94,35 @@ class Collision:
                 self.log.append((0.0, "overlap", p, closing))
 
     def velocity(self, y: np.ndarray, i: int) -> np.ndarray:
-        """Velocity of sphere i."""
+        """Return the velocity of sphere i."""
         return y[5 * i + 2 : 5 * i + 4]
 
     def normal(self, y: np.ndarray, p: Pair) -> np.ndarray:
-        """Unit vector from the first to the second sphere."""
+        """Return the unit vector from the first to the second sphere."""
         d = y[5 * p[1] : 5 * p[1] + 2] - y[5 * p[0] : 5 * p[0] + 2]
         return d / np.hypot(*d)
 
     def gap(self, y: np.ndarray, p: Pair) -> Any:
-        """Gap between the surfaces; of many states where y is (size, times)."""
+        """Return the gap between the surfaces; for many states if y is (size, times)."""
         d = y[5 * p[1] : 5 * p[1] + 2] - y[5 * p[0] : 5 * p[0] + 2]
         return np.sqrt(d[0] ** 2 + d[1] ** 2) - self.radius[p[0]] - self.radius[p[1]]
 
     def closing(self, y: np.ndarray, p: Pair) -> float:
-        """Normal speed of approach of a pair."""
+        """Return the normal speed of approach of a pair."""
         return float((self.velocity(y, p[0]) - self.velocity(y, p[1])) @ self.normal(y, p))
 
     def kinetic(self) -> float:
-        """Kinetic energy, spin included."""
+        """Return the kinetic energy, including spin."""
         s = self.y[: 5 * self.n].reshape(self.n, 5)
         return float(0.5 * self.mass @ (s[:, 2] ** 2 + s[:, 3] ** 2 + 0.4 * (self.radius * s[:, 4]) ** 2))
 
     def free(self, y: np.ndarray) -> Any:
-        """Right-hand side without the forces of resting contacts."""
+        """Return the right-hand side without the forces of resting contacts."""
         viscosity, tension, h_min = (self.given[name] for name in ("viscosity", "tension", "h_min"))
         return accelerations(y, self.radius, self.mass, self.film, self.wet, viscosity, tension, h_min, self.g)
 
     def rate(self, t: float, y: np.ndarray) -> Any:
-        """Right-hand side; resting contacts push, never pull, and do not approach."""
+        """Return the right-hand side; the forces of resting contacts are never tensile and prevent approach."""
         r = self.free(y)
         if self.resting:
             self.push(y, r)
@@ -150,7 +151,7 @@ class Collision:
         return force
 
     def strike(self, p: Pair, e: float) -> None:
-        """Impulses of an impact on velocities and spins."""
+        """Apply the impulses of an impact to velocities and spins."""
         i, j = p
         n = self.normal(self.y, p)
         t = np.array([-n[1], n[0]])
@@ -166,7 +167,7 @@ class Collision:
         self.impact += before - self.kinetic()
 
     def settle(self) -> None:
-        """Impacts of this instant, the fastest first; slow ones that are pressed rest."""
+        """Apply the impacts of this instant, the fastest first; slow compressed ones come to rest."""
         for k in range(1000):
             near = [
                 p for p in self.pairs if self.wet[p] and self.gap(self.y, p) < self.given["h_min"] + 1e-9 * self.length
@@ -204,7 +205,7 @@ class Collision:
         return found
 
     def force_of(self, y: np.ndarray, k: int) -> Any:
-        """Normal force of the k-th resting contact; of many states where y is (size, times)."""
+        """Return the normal force of the k-th resting contact; for many states if y is (size, times)."""
         if y.ndim == 2:
             return [self.force_of(s, k) for s in y.T]
         return float(self.push(y, self.free(y))[k])
@@ -278,7 +279,7 @@ class Collision:
 
 
 def solve(description: dict[str, Any], solver: str = "dop853", rtol: float = 1e-11) -> dict[str, Any]:
-    """Events, final state and energies of a collision described as for `pywet collide spheres`."""
+    """Return events, final state and energies of a collision described as for `pywet collide spheres`."""
     forms = {"three_equal_spheres": from_groups, "spheres": from_spheres}
     return Collision(forms[description["form"]](description), solver, rtol).solve()
 

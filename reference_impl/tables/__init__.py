@@ -1,1 +1,1 @@
-"""The tables that a person reads, made a second time from the raw logs, and compared with those of the run."""
+"""Recompute the result tables from the raw logs, and compare them with those of the run."""

@@ -1,4 +1,4 @@
-"""Liquid by wall and contact statistics of a scene of one's own."""
+"""Liquid by wall and contact statistics of a user-defined scene."""
 
 from __future__ import annotations
 

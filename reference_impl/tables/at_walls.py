@@ -1,4 +1,4 @@
-"""Overlaps of spheres with walls at an output: one for each sphere and wall that touch, by the wall's closest triangle."""
+"""Overlaps of spheres with walls at an output: one for each touching sphere and wall, by the wall's closest triangle."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from reference_impl.replay import images
 from reference_impl.replay.arrays import Floats
 
 EDGE = 1e-9
-"""Share of a triangle by which a ray may miss it, so that none slips through between two."""
+"""Share of a triangle by which a ray may miss it, so that none passes between two triangles."""
 FACING = 0.8
-"""Cosine of the angle between a ray and the normal of the triangle it leaves by, from which on these are opposite sides."""
+"""Cosine of the angle between a ray and the normal of its exit triangle above which these are opposite sides."""
 ROWS = 2_000_000
-"""Pairs of ray and triangle that are in memory at once."""
+"""Number of pairs of ray and triangle in memory at once."""
 
 
 class Walls:
@@ -28,7 +28,7 @@ class Walls:
         self.thickness = np.array([thickness(setup.corners[w.first : w.last]) for w in setup.walls])
 
     def overlaps(self, step: int, at: Floats, r: Floats) -> tuple[Floats, Floats]:
-        """Overlap over the radius, and over the wall's thickness."""
+        """Return overlap over the radius, and over the wall's thickness."""
         if not len(self.thickness):
             return np.zeros(0), np.zeros(0)
         sphere, part, near = self.parts.within(step, at, r, self.none)
@@ -41,7 +41,7 @@ class Walls:
 
 
 def thickness(corners: Floats) -> float:
-    """Least distance from a triangle's middle against its normal to a triangle that faces it, for corners (t, 3, 3)."""
+    """Return the smallest distance from a triangle's middle against its normal to an opposite triangle, for corners (t, 3, 3)."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     n = np.cross(u, v)
     length = np.sqrt((n**2).sum(axis=1))

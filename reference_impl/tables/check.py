@@ -1,4 +1,4 @@
-"""The section `results` of a replay: every table and summary that a person reads, against the reference's own."""
+"""Section `results` of a replay: every result table and summary compared with the recomputed one."""
 
 from __future__ import annotations
 

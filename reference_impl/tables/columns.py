@@ -1,4 +1,4 @@
-"""A table of a run against the reference's own: columns, rows, values; and what a wrong column looks like."""
+"""Compare a table of a run with the recomputed one: columns, rows, values; and describe wrong columns."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TIMES = ("time_s", "time_since_opening_s")
 
 
 def read(path: Path) -> pd.DataFrame:
-    """A table of the results, Parquet or CSV."""
+    """Read a table of the results, Parquet or CSV."""
     try:
         return parquet_table(path) if path.suffix == ".parquet" else pd.read_csv(path)
     except Exception as error:  # damage has many names
@@ -29,7 +29,7 @@ def read(path: Path) -> pd.DataFrame:
 
 
 def held(name: str, given: pd.DataFrame, recomputed: pd.DataFrame, scales: dict[str, float]) -> list[Held]:
-    """Every value of a table, column by column; `scales`: size of a column's values by the first word of its name that fits."""
+    """Compare every value of a table, column by column; `scales`: scale of values by the start of a column's name."""
     found = [Held(f"{name}: column {c}", MISSING, "there", "docs/results.md") for c in recomputed if c not in given]
     found += [Held(f"{name}: column {c}", "there", NONE, "docs/results.md") for c in given if c not in recomputed]
     if "step" not in given:
@@ -78,7 +78,7 @@ def _named(name: str, h: Held, wrong: dict[str, Floats], recomputed: pd.DataFram
 
 
 def _likenesses(c: str, wrong: dict[str, Floats], recomputed: pd.DataFrame, scale: float) -> Iterator[str]:
-    """List what the values of a column could be instead, the most certain first."""
+    """Yield what the values of a column could be instead, the most certain first."""
     values, expected = wrong[c], recomputed[c].to_numpy()
 
     def same(a: Floats, b: Floats) -> bool:

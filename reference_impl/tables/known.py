@@ -1,7 +1,7 @@
-"""How well the partition of a run in blocks is known, from the logs: `results/until.json`.
+"""Recompute `results/until.json`, the accuracy of the partition of a run in blocks, from the logs.
 
-The time from which blocks count is taken as given there, all else recomputed: T of each size, half of its interval, and whether
-the run ended where it had to.
+The time from which blocks count is taken from there, all else recomputed: T of each size, half its interval, and
+whether the run ended correctly.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ SOURCE = "the logs"
 
 
 def half_of_counts(part: int, whole: int) -> float:
-    """Half of the distance of the two proportions p at which (p - part/whole)^2 is z^2 p (1 - p)/whole."""
+    """Return half the distance of the two proportions p at which (p - part/whole)^2 is z^2 p (1 - p)/whole."""
     z2 = float(ndtri(0.975)) ** 2 / whole
     a, b, c = 1.0 + z2, -(2.0 * part / whole + z2), (part / whole) ** 2
     return math.sqrt(max(0.0, b * b - 4.0 * a * c)) / (2.0 * a)
 
 
 def half_of_blocks(overs: list[int], feed: list[int]) -> float:
-    """Student's t times the standard error of a ratio from blocks: of what each deviates from the ratio of all."""
+    """Return Student's t times the standard error of a ratio from blocks, by the deviations of each from the ratio of all."""
     number, ratio = len(feed), sum(overs) / sum(feed)
     if number < 2:
         return 0.0

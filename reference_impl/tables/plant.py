@@ -1,7 +1,8 @@
 """Partition curve, efficiencies, throughput and moisture of a screen's products, from the logs alone.
 
-Of a case the collecting bin at the end holds the unders; of a scene with outlets those that left through them between the two
-times that `screen.json` names. The classes are sorted by hand here, and sizes found by going along the curve.
+In a case the collecting bin at the end contains the unders; in a scene with outlets the products left through them
+between the two times in `screen.json`. The classes are sorted explicitly here, and sizes found by following the
+curve.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from reference_impl.replay.arrays import Floats
 from reference_impl.tables.recomputed import Bodies, outputs
 
 RESULTS = {1: "results/screen.json", 2: "results/screen_2.json", 3: "results/screen_3.json"}
-"""Of each deck, from above."""
+"""Result file of each deck, from the top."""
 LEVELS = ("overs", "middlings", "lower_middlings")
 MOST_PASSED, BLOCKS = 0.95, 8
 STUDENT = 2.3646242515927844
@@ -35,7 +36,7 @@ SOURCE = "the logs"
 
 
 def products(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> pd.DataFrame:
-    """Spheres that count: id, diameter [mm], mass [kg], product, time of leaving and of entering [s], liquid [m3]."""
+    """Return the counted spheres: id, diameter [mm], mass [kg], product, time of leaving and of entering [s], liquid [m3]."""
     of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
     diameter = {c["type"]: 2e3 * c["radius_m"] for c in scene["classes"]}
     table = pd.DataFrame(
@@ -73,7 +74,7 @@ def _of_batch(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.Data
 
 
 def curve(rows: pd.DataFrame) -> list[tuple[float, float, float]]:
-    """Size [mm], mass in the overs and in the unders [kg], from the finest on."""
+    """Return size [mm], mass in the overs and in the unders [kg], from the finest."""
 
     def of(d: float, product: str) -> float:
         return float(rows["kg"][(rows["d"] == d) & (rows["product"] == product)].sum())
@@ -82,7 +83,7 @@ def curve(rows: pd.DataFrame) -> list[tuple[float, float, float]]:
 
 
 def size_of(sizes: list[tuple[float, float, float]], share: float) -> float | None:
-    """Size [mm] at which the curve crosses a share for the first time; None where it does not."""
+    """Return the size [mm] at which the curve first crosses a share; None if it does not."""
     before: tuple[float, float] | None = None
     for d, over, under in sizes:
         t = over / (over + under)
@@ -93,7 +94,7 @@ def size_of(sizes: list[tuple[float, float, float]], share: float) -> float | No
 
 
 def cut_interval(rows: pd.DataFrame) -> tuple[float | None, float | None]:
-    """Sizes at which the lower and the upper ends of the intervals of T cross one half; of classes of one size the widest."""
+    """Return the sizes at which the lower and the upper ends of the intervals of T cross one half; the widest of equal sizes."""
     ends: tuple[list[tuple[float, float, float]], ...] = ([], [])
     for d in sorted(rows["d"].unique()):
         found = []
@@ -105,7 +106,7 @@ def cut_interval(rows: pd.DataFrame) -> tuple[float | None, float | None]:
 
 
 def score_interval(part: int, whole: int) -> tuple[float, float]:
-    """Proportions p at which (p - part/whole)^2 is z^2 p (1 - p)/whole."""
+    """Return the proportions p at which (p - part/whole)^2 is z^2 p (1 - p)/whole."""
     z2 = float(ndtri(0.975)) ** 2 / whole
     a, b, c = 1.0 + z2, -(2.0 * part / whole + z2), (part / whole) ** 2
     root = math.sqrt(max(0.0, b * b - 4.0 * a * c))
@@ -113,9 +114,10 @@ def score_interval(part: int, whole: int) -> tuple[float, float]:
 
 
 def efficiency_interval(rows: pd.DataFrame, limit: float) -> tuple[float | None, float | None]:
-    """Ends of the interval of the efficiency: squares of what each size adds if its share of overs is at an end of its own.
+    """Return the ends of the interval of the efficiency, by squares of each size's effect with its share of overs at an end.
 
-    Of classes of one size the widest ends; a size below the limit counts with its unders, one above with its overs.
+    Of classes of one size the widest ends are used; a size below the limit counts with its unders, one above with
+    its overs.
     """
     if not len(rows):
         return None, None
@@ -140,9 +142,10 @@ def efficiency_interval(rows: pd.DataFrame, limit: float) -> tuple[float | None,
 
 
 def moisture_interval(part: pd.DataFrame, density: float, batch: bool) -> float | None:
-    """Half of the interval of the moisture [%]: Student's t of the ratio of liquid to mass over groups of spheres.
+    """Return half the interval of the moisture [%]: Student's t of the ratio of liquid to mass over groups of spheres.
 
-    Groups are eight in the order of leaving, the first ones of one sphere more than the last; of a batch every sphere is one.
+    There are eight groups in the order of leaving, the first ones one sphere larger than the last; in a batch
+    every sphere is a group.
     """
     count = len(part)
     if count < BLOCKS:
@@ -161,7 +164,7 @@ def moisture_interval(part: pd.DataFrame, density: float, batch: bool) -> float 
 
 
 def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers of screen.json that follow from the spheres that count."""
+    """Return the numbers of screen.json that follow from the counted spheres."""
     sizes, limit = curve(rows), given["reference_mm"]
     d25, d50, d75 = (size_of(sizes, share) for share in (0.25, 0.5, 0.75))
     found: dict[str, Any] = {"d25_mm": d25, "d50_mm": d50, "d75_mm": d75}
@@ -204,7 +207,7 @@ def numbers(rows: pd.DataFrame, scene: Mapping[str, Any], given: Mapping[str, An
 
 
 def quantile(values: Floats, share: float) -> float | None:
-    """Value that a share of all is below, linear between neighbours; None of nothing."""
+    """Return the value that a share of all is below, linear between neighbours; None without values."""
     if not len(values):
         return None
     ranked = sorted(values.tolist())
@@ -214,9 +217,9 @@ def quantile(values: Floats, share: float) -> float | None:
 
 
 def rates(rows: pd.DataFrame, given: Mapping[str, Any], every: float) -> tuple[float | None, float | None]:
-    """Dry t/h of spheres that left, and half of its 95 % interval from eight blocks; None where there are not as many intervals.
+    """Return dry t/h of spheres that left, and half its 95 % interval from eight blocks; None with fewer intervals.
 
-    Blocks are of whole intervals between two removals; what is left over is cut off at the start.
+    Blocks consist of whole intervals between two removals; excess ones at the start are dropped.
     """
     ends = np.arange(1, int(given["to_s"] / every + 1e-9) + 1) * every
     ends = ends[ends - every > given["from_s"] - 1e-9]
@@ -237,7 +240,7 @@ def rates(rows: pd.DataFrame, given: Mapping[str, Any], every: float) -> tuple[f
 
 
 def of_batch(rows: pd.DataFrame, given: Mapping[str, Any]) -> float | None:
-    """Dry t/h of a batch: of the unders until 95 % of them had passed."""
+    """Return dry t/h of a batch: of the unders until 95 % of them had passed."""
     passed = rows[rows["product"] == "unders"].sort_values(["out", "id"])
     total, so_far = float(passed["kg"].sum()), 0.0
     for kg, out in zip(passed["kg"], passed["out"], strict=True):
@@ -248,7 +251,7 @@ def of_batch(rows: pd.DataFrame, given: Mapping[str, Any]) -> float | None:
 
 
 def in_blocks(values: Sequence[float]) -> tuple[float | None, float | None]:
-    """Mean of the last values in eight blocks of equal length, and half of its 95 % interval; of fewer the mean alone."""
+    """Return the mean of the last values in eight blocks of equal length, and half its 95 % interval; for fewer only the mean."""
     if len(values) < BLOCKS:
         return (math.fsum(values) / len(values) if values else None), None
     size = len(values) // BLOCKS
@@ -259,8 +262,10 @@ def in_blocks(values: Sequence[float]) -> tuple[float | None, float | None]:
 
 
 def summed(amplitude: float, rate: float, phase: float, step: float, total: int) -> Floats:
-    """Displacement of a vibration after 0 to `total` steps as the engine moves a mesh: time is a sum of steps, a place one of
-    velocity times step, some tenths of a µm from the sine."""
+    """Return the displacement of a vibration after 0 to `total` steps, summed like the engine's mesh motion.
+
+    Time is a sum of steps, a position one of velocity times step, some tenths of a µm from the sine.
+    """
     at = np.cumsum(np.full(total, step))
     return np.concatenate([np.zeros(1), np.cumsum(amplitude * rate * np.cos(rate * at + phase) * step)])
 
@@ -269,7 +274,7 @@ def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> 
     """Count the spheres whose centres are within their radius of the screen's plane and that move with it, averaged over the
     outputs.
 
-    Going along: slower against the screen than half of 2 pi f times the root of the sum of its squared amplitudes.
+    A sphere moves with the screen if its relative speed is below half of 2 pi f times the root of the sum of squared amplitudes.
     """
     number = given.get("deck", 1)
     names = [name + (f"_{number}" if number > 1 else "") for name in ("wires", "screen", "deck")]
@@ -305,7 +310,7 @@ def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> 
 
 
 def throughput(rows: pd.DataFrame, given: Mapping[str, Any], every: float) -> dict[str, float | None]:
-    """Throughputs with their intervals, and over the screen's area where there is one."""
+    """Return throughputs with their intervals, and over the screen's area if there is one."""
     if given["kind"] == "batch":
         found: dict[str, tuple[float | None, float | None]] = {"unders": (of_batch(rows, given), None)}
     else:
@@ -321,7 +326,7 @@ def throughput(rows: pd.DataFrame, given: Mapping[str, Any], every: float) -> di
 
 
 def held(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> Iterator[Held]:
-    """Every number compared with that of screen.json."""
+    """Compare every number with that of screen.json."""
     rows = products(folder, scene, given)
     mine = numbers(rows, scene, given)
     planned = plans.plan(folder)

@@ -1,7 +1,7 @@
-"""A run at its outputs by the reference's own reading of the logs: spheres, and the liquid that belongs to each reservoir.
+"""State of a run at its outputs from the reference's own reading of the logs: spheres, and the liquid of each reservoir.
 
-A sphere holds its film and its side of every active bridge (Elskamp & Kruggel-Emden 2018, sections 4, 5.3). The logs are read
-in parts: of a long run one output is in memory at a time.
+A sphere has its film and its share of every active bridge (Elskamp & Kruggel-Emden 2018, sections 4, 5.3). The logs
+are read in parts: one output is in memory at a time.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Bodies:
     names: dict[int, str]
     density: float
     holder: Floats
-    """Number of the row of `walls` for each triangle."""
+    """Row of `walls` for each triangle."""
     walls: list[str]
 
     @classmethod
@@ -64,11 +64,11 @@ class Bodies:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of spheres of each class."""
+        """Return the number of spheres of each class."""
         return {name: int((self.kind == kind).sum()) for kind, name in self.names.items()}
 
     def at(self, ids: pd.Series, path: Path) -> Floats:
-        """Place of each id; an id that the start does not have is refused."""
+        """Return the index of each id; an id that does not exist at the start is refused."""
         found = np.minimum(np.searchsorted(self.ids, ids), len(self.ids) - 1)
         if not np.array_equal(self.ids[found], ids):
             raise ReplayError(f"{path} names spheres that history/spheres.parquet does not have; expected those of the start: "
@@ -78,22 +78,22 @@ class Bodies:
 
 @dataclass
 class Output:
-    """One output: rows of the trajectory and their places in the start, who is in the box, and the liquid [m3]."""
+    """One output: rows of the trajectory and their indices at the start, spheres in the box, and the liquid [m3]."""
 
     step: int
     places: pd.DataFrame
     at: Floats
     here: Floats
     on: Floats
-    """Belonging to every sphere."""
+    """Liquid of every sphere."""
     walls: Floats
-    """On every row of walls."""
+    """Liquid on every row of walls."""
     in_bridges: float
-    """In active bridges, of which there are `bridges`."""
+    """Liquid in active bridges, whose number is `bridges`."""
     bridges: int
     left: float
     waits: Floats
-    """Has not entered."""
+    """Whether a sphere has not entered."""
 
 
 @dataclass
@@ -103,28 +103,28 @@ class Recomputed:
     tables: dict[str, pd.DataFrame]
     """Name in results/ -> table."""
     liquid: pd.DataFrame
-    """That of them which says where the liquid is."""
+    """Table with the distribution of liquid."""
     checks: dict[str, float]
     """Name of a check -> its value."""
     limits: dict[str, float]
     printed: list[int]
     """Numbers in the sentence on lost spheres."""
     more: dict[str, tuple[Any, str]]
-    """Further entries of the summary, and what gives them."""
+    """Further entries of the summary, and their sources."""
     ends: dict[str, float] | None
-    """Contacts at the end, where the summary has them."""
+    """Contacts at the end, if the summary has them."""
     mass: float
     initial: float
     counts: dict[str, int]
 
 
 def slug(name: str) -> str:
-    """A class' name as a part of a column's."""
+    """Convert a class name to a part of a column's name."""
     return re.sub("[^a-z0-9]+", "_", name.lower()).strip("_")
 
 
 def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequence[str]) -> Iterator[Output]:
-    """Every output of a run once; `columns` of the trajectory besides its step and id."""
+    """Yield every output of a run once; `columns` of the trajectory in addition to step and id."""
     moist, path = bool(scene["effects"]["bridges"]), where(folder, "trajectory")
     logs = {name: Rows(where(folder, name), name, LOGS[name]) for name in (LOGS if moist else ())}
     trajectory, steps = Rows(path, "trajectory", ["step", "id", *columns]), plans.plan(folder).outputs
@@ -164,4 +164,4 @@ def accounted(liquid: pd.DataFrame, initial: float) -> float:
 
 
 ALL_THERE = 1e-12
-"""Limit of that."""
+"""Limit of the check that all liquid is accounted for."""

@@ -35,7 +35,7 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:
 
 
 def _retained(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
-    """One row of Y(t): mass of spheres and liquid that is not in the bin over that at the start."""
+    """Return one row of Y(t): mass of spheres and liquid that is not in the bin over that at the start."""
     above = o.here & ~passed
     wet, start = of.mass + of.density * o.on, of.mass + of.density * of.film
     outside = sum(amount for name, amount in zip(of.walls, o.walls, strict=True) if name != BIN)
@@ -52,7 +52,7 @@ def _retained(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
 
 
 def _held(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
-    """One row of where the liquid is [m3]."""
+    """Return one row of the distribution of liquid [m3]."""
     row, total = {}, o.left + o.walls.sum()
     for name, rows in (("coarse_material", o.here & ~passed), ("fines", o.here & passed)):
         row[f"{name}_m3"] = o.on[rows].sum()
@@ -66,7 +66,10 @@ def _held(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
 def _recomputed(
     of: Bodies, scene: Mapping[str, Any], y: pd.DataFrame, liquid: pd.DataFrame, came_back: int
 ) -> Recomputed:
-    """Return the results with the checks of every run: no sphere lost, Y never rises (but for drawn liquid), all liquid there."""
+    """Return the results with the checks of every run.
+
+    No sphere is lost, Y never rises (except by drawn liquid), and all liquid is accounted for.
+    """
     seen, count = y["spheres_on_screen"] + y["spheres_in_bin"], len(of.ids)
     initial, mass = float(of.film.sum()), float(of.mass.sum())
     lost, wet = float((count - seen).abs().max()), initial * of.density
@@ -97,7 +100,7 @@ def _recomputed(
 
 
 def _coarse(scene: Mapping[str, Any]) -> float:
-    """Mass share of the classes that are larger than the aperture."""
+    """Return the mass share of the classes that are larger than the aperture."""
     mass = [c["count"] * c["density_kg_per_m3"] * c["radius_m"] ** 3 for c in scene["classes"]]
     stays = [m for m, c in zip(mass, scene["classes"], strict=True) if not c.get("passes_aperture", True)]
     return float(sum(stays) / sum(mass))

@@ -1,4 +1,4 @@
-"""summary.json and results/checks.json against the logs."""
+"""Compare summary.json and results/checks.json with the logs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from reference_impl.replay.stream import BATCH, Rows
 from reference_impl.tables.recomputed import Recomputed
 
 NOT_COMPARED = ("versions of packages",)
-"""What of summary.json no log says."""
+"""Parts of summary.json that no log determines."""
 LOGS = "the raw logs"
 
 
@@ -36,7 +36,7 @@ def load(path: Path) -> Any:
 
 
 def checks(file: str, given: Any, expected: Recomputed) -> Iterator[Held]:
-    """Names, values, limits and verdicts of the checks; the counts in the sentence on lost spheres."""
+    """Compare names, values, limits and verdicts of the checks, and the counts in the sentence on lost spheres."""
     listed = {row.get("name"): row for row in given if isinstance(row, Mapping)} if isinstance(given, list) else {}
     for name, value in expected.checks.items():
         row, limit = listed.get(name, {}), expected.limits[name]
@@ -51,7 +51,7 @@ def checks(file: str, given: Any, expected: Recomputed) -> Iterator[Held]:
 
 
 def held(given: Mapping[str, Any], expected: Recomputed, scene: Mapping[str, Any], folder: Path) -> Iterator[Held]:
-    """Every number of the summary that the logs, the scene and the engine's own report give."""
+    """Compare every number of the summary that follows from the logs, the scene and the engine's own report."""
     path = folder / "engine" / "run.json"
     run = load(path) if path.exists() else {}
     steps, wall = round(scene["duration_s"] / scene["time_step_s"]), float(run.get("wall_s") or 0.0)
@@ -91,7 +91,7 @@ def held(given: Mapping[str, Any], expected: Recomputed, scene: Mapping[str, Any
 def _group(
     name: str, given: Mapping[str, Any], want: Mapping[str, Any], source: str, scale: float | None = None
 ) -> Iterator[Held]:
-    """The entries of one group, none missing and none besides."""
+    """Compare the entries of one group, without missing or additional ones."""
     there = given.get(name)
     there = there if isinstance(there, Mapping) else {}
     for key, value in want.items():
@@ -122,7 +122,7 @@ def _of_ledger(given: Mapping[str, Any], scene: Mapping[str, Any], folder: Path)
 
 
 def energies(folder: Path, scene: Mapping[str, Any]) -> dict[str, float | None]:
-    """Energies at the end, and works since the start [J], in the summary's words."""
+    """Return energies at the end, and works since the start [J], under the summary's names."""
     moist = bool(scene["effects"]["bridges"])
     if moist and scene["output"].get("energy", True):
         with io.readable(where(folder, "energy")):
@@ -148,7 +148,7 @@ def energies(folder: Path, scene: Mapping[str, Any]) -> dict[str, float | None]:
 
 
 def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats) -> float:
-    """Work [J] that gravity did not do on spheres that moved in straight lines before they were released."""
+    """Return the work [J] that gravity did not do on spheres that moved in straight lines before their release."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", int(outputs[0]))]).sort_values("id")
     kind = t["type"].to_numpy()
     mass = io.masses(scene)
@@ -158,7 +158,7 @@ def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats)
 
 
 def _at(folder: Path, scene: Mapping[str, Any], step: int) -> tuple[float, float, float]:
-    """Kinetic energy of places and of spins, and work of gravity from the origin [J], of all spheres at an output."""
+    """Return translational and rotational kinetic energy, and work of gravity from the origin [J], at an output."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", step)])
     if step and scene.get("outlets"):  # of spheres that left, as they left
         t = io.table(where(folder, "trajectory"), "trajectory").sort_values("step").drop_duplicates("id", keep="last")

@@ -1,4 +1,4 @@
-"""The parts of the study's page that are drawn from a table alone, for this study and for stored ones next to it."""
+"""Parts of the study's page that are made from a table alone, for this study and for stored ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WISHES = {
     "fraction retained and liquid": ("fraction retained", "liquid shares"),
     "restitution": ("restitution",),
 }
-"""What one may want -> the groups that count."""
+"""Purpose -> groups of quantities that it requires."""
 GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 
@@ -142,11 +142,11 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
 
 
 BESIDE = (("fraction", 0.1), ("fraction", 0.05), ("stiffness", 0.003), ("stiffness", 0.01))
-"""Settings that the scatter of inputs is laid next to."""
+"""Settings with which the scatter of inputs is compared."""
 
 
 def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
-    """Effect of the inputs' scatter on the fraction retained [% of the feed], then errors of settings of the table."""
+    """Return the effect of the inputs' scatter on the fraction retained [% of the feed], then errors of settings of the table."""
     columns = [(scene, quantity) for scene in ("dry", "moist") for quantity in scatter.QUANTITIES]
     made = scatter.effects(scatter.stored(), table).set_index(["input", "level"])
     names = {(n, 1): f"{i.title} ± {100 * i.between:.2g} %" for n, i in scatter.INPUTS.items()}
@@ -163,7 +163,7 @@ def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
 
 
 def scattered(table: dict[str, Any]) -> str:
-    """Make the part of the page on scatter of the inputs."""
+    """Make the part of the page on the scatter of inputs."""
     made = scatter.stored()
     text = paragraph(
         f"Each input one standard deviation up and down, half of what that changes, {made['seed'].nunique()} seeds; then "
@@ -176,7 +176,7 @@ def scattered(table: dict[str, Any]) -> str:
 
 
 def seeds_in_words(made: dict[str, Any]) -> str:
-    """Return the number of seeds of a study in words."""
+    """Describe the number of seeds of a study."""
     dry = made.get("dry_seeds", made["seeds"])
     return f"{made['seeds']} seeds" + ("" if dry == made["seeds"] else f" ({dry} of dry screening)")
 

@@ -1,4 +1,4 @@
-"""The small scenes of the study: pairs that collide, a pair drawn apart, a moist bed, and the bridge's laws without engine."""
+"""Small scenes of the study: pairs that collide, a pair drawn apart, a moist bed, and the bridge's laws without engine."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from pywet.schema import LARGE_WALL, SPHERE
 from pywet.util.files import read_table
 
 PAPER_STIFFNESS = 1e5
-"""Springs of the paper [N/m]."""
+"""Contact stiffness of the paper [N/m]."""
 PAIRS = 6
-"""Pairs of one run, that touch at instants evenly spread over a time step."""
+"""Number of pairs in one run, which touch at times evenly spread over a time step."""
 SPEED = 0.5
 BED_S = 0.12
-"""Time in which the bed settles."""
+"""Time in which the bed settles [s]."""
 BRIDGES = ((0.0025, 40.0, 0.0025, 40.0), (0.0025, 40.0, math.inf, 45.0), (0.0025, 40.0, 0.005, 40.0))
 """Radius [m] and contact angle [deg] of two bodies each: POM on POM, on steel, small on large."""
 REDUCED_VOLUME = 0.02
-"""Volume of those bridges over the harmonic mean of the radii cubed."""
+"""Volume of those bridges over the cube of the harmonic mean of the radii."""
 Made = tuple[SphereClass, list[small.Sphere], float, int, dict[str, Any]]
 """Class and bodies of a scene, time step [s], steps, and more for `small.prepare`."""
 
 
 def effects(setting: Setting) -> Effects:
-    """All effects of a moist scene by the setting's laws."""
+    """Return all effects of a moist scene with the setting's laws."""
     laws: dict[str, Any] = (
         PRESETS["exact"] if setting.capillary == "exact" else {**PRESETS["paper"], "capillary": setting.capillary}
     )
@@ -46,18 +46,18 @@ def effects(setting: Setting) -> Effects:
 
 
 def contacts(setting: Setting) -> tuple[ContactPair, ...]:
-    """Dry contacts of glass with the stiffness of the setting."""
+    """Return dry contacts of glass with the stiffness of the setting."""
     return springs(PAPER_STIFFNESS * setting.stiffness)
 
 
 def time_step(setting: Setting, sphere: SphereClass, viscosity: float) -> float:
-    """The configuration's rule for the time step [s]."""
+    """Return the time step [s] by the configuration's rule."""
     explicit = setting.integration == "explicit"
     return step_choice.of_collisions(contacts(setting), (sphere,), setting.fraction, viscosity if explicit else 0.0)
 
 
 def pairs(setting: Setting, moist: bool) -> Made:
-    """PAIRS pairs thrown at each other, dry or with films of 1 % of water."""
+    """Return PAIRS colliding pairs, dry or with films of 1 % of water."""
     choice = Choice()
     sphere = choice.glass(2 * PAIRS)
     liquid = choice.liquid(sphere) if moist else None
@@ -79,7 +79,7 @@ def pairs(setting: Setting, moist: bool) -> Made:
 
 
 def restitutions(folder: Path) -> list[float]:
-    """Speed of parting over that of approach, of each pair; 0 for a pair that stays together."""
+    """Return the rebound speed over the approach speed of each pair; 0 for a pair that sticks."""
     end = last(folder)
     v, z = end["vz"].to_numpy(), end["z"].to_numpy()
     held: set[int] = set()
@@ -92,7 +92,7 @@ def restitutions(folder: Path) -> list[float]:
 
 
 def pull(setting: Setting) -> Made:
-    """Two wet spheres drawn apart from touch at 0.05 m/s."""
+    """Return two wet spheres drawn apart from touch at 0.05 m/s."""
     choice, speed = Choice(), 0.05
     sphere = choice.glass(2)
     r, step = sphere.radius_m, time_step(setting, sphere, choice.viscosity_Pa_s)
@@ -104,9 +104,9 @@ def pull(setting: Setting) -> Made:
 
 
 def pulled(folder: Path) -> dict[str, float]:
-    """Force at a gap of a fiftieth of the radius [N], rupture distance [m], work of separation [J].
+    """Return the force at a gap of a fiftieth of the radius [N], rupture distance [m], work of separation [J].
 
-    Not the force at touch: lubrication there is as large as the first step lets it be.
+    The force at touch is not used, because lubrication there depends on the first step.
     """
     log, events = (read_table(folder / "history" / f"{name}.parquet") for name in ("contacts", "events"))
     return {
@@ -117,7 +117,7 @@ def pulled(folder: Path) -> dict[str, float]:
 
 
 def bed(setting: Setting, seed: int) -> Made:
-    """216 moist spheres that fall into a box."""
+    """Return 216 moist spheres that fall into a box."""
     choice = Choice(spheres=216, seed=seed)
     sphere = choice.glass(choice.spheres)
     step = time_step(setting, sphere, choice.viscosity_Pa_s)
@@ -132,7 +132,7 @@ def bed(setting: Setting, seed: int) -> Made:
 
 
 def settled(folder: Path) -> dict[str, float]:
-    """Mean height over the diameter, bridges per sphere and the part of the liquid in them, over the last quarter."""
+    """Return mean height over the diameter, bridges per sphere and the share of the liquid in them, over the last quarter."""
     scene = EngineScene.read(folder / "scene.json")
     at = read_table(folder / "trajectory.parquet")
     ledger = read_table(folder / "history" / "ledger.parquet")
@@ -166,7 +166,7 @@ def quantities(scene: str, folder: Path) -> list[dict[str, Any]]:
 
 
 def law_errors(setting: Setting) -> dict[str, float]:
-    """Largest error of force (of that at touch) and rupture distance (of itself) against the exact bridge, over BRIDGES."""
+    """Return the largest error of force (over that at touch) and of rupture distance against the exact bridge, over BRIDGES."""
     exact = setting.capillary == "exact"
     name = "young_laplace" if exact else setting.capillary
     force, rupture = [], []
@@ -188,7 +188,7 @@ def law_errors(setting: Setting) -> dict[str, float]:
 
 
 def sharing_error(setting: Setting, finest: int) -> dict[str, float]:
-    """Largest error of the sharing ratio from interpolating in the table, against the finest table's nodes."""
+    """Return the largest error of the transfer ratio by interpolation in the table, against the finest table's nodes."""
     at = v_star_grid(finest)
     coarse = v_star_grid(setting.transfer_nodes)
     worst = 0.0

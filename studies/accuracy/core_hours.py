@@ -1,7 +1,7 @@
-"""Error over core-hours with the defaults marked: `python -m studies.accuracy.core_hours` renews docs/accuracy.md.
+"""Draw error over core-hours with the defaults marked: `python -m studies.accuracy.core_hours` updates docs/accuracy.md.
 
-Errors are those of the stored study, times are predicted for the machine of `machine.json`, so that page and picture are the
-same wherever they are made.
+Errors are those of the stored study, times are predicted for the machine of `machine.json`, so that page and picture
+are reproducible on any machine.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PAGE, PICTURE = ROOT / "docs" / "accuracy.md", ROOT / "docs" / "pictures" / "acc
 SCALES = {"smoke": "#5d8a3a", "reduced": "#d98032", "full": "#0b3c78"}
 CASES = {"moist": 2, "dry": 1}
 PASSAGE = ("fraction retained", "liquid shares")
-"""Groups of quantities that the picture is of."""
+"""Groups of quantities in the picture."""
 FLOOR = 0.05
 """Error [%] at which a point without a resolved error is drawn."""
 ACCURACIES = (0.2, 0.1, 0.05, 0.02)
@@ -34,20 +34,20 @@ ACCURACIES = (0.2, 0.1, 0.05, 0.02)
 
 @dataclass(frozen=True)
 class Point:
-    """One combination of settings: its predicted time [s] and its error as a share."""
+    """One combination of settings: its predicted time [s] and its relative error."""
 
     seconds: float
     error: float
 
 
 def seconds(config: Config, case: int, scale: str, levels: edit.Levels) -> float:
-    """Predicted time of the engine's run on the stored machine."""
+    """Return the predicted time of the engine's run on the stored machine."""
     table, _ = choice.for_scale(scale)
     return cost.predict(edit.changed(config, scale, levels), case, scale, needs.stored_machine(), habit(table))[0]
 
 
 def front(config: Config, kind: str, scale: str) -> tuple[list[Point], Point]:
-    """Combinations that no other one beats in time and error, from fast to exact; and the default."""
+    """Return the Pareto front of combinations in time and error, from fast to exact; and the default."""
     table, turned = choice.for_scale(scale)
     moist, wanted = kind == "moist", PASSAGE if kind == "moist" else PASSAGE[:1]
 
@@ -64,7 +64,7 @@ def front(config: Config, kind: str, scale: str) -> tuple[list[Point], Point]:
 
 
 def figure(config: Config) -> Figure:
-    """Error of the fraction retained and of liquid shares over core-hours, all scales in one picture."""
+    """Draw the error of the fraction retained and of liquid shares over core-hours, all scales in one picture."""
     with plt.rc_context(STYLE):
         drawn, ax = plt.subplots(figsize=(9.2, 4.4), layout="constrained")
         for scale, colour in SCALES.items():
@@ -94,7 +94,7 @@ def figure(config: Config) -> Figure:
 
 
 def chosen_rows(config: Config) -> list[str]:
-    """Settings, error and time of case 2 for each accuracy; the smoke scale is too small to choose by."""
+    """Return settings, error and time of case 2 for each accuracy, without the smoke scale, which is too small."""
     columns = ("error allowed", "scale", "settings other than the default", "largest error counted", "time of case 2")
     rows = [f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
     for scale in ("reduced", "full"):
@@ -154,12 +154,12 @@ def _cell(table: dict[str, Any], setting: str, level: Any, kind: str, group: str
 
 
 def blocks(config: Config) -> dict[str, list[str]]:
-    """Name of each block of the page that is made from data, and its lines."""
+    """Return name of each generated block of the page, and its lines."""
     return {"choice": chosen_rows(config), "settings": setting_rows()}
 
 
 def with_blocks(text: str, made: dict[str, list[str]]) -> str:
-    """The page's text with its blocks renewed."""
+    """Return the page's text with its blocks updated."""
     for name, rows in made.items():
         lines = "\n".join(rows)
         text = re.sub(

@@ -1,12 +1,12 @@
-"""Errors and costs from the stored runs: each level of a setting against the setting's finest, with what chance alone makes.
+"""Errors and costs from the stored runs: each level of a setting compared with the finest, and the statistical uncertainty.
 
-Screening and bed are chaotic: two runs that differ in a rounding drift apart as far as two seeds. The error of a level is the
-mean over seeds of its difference to the finest level with the same seed; its limit is the half width of the 99 % confidence
-interval (Student) of that mean. The standard deviation is pooled over all levels and settings of the scene, which are equally
-good samples of chance. An error within its limit is not resolved. Of a hundred such errors one is beyond its limit by chance;
-what is said of the defaults rests on all of them at once and takes `family`, at which the odds are one in a hundred for all
-together (Bonferroni). Colliding pairs take the instants of touch for seeds, each
-level with its own deviation. Everything is in the unit of `QUANTITIES`.
+Screening and bed are chaotic: two runs that differ by rounding diverge as far as two seeds. The error of a level is
+the mean over seeds of its difference to the finest level with the same seed; its limit is the half width of the 99 %
+confidence interval (Student) of that mean. The standard deviation is pooled over all levels and settings of the
+scene, which are equally good samples of the scatter. An error within its limit is not resolved. Of a hundred such
+errors one exceeds its limit by chance; statements on the defaults involve all of them and use `family`, for which the
+probability is one in a hundred for all together (Bonferroni). For colliding pairs the instants of touch are the
+seeds, each level with its own deviation. Everything is in the unit of `QUANTITIES`.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ GROUPS = tuple(dict.fromkeys(q.group for q in QUANTITIES))
 
 
 def errors(runs: pd.DataFrame, size: str) -> pd.DataFrame:
-    """Every error that the runs determine, one row each; levels that failed have none.
+    """Return every error that the runs determine, one row each, without failed levels.
 
-    `limit` is what chance alone may make of it, `family` what it may make of the largest of all errors of the study.
+    `limit` bounds the effect of scatter on it, `family` that on the largest of all errors of the study.
     """
     done = runs[runs["failed"].isna() & (runs["knob"] != "again")]
     samples = [
@@ -112,7 +112,7 @@ def _differences(values: pd.Series, finest: pd.Series, quantity: Quantity) -> np
 
 
 def _pooled(differences: Iterable[np.ndarray]) -> tuple[float, int]:
-    """Standard deviation of a difference and its degrees of freedom, over levels that are not bit for bit the reference."""
+    """Return the standard deviation of a difference and its degrees of freedom, over levels not identical to the reference."""
     moved = [d for d in differences if len(d) > 1 and np.any(d != 0.0)]
     freedom = sum(len(d) - 1 for d in moved)
     if freedom == 0:
@@ -130,10 +130,10 @@ def _limit(d: np.ndarray, pooled: tuple[float, int] | None, confidence: float) -
 
 
 def prices(runs: pd.DataFrame, size: str) -> pd.DataFrame:
-    """Processor time of the time loop over that of the default in the same round (wall time for ranks).
+    """Return the processor time of the time loop over that of the default in the same round (wall time for ranks).
 
-    A row for every level that was run in a screening scene: the median over the seeds with its range, and the default's own
-    range, which is how well times repeat.
+    There is a row for every level run in a screening scene: the median over the seeds with its range, and the
+    default's own range, which is the repeatability.
     """
     rows = []
     for scene in SCREENING:

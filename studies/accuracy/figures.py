@@ -1,4 +1,4 @@
-"""Pictures of the accuracy study: error against cost of every setting, the fronts of all combinations, seeds, predicted times."""
+"""Pictures of the accuracy study: error against cost of every setting, fronts of all combinations, seeds, predicted times."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from pywet.report.pictures import INK, STYLE, panels, plt
 
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
 KNOB_COLOUR = {"fraction": "#0b3c78", "stiffness": "#d98032", "wire_sides": "#5d8a3a", "capillary": "#b3261e"}
-"""Of the settings whose curves are drawn next to the seeds."""
+"""Colours of the settings whose curves are drawn next to the seeds."""
 FLOOR = 1e-4
-"""Errors below this share are drawn at the foot of the picture."""
+"""Error share below which points are drawn at the bottom of the picture."""
 SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_implicit": "semi-implicit"}
 
 
 def setting_panels(table: dict[str, Any], group: str) -> Figure | None:
-    """Error against cost, one small picture for each setting that was measured in this group; moist and dry in one."""
+    """Draw error against cost, one panel for each setting measured in this group; moist and dry in one."""
     drawn = [(parameter, _kinds(table, parameter, group)) for parameter in KNOBS if not KNOBS[parameter].exact_pair]
     drawn = [(parameter, kinds) for parameter, kinds in drawn if kinds]
     if not drawn:
@@ -41,7 +41,7 @@ def setting_panels(table: dict[str, Any], group: str) -> Figure | None:
 
 
 def _kinds(table: dict[str, Any], parameter: str, group: str) -> dict[str, list[dict[str, Any]]]:
-    """Levels of a setting for a moist and for a dry case, where they differ at all."""
+    """Return the levels of a setting for a moist and for a dry case, if they differ."""
     by_kind = {kind: choice.points(table, parameter, kind, group) for kind in choice.SCENES}
     return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
@@ -82,7 +82,7 @@ def _dress(ax: Axes, title: str, kinds: dict[str, Any]) -> None:
 
 
 def fronts(table: dict[str, Any]) -> Figure:
-    """Cheapest cost for each accuracy, over all combinations of settings; the default as a ring."""
+    """Draw the lowest cost for each accuracy, over all combinations of settings; the default as a ring."""
     wanted = {
         "all of them": choice.WANTED,
         "fraction retained, liquid": ("fraction retained", "liquid shares"),
@@ -116,7 +116,7 @@ def fronts(table: dict[str, Any]) -> Figure:
 
 
 def _front(options: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, float]]:
-    """Prices and errors that no other combination beats, from cheap to exact."""
+    """Return costs and errors that no other combination beats, from cheap to exact."""
     pairs = sorted((c.price, max(c.error.values())) for c in choice.combinations(options, wanted))
     line: list[tuple[float, float]] = []
     for price, error in pairs:
@@ -126,7 +126,7 @@ def _front(options: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, 
 
 
 def _label_ends(ax: Axes, ends: list[tuple[float, float, str, str]]) -> None:
-    """Names at the cheap end of the lines, stored apart."""
+    """Label the cheap ends of the lines without overlaps."""
     last = np.inf
     for x, y, name, colour in sorted(ends, key=lambda e: -e[1]):
         at = min(y, last / 1.45, 100.0)
@@ -135,7 +135,7 @@ def _label_ends(ax: Axes, ends: list[tuple[float, float, str, str]]) -> None:
 
 
 def seeds(runs: pd.DataFrame, size: str) -> Figure:
-    """Fraction retained of the default with every seed, and the mean over the seeds of the coarsest and finest settings."""
+    """Draw the fraction retained of the default with every seed, and the mean over seeds for coarsest and finest settings."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 3.6), layout="constrained")
         for ax, scene in zip(axes, ("moist", "dry"), strict=True):
@@ -161,7 +161,7 @@ def seeds(runs: pd.DataFrame, size: str) -> Figure:
 
 
 def times(runs: pd.DataFrame) -> Figure:
-    """Predicted over measured seconds of the study's runs: scene, measured, predicted."""
+    """Draw predicted over measured seconds of the study's runs: scene, measured, predicted."""
     with plt.rc_context(STYLE):
         figure, ax = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
         seconds = runs[["measured", "predicted"]].to_numpy(float)

@@ -1,4 +1,4 @@
-"""One run of the accuracy study: prepared, timed, measured; its run directory is removed."""
+"""One run of the accuracy study: prepared, timed, measured, and its run directory removed."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from studies.study import Row
 def rows_of(
     scene: str, seed: int, parameter: str, setting: Setting, size: str, config_dir: Path, vary: sieve.Vary = lambda same: same
 ) -> list[Row]:  # fmt: skip
-    """Do a run: a row, of colliding pairs one for each; of one that the engine refuses or that fails the reason, in `failed`.
+    """Execute a run and return a row, for colliding pairs one each; after a refusal or failure with the reason in `failed`.
 
-    `vary` changes what a screening scene is made from.
+    `vary` changes the inputs of a screening scene.
     """
     if scene == "laws":
         errors = {} if parameter == "transfer_nodes" else bodies.law_errors(setting)

@@ -1,4 +1,4 @@
-"""The study's page: where the defaults are, what an accuracy costs, pictures first, every number behind them last."""
+"""The study's page: positions of the defaults, cost of an accuracy, pictures first, all numbers last."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def write_page(
 ) -> Path:
     """Write the page and return its path.
 
-    `others` are stored tables, shown next to; `times`: scene, measured and predicted seconds of runs.
+    `others` are stored tables, shown for comparison; `times`: scene, measured and predicted seconds of runs.
     """
     standings = blocks.all_standings(table)
     beaten = [s for s in standings if s.verdict == "beaten"]

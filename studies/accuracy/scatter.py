@@ -1,7 +1,7 @@
-"""What scatter of the inputs makes of the fraction retained, in the units and with the seeds of the settings' errors.
+"""Effect of the scatter of inputs on the fraction retained, in the units and with the seeds of the settings' errors.
 
-The study's screening scenes again, with an input a standard deviation above and below its value. Its effect is half of what the
-two differ by. Multiple time stepping, which the stored tables do not have, is run next to it; `scatter.json` keeps the rows.
+The study's screening scenes are repeated with an input one standard deviation above and below its value; its effect is half the
+difference. Multiple time stepping, which the stored tables lack, is run as well; `scatter.json` stores the rows.
 
     python -m studies.accuracy.scatter [FOLDER]      runs what is missing (some minutes), stores the rows
 """
@@ -42,7 +42,7 @@ class Input:
     at_walls: float
     source: str
     scenes: tuple[str, ...] = SCREENING
-    """Where it is moved."""
+    """Scenes in which the input is varied."""
 
 
 VSSUQ = "raw files of LaMarche et al. (2022), github.com/wfullmer/vssuq (MIT): glass on glass"
@@ -54,14 +54,14 @@ INPUTS = {
     "tension": Input("surface tension", 1 / 70, 1 / 70, "Nowak et al. (2005): water, 70 ± 1 mN/m", ("moist",)),
     "film": Input("liquid on the spheres", 0.1, 0.1, "assumption", ("moist",)),
 }
-"""Glass is what was measured; that other materials scatter alike is an assumption."""
+"""Inputs with their scatter as measured on glass; that other materials scatter alike is an assumption."""
 STEPS = (4,)
-"""Steps between impulses that are run next to."""
+"""Steps between impulses that are run in addition."""
 SEEDS = sieve.SEEDS[:2]
 
 
 def scattered(config: Config, name: str, sign: int) -> Config:
-    """Return the configuration with one input changed by a number of its standard deviations."""
+    """Study of each input, low and high, with every seed."""
     spread, data = INPUTS[name], config.materials
     if name == "film":
         moved = {n: c.model_copy(update={"liquid_percent": c.liquid_percent * (1.0 + sign * spread.between)})
@@ -89,7 +89,7 @@ class ScatterStudy(study.Study):
         return [f"{scene}-{seed}" for seed in SEEDS for scene in SCREENING]
 
     def runs(self, job: str) -> list[study.Run]:
-        """Each input low and high; in moist screening the default, and longer steps between impulses."""
+        """Return each input low and high; in moist screening also the default, and longer steps between impulses."""
         scene, _, seed = job.partition("-")
         turned = [(name, sign) for name, i in INPUTS.items() if scene in i.scenes for sign in (-1, 1)]
         if scene == "moist":
@@ -116,8 +116,8 @@ class ScatterStudy(study.Study):
 def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
     """Return the effect of one standard deviation of each input: scene, input, level, quantity, value, limit (99 %), seeds.
 
-    Half of high minus low; of `bridges_every` each level minus the default. What chance makes of a difference of two runs is
-    taken from the study's `table`, whose deviation is pooled over many levels of the same scene.
+    It is half of high minus low; for `bridges_every` each level minus the default. The scatter of a difference of
+    two runs is taken from the study's `table`, whose deviation is pooled over many levels of the same scene.
     """
     made = []
     (known,) = (row["errors"] for row in table["knobs"]["fraction"] if row["level"] == 0.1)

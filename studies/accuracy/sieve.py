@@ -1,4 +1,4 @@
-"""The screening scenes of the study: a dry and a moist case on a narrow sieve for a short time, with any setting."""
+"""Screening scenes of the study: a dry and a moist case on a narrow sieve for a short time, with any setting."""
 
 from __future__ import annotations
 
@@ -23,7 +23,12 @@ CASE = {"dry": 1, "moist": 2}
 """Screening case of each scene: POM of 5, 7, 10 mm on 8 mm apertures, dry and with 5 % of water."""
 SCREENING = tuple(CASE)
 SEEDS = (10007, 10009, 10037, 10039, 10061, 10067)
-"""Seeds of the engine are primes above 10000."""
+"""Sizes of the study.
+
+`quick` and `standard`: the smoke scale's stiffness on 4 x 4 apertures; `whole`: the unchanged smoke scale. `reduced`:
+the reduced scale's sieve and stiffness for the first second of screening; `reduced_whole`: the unchanged reduced
+scale.
+"""
 Vary = Callable[[Config], Config]
 PLACES = ("coarse_material", "fines")
 LIQUID = ("coarse_material_m3", "fines_m3", "standing_bridges_m3")
@@ -81,7 +86,7 @@ def quantities(folder: Path) -> dict[str, Any]:
 
 
 def of_curve(since: np.ndarray, retained: np.ndarray, end: float) -> dict[str, float]:
-    """Fraction retained at a time since the opening, and its mean from the opening to then (trapezium rule)."""
+    """Return the fraction retained at a time since the opening, and its mean from the opening to then (trapezium rule)."""
     times = np.concatenate([[0.0], since[(since > 0.0) & (since < end)], [end]])
     values = np.interp(times, since, retained)
     return {"retained_mean": float(np.trapezoid(values, times) / end), "retained_end": float(values[-1])}

@@ -1,7 +1,7 @@
 """The accuracy study: its rounds and their runs, its table, and the page.
 
-A round is a scene with one seed: all its settings in turn, the default first and last, so that whatever else the machine does
-meets all of them.
+A round is a scene with one seed: all its settings in turn, the default first and last, so that other load on the
+machine affects all of them.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from studies.accuracy import errors, measure, sieve
 from studies.accuracy.sieve import SCREENING, SEEDS
 
 ONCE = ("pair_dry", "pair_wet", "pull", "laws")
-"""Scenes without chance: one round."""
+"""Deterministic scenes, with one round."""
 
 
 @dataclass(frozen=True)
 class AccuracyStudy(study.Study):
-    """All settings in all scenes, in one of the sizes of `sieve.SIZES`."""
+    """Study of all settings in all scenes, in one of the sizes of `sieve.SIZES`."""
 
     folder: Path
     size: str = "quick"
@@ -43,7 +43,7 @@ class AccuracyStudy(study.Study):
         sieve.size_named(self.size)
 
     def jobs(self) -> list[str]:
-        """The rounds; those of one scene are not neighbours."""
+        """Return the rounds, with those of one scene spread out."""
         shape = sieve.size_named(self.size)
         seeds = {"bed": shape.seeds, "moist": shape.seeds, "dry": shape.dry_seeds or shape.seeds}
         rounds = [(scene, SEEDS[0]) for scene in ONCE]
@@ -51,7 +51,7 @@ class AccuracyStudy(study.Study):
         return [f"{self.size}/{scene}-{seed}" for scene, seed in rounds]
 
     def runs(self, job: str) -> list[study.Run]:
-        """Default, every level of every setting but the default's (from another start each seed), and the default again."""
+        """Return default, every other level of every setting (with a new start for each seed), and the default again."""
         scene, _, seed = job.partition("/")[2].rpartition("-")
         base = knobs.default(self.size)
         turned: list[tuple[str, Level | None]] = [
@@ -79,17 +79,17 @@ class AccuracyStudy(study.Study):
         )
 
     def setting(self, parameter: str, level: Any) -> Setting:
-        """The default with one setting changed; `default` and `again` change none."""
+        """Return the default with one setting changed; `default` and `again` change none."""
         return replace(knobs.default(self.size), **({parameter: level} if parameter in knobs.KNOBS else {}))
 
     @cached_property
     def configuration(self) -> list[dict[str, Any]]:
-        """All of the configuration that screening depends on and the study does not set itself."""
+        """Return the parts of the configuration that affect screening and that the study does not set."""
         config = with_setting(settings.load(self.config_dir), Setting(), sieve.SIZES[self.size], seed=0)
         return [study.configured(config, number, SCALE) for number in sieve.CASE.values()]
 
     def table(self) -> dict[str, Any]:
-        """Prices and errors from the runs that are stored."""
+        """Return costs and errors from the stored runs."""
         runs = self.gather()
         if runs.empty or not runs["scene"].isin(SCREENING).any():
             raise PywetError(
@@ -98,7 +98,7 @@ class AccuracyStudy(study.Study):
         return tabled(runs, self.size)
 
     def show(self) -> Path:
-        """table.json in the folder, and the page."""
+        """Write table.json into the folder, and the page."""
         from studies.accuracy import page
 
         table = self.table()
@@ -107,7 +107,7 @@ class AccuracyStudy(study.Study):
         return page.write_page(self.page, table, self.gather(), self.size, others, self.times(command.habit(table)))
 
     def times(self, habit: cost.Habit) -> pd.DataFrame | None:
-        """Measured and predicted processor time [s] of every screening run on one rank; None on an unmeasured machine."""
+        """Return measured and predicted processor time [s] of every screening run on one rank; None on an unmeasured machine."""
         machine, runs = cost.measured_here(), self.gather()
         if machine is None:
             return None
@@ -116,13 +116,13 @@ class AccuracyStudy(study.Study):
         return pd.DataFrame({"scene": runs["scene"], "measured": runs["cpu_s"], "predicted": predicted})
 
     def predict(self, run: Any, machine: cost.Coefficients, habit: cost.Habit) -> float:
-        """Processor time of a screening run [s], by its labels."""
+        """Return the processor time of a screening run [s] from its labels."""
         setting = self.setting(run["knob"], run["level"])
         made = with_setting(settings.load(self.config_dir), setting, sieve.SIZES[self.size], run["seed"])
         return cost.predict(made, sieve.CASE[run["scene"]], SCALE, machine, habit)[0]
 
     def expected(self) -> float:
-        """Time of the runs that are missing on this machine [s]; small scenes are guessed at a few seconds each."""
+        """Return the expected time of the missing runs on this machine [s]; a few seconds are assumed for each small scene."""
         machine = command.calibrated(self.config_dir)
         habit, total = command.habit(choice.for_scale(sieve.SIZES[self.size].scale)[0]), 0.0
         for run in self.missing():
@@ -138,7 +138,7 @@ class AccuracyStudy(study.Study):
 
 
 def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
-    """The result as one small table: costs and errors by setting and level, with where they come from."""
+    """Return the result as one small table: costs and errors by setting and level, with their sources."""
     found, prices = errors.errors(runs, size), errors.prices(runs, size)
     failed = runs[runs["failed"].notna()]
     failed = failed.assign(said=failed["scene"] + ": " + failed["failed"].astype(str))
@@ -169,7 +169,7 @@ def _of(table: pd.DataFrame, parameter: str, level: knobs.Level) -> pd.DataFrame
 
 
 def exact_start(runs: pd.DataFrame) -> float:
-    """Start of a moist run with the exact bridge's laws over that of the default, in the same rounds."""
+    """Return the start time of a moist run with the exact bridge's laws over that of the default, in the same rounds."""
     moist = runs[(runs["scene"] == "moist") & runs["failed"].isna()].set_index("seed")
     start = moist["cpu_s"] - moist["loop_cpu_s"]
     ratios = start[(moist["knob"] == "capillary") & (moist["level"] == "exact")] / start[moist["knob"] == "default"]
@@ -196,7 +196,7 @@ def provenance(runs: pd.DataFrame, size: str) -> dict[str, Any]:
 
 
 def spread(runs: pd.DataFrame) -> dict[str, dict[str, list[float]]]:
-    """Scene -> quantity -> values of the default over the seeds."""
+    """Return scene -> quantity -> values of the default over the seeds."""
     default = runs[(runs["knob"] == "default") & runs["failed"].isna()]
     names = [q.name for q in errors.QUANTITIES if q.name in default and q.name != "restitution"]
     values = {scene: of[names].dropna(axis="columns") for scene, of in default.groupby("scene", sort=False)}
@@ -204,7 +204,7 @@ def spread(runs: pd.DataFrame) -> dict[str, dict[str, list[float]]]:
 
 
 def store(result: dict[str, Any], path: Path = choice.STORED) -> Path:
-    """Put a study's table into the stored one, in the place of its scale."""
+    """Store a study's table in the stored one, replacing that of its scale."""
     try:
         whole = read_json(path, shape=dict[str, dict[str, Any]])
     except PywetError:  # none yet

@@ -1,6 +1,7 @@
-"""What accuracy costs: error of the coefficients of restitution against time, for every integrator and tolerance.
+"""Cost of accuracy: error of the coefficients of restitution against time, for every integrator and tolerance.
 
-Times are the best of a few repetitions on one core; the reference is the compiled integrator at its tightest tolerance.
+Times are the best of a few repetitions on one core; the reference is the compiled integrator at its tightest
+tolerance.
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ from studies.buck2018.buck_tables import FRICTION, GLASS_WALL
 from studies.buck2018.curves import problem
 
 METHODS = {"compiled": 13, "DOP853": 13, "RK45": 12, "RK23": 8, "LSODA": 13, "Radau": 9, "BDF": 10}
-"""Method -> smallest tolerance tried, as a power of ten (beyond it takes seconds for one collision)."""
+"""Method -> smallest tolerance tested, as a power of ten (below it a collision takes seconds)."""
 LOOSEST = 3
 CONTACT_STEPS = (10, 20, 50, 100, 200, 500, 1000)
-"""Fixed steps per duration of the dry contact."""
+"""Numbers of fixed steps per duration of the dry contact."""
 BUDGET = 1e-6
-"""The error asked for: that of the dry coefficient of restitution; measurements scatter by 0.01 and more."""
+"""Required error: that of the dry coefficient of restitution; measurements scatter by 0.01 and more."""
 
 
 class Start(NamedTuple):
-    """A collision before it begins; `contact_s` is how long its dry contact lasts."""
+    """Initial state of a collision; `contact_s` is the duration of its dry contact."""
 
     parameters: Parameters
     state: np.ndarray
@@ -38,8 +39,10 @@ class Start(NamedTuple):
 
 
 def examples() -> list[Problem]:
-    """Rolling and sliding in one contact, wet and dry; a rebound just above sticking, where e_n is most sensitive; and of 3000
-    random dry collisions the one that strays furthest at 1e-8.
+    """Return collisions with rolling and sliding in one contact, wet and dry, and two sensitive ones.
+
+    These are a rebound just above sticking, where e_n is most sensitive, and, of 3000 random dry collisions, the
+    one with the largest error at 1e-8.
     """
     body = {"radius_m": 0.001012406603848623, "youngs_modulus_Pa": 53809944024.58572, "poisson_ratio": 0.2}
     worst = {
@@ -62,7 +65,7 @@ def examples() -> list[Problem]:
 
 
 def coefficients(case: Problem, state: np.ndarray) -> np.ndarray:
-    """(e_n, e_t, e_ω) of a state at the end; 0 where there was nothing before."""
+    """Return (e_n, e_t, e_ω) of a final state; 0 where the initial value is zero."""
     first = wall.start(case, case.parameters())
     before = np.array([-first[U], first[V], first[W]])
     return np.divide(state[[U, V, W]], before, out=np.zeros(3), where=before != 0.0)
@@ -75,7 +78,7 @@ def prepared(case: Problem) -> Start:
 
 
 def settings(methods: dict[str, int]) -> Iterator[tuple[str, float, Callable[[Start], Course]]]:
-    """Every integrator at every tolerance, then velocity Verlet with fixed steps: name, setting, how it collides."""
+    """Yield every integrator at every tolerance, then velocity Verlet with fixed steps: name, setting, function."""
     for method, last in methods.items():
         for rtol in (10.0**-power for power in range(LOOSEST, last + 1)):
             yield method, rtol, lambda s, m=method, r=rtol: wall.integrate(s.parameters, s.state, r, m)  # type: ignore[misc]
@@ -84,7 +87,7 @@ def settings(methods: dict[str, int]) -> Iterator[tuple[str, float, Callable[[St
 
 
 def cost(methods: dict[str, int] | None = None, repeats: int = 3) -> pd.DataFrame:
-    """One row per method and tolerance (Verlet: steps per contact): largest error over the examples, seconds, calls."""
+    """Return one row per method and tolerance (Verlet: steps per contact): largest error over the examples, seconds, calls."""
     cases = examples()
     starts = [prepared(case) for case in cases]
     exact = [wall.integrate(s.parameters, s.state, 1e-13, "compiled").state for s in starts]

@@ -1,4 +1,4 @@
-"""Draws the tables of `curves`, `accuracy_cost` and `twin`: model lines only, the paper's measurements are not in the project."""
+"""Draw the tables of `curves`, `accuracy_cost` and `twin`: model lines only, without the paper's measurements."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ VELOCITY, ANGLE = "impact velocity in m/s", "angle from the normal in °"
 
 
 def lines(table: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
-    """Colour, name and points of each line of a table."""
+    """Yield colour, name and points of each line of a table."""
     for n, (line, points) in enumerate(table.groupby("line", sort=False)):
         yield COLOURS[n % len(COLOURS)], str(line), points
 
 
 def plot(place: Axes, table: pd.DataFrame, column: str, **axes: Any) -> None:
-    """A coefficient over x, a line for each of the table's; what the engine gave are points."""
+    """Draw a coefficient over x, one line for each of the table's; results of the engine are points."""
     for colour, line, points in lines(table):
         place.plot(points["x"], points[column], "o" if line == "engine" else "-", color=colour, label=line)
     place.set(ylabel=LABELS[column], **axes)
 
 
 def convergence(table: pd.DataFrame) -> Figure:
-    """Fig. 6: e_n and its distance from the tightest value over the tolerance."""
+    """Draw Fig. 6: e_n and its distance from the tightest value over the tolerance."""
     figure, axes = panels(2, 2, (4.4, 3.0))
     best = table[table["line"] == "DOP853"]["e_n"].iloc[-1]
     for colour, line, points in lines(table):
@@ -59,7 +59,7 @@ def convergence(table: pd.DataFrame) -> Figure:
 
 
 def over_velocity(table: pd.DataFrame) -> Figure:
-    """Figs. 7 and 8: e_n over the impact velocity, one panel per letter."""
+    """Draw Figs. 7 and 8: e_n over the impact velocity, one panel per letter."""
     letters = list(table.groupby("panel", sort=False))
     figure, axes = panels(len(letters), 2, (4.4, 3.0))
     for place, (letter, rows) in zip(axes, letters, strict=False):
@@ -69,7 +69,7 @@ def over_velocity(table: pd.DataFrame) -> Figure:
 
 
 def dissipation(table: pd.DataFrame) -> Figure:
-    """Fig. 9: energies lost per mass, stacked over the velocity."""
+    """Draw Fig. 9: energies lost per mass, stacked over the velocity."""
     figure, axes = panels(2, 2, (4.4, 3.0))
     for place, (letter, rows) in zip(axes, table.groupby("panel", sort=False), strict=True):
         lost, colours = [rows[w] for w in WORKS], [WORK_COLOURS[w] for w in WORKS]
@@ -81,7 +81,7 @@ def dissipation(table: pd.DataFrame) -> Figure:
 
 
 def over_angle(table: pd.DataFrame, columns: tuple[str, ...] = tuple(LABELS)) -> Figure:
-    """Figs. 10 to 13: coefficients over the collision angle."""
+    """Draw Figs. 10 to 13: coefficients over the collision angle."""
     figure, axes = panels(len(columns), 2, (4.4, 3.0))
     for place, column in zip(axes, columns, strict=False):
         limits = {"ylim": LIMITS[column]} if column in LIMITS else {}
@@ -91,7 +91,7 @@ def over_angle(table: pd.DataFrame, columns: tuple[str, ...] = tuple(LABELS)) ->
 
 
 def regimes(table: pd.DataFrame) -> Figure:
-    """Fig. 12: the five regimes at about −960 rad/s, shaded by the slope of the spin after the collision."""
+    """Draw Fig. 12: the five regimes at about −960 rad/s, shaded by the slope of the spin after the collision."""
     figure, axes = panels(3, 3, (4.4, 3.0))
     rows = table[table["line"] == "-961 rad/s"].reset_index(drop=True)
     edges = [0.0, *regime_edges(rows), 90.0]
@@ -107,14 +107,14 @@ def regimes(table: pd.DataFrame) -> Figure:
 
 
 def regime_edges(rows: pd.DataFrame) -> list[float]:
-    """Angles [deg] at which the slope of e_ω passes 0.02 per degree: ends of the five regimes."""
+    """Return the angles [deg] at which the slope of e_ω passes 0.02 per degree: ends of the five regimes."""
     use = rows[rows["x"] < 80.0]
     slope = np.diff(use["e_omega"]) / np.diff(use["x"])
     return [float(x) for x in use["x"].to_numpy()[1:-1][np.diff((slope > 0.02).astype(int)) != 0]]
 
 
 def accuracy(table: pd.DataFrame) -> Figure:
-    """Error against wall time for every integrator; the knee of the default integrator is marked."""
+    """Draw error against wall time for every integrator, with the knee of the default integrator marked."""
     figure, (place,) = panels(1, 1, (7.0, 4.4))
     for colour, (method, rows) in zip((RED, *COLOURS, INK), table.groupby("method", sort=False), strict=False):
         style = "s--" if method == "Verlet" else "o-"
@@ -131,7 +131,7 @@ def accuracy(table: pd.DataFrame) -> Figure:
 
 
 def engine(table: pd.DataFrame) -> Figure:
-    """e_n over the velocity: model, engine's equations, engine."""
+    """Draw e_n over the velocity: model, engine's equations, engine."""
     figure, (place,) = panels(1, 1, (6.5, 4.0))
     plot(place, table, "e_n", xlabel=VELOCITY, ylim=(0.0, 1.0))
     place.legend(loc="lower right")

@@ -1,4 +1,4 @@
-"""The page results/wall_collision/index.html: figures and tables of Buck et al. (2018), and what accuracy costs."""
+"""The page results/wall_collision/index.html: figures and tables of Buck et al. (2018), and the cost of accuracy."""
 
 from __future__ import annotations
 
@@ -72,6 +72,6 @@ LEAD = (
 
 
 def write_page(folder: Path, items: Mapping[str, Item] = ITEMS) -> Path:
-    """Make the items and put them together to `folder`/index.html."""
+    """Make the items and assemble them in `folder`/index.html."""
     title, footer = "Wet collisions with a wall", "snakemake wall_collision"
     return page.write(folder / "index.html", title, LEAD, sections(folder, items), footer=footer)

@@ -18,9 +18,9 @@ PARTICLES: dict[str, dict[str, float]] = {
         ("alumina_1.74mm", 1.74, 1040.0, 14.5e9, 0.25, 0.76),
     )
 }
-"""Table 1; `alumina` is γ-Al2O3."""
+"""Table 1: particles; `alumina` is γ-Al2O3."""
 GLASS_WALL = {"youngs_modulus_Pa": 63.0e9, "poisson_ratio": 0.23}
-"""The plate is glass; its moduli are those of the glass beads of table 1 (the paper gives none for the plate)."""
+"""Properties of the glass plate, from the glass beads of table 1 (the paper gives none for the plate)."""
 LIQUIDS: dict[str, dict[str, float]] = {
     name: {"density_kg_per_m3": density, "viscosity_Pa_s": 1e-3 * viscosity, "surface_tension_N_per_m": 1e-3 * tension}
     for name, density, viscosity, tension in (
@@ -30,9 +30,9 @@ LIQUIDS: dict[str, dict[str, float]] = {
         ("glycerol50", 1130.0, 6.7, 68.20),
     )
 }
-"""Table 2 at 20 °C; glycerol50 is the 51 % solution (the paper's text and table 5 call it 50 %)."""
+"""Table 2: liquids at 20 °C; glycerol50 is the 51 % solution (the paper's text and table 5 call it 50 %)."""
 FRICTION = {"dry": 0.195, "tween20": 0.160, "glycerol35": 0.140}
-"""Table 3: sliding friction of γ-Al2O3 on glass; that of other liquids and of glass on glass is not given."""
+"""Table 3: sliding friction of γ-Al2O3 on glass; other liquids, and glass on glass, are not given."""
 SPINS: dict[str, dict[float, tuple[float, float]]] = {
     "dry": {20: (-698, 172), 30: (-1056, 179), 40: (-1777, 411), 50: (-2171, 569)},
     "tween20_100um": {20: (-623, 188), 30: (-961, 199), 40: (-1366, 196), 50: (-1777, 344)},
@@ -41,7 +41,7 @@ SPINS: dict[str, dict[float, tuple[float, float]]] = {
 }
 """Table 4: collision angle [deg] -> initial spin and its deviation [rad/s]; the last is printed '50 % glycerol, 3 mPa s'."""
 CONTACT_ANGLE_DEG = 15.0
-"""For all materials and liquids (text of section 3.1)."""
+"""Contact angle of all materials and liquids (text of section 3.1)."""
 HALF_FILLING_DEG: dict[str, dict[tuple[str, int], float]] = {
     "glass_1.74mm": {
         ("water", 100): 35, ("water", 200): 45, ("water", 400): 55,
@@ -58,7 +58,7 @@ HALF_FILLING_DEG: dict[str, dict[tuple[str, int], float]] = {
 
 
 def layer(particle: str, liquid: str, thickness_um: int) -> dict[str, float]:
-    """The liquid part of an input file for a pair of table 5."""
+    """Return the liquid part of an input file for a pair of table 5."""
     have = HALF_FILLING_DEG.get(particle, {})
     if (liquid, thickness_um) not in have:
         known = ", ".join(f"{name} {t} µm" for name, t in have) or f"a particle of {', '.join(PARTICLES)}"

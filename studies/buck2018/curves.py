@@ -1,4 +1,4 @@
-"""The lines of Figs. 6 to 13 of Buck et al. (2018), as tables: one row per point; `panel` and `line` say where it goes."""
+"""Lines of Figs. 6 to 13 of Buck et al. (2018), as tables: one row per point; `panel` and `line` identify the line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WORKS = ("contact", "viscous", "capillary", "gravity")
 
 
 def problem(particle: str = LARGE, layer: Layer = None, **given: Any) -> Problem:
-    """A particle of table 1 on glass, dry or on a layer of table 5."""
+    """Return the problem of a particle of table 1 on glass, dry or on a layer of table 5."""
     content = {
         "particle": buck_tables.PARTICLES[particle],
         "wall": buck_tables.GLASS_WALL,
@@ -47,7 +47,7 @@ def over_velocity(particle: str, layer: Layer) -> list[dict[str, Any]]:
 def over_angle(
     layer: Layer, friction: float, spin: float, angles: Sequence[float] = tuple(ANGLES)
 ) -> list[dict[str, Any]]:
-    """Coefficients and spin after a collision of γ-Al2O3 at 1 m/s over the angle from the normal."""
+    """Return coefficients and spin after a collision of γ-Al2O3 at 1 m/s over the angle from the normal."""
     rows = []
     for angle in angles:
         got = wall.collide(problem(ALUMINA, layer, friction=friction, angle_deg=float(angle), omega_rad_per_s=spin))
@@ -56,12 +56,12 @@ def over_angle(
 
 
 def _table(parts: Sequence[tuple[str, str, list[dict[str, Any]]]]) -> pd.DataFrame:
-    """Rows of several lines under one another: (panel, line, rows)."""
+    """Concatenate the rows of several lines: (panel, line, rows)."""
     return pd.DataFrame([{"panel": panel, "line": line, **row} for panel, line, rows in parts for row in rows])
 
 
 def convergence() -> pd.DataFrame:
-    """Fig. 6: e_n of 1.74 mm glass at 1 m/s on 400 µm of water over the relative tolerance, by two methods of scipy."""
+    """Compute Fig. 6: e_n of 1.74 mm glass at 1 m/s on 400 µm of water over the relative tolerance, by two methods of scipy."""
     case = problem(LARGE, ("water", 400))
     p = case.parameters()
     first = wall.start(case, p)
@@ -73,7 +73,7 @@ def convergence() -> pd.DataFrame:
 
 
 def normal_glass() -> pd.DataFrame:
-    """Fig. 7: glass on glass; layer of water for two sizes, viscosity (400 µm as in table 5), surface tension."""
+    """Compute Fig. 7: glass on glass; layer of water for two sizes, viscosity (400 µm as in table 5), surface tension."""
     panels: dict[str, tuple[str, Sequence[Layer]]] = {
         "a": (LARGE, [None, ("water", 100), ("water", 200), ("water", 400)]),
         "b": (SMALL, [("water", 100), ("water", 200)]),
@@ -86,7 +86,7 @@ def normal_glass() -> pd.DataFrame:
 
 
 def normal_alumina() -> pd.DataFrame:
-    """Fig. 8: γ-Al2O3 on glass; layer of water, viscosity at 200 µm."""
+    """Compute Fig. 8: γ-Al2O3 on glass; layer of water, viscosity at 200 µm."""
     panels: dict[str, Sequence[Layer]] = {
         "a": [("water", 100), ("water", 200), ("water", 400)],
         "b": [("water", 200), ("glycerol35", 200), ("glycerol50", 200)],
@@ -95,7 +95,7 @@ def normal_alumina() -> pd.DataFrame:
 
 
 def dissipation() -> pd.DataFrame:
-    """Fig. 9: energies lost per mass [J/kg] over the impact velocity, 1.74 mm on 400 µm and 0.91 mm on 200 µm of water."""
+    """Compute Fig. 9: energies lost per mass [J/kg] over the velocity, 1.74 mm on 400 µm and 0.91 mm on 200 µm of water."""
     parts = []
     for panel, particle, layer in (("a", LARGE, ("water", 400)), ("b", SMALL, ("water", 200))):
         rows = []
@@ -108,7 +108,7 @@ def dissipation() -> pd.DataFrame:
 
 
 def oblique() -> pd.DataFrame:
-    """Fig. 10: γ-Al2O3 on dry glass and on 100 µm Tween 20, spins of 200, 0 and −300 rad/s."""
+    """Compute Fig. 10: γ-Al2O3 on dry glass and on 100 µm Tween 20, spins of 200, 0 and −300 rad/s."""
     lines: list[tuple[Layer, str]] = [(None, "dry"), (("tween20", 100), "tween20")]
     return _table(
         [
@@ -120,13 +120,13 @@ def oblique() -> pd.DataFrame:
 
 
 def spinning() -> pd.DataFrame:
-    """Figs. 11 and 12: γ-Al2O3 on 100 µm Tween 20 with the mean spins of table 4 (the text says about −600 to −1800 rad/s)."""
+    """Compute Figs. 11 and 12: γ-Al2O3 on 100 µm Tween 20 with the mean spins of table 4 (in the text −600 to −1800 rad/s)."""
     friction, spins = buck_tables.FRICTION["tween20"], [mean for mean, _ in buck_tables.SPINS["tween20_100um"].values()]
     return _table([("", f"{w:g} rad/s", over_angle(("tween20", 100), friction, w)) for w in spins])
 
 
 def liquids() -> pd.DataFrame:
-    """Fig. 13: γ-Al2O3 with −500 rad/s: dry, two layers of Tween 20, a more viscous liquid; friction of table 3."""
+    """Compute Fig. 13: γ-Al2O3 with −500 rad/s: dry, two layers of Tween 20, a more viscous liquid; friction of table 3."""
     layers: tuple[Layer, ...] = (None, ("tween20", 100), ("tween20", 150), ("glycerol35", 100))
     frictions = [buck_tables.FRICTION[layer[0] if layer else "dry"] for layer in layers]
     return _table([("", name(k), over_angle(k, mu, -500.0)) for k, mu in zip(layers, frictions, strict=True)])

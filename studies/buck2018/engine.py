@@ -1,7 +1,8 @@
 """Wet impact on a dry plate inside the engine, with the laws of `pywet.laws.buck` or others.
 
-The engine has its film on the sphere, a linear spring in contact and a constant volume of the bridge; what that changes is laid
-out step by step in docs/wall_collision.md. The contact's stiffness is chosen so that it lasts as long as the Hertzian one.
+The engine has its film on the sphere, a linear spring in contact and a constant volume of the bridge;
+docs/wall_collision.md describes the differences step by step. The contact's stiffness is chosen so that it lasts as
+long as the Hertzian one.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from pywet.util.files import read_table
 BUCK = small.PAPER.model_copy(
     update={"capillary": "buck", "viscous_normal": "buck_water", "viscous_tangential": "buck", "rupture": "buck"}
 )
-"""The laws of Buck et al. in the form the engine takes; formation and sharing are those of the preset `paper`."""
+"""Laws of Buck et al. in the engine's form; formation and transfer are those of the preset `paper`."""
 STEPS_PER_CONTACT = 50
 
 
@@ -40,15 +41,15 @@ class EngineRun:
 
 
 def contact_of(case: Problem) -> ContactPair:
-    """A linear contact that lasts as long as the model's, with its restitution and friction."""
+    """Return a linear contact that lasts as long as the model's, with its restitution and friction."""
     events = wall.collide(case.model_copy(update={"liquid": None, "gravity_m_per_s2": 0.0}))["events"]
     zeta = damping_ratio(case.particle.restitution)
     stiffness = case.mass * (math.pi / events[-1]["t"]) ** 2 / (1.0 - zeta**2)
     return bodies.contact(1, 0, stiffness, friction=case.friction, restitution=case.particle.restitution)
 
 
-def throw(case: Problem, folder: Path, effects: Effects = BUCK, film: float | None = None) -> EngineRun:
-    """Shoot the sphere of a problem at a plate inside the engine; `film` [m] on the sphere, by default the layer's thickness."""
+def impact(case: Problem, folder: Path, effects: Effects = BUCK, film: float | None = None) -> EngineRun:
+    """Collide the sphere of a problem with a plate in the engine; `film` [m] on the sphere, by default the layer's thickness."""
     if case.wall is None:
         raise PywetError("the engine's comparison takes a wall, expected `wall` and no `partner`")
     pair, liquid, particle = contact_of(case), case.liquid, case.particle
@@ -76,7 +77,7 @@ def throw(case: Problem, folder: Path, effects: Effects = BUCK, film: float | No
 
 
 def _read(folder: Path, case: Problem, wet: bool) -> EngineRun:
-    """State in the last step of the bridge, or at the end of a dry run."""
+    """Return the state in the last step of the bridge, or at the end of a dry run."""
     if not wet:
         end = read_table(folder / "trajectory.parquet").sort_values("step").iloc[-1]
         e_n = float(end["vz"]) / case.normal_velocity_m_per_s

@@ -1,4 +1,4 @@
-"""What each reading of a doubtful place of the paper does to the coefficients of restitution: one changed at a time."""
+"""Effect of each reading of an ambiguous passage of the paper on the coefficients of restitution: one changed at a time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from studies.buck2018.curves import problem
 
 
 def cases() -> dict[str, Problem]:
-    """Column -> collision: normal on a thick and on a thin layer, dry and wet oblique at a small and at a large angle."""
+    """Return column -> collision: normal on a thick and on a thin layer, dry and wet oblique at a small and at a large angle."""
     tween = {"friction": FRICTION["tween20"]}
     return {
         "e_n 400 µm": problem("glass_1.74mm", ("water", 400)),
@@ -27,7 +27,7 @@ def cases() -> dict[str, Problem]:
 
 
 def coefficient(column: str, case: Problem, changed: dict[str, Any]) -> float | None:
-    """The coefficient that a column names; None where the reading is not defined for its layer."""
+    """Return the coefficient of a column; None if the reading is not defined for its layer."""
     try:
         other = Problem.model_validate({"liquid": None, **case.model_dump(exclude_none=True), **changed})
         return float(wall.collide(other)[column.split()[0]])
@@ -36,7 +36,7 @@ def coefficient(column: str, case: Problem, changed: dict[str, Any]) -> float | 
 
 
 def table() -> pd.DataFrame:
-    """One row per reading; the first is the default, the last everything as printed."""
+    """Return one row per reading; the first is the default, the last everything as printed."""
     one_by_one = {f"{name}: {other}": {"readings": {name: other}} for name, (_, other) in READINGS.items()}
     changes: dict[str, dict[str, Any]] = {
         "default": {},

@@ -1,7 +1,7 @@
 """The engine's normal collision in a few lines of Python: its laws, its linear contact, its bridge; and the steps towards it.
 
-Serves to say where the difference between the model and the engine comes from: what the twin shares with the engine is not an
-error of the engine. Only the normal motion; the tangential one does not act on it.
+It explains the difference between the model and the engine: deviations that these equations share with the engine are
+no errors of the engine. Only the normal motion is computed; the tangential one does not affect it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def _law(kind: str, name: str | None) -> ForceLaw:
 
 
 def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
-    """e_n of the engine's equations for a wet problem: bridge from touch of the film to rupture, linear spring in overlap."""
+    """Return e_n of the engine's equations for a wet problem: bridge from touch to rupture, linear spring in overlap."""
     liquid, radius, mass = case.liquid, case.particle.radius_m, case.mass
     assert liquid is not None
     pair = engine.contact_of(case)
@@ -75,7 +75,7 @@ def _solved(rates: Callable[..., list[float]], until: float, y: np.ndarray, even
 
 
 def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)) -> pd.DataFrame:
-    """e_n of 1.74 mm glass on 100 µm of water over the impact velocity: model, its nearest readings, twin and engine."""
+    """Return e_n of 1.74 mm glass on 100 µm of water over the velocity: model, its nearest readings, equations, engine."""
     near = Readings(bridge_volume="frozen", rupture_from="wall", capillary="film_and_bridge")
     rows = []
     with TemporaryDirectory() as scratch:
@@ -90,5 +90,5 @@ def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5,
                 rows.append({"line": line, "x": float(v), "e_n": e_n})
         for v in velocities:
             case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=v)
-            rows.append({"line": "engine", "x": v, "e_n": engine.throw(case, Path(scratch) / f"{v:g}").e_n})
+            rows.append({"line": "engine", "x": v, "e_n": engine.impact(case, Path(scratch) / f"{v:g}").e_n})
     return pd.DataFrame(rows)

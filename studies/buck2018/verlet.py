@@ -1,7 +1,8 @@
 """Wet impact with a fixed time step, as an engine solves it: velocity Verlet, phases detected step by step.
 
-Positions move by the half-kicked velocity, forces that depend on velocity use it as well (as LIGGGHTS does); contact, film
-exit, rupture and sticking are noticed at the end of the step in which they happen, nothing is located within it.
+Positions advance with the velocity after half a kick, which is also used in velocity-dependent forces (as in
+LIGGGHTS); contact, film exit, rupture and sticking are detected at the end of the step in which they occur, and not
+located within it.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ MOST = 20_000_000
 
 @njit(error_model="numpy")
 def phase_after(phase: int, state: np.ndarray, p: Parameters) -> int:
-    """The phase of the next step, by position and velocity at the end of this one."""
+    """Return the phase of the next step, from position and velocity at the end of this one."""
     passage, stop, rest = forces.events(phase, state, p)
     if rest >= 0.0 or (stop >= 0.0 and phase != CONTACT):  # in contact every sphere flies towards the wall at first
         return DONE
@@ -28,7 +29,7 @@ def phase_after(phase: int, state: np.ndarray, p: Parameters) -> int:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def march(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
-    """Advance `state` to the end: (steps, whether the end was reached)."""
+    """Advance `state` to the end and return (steps, whether the end was reached)."""
     out = np.empty(SIZE)
     phase = ENTRY if p.wet else CONTACT
     forces.rates(phase, state, p, out)

@@ -1,6 +1,6 @@
-"""Do independent programs give the same numbers? One table: every quantity by every program, against the best truth there is.
+"""Do independent programs give the same numbers? One table compares every quantity of every program with the best known value.
 
-One source (module `forces`, `replayed`, …) gives the cells of its rows as one JSON file, so that a source that fails blanks
-its own cells only; `page.py` puts them together. `sources.py` lists the sources, `rows.py` the rows. Two bodies are run
-here; of whole scenes is read what `engines` and the screening cases have left.
+One source (module `forces`, `replayed`, …) writes the cells of its rows to one JSON file, so that a source that fails
+affects only its own cells; `page.py` combines them. `sources.py` lists the sources, `rows.py` the rows. Two-body
+scenes are run here; for whole scenes the results of `engines` and of the screening cases are read.
 """

@@ -1,7 +1,7 @@
 """Source `dry`: two dry spheres that collide, head on and obliquely, in LIGGGHTS and in YADE, against the contact law solved.
 
-The exact solution is that of the law both programs are given (linear spring and dashpot, tangential spring cut at Coulomb's
-limit), integrated with steps a thousand times shorter than theirs.
+The exact solution is that of the law of both programs (linear spring and dashpot, tangential spring limited by
+Coulomb friction), integrated with steps a thousand times shorter than theirs.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from studies.cross_code.replayed import momenta
 from studies.cross_code.rows import EASO, EXACT, LIGGGHTS, REFERENCE, SAME, WASHINO, YADE
 
 R, STIFFNESS, RESTITUTION, FRICTION, SPEED = 2.5e-3, 1e7, 0.8, 0.3, 0.2
-"""So stiff that the line of centres turns by 1e-4 rad at most while the spheres touch; the exact solution has it fixed."""
+"""Parameters for which the line of centres, fixed in the exact solution, turns by at most 1e-4 rad in contact."""
 TWO = sphere_classes(R, counts=2)
 PARTS = 200
-"""Steps of the programs in a collision."""
+"""Number of the programs' steps in a collision."""
 FINER = 1000
 ANGLES = {"restitution": 0.0, "oblique_stick": 10.0, "oblique_slide": 60.0}
 """Row -> angle of impact [deg]."""
 MOVING = np.array([0.3, -0.5, 0.8]) / math.sqrt(0.98)
-"""Direction of the line of centres, in no plane of the axes."""
+"""Direction of the line of centres, not in any coordinate plane."""
 ACROSS = np.cross(MOVING, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(MOVING, [0.0, 0.0, 1.0]))
 
 
 class Outcome(NamedTuple):
-    """After the impact: relative normal and tangential velocity, and the spin times the radius (equal for both), over SPEED."""
+    """State after the impact over SPEED: relative normal and tangential velocity, and the spin times the radius."""
 
     normal: float
     tangential: float
@@ -45,7 +45,7 @@ class Outcome(NamedTuple):
 
 
 def law() -> tuple[float, float, float]:
-    """Reduced mass, damping [N s/m] and duration of the contact [s]; γ from the restitution (E 5)."""
+    """Return reduced mass, damping [N s/m] and duration of the contact [s]; γ from the restitution (E 5)."""
     mass = 0.5 * TWO[0].mass_kg
     dashpot = damping(RESTITUTION, mass, STIFFNESS)
     zeta = dashpot / (2.0 * math.sqrt(mass * STIFFNESS))
@@ -53,7 +53,7 @@ def law() -> tuple[float, float, float]:
 
 
 def exact(angle_deg: float) -> Outcome:
-    """The impact of two equal spheres by the contact law, semi-implicit Euler with PARTS × FINER steps."""
+    """Compute the impact of two equal spheres by the contact law, semi-implicit Euler with PARTS × FINER steps."""
     mass, dashpot, duration = law()
     step = duration / PARTS / FINER
     delta, approach = 0.0, SPEED * math.cos(math.radians(angle_deg))
@@ -106,7 +106,7 @@ def _truths(row: str) -> Iterator[Cell]:
 
 
 def _judged(row: str, column: str, best: Outcome, folder: Path) -> Iterator[Cell]:
-    """Deviation after the impact; momentum of the sliding impact."""
+    """Yield the deviation after the impact, and the momentum of the sliding impact."""
     table = read_table(folder / "trajectory.parquet")
     outcome, link = read(table), f"runs/{folder.name}/"
     note = f"{PARTS} steps in the contact, first order in the step"
@@ -125,7 +125,7 @@ def _judged(row: str, column: str, best: Outcome, folder: Path) -> Iterator[Cell
 
 
 def read(table: pd.DataFrame) -> Outcome:
-    """Velocities and spin after the impact, along the line of centres at the first touch and across it."""
+    """Return velocities and spin after the impact, along the line of centres at the first touch and across it."""
     end = table[table["step"] == table["step"].max()].sort_values("id")
     v, w = (end[[f"{q}{a}" for a in "xyz"]].to_numpy(float) for q in ("v", "w"))
     apart = v[0] - v[1]
@@ -136,7 +136,7 @@ def read(table: pd.DataFrame) -> Outcome:
 
 
 def prepare(folder: Path, angle_deg: float) -> list[small.Sphere]:
-    """Two spheres that touch in the first step; sphere 1 comes in along MOVING, sideways along ACROSS."""
+    """Return two spheres that touch in the first step; sphere 1 approaches along MOVING, sideways along ACROSS."""
     _, _, duration = law()
     along, side = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
     v = 0.5 * SPEED * (along * MOVING + side * ACROSS)

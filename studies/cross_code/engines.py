@@ -1,7 +1,7 @@
-"""Source `engines`: whole scenes in both engines, as far as `snakemake engines` has run them (results/crosscheck).
+"""Source `engines`: whole scenes in both engines, if `snakemake engines` has run them (results/crosscheck).
 
-Two groups of seeds are compared by the statistics of `pywet compare`; a deviation is that of the means, and the hint says
-whether it is beyond the seeds' spread.
+Two groups of seeds are compared by the statistics of `pywet compare`; a deviation is that of the means, and the
+tooltip states whether it exceeds the seeds' spread.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ LINK = "../crosscheck/dry/"
 
 
 def source(crosscheck: Path) -> Source:
-    """Cells of the beds, contacts and dry screening; fraction retained of every run for the picture."""
+    """Return the cells of beds, contacts and dry screening, and the fraction retained of every run for the picture."""
     dry = crosscheck / "dry"
     groups = {engine: sorted(p.parents[1] for p in dry.glob(f"{engine}/seed*/results/fraction_retained.parquet"))
               for engine in (LIGGGHTS, YADE)}  # fmt: skip
@@ -54,7 +54,7 @@ def source(crosscheck: Path) -> Source:
 
 
 def _retained(groups: dict[str, list[Path]]) -> Iterator[Cell]:
-    """Fraction retained over time, and where the spheres lie at the end, of both groups."""
+    """Yield the fraction retained over time, and the bed at the end, of both groups."""
     try:
         comparison = verdict.compare(groups[LIGGGHTS], groups[YADE], force=True)
     except PywetError as error:
@@ -90,7 +90,7 @@ def _pair(
 
 
 def _curves(groups: dict[str, list[Path]]) -> dict[str, Any]:
-    """Fraction retained of every run of both groups, at the times of the first."""
+    """Return the fraction retained of every run of both groups, at the times of the first."""
     tables = {engine: [read_table(r / "results" / "fraction_retained.parquet") for r in runs]
               for engine, runs in groups.items()}  # fmt: skip
     time = tables[LIGGGHTS][0]["time_since_opening_s"]
@@ -100,7 +100,7 @@ def _curves(groups: dict[str, list[Path]]) -> dict[str, Any]:
 
 
 def _beds(crosscheck: Path) -> Iterator[Cell]:
-    """Beds settled in all programs from the same places, one row of bed.parquet per program and seed."""
+    """Yield cells of beds settled in all programs from the same positions, one row of bed.parquet per program and seed."""
     files = sorted(crosscheck.glob("bed/seed*/bed.parquet"))
     table = pd.concat([read_table(f) for f in files]) if files else pd.DataFrame({"engine": []})
     for rows, programs in ((MOIST, PROGRAMS), (DRY_BED, DRY_PROGRAMS)):
@@ -116,7 +116,7 @@ def _beds(crosscheck: Path) -> Iterator[Cell]:
 
 
 def _contacts(crosscheck: Path) -> Iterator[Cell]:
-    """Restitution and friction of a screening case's contacts at its own time step, against the configured ones."""
+    """Yield restitution and friction of a screening case's contacts at its own time step, compared with the configured ones."""
     file = crosscheck / "contacts" / "rows.parquet"
     table = read_table(file) if file.exists() else pd.DataFrame({"quantity": [], "engine": []})
     for row, start in CONTACTS.items():
@@ -135,7 +135,7 @@ def _contacts(crosscheck: Path) -> Iterator[Cell]:
 
 
 def _set_against(row: str, column: str, ours: Floats, other: Floats, link: str) -> Cell:
-    """Means of the seeds, and whether the difference is beyond their spread."""
+    """Return the means of the seeds, and whether the difference exceeds their spread."""
     if len(other) < 2 or len(ours) < 2:
         return not_run(row, column, HOW)
     scale = abs(float(ours.mean()))

@@ -1,7 +1,7 @@
 """Source `forces`: capillary force over gap and in overlap, rupture distance, volume drawn, normal drag; every program measured.
 
-Truth of preset `paper` is the law typed again in `reference_impl`; of preset `exact` the exact bridge solved by
-`pywet.laws.exact_bridge`, which the reference's own solver confirms. Stock programs run as they are installed.
+The true values of preset `paper` are those of the law in `reference_impl`; those of preset `exact` are the exact
+bridge of `pywet.laws.exact_bridge`, confirmed by the reference's own solver. Stock programs run as installed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CAPILLARY = {"paper": ("rabinovich", "willett_unequal"), "exact": ("young_laplac
 
 
 def source(folder: Path) -> Source:
-    """All cells of the force rows, and the curves of the picture; run directories go to `folder`."""
+    """Return all cells of the force rows, and the curves of the picture; run directories are made in `folder`."""
     cells: list[Cell] = []
     curves: dict[str, Any] = {}
     stock = _stock_forces()
@@ -71,7 +71,7 @@ def _stock_forces() -> Stock:
 
 
 def pulled(pair: Pair, preset: str, folder: Path, engine: str = "liggghts") -> tuple[pd.DataFrame, list[Cell]]:
-    """Contact log of the two bodies drawn apart in the engine, from a small overlap, and the cells that follow."""
+    """Return the contact log of two bodies drawn apart in the engine, from a small overlap, and the resulting cells."""
     query = pair.query([1.2 * min(OVERLAPS) * R, 1e-4], viscosity_Pa_s=0.0, velocity_m_per_s=0.05)
     log, events = bridge_engine._pull(folder, query, *CAPILLARY[preset], "pitois", engine)
     cells = [*_engine(pair, preset, compared_gaps(pair), log, events)]
@@ -83,7 +83,7 @@ def pulled(pair: Pair, preset: str, folder: Path, engine: str = "liggghts") -> t
 
 
 def _at(log: pd.DataFrame, wanted: Floats) -> pd.DataFrame:
-    """The logged rows nearest to the wanted gaps."""
+    """Return the logged rows nearest to the wanted gaps."""
     held = log["separation"].to_numpy(float)
     return log.iloc[[int(np.abs(held - s).argmin()) for s in wanted]]
 
@@ -95,7 +95,7 @@ def _named(gaps: Floats, limit: float) -> list[str]:
 def _engine(
     pair: Pair, preset: str, gaps: Floats, log: pd.DataFrame, events: pd.DataFrame
 ) -> Iterator[Cell]:  # fmt: skip
-    """LIGGGHTS + pywet, and the two truths, of one pair."""
+    """Yield the cells of LIGGGHTS + pywet, and of the two true values, for one pair."""
     row, rows = f"capillary_{preset}_{pair.key}", _at(log, gaps)
     at, force, limit = rows["separation"].to_numpy(float), rows["capillary"].to_numpy(float), pair.limit(preset)
     link = f"runs/pull_{preset}_{pair.key}/"
@@ -139,7 +139,7 @@ def _best(
 
 
 def _engine_formation(folder: Path, events: pd.DataFrame) -> Cell:
-    """Volume of the new bridge against what the law draws from the films at the start."""
+    """Compare the volume of the new bridge with what the law draws from the initial films."""
     films = read_table(folder / "history" / "spheres.parquet")["film"].to_numpy(float)
     drawn = np.sum(laws.drawn_from_sphere(laws.SPHERE, films, R, R, 0.0))
     volume = events.loc[events["kind"] == FORMATION, "volume"].to_numpy(float)[:1]
@@ -148,7 +148,7 @@ def _engine_formation(folder: Path, events: pd.DataFrame) -> Cell:
 
 
 def _engine_overlap(pair: Pair, preset: str, log: pd.DataFrame) -> Cell:
-    """Force at three overlaps against that at touch."""
+    """Compare the force at three overlaps with that at touch."""
     rows = _at(log, np.array(OVERLAPS) * R)
     exact = pair.exact(np.zeros(3)) if preset == "exact" else pair.paper(np.zeros(3))
     names = [f"overlap {-s / R:.1%} of r" for s in rows["separation"]]
@@ -169,7 +169,7 @@ def _note(column: str, preset: str) -> str:
 
 
 def _stock(pair: Pair, stock: Stock) -> Iterator[Cell]:
-    """YADE and the stock models at the same gaps."""
+    """Yield YADE and the stock models at the same gaps."""
     for column in stock.there:
         for preset in CAPILLARY:
             row = f"capillary_{preset}_{pair.key}"
@@ -255,7 +255,7 @@ def _thinned(log: pd.DataFrame) -> dict[str, list[float]]:
 
 
 def _curves(pair: Pair, stock: Stock) -> dict[str, Any]:
-    """Force over gap of all programs for the picture."""
+    """Return the force over gap of all programs for the picture."""
     apart = drawn_gaps(pair)[drawn_gaps(pair) >= 0]
     exact = [None if math.isnan(f) else f for f in pair.exact(apart)]
     curves: dict[str, Any] = {"exact solution": {"gap": apart.tolist(), "force": exact}}

@@ -1,6 +1,6 @@
 """Source `lammps`: the scenes of `forces`, `replayed` and `dry` in LAMMPS + pywet, compared with the same truths.
 
-Laws and books of the liquid are those of LIGGGHTS + pywet; contacts, neighbour lists and integration are the program's own.
+Laws and liquid ledger are those of LIGGGHTS + pywet; contacts, neighbour lists and integration are the program's own.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def source(folder: Path) -> Source:
 
 
 def _cells(folder: Path) -> Iterator[Cell]:
-    """The cells that LIGGGHTS would have of these runs."""
+    """Yield the cells that LIGGGHTS would have for these runs."""
     yield from replayed.of_engine(folder, "lammps")
     for row, angle in dry.ANGLES.items():
         small.run(folder / row, dry.prepare(folder / row, angle), engine="lammps")

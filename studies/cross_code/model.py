@@ -1,4 +1,4 @@
-"""What a source hands over: cells, and curves for the pictures; as JSON."""
+"""Result of a source: cells, and curves for the pictures; as JSON."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ State = Literal["measured", "truth", "basis", "impossible", "not run", "failed"]
 
 @dataclass(frozen=True)
 class Cell:
-    """One program on one row. `deviation` is the largest over `count` comparisons, relative to the row's scale."""
+    """Cell of one program in one row. `deviation` is the largest over `count` comparisons, relative to the row's scale."""
 
     row: str
     column: str
@@ -32,12 +32,12 @@ class Cell:
     link: str = ""
     """Run directory or log, relative to the page."""
     within: bool | None = None
-    """Of groups of seeds: whether the difference is within their spread; None where there are no seeds."""
+    """For groups of seeds, whether the difference is within their spread; None without seeds."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Cells and curves of one source; `failed` is the reason when it could not be run at all."""
+    """Cells and curves of one source; `failed` is the reason if it could not be run."""
 
     name: str
     cells: list[Cell] = field(default_factory=list)
@@ -75,22 +75,22 @@ def measured(
 
 
 def truth(row: str, column: str, note: str, count: int = 0) -> Cell:
-    """The cell that the row's others are compared with."""
+    """Return the cell with the true value of a row."""
     return Cell(row, column, "truth", 0.0, count, note=note)
 
 
 def basis(row: str, column: str, note: str, count: int = 0, link: str = "") -> Cell:
-    """The cell with which the others of the row are compared if no true value is known."""
+    """Return the cell with which the others of the row are compared if no true value is known."""
     return Cell(row, column, "basis", 0.0, count, note=note, link=link)
 
 
 def impossible(row: str, column: str, why: str) -> Cell:
-    """A cell that this program cannot fill, with the reason."""
+    """Return a cell that this program cannot fill, with the reason."""
     return Cell(row, column, "impossible", note=why)
 
 
 def empty(row: str, reasons: Mapping[str, str]) -> Iterator[Cell]:
-    """Return the empty cells of several programs, given the reason for each column."""
+    """Yield the empty cells of several programs, given the reason for each column."""
     return (impossible(row, column, why) for column, why in reasons.items())
 
 

@@ -1,4 +1,4 @@
-"""The page of the table of agreement, from the sources' JSON files: no number is computed here but counts."""
+"""The page of the table of agreement, from the sources' JSON files: only counts are computed here."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BINS = (
 )
 """Upper end of the deviation, colour, name: a logarithmic scale."""
 WITHIN = "#d9ebf0"
-"""Colour of a difference within the seeds' spread, whatever its size."""
+"""Colour of a difference within the seeds' spread, regardless of its size."""
 ROUND_OFF = 1e-9
 STYLE = Path(__file__).with_name("agreement.css")
 LEAD = (
@@ -37,14 +37,14 @@ LEAD = (
 
 @dataclass(frozen=True)
 class Table:
-    """All cells by row and column, and the sources they came from."""
+    """All cells by row and column, and their sources."""
 
     cells: dict[tuple[str, str], Cell]
     sources: dict[str, Source]
 
     @property
     def ours(self) -> list[Cell]:
-        """Measured cells of LIGGGHTS + pywet, in the order of the rows."""
+        """Return the measured cells of LIGGGHTS + pywet, in the order of the rows."""
         ours = [self.cells.get((row.key, LIGGGHTS)) for row in ROWS]
         return [c for c in ours if c is not None and c.state == "measured"]
 
@@ -118,7 +118,7 @@ def legend() -> str:
 
 
 def big_table(results: Table) -> str:
-    """Rows by group, one column for each program."""
+    """Return the rows by group, one column for each program."""
     head = "".join(f"<th>{html.escape(h)}</th>" for h in ("quantity", "scene", *COLUMNS.values()))
     body = []
     for group in GROUPS:
@@ -152,7 +152,7 @@ def _td(row: Row, cell: Cell | None, results: Table) -> str:
 
 
 def _hint(row: Row, cell: Cell) -> str:
-    """Text of the tooltip of a cell."""
+    """Return the text of a cell's tooltip."""
     if cell.state != "measured" or cell.deviation is None:
         return cell.note
     parts = [f"largest {cell.deviation:.2g}"]
@@ -194,7 +194,7 @@ MEANINGS = (
 
 
 def limits(results: Table) -> str:
-    """Reasons of the empty cells, by column, most frequent first."""
+    """List the reasons of the empty cells, by column, most frequent first."""
     reasons: dict[str, dict[str, list[str]]] = {column: {} for column in COLUMNS}
     for (key, column), cell in results.cells.items():
         if cell.state in ("impossible", "not run", "failed"):

@@ -23,11 +23,11 @@ STYLES: dict[str, dict[str, Any]] = {
     "stock washino": {"color": "#d9822b", "lw": 1.4, "ls": "-."},
     "stock easo": {"color": "#b3261e", "lw": 1.4, "ls": "-."},
 }
-"""Line of each program; the exact solution is the broad grey one that the others should cover."""
+"""Line style of each program; the exact solution is the broad grey line that the others should cover."""
 
 
 def all_of(sources: dict[str, Source]) -> str:
-    """The pictures there are data for."""
+    """Return the pictures for which there are data."""
     body = ""
     for make, source, key, message in (
         (forces, "forces", "equal", FORCES),
@@ -53,7 +53,7 @@ RETAINED = (
 
 
 def forces(curves: dict[str, Any]) -> Figure:
-    """Force over gap for each pair of bodies."""
+    """Draw force over gap for each pair of bodies."""
     figure, axes = plt.subplots(1, 3, figsize=(12.4, 4.2), layout="constrained")
     for axis, (key, name) in zip(axes, PAIRS.items(), strict=True):
         for program, style in STYLES.items():
@@ -73,7 +73,7 @@ def forces(curves: dict[str, Any]) -> Figure:
 
 
 def bed(places: dict[str, Any]) -> Figure:
-    """Spheres of the bed from the side."""
+    """Draw the spheres of the bed from the side."""
     at, radius = 1e3 * np.array(places["at"], dtype=float), 1e3 * float(places["radius"])
     order = np.argsort(-at[:, 1])
     figure, axis = plt.subplots(figsize=(5.2, 3.0), layout="constrained")
@@ -93,7 +93,7 @@ def bed(places: dict[str, Any]) -> Figure:
 
 
 def retained(runs: dict[str, Any]) -> Figure:
-    """Each run of both engines, means and one standard deviation about them; below, the difference of the means."""
+    """Draw each run of both engines, means and one standard deviation about them; below, the difference of the means."""
     time, groups = np.array(runs["time"]), [np.array(runs[column], dtype=float) for column in (LIGGGHTS, YADE)]
     figure, (top, low) = plt.subplots(
         2, 1, figsize=(7.5, 6.2), sharex=True, height_ratios=(3, 1.3), layout="constrained"

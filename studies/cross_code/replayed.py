@@ -1,6 +1,6 @@
-"""Source `replayed`: small moist scenes run in LIGGGHTS + pywet and replayed by the reference; what they conserve.
+"""Source `replayed`: small moist scenes run in LIGGGHTS + pywet and replayed by the reference, and their conserved quantities.
 
-Source `screening`: what the replay said of the moist screening cases that have been run (results/<scale>/*/replay.json).
+Source `screening`: replay results of the moist screening cases that have been run (results/<scale>/*/replay.json).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ OTHER_PROGRAMS = {
 
 
 def source(folder: Path) -> Source:
-    """Cells of the replayed scenes and of the conserved quantities."""
+    """Return the cells of the replayed scenes and of the conserved quantities."""
     cells = [*of_engine(folder), *_split(folder / "exact_pair")]
     return Source("replayed", cells, {"bed": _places(folder / "bed")})
 
@@ -61,7 +61,7 @@ def of_engine(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
 
 
 def screening(results: Path) -> Source:
-    """Cells of the screening cases found under results/<scale>/, by preset."""
+    """Return the cells of the screening cases found under results/<scale>/, by preset."""
     files = sorted(results.glob("*/case*/replay.json"))
     exact = {f: EngineScene.read(f.with_name("scene.json")).effects.capillary == "young_laplace" for f in files}
     cells: list[Cell] = []
@@ -87,7 +87,7 @@ def screening(results: Path) -> Source:
 def _cells(
     scene: str, replays: list[dict[str, Any]], link: str, runs_read: str, names: list[str] | None = None
 ) -> Iterator[Cell]:  # fmt: skip
-    """One row per quantity; an exact force or rupture law is compared with a sample of exact solutions."""
+    """Yield one row per quantity; an exact force or rupture law is compared with a sample of exact solutions."""
     for key, (*_, inside) in QUANTITIES.items():
         row = f"{key}_{scene}"
         parts = [
@@ -115,7 +115,7 @@ def _place(quantity: dict[str, Any]) -> str:
 def _run(
     folder: Path, kinds: Sequence[SphereClass], spheres: Sequence[small.Sphere], engine: str = "liggghts", **given: Any
 ) -> None:
-    """Run two or three wet spheres; `given` as `small.prepare` takes it."""
+    """Run two or three wet spheres; `given`: arguments of `small.prepare`."""
     usual = {"effects": small.PAPER, "time_step_s": 2e-5, "steps": 1500}
     springs = contacts(len(kinds), given.pop("stiffness", 1e5), **ROUGH)
     small.prepare(folder, kinds, spheres, springs, liquid=WATER, **{**usual, **given})
@@ -123,7 +123,7 @@ def _run(
 
 
 def _pair(folder: Path, engine: str) -> dict[str, Any]:
-    """Two spheres 1 : 2 drawn apart, sideways and spinning, every step logged."""
+    """Run two spheres 1 : 2 drawn apart, sideways and spinning, with every step logged."""
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
         small.Sphere(2, (0.0, 0.0, 3.0 * R - 1e-6), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True),
@@ -133,24 +133,24 @@ def _pair(folder: Path, engine: str) -> dict[str, Any]:
 
 
 def _wall(folder: Path, engine: str) -> dict[str, Any]:
-    """A sphere drawn from a plate, sideways and spinning."""
+    """Run a sphere drawn from a plate, sideways and spinning."""
     bodies = [small.Sphere(1, (0.0, 0.0, R), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True)]
     _run(folder, sphere_classes(R), bodies, engine, walls=[small.floor()], wall_angle_rad=math.radians(45.0))
     return replay(folder)
 
 
 def _bed(folder: Path, engine: str) -> dict[str, Any]:
-    """Forty moist spheres that come to rest in a box."""
+    """Run forty moist spheres that come to rest in a box."""
     scenes.run("bed", folder, scenes.Choice(spheres=40, seconds=0.12, engine=engine))
     return replay(folder)
 
 
 def _cluster(folder: Path, engine: str) -> Iterator[Cell]:
-    """Three wet spheres thrown together, free: momentum, angular momentum, energy; again without the tangential drag."""
+    """Yield momentum, angular momentum and energy of three free wet spheres that collide; again without tangential drag."""
     kinds, link = sphere_classes(R, 2e-3), "runs/cluster/"
     plain = folder.with_name("cluster_no_tangential")
-    _throw(folder, kinds, small.PAPER, engine)
-    _throw(plain, kinds, small.PAPER.model_copy(update={"viscous_tangential": None}), engine)
+    _collide_cluster(folder, kinds, small.PAPER, engine)
+    _collide_cluster(plain, kinds, small.PAPER.model_copy(update={"viscous_tangential": None}), engine)
     note = "largest change over the run; formations, ruptures and impacts happen in it"
     arm = f"{note}; the tangential drag acts at each sphere's radius as lever arm, which leaves out the gap"
     yield from _stored("momentum_wet", folder, kinds, 0, note, link)
@@ -159,7 +159,7 @@ def _cluster(folder: Path, engine: str) -> Iterator[Cell]:
     yield from _energy("energy_wet", folder, link)
 
 
-def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects, engine: str) -> None:
+def _collide_cluster(folder: Path, kinds: Sequence[SphereClass], effects: Effects, engine: str) -> None:
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.02)),
         small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),
@@ -170,7 +170,7 @@ def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects, engine:
 
 
 def _stored(row: str, folder: Path, kinds: Sequence[SphereClass], which: int, note: str, link: str) -> Iterator[Cell]:
-    """Linear (0) or angular (1) momentum over a run."""
+    """Yield linear (0) or angular (1) momentum over a run."""
     table = read_table(folder / "trajectory.parquet")
     *both, sizes = momenta(table, kinds)
     lost = np.linalg.norm(both[which] - both[which][0], axis=1)
@@ -180,7 +180,7 @@ def _stored(row: str, folder: Path, kinds: Sequence[SphereClass], which: int, no
 
 
 def momenta(table: pd.DataFrame, kinds: Sequence[SphereClass]) -> tuple[Floats, Floats, tuple[float, float]]:
-    """Linear and angular momentum at each output, and the sums of their parts' sizes at the start."""
+    """Return linear and angular momentum at each output, and the sums of their parts' magnitudes at the start."""
     table = table.sort_values(["step", "id"])
     n = table["id"].nunique()
     mass = table["type"].map({c.type: c.mass_kg for c in kinds}).to_numpy(float)[:, None]
@@ -193,7 +193,7 @@ def momenta(table: pd.DataFrame, kinds: Sequence[SphereClass]) -> tuple[Floats, 
 
 
 def _energy(row: str, folder: Path, link: str) -> Iterator[Cell]:
-    """Budget of energy at every output: an identity of the integrator, half kicks at both ends included."""
+    """Yield the energy budget at every output: an identity of the integrator, including half kicks at both ends."""
     energy = read_table(folder / "history" / "energy.parquet")
     moving = energy["kinetic"] + energy["spin"]
     works = energy[WORKS]
@@ -205,7 +205,7 @@ def _energy(row: str, folder: Path, link: str) -> Iterator[Cell]:
 
 
 def _split(folder: Path) -> Iterator[Cell]:
-    """The exact split at rupture: nodes of the engine's table against both solvers of the exact bridge."""
+    """Yield the exact split at rupture: nodes of the engine's table compared with both solvers of the exact bridge."""
     row = "split_exact_unequal"
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), small.Sphere(2, (0.0, 0.0, 3.0 * R), driven=True)]
     _run(folder, sphere_classes(R, 2.0 * R), bodies, effects=small.EXACT, steps=10)
@@ -230,7 +230,7 @@ def _split(folder: Path) -> Iterator[Cell]:
 
 
 def _places(folder: Path) -> dict[str, Any]:
-    """Spheres of the settled bed for the picture."""
+    """Return the spheres of the settled bed for the picture."""
     table = last(folder)
     radius = EngineScene.read(folder / "scene.json").classes[0].radius_m
     return {"radius": radius, "at": table[["x", "y", "z"]].to_numpy(float).tolist()}

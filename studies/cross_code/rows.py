@@ -1,4 +1,4 @@
-"""The columns of the table: programs. Its rows: quantity, scene, scale, why whole groups have empty columns."""
+"""Columns of the table: programs. Rows: quantity, scene, scale, reasons for empty columns."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COLUMNS = {
     WASHINO: "stock washino",
     EASO: "stock easo",
 }
-"""Column -> the program as the page calls it."""
+"""Column -> name of the program on the page."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ REPLAYED = {
     "screening": "moist screening, preset paper",
     "screening_exact": "moist screening, preset exact",
 }
-"""Scenes that are replayed -> how the page calls them."""
+"""Replayed scene -> name on the page."""
 QUANTITIES: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
     "viscous_normal": ("Viscous forces", "viscous normal force", "force at the full relative speed",
                        ("viscous_law", "viscous_normal", "factor_normal")),
@@ -62,7 +62,7 @@ QUANTITIES: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
 
 
 def _rows() -> Iterator[Row]:
-    """All but `OTHERS`."""
+    """Yield all rows except `OTHERS`."""
     for preset, law, limit in (
         ("paper", "Rabinovich's law", "Willett's law"),
         ("exact", "exact bridge", "exact limit"),
@@ -137,7 +137,7 @@ REPLAY_REASONS = {
     WASHINO: NO_LOG,
     EASO: NO_LOG,
 }
-"""Why the replayed rows have only two columns."""
+"""Reasons why the replayed rows have only two columns."""
 OWN_REASONS = {
     "viscous_normal": {YADE: "the capillary laws of YADE's ViscElCapMat have no viscous force of the liquid"},
     "viscous_tangential": {YADE: "the capillary laws of YADE's ViscElCapMat have no viscous force of the liquid"},
@@ -146,4 +146,4 @@ OWN_REASONS = {
     "rupture_static": {c: "measured in the rows `rupture distance`" for c in (YADE, WASHINO, EASO)},
     "rupture_dynamic": {c: "its rupture distance does not depend on the speed" for c in (YADE, WASHINO, EASO)},
 }
-"""Better reasons where a quantity has its own."""
+"""More specific reasons for some quantities."""

@@ -1,7 +1,8 @@
 """Source `single`: wet collisions of single spheres, resolved models (Buck et al. 2018, Davis 2023) against the engine.
 
-Davis head on has a solution in closed form; three spheres are solved by `reference_impl.spheres`. Buck's wall impact is held
-against the engine's own equations integrated by scipy, because the engine reads the model differently (docs/wall_collision.md).
+The head-on collision of Davis has a closed-form solution; three spheres are solved by `reference_impl.spheres`.
+Buck's wall impact is compared with the engine's equations integrated by scipy, because the engine's form of the model
+differs (docs/wall_collision.md).
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def source(folder: Path) -> Source:
 
 
 def _buck(folder: Path) -> Iterator[Cell]:
-    """A wet sphere thrown at a wall: the engine against its equations in Python, integrated to 1e-9."""
+    """Yield the impact of a wet sphere on a wall: the engine compared with its equations in Python, integrated to 1e-9."""
     from pywet.collisions.wall import wall
     from studies.buck2018 import engine
     from studies.buck2018.curves import problem
@@ -42,7 +43,7 @@ def _buck(folder: Path) -> Iterator[Cell]:
     row, engine_e, expected, model = "buck", [], [], []
     for k, speed in enumerate(SPEEDS):
         case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=speed)
-        engine_e.append(engine.throw(case, folder / f"buck_{k}").e_n)
+        engine_e.append(engine.impact(case, folder / f"buck_{k}").e_n)
         expected.append(normal_coefficient(case))
         model.append(float(wall.collide(case)["e_n"]))
     names = [f"{speed:g} m/s" for speed in SPEEDS]
@@ -66,7 +67,7 @@ def _buck(folder: Path) -> Iterator[Cell]:
 
 
 def _pair() -> Iterator[Cell]:
-    """Two wet spheres head on against the closed form (Davis 41)."""
+    """Yield two wet spheres head on, compared with the closed form (Davis 41)."""
     from pywet.collisions.spheres.equal import head_on_restitution
     from reference_impl.spheres import spheres
 
@@ -83,7 +84,7 @@ def _pair() -> Iterator[Cell]:
 
 
 def two_spheres(stokes: float) -> dict[str, Any]:
-    """Two equal spheres whose films touch, head on, in SI units: δ = 20 µm, h_min/δ = 0.05, no surface tension."""
+    """Return two equal spheres whose films touch, head on, in SI units: δ = 20 µm, h_min/δ = 0.05, no surface tension."""
     r, delta, speed, density = 1e-3, 2e-5, 0.4, 2000.0
     mass = density * 4.0 / 3.0 * math.pi * r**3
     viscosity = 0.5 * mass * speed / (6.0 * math.pi * (0.5 * r) ** 2 * stokes)
@@ -103,13 +104,13 @@ def two_spheres(stokes: float) -> dict[str, Any]:
 
 
 def restitution(answer: dict[str, Any]) -> float:
-    """Relative speed after over that before, of the answer of `two_spheres`."""
+    """Return the relative speed after over that before, from the answer of `two_spheres`."""
     v = np.asarray(answer["final"]["velocity"], dtype=float)
     return float(v[1, 0] - v[0, 0]) / 0.4
 
 
 def _three(folder: Path) -> Iterator[Cell]:
-    """Three wet spheres: the reference, our resolved solver (in the note), the engine with stiff contacts."""
+    """Yield three wet spheres: the reference, our resolved solver (in the note), the engine with stiff contacts."""
     from reference_impl.spheres import spheres
     from studies.davis2023 import engine
 

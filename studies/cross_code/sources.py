@@ -1,4 +1,4 @@
-"""The sources of the table and how one is run: a source that fails leaves its reason in its file and nothing else."""
+"""Sources of the table and how one is run: a source that fails writes only its reason into its file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from studies.cross_code.model import Source
 
 
 def _of(module: str, function: str = "source", beside: str = "runs") -> Callable[[Path], Source]:
-    """A function of a module of this package, imported when it is called; `beside`: the folder it is given."""
+    """Return a function of a module of this package, imported when called; `beside`: the folder passed to it."""
     return lambda folder: getattr(import_module(f"studies.cross_code.{module}"), function)(folder / beside)
 
 
@@ -27,19 +27,19 @@ SOURCES: dict[str, Callable[[Path], Source]] = {
     "screening": _of("replayed", "screening", ".."),
     "engines": _of("engines", beside="../crosscheck"),
 }
-"""Name -> function of the folder results/agreement; the last two read what other targets have left next to it."""
+"""Name -> function of the folder results/agreement; the last two read results of other targets next to it."""
 READ = {"screening": "*/case*/replay.json", "engines": "crosscheck/**/*.parquet"}
-"""What the last two sources read of other targets' results."""
+"""Patterns of the files of other targets that the last two sources read."""
 
 
 def left_by_others(name: str, results: Path) -> list[str]:
-    """Files of other targets that a source would read now, with their times: when these change, it is to be run again."""
+    """Return the files of other targets that a source would read now, with their times: if these change, it must be rerun."""
     pattern = READ.get(name)
     return sorted(f"{p} {p.stat().st_mtime:.0f}" for p in results.glob(pattern)) if pattern else []
 
 
 def data_file(folder: Path, name: str) -> Path:
-    """Path of the file with the cells of a source."""
+    """Return the path of the file with the cells of a source."""
     return folder / "data" / f"{name}.json"
 
 

@@ -1,7 +1,7 @@
-"""What accuracy costs: error against wall time over tolerance and integrator, polar against Cartesian pair coordinates.
+"""Cost of accuracy: error against wall time over tolerance and integrator, polar against Cartesian pair coordinates.
 
-The error is that of the final velocities against the tightest run, over the largest of them. Wall times are medians of
-`REPEATS` runs.
+The error is that of the final velocities against the tightest run, over the largest of them. Wall times are medians
+of `REPEATS` runs.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ COLOURS = dict(zip(METHODS, ("black", NAVY, ORANGE, GREEN), strict=True))
 
 
 def cases() -> dict[str, Problem]:
-    """An easy collision, a long one with three mutual contacts, and two whose gap closes to 1e-6 and 1e-8."""
+    """Return an easy collision, a long one with three mutual contacts, and two whose gap closes to 1e-6 and 1e-8."""
     return {
         "rapid bounce, St 12, 30°": three_equal_spheres(12.0, theta12_deg=30.0, t_end=10.0),
         "transfer (Fig. 15)": three_equal_spheres(2.0, theta23_deg=-45.0, h_min=0.04, t_end=100.0),
@@ -32,12 +32,12 @@ def cases() -> dict[str, Problem]:
 
 
 def distance(velocity: np.ndarray, exact: Run) -> float:
-    """Largest difference of the final velocities over the largest velocity."""
+    """Return the largest difference of the final velocities over the largest velocity."""
     return float(np.abs(velocity - exact.velocity).max() / np.abs(exact.velocity).max())
 
 
 def measured() -> pd.DataFrame:
-    """One row per case, integrator, kind of pairs and tolerance; the first run of each case compiles, uncounted."""
+    """Return one row per case, integrator, kind of pairs and tolerance; the first run of each case only compiles."""
     rows = []
     for name, problem in cases().items():
         exact = run(problem.with_(rtol=1e-11))
@@ -55,7 +55,7 @@ def measured() -> pd.DataFrame:
 
 
 def draw(table: pd.DataFrame) -> Figure:
-    """One panel per case: error against wall time, one line per integrator, dashed for Cartesian pairs."""
+    """Draw one panel per case: error against wall time, one line per integrator, dashed for Cartesian pairs."""
     figure, axes = panels(len(cases()), 2, (5.0, 3.8))
     for ax, (name, points) in zip(axes, table.groupby("case", sort=False), strict=True):
         for (method, polar), line in points.groupby(["method", "polar"], sort=False):

@@ -1,5 +1,7 @@
-"""The figures of Davis 2023 drawn again: single collisions (5, 7, 8, 11, 13b, 14, 15), families over the Stokes number (6, 9,
-10, 12, 13a), and the map of outcomes, which the paper does not have."""
+"""Figures of Davis 2023: single collisions (5, 7, 8, 11, 13b, 14, 15) and families over the Stokes number.
+
+The families are figures 6, 9, 10, 12, 13a; a map of outcomes, which the paper does not have, is added.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,7 @@ from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, panels
 from studies.davis2023.maps import WINDOW, Plane, curve, window
 
 COLOURS = (ORANGE, NAVY, GREEN)
-"""Spheres 1, 2, 3."""
+"""Colours of spheres 1, 2, 3."""
 GREY = "#8a939c"
 STOKES = np.linspace(0.5, 20.0, 118)
 OUTCOMES = ("FA", "PA: 1-2 stay", "PA: 2-3 stay", "PA: 1-3 stay", "FS")
@@ -28,12 +30,12 @@ PAINT = ("#27323d", "#d98032", "#4a9bd4", "#8b5fa5", "#dfe8d8")
 
 
 def shade(part: float) -> Any:
-    """Colour of a member of a family, 0 to 1."""
+    """Return the colour of a member of a family, 0 to 1."""
     return matplotlib.colormaps["viridis"](part)
 
 
 def snapshots(rows: Sequence[tuple[str, dict[str, Any], Sequence[float]]]) -> Figure:
-    """One row per collision: places of the spheres at the instants t* given, in units of their diameter."""
+    """Draw one row per collision: positions of the spheres at the given instants t*, in units of their diameter."""
     columns = max(len(stars) for _, _, stars in rows)
     figure, axes = panels(columns * len(rows), columns, (2.1, 2.0))
     for k, (title, given, stars) in enumerate(rows):
@@ -64,13 +66,13 @@ def gaps(ax: Axes, pair: int, style: dict[str, Any], **given: Any) -> np.ndarray
 
 
 def gap_axes(ax: Axes, until: float, title: str) -> None:
-    """Labels of a panel of gaps over time, and the gap of contact."""
+    """Label a panel of gaps over time, and draw the gap of contact."""
     ax.axhline(0.05, color=GREY, ls=":", lw=0.8)
     ax.set(xlabel="t̂", ylabel="ĥ", xlim=(0, until), ylim=(0, 1), title=title)
 
 
 def figure_7() -> Figure:
-    """Gap 1-2 over time for St 2, 3, 4, 7 and the angle of the pair for St 2."""
+    """Draw gap 1-2 over time for St 2, 3, 4, 7 and the angle of the pair for St 2."""
     figure, (ax,) = panels(1, 1, (6.4, 4.2))
     other = ax.twinx()
     for stokes in (2.0, 3.0, 4.0, 7.0):
@@ -83,7 +85,7 @@ def figure_7() -> Figure:
 
 
 def figure_8() -> Figure:
-    """Gap 1-2 over time at St 7 and 3.5 for several capillary numbers."""
+    """Draw gap 1-2 over time at St 7 and 3.5 for several capillary numbers."""
     figure, axes = panels(2, 2, (4.8, 3.8), sharey=True)
     cases = ((7.0, (6, 7, 8, 10), 12.0), (3.5, (100, 200, 500, 1000), 140.0))
     for ax, (stokes, numbers, end) in zip(axes, cases, strict=True):
@@ -97,7 +99,7 @@ def figure_8() -> Figure:
 
 
 def figure_11() -> Figure:
-    """Gaps 1-2 and 2-3 over time at 30° for St 7, 12, 20."""
+    """Draw gaps 1-2 and 2-3 over time at 30° for St 7, 12, 20."""
     figure, (ax,) = panels(1, 1, (6.4, 4.2))
     for stokes, colour in ((7.0, RED), (12.0, NAVY), (20.0, GREEN)):
         given = {"St_n": stokes, "theta12_deg": 30.0, "t_end": 20.0}
@@ -109,7 +111,7 @@ def figure_11() -> Figure:
 
 
 def figure_13b() -> Figure:
-    """Dimensionless rotation rates and gaps at St 8 without and with friction."""
+    """Draw dimensionless rotation rates and gaps at St 8 without and with friction."""
     figure, (top, bottom) = panels(2, 1, (6.4, 3.2), sharex=True)
     slope = math.tan(math.radians(-45.0))
     for mu_f, style in ((0.0, "-"), (0.1, "--")):
@@ -127,7 +129,7 @@ def figure_13b() -> Figure:
 
 
 def family(title: str, members: Sequence[tuple[str, dict[str, Any]]]) -> Figure:
-    """Curves over St_n, one for each member: e12 solid, e23 dashed, broken where they jump."""
+    """Draw curves over St_n, one for each member: e12 solid, e23 dashed, broken where they jump."""
     figure, (ax,) = panels(1, 1, (6.4, 4.4))
     for k, (label, given) in enumerate(members):
         colour = shade(0.9 * k / max(len(members) - 1, 1))
@@ -140,7 +142,7 @@ def family(title: str, members: Sequence[tuple[str, dict[str, Any]]]) -> Figure:
 
 
 def figure_6() -> Figure:
-    """Conditions of Fig. 5, with two spheres head on and oblique."""
+    """Draw Fig. 6: conditions of Fig. 5, with two spheres head on and oblique."""
     figure = family("ĥ$_a$ = 0.01, ĥ$_m$ = 0.05, no capillary force", [("three spheres, 45°", {})])
     ax, some = figure.axes[0], np.arange(1.0, 20.5, 1.0)
     ax.plot(STOKES, [head_on_restitution(s, 0.05) for s in STOKES], color=GREY, ls=":", label="two, head on (41), (42)")
@@ -150,7 +152,7 @@ def figure_6() -> Figure:
 
 
 def contour(map_: Plane) -> Figure:
-    """Fig. 10b: contours of e12 and e23 over impact angle and St_n."""
+    """Draw Fig. 10b: contours of e12 and e23 over impact angle and St_n."""
     figure, (ax,) = panels(1, 1, (6.6, 5.0))
     for values, last, colour, style in ((map_.e12, 0.85, NAVY, "solid"), (map_.e23, 0.65, RED, "dashed")):
         levels = np.arange(0.1, last, 0.1)

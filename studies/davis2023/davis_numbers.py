@@ -1,4 +1,4 @@
-"""Every number printed in the text of Davis 2023, next to what a converged solution of the same equations gives."""
+"""Every number printed in the text of Davis 2023, compared with a converged solution of the same equations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PAIRS = {"12": (0, 1), "13": (0, 2), "23": (1, 2)}
 
 @dataclass(frozen=True)
 class Number:
-    """A printed number: where, what, its value, and how it is computed at a relative tolerance."""
+    """A printed number: its position, meaning, value, and function to compute it at a relative tolerance."""
 
     where: str
     what: str
@@ -28,12 +28,12 @@ class Number:
 
 @cache
 def case(rtol: float, **given: float) -> Run:
-    """A run of the three equal spheres."""
+    """Run the three equal spheres."""
     return run(three_equal_spheres(**given, rtol=rtol))
 
 
 def event(kind: str, pair: str, **given: float) -> Callable[[float], float]:
-    """Time t̂ of the first event of a kind."""
+    """Return a function for the time t̂ of the first event of a kind."""
     return lambda rtol: times(case(rtol, **given), PAIRS[pair], kind)[0]
 
 
@@ -43,19 +43,19 @@ def star(kind: str, pair: str, **given: float) -> Callable[[float], float]:
 
 
 def restitution(pair: str, **given: float) -> Callable[[float], float]:
-    """Wet coefficient of restitution."""
+    """Return a function for the wet coefficient of restitution."""
     return lambda rtol: wet_restitution(case(rtol, **given), PAIRS[pair]) or 0.0
 
 
 def occurred(kind: str, pair: str) -> Callable[[Run], bool]:
-    """Return whether an event of a kind happened to a pair."""
+    """Return a function that tests whether an event of a kind happened to a pair."""
     return lambda made: bool(times(made, PAIRS[pair], kind))
 
 
 def onset(
     rtol: float, low: float, high: float, happened: Callable[[Run], bool], varied: str = "St_n", **given: Any
 ) -> float:
-    """The value of a number, between low and high, above which something happens, by bisection to 1e-4."""
+    """Return the value of a number, between low and high, above which something happens, by bisection to 1e-4."""
     while high - low > 1e-4 * high:
         middle = 0.5 * (low + high)
         above = happened(run(three_equal_spheres(**{varied: middle, "rtol": rtol, **given})))
@@ -64,17 +64,17 @@ def onset(
 
 
 def first_contact(rtol: float, **given: Any) -> float:
-    """Smallest St_n at which spheres 1 and 2 touch, conditions of Fig. 5."""
+    """Return the smallest St_n at which spheres 1 and 2 touch, conditions of Fig. 5."""
     return onset(rtol, 1.0, 6.0, occurred("contact", "12"), t_end=20.0, **given)
 
 
 def collinear(rtol: float, **given: Any) -> float:
-    """Smallest St_n at which sphere 3 leaves in a collinear collision."""
+    """Return the smallest St_n at which sphere 3 leaves in a collinear collision."""
     return onset(rtol, 3.0, 8.0, occurred("separation", "23"), theta12_deg=0.0, t_end=3000.0, **given)
 
 
 def jump(rtol: float, theta12_deg: float, low: float, high: float) -> float:
-    """St_n above which films 1-2 part before spheres 2 and 3 touch."""
+    """Return the St_n above which films 1-2 separate before spheres 2 and 3 touch."""
 
     def parted_first(made: Run) -> bool:
         parted, touched = times(made, (0, 1), "separation"), times(made, (1, 2), "contact")
@@ -84,7 +84,7 @@ def jump(rtol: float, theta12_deg: float, low: float, high: float) -> float:
 
 
 def arrest(rtol: float, stokes: float, low: float, high: float, t_end: float) -> float:
-    """Ca above which films 1-2 part before t_end, conditions of Fig. 8."""
+    """Return the Ca above which films 1-2 separate before t_end, conditions of Fig. 8."""
     return onset(rtol, low, high, occurred("separation", "12"), "Ca", St_n=stokes, t_end=t_end)
 
 
@@ -129,7 +129,7 @@ NOT_REPRODUCED = [
     Number("IV A, Fig. 7", "no contact 1-2 below St", 2.4, first_contact, "see docs/sphere_collisions.md"),
     Number("IV C", "collinear: sphere 3 leaves above St", 4.8, collinear, "see docs/sphere_collisions.md"),
 ]
-"""Statements that the model with the stated parameters does not bear out."""
+"""Statements that the model with the stated parameters does not confirm."""
 
 APPROXIMATE = [
     Number("IV B, Fig. 8", "St 7: rebound 1-2 arrested up to Ca", 6.0, lambda rtol: arrest(rtol, 7.0, 3.0, 30.0, 60.0)),
@@ -140,4 +140,4 @@ APPROXIMATE = [
         "IV A, Fig. 6", "two spheres head on: St_s at ĥ_m 0.05", 4.0, lambda rtol: stokes_to_rebound(0.05), "about 4"
     ),
 ]
-"""Rounded or one-sided statements: the paper gives curves for a few values only."""
+"""Rounded or one-sided statements: the paper shows curves for a few values only."""

@@ -1,4 +1,4 @@
-"""The page on sphere collisions: the numbers of Davis 2023 next to ours, its figures drawn again, and what accuracy costs."""
+"""The page on sphere collisions: numbers of Davis 2023 compared with ours, its figures, and the cost of accuracy."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CAPILLARY: Any = (
 THICK = ((0.005, 0.1, 2000.0), (0.01, 0.05, 1000.0), (0.02, 0.025, 500.0))
 """Film thickness, smallest gap and capillary number of the lines of Fig. 12a."""
 GRID = 60
-"""Angles and Stokes numbers of the maps."""
+"""Number of angles and of Stokes numbers of the maps."""
 ITEMS = {
     "figure_05": Item("Fig. 5: snapshots for St 2, 5, 10",
                       draw=lambda: figures.snapshots([(f"St$_n$ = {s:g}", {"St_n": s}, STARS) for s in (2.0, 5.0, 10.0)])),
@@ -65,7 +65,7 @@ NEAR_PERCENT = 0.4
 
 
 def numbers(rtol: float = 1e-9) -> pd.DataFrame:
-    """Tabulate the paper's numbers: place, quantity, printed and computed value, difference, change with half the tolerance."""
+    """Tabulate the paper's numbers: position, quantity, printed and computed value, change with half the tolerance."""
     rows = []
     for n in (*davis_numbers.NUMBERS, *davis_numbers.APPROXIMATE, *davis_numbers.NOT_REPRODUCED):
         ours, finer = n.compute(rtol), n.compute(0.5 * rtol)
@@ -76,7 +76,7 @@ def numbers(rtol: float = 1e-9) -> pd.DataFrame:
 
 
 def write_page(folder: Path) -> Path:
-    """The numbers, numbers.csv next to them, and all figures in `folder`/index.html."""
+    """Write the numbers, numbers.csv next to them, and all figures to `folder`/index.html."""
     table = numbers()
     write_csv(table, folder / "numbers.csv")
     body = page.paragraph(NUMBERS_SAID) + page.table_of(table.itertuples(), {

@@ -1,8 +1,8 @@
 """Collision of three wet spheres in LIGGGHTS with the laws of `pywet.laws.davis`.
 
 The engine's solid contact is a stiff spring at S = 0, the model's a hard impact at h = h_min: h = S + S_min with
-S_min = 0.001 r_eff plays h_min, films of δ − S_min together play δ, and the model's centres are S_min further apart. The plane
-of the collision is tilted, so that nothing hangs on two dimensions.
+S_min = 0.001 r_eff corresponds to h_min, films of total thickness δ − S_min to δ, and the model's centres are S_min
+further apart. The plane of the collision is tilted, so that nothing depends on two dimensions.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ RADIUS, DENSITY, SPEED, H_A, H_MIN = 1e-3, 2000.0, 0.4, 0.01, 0.05
 """Radius [m], density [kg/m3], normal speed [m/s], and δ/(2r), of which h_min/δ = 0.001 r/δ = 0.05 follows."""
 PAIRS = ((0, 1), (0, 2), (1, 2))
 PART = 30
-"""Steps of the engine in a dry collision."""
+"""Number of the engine's steps in a dry collision."""
 STIFFNESS = (1e7, 1e8, 1e9, 1e10)
-"""Of the contacts that are compared [N/m]."""
+"""Stiffness of the compared contacts [N/m]."""
 LAWS = "from pywet.laws.davis import tangential\n\nfilm = tangential({over_a!r})\n"
 TILT = np.linalg.qr(np.array([[1.0, 0.3, -0.2], [0.4, 1.0, 0.5], [0.1, -0.6, 1.0]]))[0]
 """Rotation of the collision's plane in space."""
@@ -49,13 +49,13 @@ class EngineRun:
 
     @property
     def gap(self) -> np.ndarray:
-        """h/δ of the pairs 1-2, 1-3, 2-3, shape (times, 3)."""
+        """Return h/δ of the pairs 1-2, 1-3, 2-3, shape (times, 3)."""
         apart = [np.linalg.norm(self.position[:, i] - self.position[:, j], axis=1) for i, j in PAIRS]
         return np.stack(apart, 1) - (1.0 / H_A - H_MIN)  # h = S + S_min
 
 
 def model(stokes: float, theta12_deg: float, ca: float | None, t_end: float) -> Run:
-    """The collision by the model of hard spheres."""
+    """Compute the collision by the model of hard spheres."""
     problem = three_equal_spheres(stokes, ca, H_A, H_MIN, theta12_deg, t_end=t_end)
     return run(problem, times=np.linspace(0.0, t_end, 401)[1:])
 
@@ -70,7 +70,7 @@ def in_engine(
     friction: float = 0.0,
     engine: str = "liggghts",
 ) -> EngineRun:
-    """The collision in an engine, liggghts or lammps; `stiffness` of the contact [N/m]."""
+    """Compute the collision in an engine, liggghts or lammps; `stiffness` of the contact [N/m]."""
     delta, s_min, a = 2.0 * RADIUS * H_A, 1e-3 * RADIUS, 0.5 * RADIUS
     kinds = bodies.sphere_classes(RADIUS, counts=3, density=DENSITY, angle_rad=0.0)
     reduced = 0.5 * kinds[0].mass_kg
@@ -108,7 +108,7 @@ def in_engine(
 
 
 def error(seen: EngineRun, exact: Run) -> float:
-    """Largest difference of the final velocities over the largest velocity."""
+    """Return the largest difference of the final velocities over the largest velocity."""
     return distance(seen.velocity[-1, :, :2], exact)
 
 

@@ -19,7 +19,7 @@ WINDOW = 6.0
 
 
 def window(theta12_deg: float, h_a: float = 0.01, t_star: float = WINDOW) -> float:
-    """t̂ at t*: t̂ = t* cos β/ĥ_a."""
+    """Return t̂ at t*: t̂ = t* cos β/ĥ_a."""
     return t_star * math.cos(math.radians(theta12_deg)) / h_a
 
 
@@ -36,12 +36,12 @@ def many(jobs: Iterable[dict[str, Any]], then: Callable[[Run], Any]) -> list[Any
 
 
 def restitutions(made: Run) -> tuple[float, float]:
-    """e12 and e23, 0 where the films did not part."""
+    """Return e12 and e23, 0 if the films did not separate."""
     return wet_restitution(made, (0, 1)) or 0.0, wet_restitution(made, (1, 2)) or 0.0
 
 
 def curve(stokes: np.ndarray, **given: Any) -> np.ndarray:
-    """e12 and e23 over St_n, shape (n, 2); e23 is 0 where there is no third sphere."""
+    """Return e12 and e23 over St_n, shape (n, 2); e23 is 0 without a third sphere."""
     return np.array(many(({"St_n": float(s), **given} for s in stokes), restitutions))
 
 
@@ -54,13 +54,13 @@ class Plane:
     e12: np.ndarray
     e23: np.ndarray
     outcome: np.ndarray
-    """0 FA; 1, 2, 3 PA with 1-2, 2-3, 1-3 staying; 4 FS."""
+    """Outcome: 0 FA; 1, 2, 3 PA with 1-2, 2-3, 1-3 remaining joined; 4 FS."""
     slow: np.ndarray
-    """True where the films 1-2 part by stick-rotate-separate."""
+    """Whether films 1-2 separate by stick-rotate-separate."""
 
 
 def code(made: Run) -> int:
-    """Number of an outcome, see `Plane.outcome`."""
+    """Return the number of an outcome, see `Plane.outcome`."""
     kind = outcome(made)
     if kind != "PA":
         return {"FA": 0, "FS": 4}[kind]
@@ -68,7 +68,7 @@ def code(made: Run) -> int:
 
 
 def plane(angle_deg: np.ndarray, stokes: np.ndarray) -> Plane:
-    """Collisions over a grid of angles and Stokes numbers, conditions of the paper's Fig. 5."""
+    """Compute collisions over a grid of angles and Stokes numbers, conditions of the paper's Fig. 5."""
 
     def then(made: Run) -> tuple[float, float, int, bool]:
         return *restitutions(made), code(made), mechanism(made, (0, 1)) == "stick-rotate-separate"

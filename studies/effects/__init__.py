@@ -1,5 +1,6 @@
-"""Which effects may be left out? The choice of `pywet.plan` is put to the test: against everything on and each effect off.
+"""Which effects may be left out? The choice of `pywet.plan` is compared with all effects on and with each effect off.
 
-`setup.py` and `scenes.py` are the scenes, `variants.py` does one run, `study.py` all of them; `measures.py` says what is
-wanted of a scene, `verdict.py` judges; `page.py` shows. The settings stay as they are; `accuracy` varies those.
+`setup.py` and `scenes.py` contain the scenes, `variants.py` executes one run, `study.py` all of them; `measures.py`
+computes the quantities of interest, `verdict.py` judges; `page.py` makes the page. Settings are constant here;
+`accuracy` varies them.
 """

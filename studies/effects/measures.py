@@ -1,4 +1,4 @@
-"""What is wanted of the scenes: plain numbers from a finished run, and how a change of each is counted."""
+"""Quantities of interest of the scenes: numbers from a finished run, and the definition of a change of each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ABSOLUTE = {
     "liquid_on_small": "liquid as film on the small spheres, of all liquid",
     "fraction_retained": "fraction retained, by mass",
 }
-"""Quantities that are parts of a whole: an error is the difference itself, in parts of the whole."""
+"""Quantities that are shares of a whole: an error is the difference itself."""
 RELATIVE = {
     "mean_height": "mean height of the spheres",
     "contacts_per_sphere": "spheres in touch with a sphere",
@@ -34,7 +34,7 @@ RELATIVE = {
 """Quantities whose error is relative to the run with everything on."""
 WORDS = {**ABSOLUTE, **RELATIVE}
 TOUCH = 0.02
-"""Gap over the mean radius up to which two spheres count as in touch."""
+"""Gap over the mean radius up to which two spheres count as touching."""
 
 
 def liquid(run_dir: Path, names: Iterable[str]) -> dict[str, float]:
@@ -57,7 +57,7 @@ def liquid(run_dir: Path, names: Iterable[str]) -> dict[str, float]:
 
 
 def settled(run_dir: Path) -> dict[str, float]:
-    """Mean height and spheres in touch, over the last three outputs."""
+    """Return mean height and number of touching spheres, over the last three outputs."""
     scene, table = EngineScene.read(run_dir / "scene.json"), read_table(run_dir / "trajectory.parquet")
     radius = {c.type: c.radius_m for c in scene.classes}
     heights, touching = [], []
@@ -70,7 +70,7 @@ def settled(run_dir: Path) -> dict[str, float]:
 
 
 def cooled(run_dir: Path) -> dict[str, float]:
-    """Kinetic energy left and speed across x of two clouds that flew through each other."""
+    """Return the remaining kinetic energy and speed across x of two clouds that flew through each other."""
     table = read_table(run_dir / "trajectory.parquet")
     energy = (table[["vx", "vy", "vz"]] ** 2).sum(axis=1).groupby(table["step"]).sum().to_numpy()
     end = last(run_dir)
@@ -81,7 +81,7 @@ def cooled(run_dir: Path) -> dict[str, float]:
 
 
 def rebound(run_dir: Path) -> dict[str, float]:
-    """Speeds of two spheres after their impact, relative, along and across the line of impact at touch (x), and spin."""
+    """Return speeds of two spheres after their impact, relative, along and across the line of impact at touch (x), and spin."""
     end = last(run_dir)
     v = end[["vx", "vy", "vz"]].to_numpy()
     return {
@@ -92,12 +92,12 @@ def rebound(run_dir: Path) -> dict[str, float]:
 
 
 def turning(run_dir: Path) -> dict[str, float]:
-    """Angle of the bed in a drum about z, mean over the second half: that of its centre of mass against gravity [deg]."""
+    """Return the angle of the bed in a drum about z over the second half: that of its centre of mass against gravity [deg]."""
     return {"dynamic_angle": float(bed_angles(run_dir).mean())}
 
 
 def sieved(run_dir: Path) -> dict[str, float]:
-    """Fraction retained at the end, and the time until half of the undersize has passed (the run's end if it has not)."""
+    """Return the fraction retained at the end, and the time until half of the undersize has passed (at most the run's end)."""
     scene, table = EngineScene.read(run_dir / "scene.json"), read_table(run_dir / "trajectory.parquet")
     mass = table["type"].map({c.type: c.mass_kg for c in scene.classes})
     under = table["type"].map({c.type: c.passes_aperture for c in scene.classes})

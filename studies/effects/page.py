@@ -1,4 +1,4 @@
-"""The page of the effects study: pictures first (the matrix of scenes and effects above all), then what was compared."""
+"""The page of the effects study: pictures first (the matrix of scenes and effects above all), then the comparisons."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ LABELS = {
 """Effect -> its name for a process engineer."""
 NEEDED, SPARE, SAFE, WRONG = "#2f6f9f", "#b9d3e6", "#bfe3c8", "#d9534f"
 FACES = {(True, False): NEEDED, (True, True): SPARE, (False, True): SAFE, (False, False): WRONG}
-"""Return whether the plan keeps an effect, whether it may be left out -> colour."""
+"""Whether the plan keeps an effect, whether it may be left out -> colour."""
 ABSENT = "#f1f3f5"
 
 
 def percent(value: float) -> str:
-    """A change in per cent, short."""
+    """Format a change in per cent."""
     size = abs(100 * value)
     return f"{size:.0f} %" if size >= 9.5 else f"{size:.1f} %" if size >= 0.05 else "< 0.1 %"
 
 
 def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Figure:
-    """Scenes by effects: what leaving the effect out changes most, and what the plan decided."""
+    """Draw scenes by effects: largest change when leaving the effect out, and the plan's decision."""
     names = list(judged)
     figure, axes = plt.subplots(figsize=(13.2, 0.86 * len(names) + 1.5))
     for row, name in enumerate(names):
@@ -83,7 +83,7 @@ def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Fi
 
 
 def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
-    """For each scene: largest change by the plan's choice, and the time of a run with and without what it leaves out."""
+    """Draw, for each scene, the largest change by the plan's choice, and the time of a run with and without omitted effects."""
     names = list(judged)
     plans = [planned(judged[n]) for n in names]
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 0.5 * len(names) + 1.4), sharey=True)
@@ -110,7 +110,7 @@ def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
 
 
 def shares(runs: dict[str, pd.DataFrame]) -> Figure:
-    """Predicted against measured shares of impulse, with the factor that each prediction claims."""
+    """Draw predicted against measured shares of impulse, with the accuracy factor of each prediction."""
     marks = {"gravity": "s", "capillary": "o", "viscous_normal": "^", "viscous_tangential": "v"}
     figure, axes = plt.subplots(figsize=(6.6, 5.4))
     colours = dict(zip(runs, plt.get_cmap("tab10")(range(10)), strict=False))

@@ -1,4 +1,4 @@
-"""Scenes that differ in what they need: each a setup, what is wanted of it, and a sentence for the page."""
+"""Scenes with different requirements: each a setup, its quantities of interest, and a sentence for the page."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from studies.effects.setup import SHAKEN, Setup, jets, lattice, pyramid
 from studies.study import configured
 
 CONFIG = place("config")
-"""The configuration where none is named."""
+"""Default configuration."""
 NAMED, ROLLING = "{mm} mm", 2e-5
 """Name of a class of spheres; rolling friction [m] of glass of some millimetres."""
 Measure = Callable[[Path], dict[str, float]]
@@ -37,7 +37,7 @@ Measure = Callable[[Path], dict[str, float]]
 class StudyScene:
     """`setup(seed, size, config_dir)`: size 1 is that of the study, smaller has fewer spheres or a shorter time.
 
-    Only a case of the configuration asks for `config_dir`.
+    Only a case of the configuration uses `config_dir`.
     """
 
     title: str
@@ -56,7 +56,7 @@ def _box(half: float, height: float) -> tuple[Surface, ...]:
 
 def _bed(radii_m: tuple[float, ...], count: int, seed: int, density: float, angle: float, stiffness: float,
          rolling_m: float, friction: float = 0.4, seconds: float = 0.25) -> Setup:  # fmt: skip
-    """Spheres that fall into a box and come to rest; wet ones get their liquid from the caller."""
+    """Return spheres that fall into a box and come to rest; the caller adds liquid."""
     share = count // len(radii_m)
     classes = sphere_classes(*radii_m, counts=share, density=density, angle_rad=math.radians(angle), name=NAMED)
     kinds = [c.type for c in classes for _ in range(share)]
@@ -84,22 +84,22 @@ def _wet(setup: Setup, moisture: float) -> Setup:
 
 
 def dry_glass(seed: int, size: float, config_dir: Path) -> Setup:
-    """Dry glass of 3 mm falling into a box."""
+    """Return dry glass of 3 mm falling into a box."""
     return _bed((1.5e-3,), max(27, round(220 * size)), seed, 2500.0, 15.0, 3e3, 2e-5)
 
 
 def moist_pom(seed: int, size: float, config_dir: Path) -> Setup:
-    """Plastic of 3 and 5 mm with 5 % water falling into a box."""
+    """Return plastic of 3 and 5 mm with 5 % water falling into a box."""
     return _wet(_bed((1.5e-3, 2.5e-3), max(26, round(180 * size)), seed, 1358.0, 40.0, 2e3, 5e-5, 0.35), 5.0)
 
 
 def micron_powder(seed: int, size: float, config_dir: Path) -> Setup:
-    """Glass of 50 um with 1 % water: the capillary force is thousands of weights."""
+    """Return glass of 50 um with 1 % water: the capillary force is thousands of weights."""
     return _wet(_bed((25e-6,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8, seconds=0.008), 1.0)
 
 
 def thick_oil(seed: int, size: float, config_dir: Path) -> Setup:
-    """A pile of glass in a tray, wetted with oil of 2 Pa s, at rest."""
+    """Return a pile of glass in a tray, wetted with oil of 2 Pa s, at rest."""
     side, r = (5 if size >= 0.5 else 3), 1.5e-3
     classes = _glass(r, side * (side + 1) * (2 * side + 1) // 6)
     return Setup(
@@ -115,7 +115,7 @@ def thick_oil(seed: int, size: float, config_dir: Path) -> Setup:
 
 
 def fast_dilute(seed: int, size: float, config_dir: Path) -> Setup:
-    """Two clouds of glass of 8 mm with a little solvent fly through each other at 5 m/s; only their motion is evaluated."""
+    """Return two clouds of glass of 8 mm with a little solvent that fly through each other at 5 m/s; only motion is evaluated."""
     count, r, speed, pitch = max(32, 2 * round(128 * size)), 4e-3, 5.0, 13e-3
     classes = _glass(r, count)
     seconds = 0.024
@@ -134,7 +134,7 @@ def fast_dilute(seed: int, size: float, config_dir: Path) -> Setup:
 
 
 def collision(seed: int, size: float, config_dir: Path) -> Setup:
-    """Two wet spheres meet once, off centre; exact to the last digit, so that the smallest effect shows."""
+    """Return two wet spheres that meet once, off centre; exact to the last digit, so that the smallest effect is visible."""
     r, speed, gap = 1.5e-3, 1.0, 2e-4
     classes = _glass(r, 2)
     offset = np.random.default_rng(seed).uniform(0.3, 0.7) * r
@@ -162,7 +162,7 @@ def collision(seed: int, size: float, config_dir: Path) -> Setup:
 
 
 def wet_drum(seed: int, size: float, config_dir: Path) -> Setup:
-    """Glass of 3 mm with 2 % water in a slow drum."""
+    """Return glass of 3 mm with 2 % water in a slow drum."""
     count, r = max(60, round(150 * size)), 1.5e-3
     classes = _glass(r, count)
     width = 6.0 * r
@@ -182,7 +182,7 @@ def wet_drum(seed: int, size: float, config_dir: Path) -> Setup:
 
 
 def tiny_screening(seed: int, size: float, config_dir: Path) -> Setup:
-    """Sixteen beads of screening case 2 at smoke scale; the seed selects them."""
+    """Return sixteen spheres of screening case 2 at smoke scale, selected by the seed."""
     loaded = config.load(config_dir)
     made = cases.ingredients(loaded, 2, "smoke")
     keep = {1: 12, 2: 2, 3: 2}

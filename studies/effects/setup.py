@@ -1,4 +1,4 @@
-"""What a scene of the study is, and its first arrangements of spheres."""
+"""Definition of a scene of the study, and initial arrangements of spheres."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Setup:
-    """One scene ready to be prepared with any choice of effects; `speed` and `surroundings` are for the plan."""
+    """One scene that can be prepared with any choice of effects; `speed` and `surroundings` are for the plan."""
 
     classes: tuple[SphereClass, ...]
     pairs: tuple[ContactPair, ...]
@@ -34,17 +34,17 @@ class Setup:
     gravity: Vector = (0.0, 0.0, -9.81)
     rotation: Rotation | None = None
     build: Callable[[Effects, Path], EngineScene] | None = None
-    """Prepares the run directory where the scene is not of spheres and walls given here."""
+    """Function that prepares the run directory if the scene does not consist of spheres and walls given here."""
     configuration: dict[str, Any] = field(default_factory=dict)
-    """What it was made from, where it is a case of the configuration."""
+    """Configuration from which it was made, if it is a configured case."""
 
 
 SHAKEN = 0.04
-"""How far a sphere of a lattice is moved at most, over the pitch."""
+"""Largest random displacement of a sphere of a lattice, over the pitch."""
 
 
 def lattice(kinds: Sequence[int], across: int, pitch: float, low: float, seed: int) -> list[Sphere]:
-    """Layers of across x across spheres from height `low` up, shaken by SHAKEN of the pitch."""
+    """Return layers of across x across spheres from height `low` up, displaced at random by SHAKEN of the pitch."""
     random, number = np.random.default_rng(seed), np.arange(len(kinds))
     order = random.permutation(np.asarray(kinds))
     cells = np.column_stack([number % across, number // across % across, number // across**2]).astype(float)
@@ -53,7 +53,7 @@ def lattice(kinds: Sequence[int], across: int, pitch: float, low: float, seed: i
 
 
 def pyramid(side: int, radius: float, seed: int) -> list[Sphere]:
-    """Cannonballs in a square tray: each sphere rests on the four below; the seed moves them by 1e-4 of the radius."""
+    """Return a pyramid of spheres in a square tray: each rests on the four below; the seed moves them by 1e-4 of the radius."""
     at = np.array([
         [2 * i - (side - layer - 1), 2 * j - (side - layer - 1), 1.0 + math.sqrt(2.0) * layer]
         for layer in range(side) for i, j in np.ndindex(side - layer, side - layer)
@@ -63,7 +63,7 @@ def pyramid(side: int, radius: float, seed: int) -> list[Sphere]:
 
 
 def jets(count: int, radius: float, speed: float, pitch: float, seed: int) -> list[Sphere]:
-    """Two clouds that fly through each other along x, each at half the speed; places at random on a lattice."""
+    """Return two clouds that fly through each other along x, each at half the speed; random positions on a lattice."""
     random = np.random.default_rng(seed)
     across = max(3, round((count / 2) ** (1.0 / 3.0)))
     spheres = []

@@ -1,4 +1,4 @@
-"""The effects study: its runs, its table, and the costs of the effects that it keeps for the plan."""
+"""The effects study: its runs, its table, and the stored costs of the effects for the plan."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from studies.effects.verdict import Choice
 
 @dataclass(frozen=True)
 class EffectsStudy(study.Study):
-    """All choices of effects of every scene, or of the scene `only`, with each of `seeds` first arrangements."""
+    """Study of all choices of effects of every scene, or of the scene `only`, with several initial arrangements."""
 
     folder: Path
     seeds: int = 4
@@ -41,7 +41,7 @@ class EffectsStudy(study.Study):
         return [f"{scene}_{seed}" for seed in range(self.seeds)]
 
     def runs(self, job: str) -> list[study.Run]:
-        """All choices of effects, so that their times compare; equal ones are one run."""
+        """Return all choices of effects in one job, so that their times are comparable; equal ones are one run."""
         name, _, seed = job.rpartition("_")
         scene = SCENES[name]
         setup = scene.setup(int(seed), self.size, self.config_dir)
@@ -62,7 +62,7 @@ class EffectsStudy(study.Study):
         return {name: of for name, of in runs.items() if len(of)}
 
     def show(self) -> Path:
-        """effects.json in the folder, and the page."""
+        """Write effects.json into the folder, and the page."""
         from studies.effects import page
 
         runs = self.of_scenes()
@@ -106,7 +106,7 @@ def _as_dict(c: Choice) -> dict[str, Any]:
 
 
 def line(name: str, runs: pd.DataFrame, plan: Choice) -> str:
-    """Describe the effects that the plan leaves out of a scene, and whether that is right, in one line."""
+    """Describe in one line the effects that the plan leaves out of a scene, and whether that is right."""
     out, worst = ", ".join(verdict.left_out(runs)) or "nothing", plan.worst
     return (
         f"{name:<14}leaves out {out}: {'right' if plan.harmless else 'WRONG'}, largest change {100 * worst.change:+.2f} % "

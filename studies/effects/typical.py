@@ -1,4 +1,4 @@
-"""Which effects three typical scenes call for, as the table of docs/effects.md: `python -m studies.effects.typical`."""
+"""Effects in three typical scenes, as the table of docs/effects.md: `python -m studies.effects.typical`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ TYPICAL = {"screening": "moist screen", "wet_drum": "wet drum", "thick_oil": "oi
 
 
 def rows() -> list[str]:
-    """One line per effect: on or off by its number against the tolerance of the study, in each of the scenes."""
+    """Return one line per effect: on or off by its number and the study's tolerance, in each of the scenes."""
     plans = {name: plan_of(SCENES[name].setup(1, 1.0, CONFIG), decide="tolerance") for name in TYPICAL}
     first = next(iter(plans.values()))
     lines = [f"| effect | {' | '.join(TYPICAL.values())} | time it adds |", "|---" * (2 + len(TYPICAL)) + "|"]

@@ -1,4 +1,4 @@
-"""What is compared in a scene: everything on, the plan's choice, each effect off; how one of them is run and measured."""
+"""Compared choices in a scene: everything on, the plan's choice, each effect off; and how one is run and measured."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from studies.effects.setup import Setup
 from studies.study import Row
 
 TOLERANCE = 0.02
-"""Change of a wanted quantity that the study takes as harmless."""
+"""Change of a quantity of interest that the study considers harmless."""
 SWITCHED = (*OF_THE_BRIDGE, *OF_THE_CONTACT, "bridges")
-"""Effects that are forced off one by one; `bridges`: the whole liquid."""
+"""Effects that are switched off one at a time; `bridges`: the whole liquid."""
 EVERYTHING, PLANNED, IDLE = "everything on", "plan", "idle plugin"
 STEP_FRACTION = 0.2
-"""Time step over the dry contact's stable one in a dense packing: about ten in a collision of two."""
+"""Time step over the dry contact's stable one in a dense packing: about ten steps per collision of two."""
 OUTPUTS = 20
 SAMPLES = 200
-"""Steps of a run at which all bridge forces are logged, from which the shares of impulse are taken."""
+"""Number of steps of a run at which all bridge forces are logged, for the shares of impulse."""
 BRIDGE_B, TRIANGLE_B, CANDIDATE_B = 248, 100, 40
-"""Bytes the plugin keeps for a bridge, a wall triangle, a near pair (sizes of its records)."""
+"""Bytes that the plugin stores for a bridge, a wall triangle, a near pair (sizes of its records)."""
 
 
 def plan_of(setup: Setup, **switches: Any) -> EffectPlan:
-    """The plan of a scene at the study's tolerance."""
+    """Return the plan of a scene at the study's tolerance."""
     entry = RatioEntry(value=TOLERANCE, source="assumption", reason="two per cent of a wanted quantity")
     settings = EffectSettings(tolerance=entry, **switches)
     return plan(setup.classes, setup.pairs, setup.liquid, setup.speed, settings, LawSettings(), setup.surroundings)
 
 
 def variants(setup: Setup) -> dict[str, Effects]:
-    """Everything on, the plan's choice, each effect off where it is on, the plugin without work where the scene is dry."""
+    """Return everything on, the plan's choice, each active effect off, and, for a dry scene, the plugin without work."""
     full = plan_of(setup).effects
     there = {
         "wall_films": bool(setup.walls),
@@ -60,7 +60,7 @@ def variants(setup: Setup) -> dict[str, Effects]:
 
 
 def measure(scene: StudyScene, setup: Setup, effects: Effects) -> Row:
-    """Prepare and run a scene with a choice of effects; what it gave, wanted quantities among it."""
+    """Prepare and run a scene with a choice of effects; return its results with the quantities of interest."""
     with tempfile.TemporaryDirectory(prefix="pywet-study-") as name:
         run_dir = Path(name)
         made = prepare(setup, effects, run_dir)
@@ -74,7 +74,7 @@ def measure(scene: StudyScene, setup: Setup, effects: Effects) -> Row:
 
 
 def prepare(setup: Setup, effects: Effects, run_dir: Path) -> EngineScene:
-    """The run directory of one choice."""
+    """Make the run directory of one choice."""
     if setup.build is not None:
         return setup.build(effects, run_dir)
     step = step_choice.of_packing(
@@ -96,7 +96,7 @@ def prepare(setup: Setup, effects: Effects, run_dir: Path) -> EngineScene:
 
 
 def measured_shares(scene: EngineScene, run_dir: Path) -> dict[str, float] | None:
-    """Shares of sum |F| dt by weight and bridge forces, from the sampled steps; None for a run without bridges."""
+    """Return shares of sum |F| dt by weight and bridge forces, from the sampled steps; None for a run without bridges."""
     if not scene.effects.bridges:
         return None
     log = read_table(run_dir / "history" / "contacts.parquet")
@@ -115,7 +115,7 @@ def measured_shares(scene: EngineScene, run_dir: Path) -> dict[str, float] | Non
 
 
 def plugin_arrays(scene: EngineScene, run_dir: Path) -> int:
-    """Bytes that the plugin keeps for this scene at its end; 0 where it is not loaded."""
+    """Return the bytes that the plugin stores for this scene at its end; 0 if it is not loaded."""
     if not scene.effects.bridges:
         return 0
     bridges = int(read_table(run_dir / "history" / "ledger.parquet")["bridge_count"].max())

@@ -1,9 +1,9 @@
-"""Judges the plan: what each effect's absence changes in each wanted quantity, beyond what the seeds scatter, and what it saves.
+"""Judge the plan: the change of each quantity of interest without an effect, beyond the scatter of seeds, and its saving.
 
-Runs are compared seed by seed with everything on. A chaotic bed scatters as much between two choices of effects as between
-two seeds; a collision of two scatters hardly at all. `spread` is twice the standard error of the mean difference, from the
-median variance over all choices of the scene (over what the median of such variances is of the true one): smaller changes than
-that are not resolved.
+Runs are compared seed by seed with everything on. A chaotic bed scatters as much between two choices of effects as
+between two seeds; a collision of two scatters hardly at all. `spread` is twice the standard error of the mean
+difference, from the median variance over all choices of the scene (divided by the expected ratio of such a median to
+the true variance): smaller changes than that are not resolved.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SHORTEST = 0.3
 
 @dataclass(frozen=True)
 class Change:
-    """Mean change of one wanted quantity by one choice of effects, over its scale, and its spread."""
+    """Mean change of one quantity of interest by one choice of effects, over its scale, and its spread."""
 
     quantity: str
     change: float
@@ -37,38 +37,38 @@ class Change:
 
     @property
     def sure(self) -> float:
-        """Size of the change that is beyond the spread."""
+        """Return the part of the change that exceeds the spread."""
         return max(0.0, abs(self.change) - self.spread)
 
 
 @dataclass(frozen=True)
 class Choice:
-    """One choice of effects in one scene against everything on."""
+    """One choice of effects in one scene compared with everything on."""
 
     scene: str
     variant: str
     same_as_everything: bool
     changes: tuple[Change, ...]
     saving: float
-    """Processor time of the steps saved, over that with everything on; median over the seeds, NaN where too short to time."""
+    """Saved processor time of the steps over that with everything on; median over the seeds, NaN if too short to time."""
     saving_spread: float
     """Half the range of the saving over the seeds."""
     cpu_s: tuple[float, float]
-    """Processor time of the whole process, start included: everything on, this choice; median over the seeds [s]."""
+    """Processor time of the whole process, including the start: everything on, this choice; median over the seeds [s]."""
 
     @property
     def worst(self) -> Change:
-        """The quantity that changes most beyond its spread."""
+        """Return the quantity with the largest change beyond its spread."""
         return max(self.changes, key=lambda c: (c.sure, abs(c.change)))
 
     @property
     def harmless(self) -> bool:
-        """No wanted quantity changes by more than the tolerance beyond the spread."""
+        """Return whether no quantity of interest changes by more than the tolerance beyond the spread."""
         return self.worst.sure <= TOLERANCE
 
 
 def choices(runs: pd.DataFrame) -> list[Choice]:
-    """All choices of one scene, all seeds, in the order they were run."""
+    """Return all choices of one scene, all seeds, in the order of the runs."""
     by_run: Any = runs.set_index(["variant", "seed"]).assign(step_time=step_time)
     wanted: Any = by_run[[name for name in by_run if name in WORDS]].astype(float)
     full = wanted.loc[EVERYTHING]
@@ -111,7 +111,7 @@ def planned(choices_of_scene: Iterable[Choice]) -> Choice:
 
 
 def step_time(runs: pd.DataFrame) -> pd.Series:
-    """Processor time of the steps of each run [s]; of the stock program, whose start takes some hundredths, of all."""
+    """Return the processor time of the steps of each run [s]; for the stock program, whose start is short, of everything."""
     loop = runs["loop_cpu_s"].astype(float)
     return loop.where(loop > 0.0, runs["cpu_s"])
 
@@ -126,9 +126,9 @@ def left_out(runs: pd.DataFrame) -> list[str]:
 
 
 def costs(of_all: dict[str, list[Choice]]) -> dict[str, float]:
-    """Effect -> processor time it adds over the run without it, median over the scenes that have it.
+    """Return effect -> additional processor time over the run without it, median over the scenes that have it.
 
-    Without gravity there is no bed, so that its time says nothing about gravity: it is left out.
+    Gravity is omitted, because without it there is no bed and the time is not comparable.
     """
     added: dict[str, list[float]] = {}
     for choice in (c for choices_of_scene in of_all.values() for c in choices_of_scene):

@@ -1,4 +1,4 @@
-"""Does the same scene end alike in another engine? Beds, contacts, dry screening in LIGGGHTS, YADE and stock models.
+"""Does the same scene have the same results in another engine? Beds, contacts, dry screening in LIGGGHTS, YADE and stock models.
 
-Here the scenes are run; `agreement` takes their results into its one table, `compare` judges groups of seeds.
+The scenes are run here; `cross_code` adds their results to its table, `compare` judges groups of seeds.
 """

@@ -1,9 +1,7 @@
-"""A small moist bed that settles in a box, or is turned in a drum, in every engine: how dense and how steep it lies, how many
-contacts and bridges it has.
+"""A small moist bed in every engine, settled in a box or turned in a drum: its density, angle, contacts and bridges.
 
-Capillary forces alone (viscosity zero) and no rolling resistance: what all engines have. Our engine draws each bridge from the
-films; YADE gets the mean volume of our bridges for all of its own; `washino` and `easo` get the same liquid per sphere and make
-of it what they do.
+There are only capillary forces (viscosity zero) and no rolling resistance, which all engines support. Our engine draws each
+bridge from the films; in YADE all bridges have the mean volume of ours; `washino` and `easo` have the same liquid per sphere.
 """
 
 from __future__ import annotations
@@ -56,12 +54,12 @@ class Bed:
 
     @property
     def choice(self) -> Choice:
-        """The bed as a scene of `pywet scene`."""
+        """Return the bed as a scene of `pywet scene`."""
         return Choice(spheres=self.spheres, moisture_percent=self.moisture_percent, seed=self.seed, viscosity_Pa_s=0.0)
 
 
 def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> EngineScene:
-    """Spheres on a loose lattice above the floor of a box, or in a drum; the same places for every engine."""
+    """Prepare spheres on a loose lattice above the floor of a box, or in a drum, at the same positions for every engine."""
     choice = bed.choice
     sphere = choice.glass(bed.spheres)
     if bed.drum:
@@ -115,7 +113,7 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
 def measure(run_dir: Path) -> dict[str, float]:
     """Mean height of the centres over the radius, contacts, speed and bridges per sphere at the end, of a drum its angle [deg].
 
-    Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN where no ledger is stored.
+    Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN if no ledger is stored.
     """
     scene = EngineScene.read(run_dir / "scene.json")
     end = last(run_dir)

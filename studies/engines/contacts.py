@@ -20,22 +20,22 @@ from pywet.cases.small.bodies import last
 from pywet.util.files import read_table
 
 SPEED = 0.3
-"""Of approach [m/s], about the peak speed of the screen."""
+"""Speed of approach [m/s], about the peak speed of the screen."""
 PHASES = 6
 PITCH = 0.03
 GAP = 2e-4
 GRAVITY = 9.81
 CASE = 1
-"""The screening case whose contacts they are."""
+"""Screening case with these contacts."""
 ENGINES = {"LIGGGHTS": "liggghts", "YADE": "yade"}
 
 
 Site = tuple[int, int, int]
-"""One collision: its pair a, b (b = 0: the plate) and the number of the first sphere from 1; a second one follows it."""
+"""One collision: its pair a, b (b = 0: the plate) and the id of the first sphere from 1; the second one follows it."""
 
 
 def rows(config_dir: Path, folder: Path) -> list[dict[str, Any]]:
-    """Measured coefficients against the scene's, one row per pair, quantity and engine."""
+    """Return measured coefficients and those of the scene, one row per pair, quantity and engine."""
     made = cases.ingredients(config.load(config_dir).without_rolling(), CASE, "smoke")
     table = []
     for name, engine in ENGINES.items():
@@ -56,7 +56,7 @@ def rows(config_dir: Path, folder: Path) -> list[dict[str, Any]]:
 
 
 def _collisions(made: cases.Ingredients, path: Path) -> list[Site]:
-    """Spheres in rows over a plate, the pairs high above it; the touch of each is shifted by a part of a step."""
+    """Prepare spheres in rows over a plate, the pairs high above it; the touch of each is shifted by a part of a step."""
     spheres: list[small.Sphere] = []
     sites: list[Site] = []
     pairs = sorted((p.a, p.b) for p in made.pairs)
@@ -78,7 +78,7 @@ def _collisions(made: cases.Ingredients, path: Path) -> list[Site]:
 
 
 def _sliding(made: cases.Ingredients, path: Path) -> None:
-    """One sphere of each class at rest in its spring, thrown along the plate; half of the time until it rolls."""
+    """Prepare one sphere of each class in equilibrium that slides along the plate, for half the time until it rolls."""
     spheres = []
     wall = {p.a: p for p in made.pairs if p.b == 0}
     for c in made.classes:
@@ -97,7 +97,7 @@ def _prepare(made: cases.Ingredients, path: Path, spheres: list[small.Sphere], s
 
 
 def _restitution(path: Path, sites: list[Site]) -> dict[tuple[int, int], np.ndarray]:
-    """Relative speed after over before, of each pair at each instant of touch."""
+    """Return the relative speed after over that before, of each pair at each instant of touch."""
     end = last(path).set_index("id")["vz"]
     after_over_before: dict[tuple[int, int], list[float]] = {}
     for a, b, first in sites:
@@ -107,7 +107,7 @@ def _restitution(path: Path, sites: list[Site]) -> dict[tuple[int, int], np.ndar
 
 
 def _friction(path: Path) -> dict[int, float]:
-    """Loss of speed per time over g, of each class, from the second half of the run."""
+    """Return the deceleration over g of each class, from the second half of the run."""
     table = read_table(path / "trajectory.parquet")
     friction = {}
     for kind, rows_of in table.groupby("type"):
@@ -117,7 +117,7 @@ def _friction(path: Path) -> dict[int, float]:
 
 
 def _row(scene: str, quantity: str, engine: str, values: np.ndarray, reference: float) -> dict[str, Any]:
-    """Value, reference, relative deviation and its spread."""
+    """Return value, reference, relative deviation and its spread."""
     return {
         "scene": scene,
         "quantity": quantity,

@@ -48,12 +48,12 @@ SHOWN = {
     "retained": "fraction retained", "on_spheres": "liquid on spheres", "in_bridges": "liquid in bridges",
     "on_walls": "liquid on walls", "bridges_per_sphere": "bridges per sphere",
 }  # fmt: skip
-"""Column -> what it is at the end of a run; liquid over all of it."""
+"""Column -> its meaning at the end of a run; liquid relative to all of it."""
 WALLS = ("wires", "side wall", "feed bin", "slide", "outlet", "impact plate", "collecting bin")
 
 
 def row(run: RunData, engine: str) -> dict[str, float | int | str]:
-    """The numbers of one run at its end."""
+    """Return the numbers of one run at its end."""
     if failed := [name for name, (is_right, _) in run.checks.items() if not is_right]:
         raise PywetError(f"{run.path}: {', '.join(failed)} failed; expected a run that is sound: see its report.html")
     end = {name: float(q.values[-1]) for name, q in run.quantities.items()}
@@ -93,7 +93,7 @@ def simulate(case: int, engine: str, seed: int) -> Path:
 
 
 def run(cases: Sequence[int], seeds: int, minutes: float) -> None:
-    """Make the runs that have no row yet, all cases and both engines of a seed before the next; one that fails is reported."""
+    """Execute the runs without a row, all cases and both engines of a seed before the next; failed ones are reported."""
     started, first = time.monotonic(), stages.resolved(CONFIG).settings.seed
     for seed, case, engine in product(range(first, first + seeds), cases, ROOTS):
         there = stored()
@@ -126,7 +126,7 @@ def store(found: pd.DataFrame) -> pd.DataFrame:
 
 
 def gather(roots: dict[str, Path]) -> pd.DataFrame:
-    """Rows of all finished moist runs with the laws of the paper."""
+    """Return rows of all finished moist runs with the laws of the paper."""
     rows = []
     for engine, root in roots.items():
         for folder in sorted(p.parent for p in root.glob("case*/summary.json") if "exact" not in p.parent.name):
@@ -137,13 +137,13 @@ def gather(roots: dict[str, Path]) -> pd.DataFrame:
 
 
 def merged(there: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
-    """Both, a run that is in both as it was found."""
+    """Merge both tables; for a run in both the found row is used."""
     both = pd.concat([there, found]).drop_duplicates(["case", "engine", "seed"], keep="last")
     return both.sort_values(["case", "engine", "seed"], ignore_index=True)
 
 
 def lines(table: pd.DataFrame) -> list[str]:
-    """The table in Markdown: for each case seeds, and of each number both means and the difference with its 95 % interval."""
+    """Return the table in Markdown: for each case seeds, and for each number both means and the difference with interval."""
     heads = ["case", "seeds", *SHOWN.values()]
     found = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for case, of in table.groupby("case"):
@@ -157,7 +157,7 @@ def lines(table: pd.DataFrame) -> list[str]:
 
 
 def over_cases(table: pd.DataFrame, name: str) -> str:
-    """Mean of the cases' differences and its interval, from the scatter within cases with two seeds or more in both engines."""
+    """Return the mean of the cases' differences and its interval, from the scatter within cases with at least two seeds."""
     differences, variance, freedom = [], 0.0, 0
     for _, of in table.groupby("case"):
         one, two = (of.loc[of["engine"] == engine, name].to_numpy() for engine in ROOTS)
@@ -173,7 +173,7 @@ def over_cases(table: pd.DataFrame, name: str) -> str:
 
 
 def t_quantile(freedom: int) -> float:
-    """Half width of a 95 % interval in standard errors."""
+    """Return the half width of a 95 % interval in standard errors."""
     return float(student.ppf(0.975, freedom))
 
 
@@ -183,12 +183,12 @@ def _signed(difference: float, half: float | None) -> str:
 
 
 def compared(a: np.ndarray, b: np.ndarray) -> str:
-    """Mean in LIGGGHTS, in YADE, the difference and its interval; bold where that leaves out zero."""
+    """Return mean in LIGGGHTS, in YADE, the difference and its interval; bold if that excludes zero."""
     return f"{a.mean():.3f}, {b.mean():.3f}; {_signed(float(b.mean() - a.mean()), of_difference(a, b))}"
 
 
 def speed(table: pd.DataFrame) -> str:
-    """Processor time of the engine over all cases and seeds that both engines have run, in a sentence."""
+    """Describe the processor time of the engine over all cases and seeds that both engines have run."""
     times = table.pivot_table("cpu_s", ["case", "seed"], "engine").reindex(columns=list(ROOTS)).dropna()
     if times.empty:
         return ""
@@ -201,7 +201,7 @@ def speed(table: pd.DataFrame) -> str:
 
 
 def write(table: pd.DataFrame, page: Path) -> None:
-    """Put the table between the marks of a page."""
+    """Insert the table between the markers of a page."""
     head, _, rest = page.read_text().partition(MARKS[0])
     tail = rest.partition(MARKS[1])[2]
     if not tail:

@@ -1,7 +1,8 @@
 """Dry screening in both engines: runs of several seeds, for `pywet compare` and the table of agreement.
 
-Rolling resistance is off in both engines: contacts are the programs' own. A seed is that of the first arrangement of the
-spheres, so both engines start from the same places; contacts make the two courses independent within a tenth of a second.
+Rolling resistance is off in both engines: contacts are the programs' own. A seed is that of the initial arrangement
+of the spheres, so both engines start from the same positions; contacts make the two trajectories independent within a
+tenth of a second.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pywet.scene import EngineScene
 
 
 def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -> EngineScene:
-    """The case without rolling resistance, with this seed of the first arrangement; writes the run directory."""
+    """Prepare the case without rolling resistance, with this seed of the initial arrangement, and write the run directory."""
     return cases.build(stages.resolved(config_dir, engine="yade", seed=seed).without_rolling(), case, scale, run_dir)
 
 

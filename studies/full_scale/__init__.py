@@ -1,1 +1,1 @@
-"""Does the simulation say what the paper says? The cases at the paper's own size: campaign, stored tables, statements, page."""
+"""Does the simulation confirm the paper's statements? Campaign at the paper's size, stored tables, statements, page."""

@@ -1,7 +1,7 @@
-"""`make full`: the screening cases at full scale on the cores there are; what was begun goes on, what is stored is not run again.
+"""`make full`: the screening cases at full scale on the available cores; unfinished runs resume, stored ones are not repeated.
 
-Each case is `pywet run` in a process of its own, so that a kill costs at most the time since its last checkpoint. The small
-tables of a finished case are stored at once.
+Each case is `pywet run` in a separate process, so that a kill costs at most the time since its last checkpoint. The
+small tables of a finished case are stored at once.
 """
 
 from __future__ import annotations
@@ -37,12 +37,14 @@ SETTINGS: dict[float, dict[str, Level]] = {
     8.0: {"fraction": 0.1, "stiffness": 0.1},
     5.6: {"fraction": 0.1, "stiffness": 0.03},
 }
-"""Aperture [mm] -> what of the configuration the campaign turns, unless a variant is named. With 5.6 mm the spheres are four
-times as many and their springs softer; docs/full_scale.md says on what grounds."""
+"""Aperture [mm] -> settings of the campaign, unless a variant is named.
+
+With 5.6 mm there are four times as many spheres, with lower stiffness; docs/full_scale.md gives the reasons.
+"""
 BELIEVED_S = 600.0
-"""Predicted time [s] that must be done until the time to go follows as much from what was measured as from the prediction."""
+"""Predicted time [s] that must be done until measured and predicted pace have equal weight for the remaining time."""
 EVERY_S = 30.0
-"""Time between two lines of progress [s]."""
+"""Time between two progress messages [s]."""
 
 
 @dataclass
@@ -54,14 +56,14 @@ class Job:
     folder: Path
     name: str
     need: Need
-    """What it is predicted to take on this machine."""
+    """Predicted needs on this machine."""
     config: Path
     """Folder of its configuration."""
     settings: dict[str, float]
-    """What of the configuration decides on cost and error."""
+    """Configured settings that determine cost and error."""
     process: subprocess.Popen[bytes] | None = None
     log: BinaryIO | None = None
-    """What the process prints, open: the run may move its folder aside, and this file with it."""
+    """Open log of the process: the run may move its folder aside, and this file with it."""
     begun: tuple[float, int] = (0.0, 0)
     """Time and step at which this process began."""
     failed: str | None = None
@@ -74,7 +76,7 @@ class Job:
 
     @property
     def step(self) -> int:
-        """Last step that the engine has shown."""
+        """Return the last step in the engine's messages."""
         if (self.folder / "engine.partial").exists():
             return last_step(self.folder / "engine.partial")
         return self.steps if (self.folder / "engine").exists() else 0
@@ -82,7 +84,7 @@ class Job:
 
 @dataclass
 class Campaign:
-    """Execution of jobs in `cores` processes at a time."""
+    """Execution of jobs in at most `cores` processes."""
 
     jobs: list[Job]
     data: Path
@@ -91,7 +93,7 @@ class Campaign:
     cores: int = 1
 
     def run(self) -> list[Job]:
-        """Run all jobs; returns those that failed."""
+        """Run all jobs and return those that failed."""
         waiting, shown = [j for j in self.jobs if not j.done], 0.0
         running: list[Job] = []
         while waiting or running:
@@ -142,7 +144,7 @@ class Campaign:
         typer.echo(f"{len(waiting)} cases wait; about {self.to_go(waiting, running) / 3600.0:.1f} h to go")
 
     def to_go(self, waiting: Sequence[Job], running: Sequence[Job]) -> float:
-        """Time to go [s]: what is predicted, at the pace of what has been done of it in this call."""
+        """Return the remaining time [s]: the prediction at the pace of the work done in this call."""
         moved = sum(j.need.seconds * (j.step - j.begun[1]) / j.steps for j in running) + BELIEVED_S
         spent = sum(time.monotonic() - j.begun[0] for j in running) + BELIEVED_S
         left = [j.need.seconds for j in waiting] + [j.need.seconds * (1.0 - j.step / j.steps) for j in running]
@@ -152,7 +154,7 @@ class Campaign:
 def prepare(
     configs: Mapping[int, Config], seeds: Sequence[int], scale: str, out: Path, variant: str, machine: Coefficients
 ) -> list[Job]:
-    """The jobs of a campaign, each case with its configuration: all with the first seed, then with the others."""
+    """Return the jobs of a campaign, each case with its configuration: all with the first seed, then with the others."""
     jobs = []
     for seed in seeds:
         for number, config in configs.items():
@@ -190,7 +192,7 @@ def main(
     data: Annotated[Path, typer.Option(help="Folder of what is kept.")] = Path("docs/full_scale/data"),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what each case will take.")] = False,
 ) -> None:
-    """Run the screening cases at full scale, keep their tables, and say how long and how much disk it takes."""
+    """Run the screening cases at full scale, store their tables, and report time and disk space."""
     config = settings.load(config_dir)
     configs = dict.fromkeys(case or [n for n in ORDER if n in config.cases], config)
     if scale == "full" and not variant:

@@ -1,4 +1,4 @@
-"""The first lines of docs/full_scale.md: what liquid does to passage, where it goes, how many statements are confirmed."""
+"""First lines of docs/full_scale.md: effect of liquid on passage, its distribution, number of confirmed statements."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _half(runs: Runs, case: int) -> str:
 
 
 def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
-    """Summarise passage, distribution of the liquid and confirmed statements; a line without its cases is left out."""
+    """Summarise passage, distribution of the liquid and confirmed statements; lines without cases are omitted."""
     written = ["# Full scale", ""]
     if all(runs.get(n) for n in (1, 2, 10, 11)):
         written += [

@@ -1,8 +1,9 @@
-"""How a statement of the paper is judged by stored runs, with what seeds leave open.
+"""Judge a statement of the paper by stored runs, with the uncertainty of seeds.
 
-A quantity is taken for every seed that all its cases have, and its 95 % interval (Student) must lie inside the range that the
-statement's words allow, or outside it; else the statement is inconclusive. Where its cases have one seed in common, each is moved
-as the seeds of its neighbour differ. Without seeds of the neighbours a single run is taken at its word.
+A quantity is evaluated for every seed common to all its cases, and its 95 % interval (Student) must be inside the
+range that the statement's words allow, or outside it; otherwise the statement is inconclusive. If its cases have one
+seed in common, each is shifted by the differences of the seeds of its neighbour. Without seeds of the neighbours a
+single run decides.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Part:
 
     @property
     def range(self) -> str:
-        """The range as an inequality."""
+        """Return the range as an inequality."""
         if math.isinf(self.low):
             return f"{self.text} < {self.high:g}"
         if math.isinf(self.high):
@@ -42,23 +43,23 @@ class Part:
 
 
 def within(text: str, low: float, high: float, quantity: Callable[[Cases], float]) -> Part:
-    """The quantity must lie between two limits."""
+    """Return a part: the quantity must be between two limits."""
     return Part(text, low, high, quantity)
 
 
 def above(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
-    """The quantity must be larger than the threshold."""
+    """Return a part: the quantity must be larger than the threshold."""
     return Part(text, threshold, math.inf, quantity)
 
 
 def below(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
-    """The quantity must be smaller than the threshold."""
+    """Return a part: the quantity must be smaller than the threshold."""
     return Part(text, -math.inf, threshold, quantity)
 
 
 @dataclass(frozen=True)
 class Statement:
-    """A sentence of the paper, the cases it is about, and the numbers by which it is judged."""
+    """A sentence of the paper, its cases, and the numbers by which it is judged."""
 
     number: int
     place: str
@@ -69,7 +70,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Answer:
-    """`values`: for each part its value with every seed; `chance`: for each half its 95 % interval."""
+    """Answer to a statement; `values`: each part's value for every seed; `chance`: half the 95 % interval of each part."""
 
     verdict: str
     values: tuple[tuple[float, ...], ...] = ()
@@ -77,20 +78,21 @@ class Answer:
 
 
 def neighbour(case: int) -> int:
-    """The case of table 4 with more seeds that is likest: 8 mm, 1 mm, of the same material, dry or with 5 % of liquid."""
+    """Return the most similar case of table 4 with more seeds: 8 mm, 1 mm, of the same material, dry or with 5 % of liquid."""
     return (1 if case < 10 else 10) + ((case - 1) % 3 > 0)
 
 
 def neighbours(case: int, runs: Mapping[int, Sequence[StoredRun]], run: StoredRun | None = None) -> list[Moved]:
-    """Shift a run of a case, or its first one, by the difference of each seed of the neighbouring case; none if that has one
-    seed.
+    """Shift a run of a case, or its first one, by the difference of each seed of the neighbouring case.
+
+    The list is empty if that case has one seed.
     """
     seeds = runs.get(neighbour(case), ())
     return [Moved((run or runs[case][0]).folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
 
 
 def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answer:
-    """Return whether the stored runs show a statement."""
+    """Judge whether the stored runs confirm a statement."""
     if not statement.cases:  # of the law alone
         return _decided(statement, [{}], [0.0] * len(statement.parts))
     if any(not runs.get(case) for case in statement.cases):
@@ -111,7 +113,7 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answ
 
 
 def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[StoredRun]]) -> list[float]:
-    """Half the 95 % interval of each part: variances of its cases, moved one at a time, add up."""
+    """Return half the 95 % interval of each part: variances of its cases, shifted one at a time, are added."""
     moved = {case: neighbours(case, runs, world[case]) for case in statement.cases}
     freedom = sum(len(runs[n]) - 1 for n in {neighbour(case) for case, runs_of in moved.items() if runs_of})
     if not freedom:
@@ -134,14 +136,14 @@ def _decided(statement: Statement, worlds: Sequence[Cases], uncertainty: Sequenc
 
 
 def decide(part: Part, value: float, half: float) -> str:
-    """One part by its mean over seeds and half its interval."""
+    """Judge one part by its mean over seeds and half its interval."""
     if part.low < value - half and value + half < part.high:
         return HOLDS
     return OPEN if part.low < value + half and value - half < part.high else FAILS
 
 
 def fingerprint(statements: Sequence[Statement]) -> str:
-    """Digest of all statements, their words and ranges; stored with each run, so that a range changed later is found."""
+    """Return the digest of all statements with their ranges, stored with each run to detect later changes of a range."""
     rows = [
         [s.number, s.place, s.says, list(s.cases), [[p.text, str(p.low), str(p.high)] for p in s.parts]]
         for s in statements

@@ -1,8 +1,9 @@
-"""What Elskamp & Kruggel-Emden (2018) say of forces and transfer ratios in sections 3 and 4 (Figs. 4, 5, 7), on laws alone.
+"""Statements of Elskamp & Kruggel-Emden (2018) on forces and transfer ratios in sections 3 and 4 (Figs.
 
-Measured points of Figs. 4 and 5 are not printed as numbers; the exact bridge (Young-Laplace) takes their place: static
-measurements of a bridge without weight follow it. "Fits" is a force within 15 % of it over the stated part of the separations
-up to rupture; "small separations" are those below a twentieth of the rupture distance.
+4, 5, 7), on laws alone. Measured points of Figs. 4 and 5 are not printed as numbers; the exact bridge (Young-Laplace)
+replaces them, because static measurements of a weightless bridge follow it. "Fits" is a force within 15 % of it over
+the stated part of the separations up to rupture; "small separations" are those below a twentieth of the rupture
+distance.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ FIG_5A: tuple[Bridge, ...] = (
 FIG_5B: Bridge = (5e-10, 4e-3, 4e-3, TEN, TEN, 21e-3)
 FIG_5B_VISCOSITY = 0.1
 SMALL = 0.05
-"""Separations below this share of the rupture distance are small."""
+"""Share of the rupture distance below which separations are small."""
 FITS = 0.15
 VOLUMES = np.linspace(0.05, 0.4, 8)
 """V* at which transfer ratios are compared."""
@@ -43,12 +44,12 @@ RADIUS = 1.5e-3
 
 
 def shares(start: float, stop: float) -> Floats:
-    """Separations as shares of the rupture distance."""
+    """Return separations as shares of the rupture distance."""
     return np.linspace(start, stop, 12)
 
 
 def deviation(law: Callable[..., float], of: Bridge, start: float, stop: float) -> float:
-    """Largest relative deviation of a capillary law from the exact bridge between two shares of the rupture distance."""
+    """Return the largest relative deviation of a capillary law from the exact bridge over a range of separations."""
     volume, ri, rj, ti, tj, tension = of
     rupture = bridge.rupture(volume, ri, rj, ti, tj).separation
     worst = 0.0
@@ -60,7 +61,7 @@ def deviation(law: Callable[..., float], of: Bridge, start: float, stop: float) 
 
 
 def viscous_share(velocity: float, share: float) -> float:
-    """Share of the viscous force in the sum of both in Fig. 5b at a share of the rupture distance."""
+    """Return the share of the viscous force in the sum of both in Fig. 5b at a share of the rupture distance."""
     volume, ri, rj, ti, tj, _ = FIG_5B
     s = share * bridge.rupture(volume, ri, rj, ti, tj).separation
     viscous = abs(pitois(s, volume, ri, rj, velocity, FIG_5B_VISCOSITY))
@@ -68,30 +69,30 @@ def viscous_share(velocity: float, share: float) -> float:
 
 
 def of_pair(ratio: float, contact_angle_deg: float) -> Floats:
-    """Share of the larger of two spheres over `VOLUMES`."""
+    """Return the share of the larger of two spheres over `VOLUMES`."""
     angle = math.radians(contact_angle_deg)
     return transfer_table(ratio * RADIUS, RADIUS, angle, angle, SPHERE, VOLUMES)
 
 
 def of_wall(sphere_deg: float, wall_deg: float) -> Floats:
-    """Share of a sphere that parts from a large wall, over `VOLUMES`."""
+    """Return the share of a sphere that separates from a large wall, over `VOLUMES`."""
     return transfer_table(RADIUS, 0.0, math.radians(sphere_deg), math.radians(wall_deg), LARGE_WALL, VOLUMES)
 
 
 def larger_gets(contact_angle_deg: float) -> float:
-    """Mean share of the larger of spheres of 3.5 and 5 mm radius over V* from 0.05 to 0.4, by the law of preset `paper`."""
+    """Return the mean share of the larger of spheres of 3.5 and 5 mm radius over V* from 0.05 to 0.4, by preset `paper`."""
     angle = math.radians(contact_angle_deg)
     return float(np.mean(transfer_table(5e-3, 3.5e-3, angle, angle, SPHERE, VOLUMES)))
 
 
 def wall_gets(contact_angle_deg: float) -> float:
-    """Mean share of a large steel wall (45°) in bridges to a sphere over V* from 0.05 to 0.4, by the law of preset `paper`."""
+    """Return the mean share of a large steel wall (45°) in bridges to a sphere over V* from 0.05 to 0.4, by preset `paper`."""
     sphere = transfer_table(5e-3, 0.0, math.radians(contact_angle_deg), math.radians(45.0), LARGE_WALL, VOLUMES)
     return float(1.0 - np.mean(sphere))
 
 
 def least_step(rows: list[Floats]) -> float:
-    """Smallest difference between successive rows."""
+    """Return the smallest difference between successive rows."""
     return float(min(np.min(b - a) for a, b in itertools.pairwise(rows)))
 
 

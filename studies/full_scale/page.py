@@ -1,4 +1,4 @@
-"""docs/full_scale.md and its figures, made from the stored tables alone: `python -m studies.full_scale.page`."""
+"""Make docs/full_scale.md and its figures from the stored tables alone: `python -m studies.full_scale.page`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from studies.full_scale.stored_runs import StoredRun
 Answers = Sequence[tuple[Statement, Answer]]
 FOLDER = Path("docs/full_scale")
 SEEDED, SEEDS = (1, 2, 10, 11), 3
-"""Cases that are to have so many seeds, and a run with the paper's stiffness."""
+"""Cases that should have this number of seeds, and a run with the paper's stiffness."""
 FIGURES = {
     "fig10": ("Fig. 10: dry, fraction retained", plots.dry),
     "fig12": ("Fig. 12: fraction retained and liquid", plots.moisture),
@@ -40,7 +40,7 @@ PICTURES = {
     "fig11a": "Fig. 11a: case 3 three seconds after the opening; darker spheres have thicker films",
     "fig11b": "Fig. 11b: the same close by; bridges as cuboids of their volume",
 }
-"""Made by `pictures.py` from a run itself, which is not stored."""
+"""Pictures made by `pictures.py` from a run itself, which is not stored."""
 METHOD = """
 ## Method
 
@@ -53,7 +53,7 @@ COMMITS = {
     "3cef7a2": "`1d46192` with the fix of `8d56677` in `reference_impl/replay/formations.py`",
     "18fe5ad": "`16a5c35` with the walls' displacement as the engine sums it (`pywet/geometry/motion.py`)",
 }
-"""Commit that tables name and the history lacks -> what it is."""
+"""Commits named in tables but missing from the history -> description."""
 
 BEYOND = """
 ## What the paper says its model lacks
@@ -63,7 +63,7 @@ In the paper fines and bin get too little water, coarse material and screen too 
 {full}
 """
 SWITCHED = ("shedding", "liquid_weight")
-"""Names of variants that are the campaign's settings with this effect on."""
+"""Variants that are the campaign's settings with this effect on."""
 
 
 def honest(runs: Runs) -> str:
@@ -146,7 +146,7 @@ def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
 
 
 def _price(runs: Runs) -> list[str]:
-    """Processor time of moist cases over that of their dry case with the same seed, of runs that were not interrupted."""
+    """Return the processor time of moist cases over that of their dry case with the same seed, for uninterrupted runs."""
     whole = {
         (n, int(k.about["seed"])): float(k.about["cpu_s"])
         for n, of in runs.items()
@@ -194,7 +194,7 @@ def _statements(answers: Answers) -> list[str]:
 
 
 def _division(run: StoredRun, title: str) -> float:
-    """Share of all liquid at the end in a division of Fig. 14; a liquid reservoir that a run's table lacks has none."""
+    """Return the share of all liquid at the end in a division of Fig. 14; 0 for a reservoir missing from the table."""
     have = run.tables["liquid_by_holder"].columns
     return sum(float(run.liquid(h)[-1]) for h in trials.FIG14[title] if f"{h}_m3" in have)
 
@@ -203,7 +203,7 @@ DIVISIONS = {title: partial(_division, title=title) for title in trials.FIG14}
 
 
 def _switched(runs: Runs, variants: Mapping[str, Runs], effect: str) -> list[tuple[str, ...]]:
-    """Seeds of the campaign against the run with an effect on: divisions of Fig. 14 and passage."""
+    """Compare seeds of the campaign with the run with an effect on: divisions of Fig. 14 and passage."""
     other = variants.get(effect, {})
     return [(effect, *row) for row in spread.rows(runs, other, sorted(other), DIVISIONS | spread.DRY)]
 
@@ -262,7 +262,7 @@ def _figure(folder: Path, name: str, title: str, svg: str) -> list[str]:
 
 
 def _result(config: Config, number: int, runs: Runs) -> CaseResult:
-    """A case for the figures; its band is made by its other seeds, or by those of its neighbour."""
+    """Return a case for the figures, with a band from its other seeds, or from those of its neighbour."""
     k, *others = runs[number]
     share = {"coarse_share": k.about["coarse_share"]}
     seeds = tuple(one.tables["fraction_retained"] for one in others or neighbours(number, runs))
@@ -271,7 +271,7 @@ def _result(config: Config, number: int, runs: Runs) -> CaseResult:
 
 
 def fig14(pair: Sequence[StoredRun]) -> str:
-    """Bars of the paper's divisions of the apparatus at the end of the runs, as they are and with effects switched on."""
+    """Draw bars of the paper's divisions of the apparatus at the end of the runs, without and with effects switched on."""
     if not pair:
         return ""
     with plt.rc_context(STYLE):

@@ -19,10 +19,10 @@ from pywet.runs.rundir import RunDir
 from pywet.util.files import atomic_write
 
 TIME_S = 3.0
-"""After the opening of the slide."""
+"""Time after the opening of the slide [s]."""
 SIZE = 1000, 800
 CLOSE_M = 0.045
-"""Width of what is seen close by."""
+"""Width of the close-up [m]."""
 
 
 def draw(run_dir: Path, folder: Path) -> list[Path]:

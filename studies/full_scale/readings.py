@@ -1,7 +1,8 @@
-"""What each reading of the paper changes: `python -m studies.full_scale.readings run OUT CASE…` runs cases at the smoke
-scale once with every reading, `store RUN…` keeps their figures, `table` prints them as docs/readings.md has them.
+"""Effect of each reading of the paper.
 
-A look at the size of each reading's effect with one seed, not a judgement: statements are judged at full scale.
+`python -m studies.full_scale.readings run OUT CASE…` runs cases at the smoke scale once with every reading, `store
+RUN…` stores their results, `table` prints them for docs/readings.md. It estimates the size of each reading's effect
+with one seed and is no judgement: statements are judged at full scale.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ ALTERNATIVES: dict[str, dict[str, Any]] = {
     "wall_film=wall,wall_transfer=at_tenth": _turned(wall_film="wall", wall_transfer="at_tenth"),
     **{f"sieve_diameter_mm={mm}": {"materials.yaml: feed sieve_diameter_mm value": mm} for mm in (190, 185)},
 }
-"""Name of a run's folder, before its case -> what is changed in the configuration."""
+"""Name of a run's folder, before its case -> changes of the configuration."""
 
 app = typer.Typer(add_completion=False)
 
@@ -73,7 +74,7 @@ def run(
 
 @app.command()
 def store(runs: Annotated[list[Path], typer.Argument(help="Run directories, NAME-CASE.")]) -> None:
-    """Keep the figures of runs, in the order of the readings."""
+    """Store the results of runs, in the order of the readings."""
     found = pd.DataFrame([figures(RunDir(path)) for path in runs])
     order = {name: n for n, name in enumerate(ALTERNATIVES)}
     write_csv(found.sort_values(["until_s", "case", "reading"], key=lambda c: c.map(order) if c.name == "reading" else c), FILE,
@@ -81,7 +82,7 @@ def store(runs: Annotated[list[Path], typer.Argument(help="Run directories, NAME
 
 
 def figures(finished: RunDir) -> dict[str, float | str]:
-    """Mean of the fraction retained since the opening, and at the end; of all liquid at the end what wires and all walls hold."""
+    """Return the fraction retained, mean and at the end, and the share of liquid on wires and all walls at the end."""
     name, case = finished.path.name.rsplit("-", 1)
     retained, liquid = (finished.table(f"results/{t}") for t in ("fraction_retained", "liquid_by_holder"))
     since = retained["time_since_opening_s"].to_numpy()
@@ -102,7 +103,7 @@ def table() -> None:
 
 
 def rows(stored: pd.DataFrame) -> list[str]:
-    """One row for each reading: mean Y, and the liquid on all walls and on wires, of every case and duration."""
+    """Return one row for each reading: mean Y, and the liquid on all walls and on wires, of every case and duration."""
     columns = sorted({*zip(stored["until_s"], stored["case"], strict=True)})
     at = {(row["reading"], row["until_s"], row["case"]): row for _, row in stored.iterrows()}
     found = []

@@ -1,4 +1,4 @@
-"""Why a statement is not confirmed: the reason found, with the run that tests it.
+"""Reasons why statements are not confirmed, with the runs that test them.
 
 The numbers are in docs/full_scale/reasons/<statement>.csv. They are made from run directories by
 `python -m studies.full_scale.reasons STATEMENT RUN…`: 7 (and 2, 17, 21), 6 (and 20, 32) and 12 take runs of `trials.py`,
@@ -28,7 +28,7 @@ Runs = Mapping[int, Sequence[StoredRun]]
 
 
 def side_walls(runs: Sequence[RunDir]) -> pd.DataFrame:
-    """Per run: height of the side wall [mm] and the liquid of the walls over that of the coarse material at the end."""
+    """Return per run the height of the side wall [mm] and the liquid of the walls over that of the coarse material at the end."""
     rows = []
     for run in runs:
         liquid = run.table("results/liquid_by_holder").iloc[-1]
@@ -45,7 +45,7 @@ def side_walls(runs: Sequence[RunDir]) -> pd.DataFrame:
 
 
 def curves(runs: Sequence[RunDir]) -> pd.DataFrame:
-    """Y, Y_small and Y_near of trials after the opening, by trial and case, from run directories NAME-CASE of `trials.py`."""
+    """Return Y, Y_small and Y_near of trials after the opening, by trial and case, from run directories NAME-CASE."""
     parts = []
     for run in runs:
         trial, case = named(run)
@@ -68,7 +68,7 @@ def _side_wall(runs: Runs, folder: Path) -> str:
 
 
 def _trials(folder: Path, statement: int = 7) -> Callable[[str, int, str], float]:
-    """Mean from 0.5 s on of a curve of a trial, by its name, case and class."""
+    """Return a function for the mean from 0.5 s on of a curve of a trial, by its name, case and class."""
     table = pd.read_csv(folder / f"{statement}.csv")
     late = table[table["time_since_opening_s"] >= 0.5].groupby(["trial", "case"])[["all", *UNDERSIZE]].mean()
     return lambda trial, case, of: float(late[of].to_dict()[trial, case])
@@ -140,7 +140,7 @@ def _within_scatter(cases: Sequence[int], end: float, seeded: int) -> Callable[[
 
 
 def _spreads(runs: Runs, groups: Sequence[Sequence[int]], *spans: tuple[float, float]) -> list[float]:
-    """Largest mean Y less the smallest, of each group of cases in each span of time."""
+    """Return the largest minus the smallest mean Y of each group of cases in each time interval."""
     means = [[[runs[n][0].y(*span) for n in cases] for cases in groups] for span in spans]
     return [max(each) - min(each) for of in means for each in of]
 
@@ -216,7 +216,7 @@ def _few_left(runs: Runs, folder: Path) -> str:
 
 
 def _of_laws(sentence: str) -> Callable[[Runs, Path], str]:
-    """A reason that follows from the laws and the equations of the paper alone."""
+    """Return a reason that follows from the laws and the equations of the paper alone."""
     return lambda runs, folder: sentence
 
 
@@ -253,7 +253,7 @@ GROUPS: dict[str, tuple[int, ...]] = {
     "Closed forms deviate from the exact bridge": (42, 40, 41, 43),
     "The transfer model gives the opposite trend": (47, 48),
 }
-"""What statements have in common -> their numbers, first the one whose reason the page shows."""
+"""Common reason -> numbers of its statements, starting with the one whose reason the page shows."""
 
 
 def reason(number: int, runs: Runs, folder: Path = FOLDER) -> str:

@@ -1,4 +1,4 @@
-"""What retirement of the spheres in the bin changes at full scale, and what it saves: runs named `retire` against the others."""
+"""Effect of retirement of the spheres in the bin at full scale, and its saving: runs named `retire` compared with others."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ COSTS = {
 }
 """Entry of run.json -> its name, unit and symbol."""
 COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "retired", "difference", "significant")
-"""Of a row of `rows`."""
+"""Columns of a row of `rows`."""
 
 
 def rows(stored: Runs, retired: Runs) -> list[tuple[str, ...]]:
-    """Each quantity of each case that has runs of both kinds: means, difference and whether it is significant."""
+    """Return each quantity of each case with runs of both kinds: means, difference and whether it is significant."""
     return [row for case in sorted(set(stored) & set(retired)) for row in _compared(case, stored[case], retired[case])]
 
 

@@ -1,8 +1,8 @@
-"""Other dimensions that the paper's text allows its rig: `python -m studies.full_scale.rigs run RIG… --case N`, `page`.
+"""Other dimensions of the rig that agree with the paper's text: `python -m studies.full_scale.rigs run RIG… --case N`, `page`.
 
-The text gives neither the diameter of the sieve nor says whether the amplitude is the whole stroke. A rig runs cases at the
-campaign's settings, spheres that have passed taken out, and leaves the tables of a campaign with RIG as their variant; `page`
-compares the statements of the paper with them. The ranges are those of `statements`, fixed before these runs.
+The text states neither the diameter of the sieve nor whether the amplitude is the whole stroke. A rig runs cases at
+the campaign's settings, with passed spheres removed, and writes the tables of a campaign with RIG as their variant;
+`page` compares the statements of the paper with them. The ranges are those of `statements`, fixed before these runs.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CAMPAIGN = Path("docs/full_scale/data")
 ANY = "{any reading}"
 """Where the page says which statements any of its runs confirms."""
 TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
-"""After the opening of the slide."""
+"""Times after the opening of the slide [s]."""
 HEAD = """# The unknown diameter of the sieve
 
 The paper does not give the diameter of its sieve, which determines how fast spheres pass. With the same feed on **200 mm** all
@@ -77,20 +77,20 @@ DRY_CASES = (1, 4, 10, 13, 7, 16)
 
 
 def sieve(diameter_mm: float) -> dict[str, Any]:
-    """The feed of the paper on a sieve whose cloth has this diameter; the bed grows higher as the sieve grows smaller."""
+    """Return entries for the paper's feed on a sieve whose cloth has this diameter; a smaller sieve has a higher bed."""
     return {"materials.yaml: feed sieve_diameter_mm value": diameter_mm}
 
 
 def amplitude(share: float) -> dict[str, Any]:
-    """Vertical amplitudes of this share of those as configured; 0.5: the amplitude of the text is the whole stroke."""
+    """Return entries for vertical amplitudes of this share of the configured ones; 0.5: the text's amplitude is the stroke."""
     strokes = "materials.yaml: motion strokes"
     return {f"{strokes} {k} z_amplitude_mm value": round(share * z, 4) for k, z in enumerate((0.9, 0.72))}
 
 
 PRINTED = {"config.yaml: readings capillary_spheres": "as_printed"}
-"""Equation (14) with the misprint that its validation, at 0 and 10 degrees, would not show."""
+"""Entries for equation (14) with the misprint that its validation, at 0 and 10 degrees, would not reveal."""
 WALL = {f"config.yaml: readings {key}": value for key, value in (("wall_film", "wall"), ("wall_transfer", "at_tenth"))}
-"""Films of whole walls and the transfer ratio with the trend of section 4: the most liquid on walls of all readings."""
+"""Entries for films of whole walls and the transfer ratio of section 4: the most liquid on walls of all readings."""
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
@@ -115,7 +115,7 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder of the runs.")] = Path("results/rigs"),
     data: Annotated[Path, typer.Option(help="Folder of the stored tables.")] = DATA,
 ) -> None:
-    """Run cases with each rig and store their tables; what is stored is not run again."""
+    """Run cases with each rig and store their tables; stored ones are not repeated."""
     if unknown := [name for name in rigs if name not in RIGS]:
         raise PywetError(f"there is no rig {', '.join(unknown)}; expected of {', '.join(RIGS)}")
     command, failed = [sys.executable, "-P", "-m", "pywet.cli.app", "run", "--scale", "full"], []
@@ -131,7 +131,7 @@ def run(
 
 
 def configure(source: Path, out: Path, rig: str, aperture_mm: float) -> Path:
-    """A copy of the configuration with a rig and the campaign's settings for this aperture; its folder."""
+    """Write a copy of the configuration with a rig and the campaign's settings for this aperture, and return its folder."""
     target = out / f"settings-{rig}-{aperture_mm:g}mm"
     edit.write_again(source, target, "full", SETTINGS[aperture_mm], {**RIGS[rig], "config.yaml: retire": "on"})
     return target
@@ -146,7 +146,7 @@ def page(data: Annotated[Path, typer.Option(help="Folder of the stored tables.")
 
 
 def text(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> str:
-    """The page: what the rigs do to passage and to the statements that their runs decide."""
+    """Return the page: effect of the rigs on passage and on the statements that their runs decide."""
     rigs = dict(sorted(rigs.items()))
     campaign = stored_runs.variants(CAMPAIGN)[""]
     return (
@@ -182,13 +182,13 @@ def any_reading(
 
 
 def with_dry(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str, dict[int, Sequence[StoredRun]]]:
-    """The rigs, those of another law of the bridge with the dry cases of the same sieve, in which no bridge acts."""
+    """Return the rigs, those with another bridge law together with the dry cases of the same sieve, which have no bridges."""
     dry = {rig: {case: found for case, found in runs.items() if case in DRY_CASES} for rig, runs in rigs.items()}
     return {rig: dry.get(re.sub("_(printed|wall)$", "", rig), {}) | dict(runs) for rig, runs in rigs.items()}
 
 
 def curves(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
-    """A table in Markdown: undersize on the screen over time, a row for each rig and case, first seed."""
+    """Return a table in Markdown: undersize on the screen over time, a row for each rig and case, first seed."""
     rows = []
     for rig, runs in rigs.items():
         for case, (run, *_) in sorted(runs.items()):
@@ -201,7 +201,7 @@ def curves(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
 
 
 def lines(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
-    """A table in Markdown: rows of each statement that some rig decides, a column for each rig; values where several do."""
+    """Return a table in Markdown: rows of each statement that some rig decides, a column for each rig; values if several do."""
     rows = []
     for statement in STATEMENTS:
         answers = {rig: judge(statement, runs) for rig, runs in rigs.items()} if statement.cases else {}
@@ -218,12 +218,12 @@ def lines(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
 
 
 def escaped(words: str) -> str:
-    """Words in a cell of a table in Markdown."""
+    """Escape text for a cell of a table in Markdown."""
     return words.replace("|", "\\|")
 
 
 def shown(values: Sequence[float]) -> str:
-    """Values of all seeds as their mean, with their spread where there are several."""
+    """Format values of all seeds as their mean, with their spread if there are several."""
     mean = sum(values) / len(values)
     return f"{mean:.4g}" if len(values) == 1 else f"{mean:.4g} ({min(values):.4g} to {max(values):.4g})"
 

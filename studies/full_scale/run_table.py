@@ -27,7 +27,7 @@ def write(path: Path, columns: Sequence[str], rows: Iterable[Sequence[object]]) 
 
 
 def run_row(config: Config, run: StoredRun) -> tuple[object, ...]:
-    """One run's settings, cost, agreement with the replay and results, in the order of `RUN_COLUMNS`."""
+    """Return one run's settings, cost, agreement with the replay and results, in the order of `RUN_COLUMNS`."""
     about = run.about
     stiffest = max(s.stiffness_sphere_sphere_N_per_m.value for s in config.materials.spheres.values())
     moist = bool(about["events"])
@@ -53,12 +53,12 @@ def run_row(config: Config, run: StoredRun) -> tuple[object, ...]:
 
 
 def run_rows(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[tuple[object, ...]]:
-    """Every stored run, by variant and case."""
+    """Return every stored run, by variant and case."""
     return [run_row(config, k) for group in (runs, *others.values()) for number in sorted(group) for k in group[number]]
 
 
 def statement_rows(answers: Sequence[tuple[Statement, Answer]]) -> list[tuple[object, ...]]:
-    """Every range of every statement with its values by seed and half the 95 % interval of their mean."""
+    """Return every range of every statement with its values by seed and half the 95 % interval of their mean."""
     rows: list[tuple[object, ...]] = []
     for statement, answer in answers:
         for k, part in enumerate(statement.parts):

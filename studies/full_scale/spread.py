@@ -1,4 +1,4 @@
-"""Scatter of seeds and effect of a lower contact stiffness at full scale: seeds of a case against its run `paper`."""
+"""Scatter of seeds and effect of a lower contact stiffness at full scale: seeds of a case compared with its run `paper`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BEGIN, END = 0.5, 5.0
 
 
 def half_through(run: StoredRun) -> float:
-    """Time after the opening at which half of the undersize has passed [s]."""
+    """Return the time after the opening at which half of the undersize has passed [s]."""
     return float(np.interp(-0.5, -run.undersize, run.times))
 
 
@@ -36,11 +36,11 @@ MOIST: dict[str, Callable[[StoredRun], float]] = {
 
 Row = tuple[str, str, str, str, str, str, str]
 COLUMNS = ("case", "quantity", "seeds", "mean", "standard_deviation", "difference", "significant")
-"""Of a `Row`; the last cell is `yes` or `no` with half the 95 % interval of the difference."""
+"""Columns of a `Row`; the last cell is `yes` or `no` with half the 95 % interval of the difference."""
 
 
 def rows(runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None = None) -> list[Row]:
-    """For each case with seeds each quantity's mean and standard deviation, and how a run with other settings differs."""
+    """Return each quantity's mean and standard deviation for each case with seeds, and the deviation of another run."""
     found: list[Row] = []
     for case in cases:
         seeds = runs.get(case, ())

@@ -1,4 +1,4 @@
-"""What Elskamp & Kruggel-Emden (2018) say of their simulations in sections 5.2 and 5.3, each as numbers with a range.
+"""Statements of Elskamp & Kruggel-Emden (2018) on their simulations in sections 5.2 and 5.3, as numbers with ranges.
 
 Y, U, t and shares as in `quantities`. The words of the text stand for the same ranges everywhere:
 

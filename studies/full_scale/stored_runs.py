@@ -1,6 +1,6 @@
-"""What a finished full-scale run leaves in the repository: small tables, and their reading back as curves over time.
+"""Small tables of finished full-scale runs in the repository, read as curves over time.
 
-docs/full_scale/data/<run>/ holds fraction_retained.csv, liquid_by_holder.csv and spheres.csv at every output, and run.json. Times
+docs/full_scale/data/<run>/ contains fraction_retained.csv, liquid_by_holder.csv, spheres.csv at every output, and run.json. Times
 count from the opening of the slide, which is the paper's t = 0.
 """
 
@@ -35,13 +35,13 @@ WALLS = ("wires", "side_wall", "feed_bin", "outlet", "impact_plate")
 
 @dataclass(frozen=True)
 class StoredRun:
-    """One stored run, read back; every method takes seconds since the opening of the slide."""
+    """One stored run; every method takes seconds since the opening of the slide."""
 
     folder: Path
 
     @cached_property
     def about(self) -> dict[str, Any]:
-        """run.json: case, seed, settings, versions, times, ledger error, verdict of the replay."""
+        """Return run.json: case, seed, settings, versions, times, ledger error, verdict of the replay."""
         value = read_json(self.folder / "run.json", CURE)
         if not isinstance(value, dict) or "case" not in value:
             raise PywetError(f"{self.folder / 'run.json'} names no case: {CURE}")
@@ -60,12 +60,12 @@ class StoredRun:
 
     @property
     def end(self) -> float:
-        """Time of the last output [s]."""
+        """Return the time of the last output [s]."""
         return float(self.times[-1])
 
     @cached_property
     def times(self) -> Floats:
-        """Times of the outputs [s]."""
+        """Return the times of the outputs [s]."""
         return np.asarray(self.tables["fraction_retained"]["time_since_opening_s"], dtype=float)
 
     def series(self, table: str, name: str) -> Floats:
@@ -81,7 +81,7 @@ class StoredRun:
         return bool(self.times[0] <= time < self.times[-1] + beyond)
 
     def at(self, values: Floats, time: float) -> float:
-        """A series at a time, by linear interpolation, less than an output beyond the last as there; else it is refused."""
+        """Return a series at a time by linear interpolation, constant for up to one output interval after the end."""
         if not self.has(time):
             raise PywetError(
                 f"{self.folder.name} goes from {self.times[0]:g} to {self.end:g} s, {time:g} s is not in it"
@@ -89,45 +89,45 @@ class StoredRun:
         return float(np.interp(time, self.times, values))
 
     def mean(self, values: Floats, start: float, stop: float) -> float:
-        """Mean over the outputs from `start` to `stop`."""
+        """Return the mean over the outputs from `start` to `stop`."""
         self.at(values, start), self.at(values, stop)
         return float(values[(self.times >= start - 1e-9) & (self.times <= stop + 1e-9)].mean())
 
     def retained(self, kind: str | None = None) -> Floats:
-        """Y (44), or Y_i (45) of a size class."""
+        """Return Y (44), or Y_i (45) of a size class."""
         return self.series(
             "fraction_retained", "fraction_retained" if kind is None else column("fraction_retained", kind)
         )
 
     def y(self, start: float, stop: float, kind: str | None = None) -> float:
-        """Mean of `retained` from `start` to `stop`."""
+        """Return the mean of `retained` from `start` to `stop`."""
         return self.mean(self.retained(kind), start, stop)
 
     @property
     def undersize(self) -> Floats:
-        """Mass of undersize spheres still on the screen over that at the start."""
+        """Return the mass of undersize spheres still on the screen over that at the start."""
         dry, coarse = self.series("fraction_retained", "fraction_retained_spheres"), float(self.about["coarse_share"])
         return (dry - coarse) / (1.0 - coarse)
 
     def liquid(self, *reservoirs: str) -> Floats:
-        """Share of all liquid with these reservoirs, such as `fines` or `coarse_material_large`."""
+        """Return the share of all liquid in these reservoirs, such as `fines` or `coarse_material_large`."""
         total = self.series("liquid_by_holder", "initial_m3")
         return np.asarray(sum(self.series("liquid_by_holder", f"{name}_m3") for name in reservoirs) / total)
 
     @property
     def walls(self) -> Floats:
-        """Share of all liquid on the screening apparatus."""
+        """Return the share of all liquid on the screening apparatus."""
         have = [w for w in WALLS if f"{w}_m3" in self.tables["liquid_by_holder"]]
         return self.liquid(*have)
 
     def count(self, what: str, kind: str) -> Floats:
-        """`above` (on the screen side), `wedged` or `film_m` (median film thickness of those above) of a size class."""
+        """Return `above` (on the screen side), `wedged` or `film_m` (median film thickness of those above) of a size class."""
         return self.series("spheres", f"{what}_{kind}")
 
 
 @dataclass(frozen=True)
 class Moved(StoredRun):
-    """A stored run as chance may have made it: moved by what one of several seeds of another case differs from their mean."""
+    """A stored run shifted by the deviation of one seed of another case from its mean over seeds."""
 
     seeds: Sequence[StoredRun]
     which: int
@@ -160,8 +160,11 @@ def _whole(run: StoredRun, table: str, name: str) -> float:
 
 
 def sphere_table(run: RunDir) -> pd.DataFrame:
-    """Per size class over time: spheres above the bin, wedged ones, median film thickness above [m]; of the walls the share of
-    wet triangles (wires apart) whose film is thinner than that of the coarse spheres."""
+    """Return per size class over time: spheres above the bin, wedged ones, median film thickness above [m].
+
+    For walls it is the share of wet triangles (wires separately) whose film is thinner than that of the coarse
+    spheres.
+    """
     line, scene = run.timeline, run.scene
     above, stuck = line.present & ~line.passed, wedged(run, next(w for w in scene.walls if w.name == WALLS[0]))
     radius = np.array([c.radius_m for c in scene.classes])[line.types - 1]
@@ -179,7 +182,7 @@ def sphere_table(run: RunDir) -> pd.DataFrame:
 
 
 def _thin(run: RunDir, limit: Floats) -> tuple[Floats, Floats]:
-    """Share of the wet triangles of large walls and of wires with a film thinner than `limit`; 1 where none is wet."""
+    """Return the share of wet triangles of large walls and of wires with a film thinner than `limit`; 1 if none is wet."""
     if not run.moist:
         return np.ones(len(limit)), np.ones(len(limit))
     films = run.wall_films[run.wall_films["film"] > 0.0]
@@ -191,7 +194,7 @@ def _thin(run: RunDir, limit: Floats) -> tuple[Floats, Floats]:
 
 
 def carried(run: RunDir) -> dict[str, float]:
-    """Share of all liquid that the spheres of each undersize class held at the last output before they passed."""
+    """Return the share of all liquid on spheres of each undersize class at the last output before they passed."""
     line = run.timeline
     through = np.asarray(line.passed.any(axis=0))
     before = line.liquid[np.maximum(line.passed.argmax(axis=0) - 1, 0), np.arange(len(through))]
@@ -241,7 +244,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> StoredRu
 
 
 def variants(data: Path) -> dict[str, dict[int, list[StoredRun]]]:
-    """All stored runs by the name of their settings and by case, in the order of seeds."""
+    """Return all stored runs by the name of their settings and by case, in the order of seeds."""
     found: dict[str, dict[int, list[StoredRun]]] = {}
     for one in sorted((StoredRun(p.parent) for p in data.glob("*/run.json")), key=lambda k: int(k.about["seed"])):
         found.setdefault(str(one.about.get("variant", "")), {}).setdefault(one.case, []).append(one)

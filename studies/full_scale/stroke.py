@@ -1,4 +1,4 @@
-"""Fig. 9: the path of the screen over one period, as configured."""
+"""Draw Fig. 9: the path of the screen over one period, as configured."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ POINTS = 200
 
 
 def path_mm(config: Config, set_amplitude_mm: float) -> Floats:
-    """Positions over one period [mm], shape (POINTS, 3)."""
+    """Return the positions over one period [mm], shape (POINTS, 3)."""
     case = next(c for c in config.cases.values() if c.set_amplitude_mm == set_amplitude_mm)
     motion = cases.vibration_of(config, case)
     return 1e3 * position(motion, np.linspace(0.0, 1.0 / motion.frequency_Hz, POINTS))
 
 
 def fig9(config: Config) -> str:
-    """(a) z over x on one scale, (b) z over x and over y with the horizontal axis stretched; as SVG text."""
+    """Draw (a) z over x on one scale, (b) z over x and over y with the horizontal axis stretched; as SVG text."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 3, figsize=(7.0, 3.2), layout="constrained", sharey=True)
         for amplitude, colour in AMPLITUDES.items():

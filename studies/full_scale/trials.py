@@ -1,7 +1,8 @@
-"""Runs that test a reason: `python -m studies.full_scale.trials run NAME OUT CASE…` runs cases as `NAME` has them, `fig14
-RUN…` stores what such runs say of Fig. 14; `reasons` what they say of statements.
+"""Runs that test a reason.
 
-At the smoke scale for three seconds of screening, a time step of a tenth of a collision: a check, not a prediction.
+`python -m studies.full_scale.trials run NAME OUT CASE…` runs cases with the changes of `NAME`, `fig14 RUN…` stores
+their results for Fig. 14; `reasons` those for statements. They are at the smoke scale for three seconds of screening,
+with a time step of a tenth of a collision: a check, not a prediction.
 """
 
 from __future__ import annotations
@@ -45,12 +46,14 @@ TRIALS: dict[str, dict[str, Any]] = {
     },
     "sticky": {"materials.yaml: liquid surface_tension_N_per_m value": 0.1455},
 }
-"""Name -> what is changed: a file, the path to the entry in it, its value. `deep`: twice the feed on the same sieve; `sticky`:
-twice the surface tension."""
+"""Name -> changes: a file, the key of the entry in it, its value.
+
+`deep`: twice the feed on the same sieve; `sticky`: twice the surface tension.
+"""
 
 
 def configure(source: Path, target: Path, name: str) -> Path:
-    """A copy of the configuration as a trial has it; its folder."""
+    """Write a copy of the configuration of a trial and return its folder."""
     if name not in TRIALS:
         raise PywetError(f"there is no trial {name}, expected one of {', '.join(TRIALS)}")
     edit.write(source, target, SCALE, {"fraction": 0.1}, {**LONG, **TRIALS[name]})
@@ -92,7 +95,7 @@ def named(run: RunDir) -> tuple[str, int]:
 
 
 def divisions(run: RunDir) -> dict[str, float | str]:
-    """Shares of the liquid in the divisions of Fig. 14 at the end of a run, what is retained then, and when."""
+    """Return shares of the liquid in the divisions of Fig. 14 at the end of a run, the fraction retained then, and the time."""
     liquid, retained = (run.table(f"results/{name}").iloc[-1] for name in ("liquid_by_holder", "fraction_retained"))
     name, case = named(run)
     shares = {title: sum(liquid.get(f"{h}_m3", 0.0) for h in of) / liquid["initial_m3"] for title, of in FIG14.items()}

@@ -1,1 +1,1 @@
-"""How far is each law from the exact bridge, and what does a call cost? Laws alone, without a run. `pywet study laws`."""
+"""How accurate is each law compared with the exact bridge, and what does a call cost? `pywet study laws`, without a run."""

@@ -1,4 +1,4 @@
-"""Nanoseconds per bridge of capillary laws in batches, as the engine evaluates them: laws in turn, the best round counts."""
+"""Measure nanoseconds per bridge of capillary laws in batches, as in the engine: laws in turn, best of several rounds."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from pywet.laws.memory import floats_at, ints_at
 
 BATCHES, ROUNDS = 62, 200
 ANGLE = math.radians(20.0)
-"""Contact angle of all bodies, so that one table serves."""
+"""Contact angle of all bodies, so that one table is sufficient."""
 LEFT_OUT = ("buck", "davis")
-"""Laws of other models, whose bridge is not this one."""
+"""Laws of other models, with another definition of the bridge."""
 
 
 def _loop() -> Any:
@@ -47,7 +47,7 @@ def _prepared(law: ForceLaw, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def measure(custom: Iterable[str] = (), seed: int = 1) -> pd.DataFrame:
-    """law, ns, ratio (to rabinovich) of every built-in capillary law and a user's `own`, on the same random bridges."""
+    """Return law, ns, ratio (to rabinovich) of every built-in capillary law and of `custom` ones, on the same random bridges."""
     rng = np.random.default_rng(seed)
     rows = np.full((BATCHES, len(ROWS), BATCH), ANGLE)
     rows[:, 2:4] = rng.choice([1e-3, 1.5e-3, 2.5e-3], (BATCHES, 2, BATCH))

@@ -1,4 +1,4 @@
-"""Errors of the laws on the atlas's bridges, as tables: force, rupture distance, transfer ratio, misprints."""
+"""Errors of the laws on the comparison's bridges, as tables: force, rupture distance, transfer ratio, misprints."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CAPILLARY = ["separation", "volume", "radius_i", "radius_j", "contact_angle_i", 
 RUPTURE = CAPILLARY[1:]
 BODIES = ("equal spheres", "unequal spheres", "wall")
 GAPS = ("touch", "gap", "near rupture")
-"""S/S_rup of 0, up to 0.8, beyond."""
+"""Ranges of S/S_rup: 0, up to 0.8, beyond."""
 PRINTED = {
     "capillary": {
         "rabinovich_as_printed": "rabinovich",
@@ -27,11 +27,11 @@ PRINTED = {
     },
     "rupture": {"willett_unequal_as_printed": "willett_unequal"},
 }
-"""Law as printed -> the law it is set against."""
+"""Law as printed -> law with which it is compared."""
 
 
 def force_errors(forces: pd.DataFrame, custom: Iterable[str] = ()) -> pd.DataFrame:
-    """Relative error F/F_exact − 1 of every built-in capillary law and a user's `own`, one column per law, rows as `forces`."""
+    """Return the relative error F/F_exact − 1 of every built-in capillary law and of `custom` ones, one column per law."""
     arguments = [forces[name].to_numpy(float) for name in CAPILLARY]
     errors = {}
     for name in (*registry.BUILT_IN["capillary"], *custom):
@@ -46,7 +46,7 @@ def bodies(points: pd.DataFrame) -> NDArray[np.str_]:
 
 
 def force_table(forces: pd.DataFrame, errors: pd.DataFrame) -> pd.DataFrame:
-    """Median, 95 % and worst |error| per law, bodies and gap, and where the worst is."""
+    """Return median, 95 % and worst |error| per law, bodies and gap, and the location of the worst."""
     gap = np.select([forces["share"] == 0.0, forces["share"] <= 0.8], GAPS[:2], GAPS[2])
     placed = forces.assign(bodies=bodies(forces), gap=gap)
     each = placed.join(errors.abs()).melt(list(placed), var_name="law", value_name="error").dropna(subset="error")
@@ -60,7 +60,7 @@ def force_table(forces: pd.DataFrame, errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def rupture_table(limits: pd.DataFrame, custom: Iterable[str] = ()) -> pd.DataFrame:
-    """Error of the rupture laws against the limit of stability, per law and bodies."""
+    """Return the error of the rupture laws against the limit of stability, per law and bodies."""
     arguments = [limits[name].to_numpy(float) for name in RUPTURE]
     laws = {name: registry.get("rupture", name).functions[0] for name in (*registry.BUILT_IN["rupture"], *custom)}
     errors = pd.DataFrame({name: law(*arguments) / limits["rupture"].to_numpy() - 1.0 for name, law in laws.items()})
@@ -71,7 +71,7 @@ def rupture_table(limits: pd.DataFrame, custom: Iterable[str] = ()) -> pd.DataFr
 
 
 def transfer_table(limits: pd.DataFrame) -> pd.DataFrame:
-    """Transfer ratio of the smaller body: parabola and exact, for every pair and volume of the atlas."""
+    """Return the transfer ratio of the smaller body, by the parabola and exact, for every pair and volume."""
     rows = []
     for _, pair in limits.groupby(["ratio", "angle_i_deg", "angle_j_deg"]):
         first = pair.iloc[0]

@@ -1,4 +1,4 @@
-"""Pictures of the atlas: errors over separation and volume, rupture, sharing, validation configurations, cost."""
+"""Pictures of the law comparison: errors over separation and volume, rupture, transfer, validation configurations, cost."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ SHOWN = ("rabinovich", "lambert", "willett", "willett_simple", "weigert", "souli
 COLOURS = dict(zip(SHOWN, ("#c0392b", "#d98032", "#0b3c78", "#4a9bd4", "#8b5fa5", "#5d8a3a", "#2aa198"), strict=True))
 EXACT: Any = {"color": "#27323d", "lw": 2.2, "label": "exact (Young-Laplace)"}
 OWN = ("#000000", "#6b7680", "#b58900", "#d33682")
-"""Colours of a user's own laws, drawn dashed."""
+"""Colours of custom laws, drawn dashed."""
 
 
 def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, custom: Sequence[str] = ()) -> Figure:
-    """Error of each law in colour over S/S_rup and V*, equal spheres, contact angle 20°."""
+    """Draw the error of each law in colour over S/S_rup and V*, equal spheres, contact angle 20°."""
     drawn = (*SHOWN, *custom)
     figure, axes = panels(len(drawn), 4, (2.9, 2.5))
     equal = forces[(forces["ratio"] == 1.0) & (forces["angle_i_deg"] == forces["angle_j_deg"])]
@@ -46,7 +46,7 @@ def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, custom: Sequence[str]
 
 
 def force_curves(custom: Sequence[str] = ()) -> Figure:
-    """Force over separation of all laws for equal spheres at four contact angles."""
+    """Draw force over separation of all laws for equal spheres at four contact angles."""
     figure, axes = panels(4, 4, (3.0, 2.8))
     for axis, degrees in zip(axes, (0.0, 20.0, 40.0, 60.0), strict=True):
         theta = math.radians(degrees)
@@ -59,7 +59,7 @@ def force_curves(custom: Sequence[str] = ()) -> Figure:
 def _curves(
     axis: Axes, volume: float, pair: tuple[float, float, float, float], sigma: float, custom: Sequence[str] = ()
 ) -> None:
-    """Exact force and laws up to the exact rupture distance."""
+    """Draw exact force and laws up to the exact rupture distance."""
     limit = young_laplace.rupture(volume, *pair).separation
     gaps = limit * (1.0 - (1.0 - np.linspace(0.0, 1.0, 60)) ** 2) * (1.0 - 1e-9)
     solved = [young_laplace.solve(s, volume, *pair) for s in gaps]
@@ -73,7 +73,7 @@ def _curves(
 
 
 def rupture_curves(limits: pd.DataFrame, custom: Sequence[str] = ()) -> Figure:
-    """Rupture laws over the exact rupture distance, by volume, one panel per radius ratio."""
+    """Draw rupture laws over the exact rupture distance, by volume, one panel per radius ratio."""
     laws = [name for name in registry.BUILT_IN["rupture"] if name not in ("young_laplace", "buck", "davis")] + [*custom]
     ratios = limits["ratio"].unique().tolist()
     figure, axes = panels(len(ratios), 4, (3.0, 2.7))
@@ -96,7 +96,7 @@ def rupture_curves(limits: pd.DataFrame, custom: Sequence[str] = ()) -> Figure:
 
 
 def fig7() -> Figure:
-    """Fig. 7 of Elskamp & Kruggel-Emden: transfer ratio by the parabola (solid) and by the exact profile (dashed)."""
+    """Draw Fig. 7 of Elskamp & Kruggel-Emden: transfer ratio by the parabola (solid) and by the exact profile (dashed)."""
     v = np.concatenate([np.linspace(0.002, 0.02, 6), np.linspace(0.04, 0.5, 16)])
     figure, axes = panels(4, 4, (3.0, 2.8))
     for axis, letter, degrees in zip(axes, "abcd", (10.0, 40.0, 10.0, 40.0), strict=True):
@@ -119,7 +119,7 @@ def fig7() -> Figure:
 
 
 def validation() -> Figure:
-    """The configurations of Figs. 4a, 4b, 5a of Elskamp & Kruggel-Emden with all laws and the exact force."""
+    """Draw the configurations of Figs. 4a, 4b, 5a of Elskamp & Kruggel-Emden with all laws and the exact force."""
     ten = math.radians(10.0)
     cases = [
         ("Fig. 4a: r = 2.381 mm, V = 13.6 µl·10⁻³, θ = 0°", 13.6e-12, (2.381e-3, 2.381e-3, 0.0, 0.0), 0.0206),
@@ -139,7 +139,7 @@ def validation() -> Figure:
 
 
 def _fig5b(axis: Axes) -> None:
-    """Fig. 5b: capillary and viscous force at four speeds, to the dynamic rupture distance."""
+    """Draw Fig. 5b: capillary and viscous force at four speeds, to the dynamic rupture distance."""
     pair, volume, sigma, eta = (4e-3, 4e-3, math.radians(10.0), math.radians(10.0)), 5e-10, 0.021, 0.1
     capillary, viscous = (
         registry.get(k, n).functions[0] for k, n in (("capillary", "rabinovich"), ("viscous_normal", "pitois"))

@@ -1,4 +1,4 @@
-"""The atlas as one HTML page with its pictures inside, its tables as CSV next to it, and the pictures as SVG files."""
+"""The law comparison as one HTML page with its pictures inside, its tables as CSV next to it, and the pictures as SVG files."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ LEAD = (
 )
 FOOTER = "pywet study laws; the numbers are beside this page as CSV, the pictures as SVG"
 Frame = Any
-"""A table, of whose columns pandas' types know nothing."""
+"""Type of tables whose columns pandas' types do not describe."""
 
 
 def write_page(
     folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True, custom: Sequence[str] = ()
 ) -> Path:
-    """Compute and draw everything; returns the page's path. `own`: capillary and rupture laws in files of the user's."""
+    """Compute and draw everything and return the page's path; `custom`: capillary and rupture laws in the user's files."""
     pulls, breaks = (_of_kind(custom, kind) for kind in KINDS)
     report("exact bridges", 0.0)
     comparison = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
@@ -71,7 +71,7 @@ def write_page(
 
 
 KINDS = ("capillary", "rupture")
-"""Kinds of law that the atlas judges."""
+"""Kinds of law in the comparison."""
 
 
 def _of_kind(names: Sequence[str], kind: str) -> list[str]:
@@ -119,7 +119,7 @@ def _graded(value: float, hint: str = "") -> Cell:
 
 
 def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
-    """Every law by bodies and gap, the most accurate between equal spheres first; cost next to."""
+    """Return every law by bodies and gap, the most accurate between equal spheres first, with its cost."""
     by_law = {name: rows.set_index(["bodies", "gap"]) for name, rows in tables["forces"].groupby("law", sort=False)}
     cost, places = tables["cost"].set_index("law"), [(b, g) for b in errors.BODIES for g in errors.GAPS]
     rows: page.Rows = []
@@ -160,7 +160,7 @@ def _rupture(rupture: Frame, pictures: dict[str, str]) -> str:
 
 
 def _sharing(transfer: Frame, pictures: dict[str, str]) -> str:
-    """Parabola against exact, per pair of bodies."""
+    """Return the comparison of parabola and exact transfer ratio, per pair of bodies."""
     pairs = transfer.assign(size=transfer["difference"].abs()).groupby(
         ["ratio", "angle_i_deg", "angle_j_deg"], sort=False
     )

@@ -1,4 +1,4 @@
-"""The bridges on which laws are judged: a grid over radius ratio, contact angles, volume and separation, solved exactly."""
+"""Bridges on which laws are compared: a grid over radius ratio, contact angles, volume and separation, solved exactly."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ import pandas as pd
 from pywet.laws import exact_bridge as young_laplace
 
 RADIUS = 1e-3
-"""Radius of the smaller body [m]; errors of laws without a scale of their own do not depend on it."""
+"""Radius of the smaller body [m]; errors of laws without a length scale do not depend on it."""
 SIGMA = 0.0728
 RATIOS = (1.0, 0.5, 0.2, 0.0)
 """Smaller over larger radius; 0 is a wall."""
 ANGLES = ((0.0, 0.0), (20.0, 20.0), (40.0, 40.0), (60.0, 60.0), (10.0, 40.0))
 """Contact angles [deg] of the smaller and the larger body."""
 VOLUMES = tuple(float(v) for v in np.logspace(-5, -1, 9))
-"""V* = V/r_eff³, r_eff the harmonic mean (2 r at a wall)."""
+"""Volumes V* = V/r_eff³, r_eff the harmonic mean (2 r at a wall)."""
 SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
 """Separation over the exact rupture distance."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """`forces`: one row per bridge with its exact force. `limits`: one row per volume and pair with rupture and split."""
+    """Tables: `forces`, one row per bridge with its exact force; `limits`, one per volume and pair with rupture and split."""
 
     forces: pd.DataFrame
     limits: pd.DataFrame

@@ -1,4 +1,4 @@
-"""The laws of stock LIGGGHTS and YADE, measured from their programs on a few of the atlas's bridges."""
+"""Laws of stock LIGGGHTS and YADE, measured from their programs on a few of the comparison's bridges."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ANGLES = (0.0, 20.0, 40.0)
 
 
 def chosen(forces: pd.DataFrame) -> pd.DataFrame:
-    """The bridges that are measured: same angle on both bodies."""
+    """Return the bridges that are measured: same angle on both bodies."""
     same = (forces["angle_i_deg"] == forces["angle_j_deg"]) & forces["angle_i_deg"].isin(ANGLES)
     near = forces["v_star"].map(lambda v: any(abs(v / w - 1) < 1e-6 for w in VOLUMES))
     picked = forces[same & near & forces["share"].isin(SHARES) & forces["ratio"].isin(RATIOS)].reset_index(drop=True)
@@ -26,7 +26,10 @@ def chosen(forces: pd.DataFrame) -> pd.DataFrame:
 
 
 def measure(forces: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
-    """Relative error per program and law: columns ratio, angle, v_star, share, program, law, error; and what was not measured."""
+    """Return the relative error per program and law, and what was not measured.
+
+    Columns are ratio, angle, v_star, share, program, law, error.
+    """
     points = chosen(forces)
     rows, missing = [], []
     programs: list[tuple[str, str, Callable[..., pd.DataFrame]]] = [
@@ -45,7 +48,7 @@ def measure(forces: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
 
 
 def summary(errors: pd.DataFrame) -> pd.DataFrame:
-    """Smallest and largest error per program, law, bodies and gap."""
+    """Return the smallest and largest error per program, law, bodies and gap."""
     if errors.empty:
         return errors
     names = {1.0: "equal spheres", 0.5: "radii 1:2", 0.0: "wall"}

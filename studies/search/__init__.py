@@ -1,1 +1,1 @@
-"""Readings and dimensions of the rig under which the statements of a paper are confirmed."""
+"""Search for readings and dimensions of the rig under which the statements of a paper are confirmed."""

@@ -26,7 +26,7 @@ class Runs:
     folder: Path
 
     def configured(self, place: Place, aperture_mm: float | None = None) -> Config:
-        """The configuration of a combination, written; at full scale with the campaign's settings for an aperture."""
+        """Write and return the configuration of a combination; at full scale with the campaign's settings for an aperture."""
         at_full = self.question.scale == "full" and aperture_mm is not None
         target = self.folder / name_of(place) / (f"settings-{aperture_mm:g}mm" if at_full else "settings")
         levels = campaign.SETTINGS.get(aperture_mm or 0.0, {}) if at_full else {}
@@ -34,7 +34,7 @@ class Runs:
         return settings.load(target)
 
     def measure(self, place: Place, cases: Sequence[int], seeds: Sequence[int]) -> None:
-        """Run cases of a combination and store their tables; raises `PywetError` where one fails or may not be believed."""
+        """Run cases of a combination and store their tables; raises `PywetError` if one fails or is not trusted."""
         out, plain = self.folder / name_of(place), self.configured(place)
         configs = {case: self.configured(place, plain.case(case).aperture_mm) for case in cases}
         jobs = campaign.prepare(configs, seeds, self.question.scale, out / "runs", "", calibrated(self.source))

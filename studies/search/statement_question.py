@@ -1,4 +1,4 @@
-"""What a search for readings is asked: statements that count, entries of the configuration that are turned, the budget."""
+"""Input of a search for readings: statements, varied entries of the configuration, budget."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Place = Mapping[str, str | float]
 
 
 class Turned(Strict):
-    """An entry of the configuration, `file.yaml: path to it`, and the values that are tried."""
+    """An entry of the configuration, `file.yaml: path to it`, and its trial values."""
 
     entry: Annotated[str, Field(pattern=r"^(config|materials|scales)\.yaml: [A-Za-z0-9_ ]+$")]
     values: Annotated[tuple[str | float, ...], Field(min_length=1, max_length=20)]
@@ -55,12 +55,12 @@ class Search(Limited):
         return [s for s in STATEMENTS if s.number in self.statements and s.cases]
 
     def entries(self, place: Place) -> dict[str, str | float]:
-        """Entry of the configuration -> value of a combination."""
+        """Return entry of the configuration -> value of a combination."""
         return {t.entry: place[name] for name, t in self.turned.items()}
 
 
 def name_of(place: Place) -> str:
-    """A combination as the name of a folder."""
+    """Return a combination as the name of a folder."""
     return ",".join(
         f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in place.items()
     )

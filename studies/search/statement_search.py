@@ -1,7 +1,7 @@
 """Search for readings and dimensions under which the paper's statements are confirmed, `pywet study search`.
 
 Statements are inequalities with the 95 % interval over seeds. Dry cases are run first, then moist ones of the best combinations;
-see docs/search-readings.md. No fit: readings are names, and a screen close to clogging has no smooth response.
+see docs/search-readings.md. There is no fit, because readings are discrete and a screen close to clogging has no smooth response.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from studies.search import screening_runs
 from studies.search.statement_question import Place, Search, name_of
 
 MARGIN = 1
-"""Statements not confirmed by which a combination may be behind the best and survive."""
+"""Number of unconfirmed statements by which a combination may be behind the best and remain."""
 DONE, SPENT = "all combinations that survive have been run", "most_runs are spent"
 Measure = Callable[[Place, Sequence[int], Sequence[int]], None]
-"""Combination, cases, seeds that are missing -> nothing; their tables are stored."""
+"""Function (combination, cases, missing seeds) that stores their tables."""
 
 
 class Stage(NamedTuple):
-    """Statements that are judged, the cases that they need, and how many seeds."""
+    """Judged statements, the cases that they need, and the number of seeds."""
 
     statements: list[judging.Statement]
     cases: list[int]
@@ -51,7 +51,7 @@ class Outcome:
 
 
 def stages(asked: Sequence[judging.Statement], dry: Callable[[int], bool], seeds: int) -> Iterator[Stage]:
-    """List the stages: dry statements with one seed, then with all seeds; then all statements in the same manner."""
+    """Yield the stages: dry statements with one seed, then with all seeds; then all statements in the same manner."""
     first = [s for s in asked if all(dry(case) for case in s.cases)]
     for statements in (first, list(asked)):
         cases = sorted({case for s in statements for case in s.cases}, key=lambda c: (not dry(c), c))
@@ -101,7 +101,7 @@ def _refuted(verdicts: Mapping[int, str], statements: Sequence[judging.Statement
 
 
 def calibrate(file: Path, folder: Path, say: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
-    """Answer a file; writes `calibration.json` into the folder, next to configurations and runs; returns the answer."""
+    """Answer a file; writes `calibration.json` into the folder, next to configurations and runs, and returns the answer."""
     question = parse(Search, read_yaml(file, Search), str(file))
     source = file.parent / question.configuration
     base = settings.load(source)
@@ -127,7 +127,7 @@ def calibrate(file: Path, folder: Path, say: Callable[[str], None] = lambda line
 
 
 def described(question: Search, found: Outcome) -> dict[str, Any]:
-    """The answer as plain data: verdicts of all combinations, survivors, sentences."""
+    """Return the answer as plain data: verdicts of all combinations, survivors, sentences."""
     table = [
         {
             "values": dict(place),

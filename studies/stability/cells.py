@@ -1,7 +1,7 @@
-"""Many small experiments in one engine run: cells far apart in one box, each with its own spheres and its own piece of wall.
+"""Many small experiments in one engine run: cells far apart in one box, each with its own spheres and walls.
 
-What an engine run has only one of (time step, liquid, laws) belongs to the `Batch`; what is a sphere's own (type, place, speed,
-film) or a cell's own (a plate, wires) belongs to the `Cell`.
+Properties common to an engine run (time step, liquid, laws) belong to the `Batch`; those of a sphere (type, position,
+speed, film) or of a cell (a plate, wires) belong to the `Cell`.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from pywet.scene import ContactPair, Effects, EngineScene, Liquid, Output, Spher
 Floats = NDArray[np.float64]
 Part = tuple[Floats, float | None]
 FCC = tuple(p for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)) for p in ((a, b, 0), (a, 0, b), (0, a, b)))
-"""Places of the twelve neighbours in a face-centred cubic packing, over the edge of half a cell."""
+"""Positions of the twelve neighbours in a face-centred cubic packing, over half the edge of a cell."""
 
 
 def ball(
     kind: int, at: Iterable[float], velocity: Iterable[float] = (0.0, 0.0, 0.0), spin: Iterable[float] = (0.0, 0.0, 0.0),
     film: float = 0.0,
 ) -> Sphere:  # fmt: skip
-    """One sphere of a cell: type, place relative to the cell's middle [m], speed [m/s], spin [1/s], film [m3]."""
+    """Return one sphere of a cell: type, position relative to the cell's middle [m], speed [m/s], spin [1/s], film [m3]."""
     (x, y, z), (vx, vy, vz), (wx, wy, wz) = ([float(c) for c in v] for v in (at, velocity, spin))
     return Sphere(kind, (x, y, z), (vx, vy, vz), (wx, wy, wz), film=film)
 
@@ -68,12 +68,12 @@ class Batch:
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outputs: int = 40
     margin: float = 1.2
-    """Times the way of its spheres that a cell is wide."""
+    """Width of a cell over the displacement of its spheres."""
     windows: tuple[int, int] = (3, 60)
     """Number and length [steps] of the windows in which every contact is logged."""
 
     def without(self, names: set[str]) -> Batch:
-        """The batch with those cells quiet (dry spheres at rest, apart): the engine wants every type present."""
+        """Return the batch with those cells quiet (dry spheres at rest, apart), since the engine requires every type."""
         apart = 4.0 * max(c.radius_m for c in self.classes)
         still = {
             c.name: replace(c, bodies=tuple(ball(b.kind, (k * apart, 0.0, 0.0)) for k, b in enumerate(c.bodies)), walls=())
@@ -98,9 +98,9 @@ class Batch:
         return self.margin * (reach + thrown) + fall + 5.0 * radius
 
     def middles(self) -> Floats:
-        """Middle of each cell in the plane z = 0, on a square grid around the origin, shape (n, 3) [m].
+        """Return the middle of each cell in the plane z = 0, on a square grid around the origin, shape (n, 3) [m].
 
-        A column of cells lies on x = 0, where two ranks meet.
+        A column of cells is on x = 0, where two ranks meet.
         """
         across = math.ceil(math.sqrt(len(self.cells))) // 2 * 2 + 1
         k = np.arange(len(self.cells))
@@ -109,12 +109,12 @@ class Batch:
         return np.stack([x, y, np.zeros(len(k))], axis=1)
 
     def owner(self) -> list[str]:
-        """Name of the cell of each sphere id (index 0 unused)."""
+        """Return the name of the cell of each sphere id (index 0 unused)."""
         return ["", *(cell.name for cell in self.cells for _ in cell.bodies)]
 
 
 def bodies_of(batch: Batch) -> list[Sphere]:
-    """All spheres, in the order of their ids."""
+    """Return all spheres, in the order of their ids."""
     return [
         ball(b.kind, middle + np.asarray(b.position), b.velocity, b.spin, b.film or 0.0)
         for cell, middle in zip(batch.cells, batch.middles(), strict=True) for b in cell.bodies
@@ -122,7 +122,7 @@ def bodies_of(batch: Batch) -> list[Sphere]:
 
 
 def surface_of(batch: Batch) -> list[Surface]:
-    """The walls of all cells as one mesh, a part for each wall of each cell."""
+    """Return the walls of all cells as one mesh, a part for each wall of each cell."""
     parts = [
         (corners + middle, width)
         for cell, middle in zip(batch.cells, batch.middles(), strict=True)
@@ -134,13 +134,13 @@ def surface_of(batch: Batch) -> list[Surface]:
 
 
 def counted(classes: Sequence[SphereClass], cells: Sequence[Cell]) -> list[SphereClass]:
-    """The classes with the number of their spheres."""
+    """Return the classes with the number of their spheres."""
     kinds = [body.kind for cell in cells for body in cell.bodies]
     return [c.model_copy(update={"count": kinds.count(c.type)}) for c in classes]
 
 
 def thickest_film(batch: Batch) -> float:
-    """First film [m] that the scene states: from it follows how thick films may grow."""
+    """Return the initial film [m] stated in the scene, which determines the allowed film growth."""
     return 0.4 * min(c.radius_m for c in batch.classes)
 
 
@@ -160,7 +160,7 @@ def prepare(batch: Batch, run_dir: Path) -> EngineScene:
 
 
 def advised(batch: Batch, film: float) -> Sequence[time_steps.Limit]:
-    """The advisor's limits for the batch's spheres (without cells: one of each class) with that film thickness [m]."""
+    """Return the advisor's limits for the batch's spheres (without cells: one of each class) with that film thickness [m]."""
     scene = EngineScene(
         name=batch.name, seed=0, classes=tuple(counted(batch.classes, batch.cells) if batch.cells else batch.classes),
         pairs=batch.pairs, liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": film}),

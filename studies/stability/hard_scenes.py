@@ -1,4 +1,4 @@
-"""Hard scenes, a few engine runs of many cells: what a user's scene may meet on a bad day, at small size."""
+"""Stress tests: a few engine runs of many cells with extreme conditions of user scenes, at small size."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ SCREEN = 0.9e-3
 
 
 def of(v_star: float, radius: float = R) -> float:
-    """Film [m3] of each of two equal spheres whose bridge has that V*."""
+    """Return the film [m3] of each of two equal spheres whose bridge has that V*."""
     return v_star * radius**3 / DRAWN
 
 
 def dense(film: float, speed: float, outward: bool = False, kind: int = 1, radius: float = R) -> tuple[Sphere, ...]:
-    """Thirteen spheres that touch exactly (S = 0), thrown about, or all twelve outward at the same speed."""
+    """Return thirteen spheres that touch exactly (S = 0), with random velocities, or all twelve outward at the same speed."""
     random = np.random.default_rng(4)
     bodies = [ball(kind, (0.0, 0.0, 0.0), film=film)]
     for n in np.array(FCC) / math.sqrt(2.0):
@@ -49,7 +49,7 @@ def dense(film: float, speed: float, outward: bool = False, kind: int = 1, radiu
 
 
 def two(gap: float, speed: float, films: tuple[float, float], kinds: tuple[int, int] = (1, 1)) -> tuple[Sphere, ...]:
-    """Two spheres a gap apart that meet (speed > 0) or part."""
+    """Return two spheres a gap apart that meet (speed > 0) or separate."""
     radius = {1: R, 2: TINY}
     apart = radius[kinds[0]] + radius[kinds[1]] + gap
     return (
@@ -59,7 +59,7 @@ def two(gap: float, speed: float, films: tuple[float, float], kinds: tuple[int, 
 
 
 def between(speed: float) -> tuple[Sphere, ...]:
-    """A tiny wet sphere between two large dry ones that part."""
+    """Return a tiny wet sphere between two large dry ones that separate."""
     reach = R + TINY
     return (
         ball(2, (0.0, 0.0, 0.0), film=of(0.5, TINY)),
@@ -69,7 +69,7 @@ def between(speed: float) -> tuple[Sphere, ...]:
 
 
 def hard(name: str, cells: Iterable[Cell], radii: tuple[float, ...] = (R, TINY), **given: Any) -> Batch:
-    """A batch of the preset paper with water, springs of 20 and 2 kN/m, and 45 degrees at walls where nothing else is given."""
+    """Return a batch of the preset paper with water, stiffness of 20 and 2 kN/m, and 45 degrees at walls by default."""
     usual = {
         "classes": spheres(*radii), "pairs": springs([2e4, 2e3][: len(radii)], 0.8), "liquid": water(), "effects": small.PAPER,
         "time_step": 4e-6, "wall_angle": math.radians(45.0),
@@ -78,7 +78,7 @@ def hard(name: str, cells: Iterable[Cell], radii: tuple[float, ...] = (R, TINY),
 
 
 def plain() -> Batch:
-    """Water, explicit, spheres of 2.5 and 0.25 mm."""
+    """Return the batch with water, explicit, spheres of 2.5 and 0.25 mm."""
     thin, thick = of(1e-9), of(0.5)
     cells = [
         Cell("size ratio 10, collision", two(2e-4, 0.3, (of(0.05), of(0.05, TINY)), (1, 2))),
@@ -108,21 +108,19 @@ def plain() -> Batch:
 
 
 def dense_dry() -> tuple[Sphere, ...]:
-    """Only the middle one of thirteen spheres has a film: twelve bridges draw from it at once, then the twelve separate and
-    return.
-    """
+    """Return thirteen spheres of which only the middle one has a film: twelve bridges draw from it, then separate and return."""
     bodies = dense(0.0, 0.1, outward=True)
     return (ball(1, (0.0, 0.0, 0.0), film=of(0.05)), *bodies[1:])
 
 
 def wedged(film: float, gap: float = 2e-6) -> tuple[Sphere, ...]:
-    """A sphere that sits in the gap of two wires 5.6 mm apart."""
+    """Return a sphere in the gap of two wires 5.6 mm apart."""
     height = math.sqrt((R + WIRE + gap) ** 2 - 2.8e-3**2)
     return (ball(1, (0.0, 0.0, height), film=film),)
 
 
 def shaken(times: float, name: str) -> Batch:
-    """Walls that vibrate as a screen, `times` the paper's amplitude: wedged, lying, and stuck spheres."""
+    """Return a batch with walls that vibrate like a screen, `times` the paper's amplitude: wedged, resting, and stuck spheres."""
     deep = math.sqrt((R + WIRE + 2e-6) ** 2 - 2.8e-3**2)
     below = (ball(2, (0.0, 0.0, -TINY - WIRE - 5e-6), film=of(0.2, TINY)),)
     cells = (
@@ -144,11 +142,11 @@ def shaken(times: float, name: str) -> Batch:
 
 
 TEN_G = 10.0 * 9.81 / (SCREEN * (2.0 * math.pi * HERTZ) ** 2)
-"""Times the screen's amplitude at which it pulls with ten times gravity."""
+"""Factor on the screen's amplitude for an acceleration of ten times gravity."""
 
 
 def thick() -> Batch:
-    """10 Pa s, semi-implicit, contact angles of 0 and 89 degrees; the second size is half the first."""
+    """Return the batch with 10 Pa s, semi-implicit, contact angles of 0 and 89 degrees; the second size is half the first."""
     half, film = 0.5 * R, of(0.1, 0.5 * R)
     classes = spheres(R, half, angle_rad=(math.radians(89.0), 0.0))
     unlike = (ball(1, (0.0, 0.0, 0.0), film=of(0.1)), ball(2, (0.0, 0.0, R + half), (0.0, 0.0, 0.3), film=film))
@@ -166,7 +164,7 @@ def thick() -> Batch:
 
 
 def unwetted() -> Batch:
-    """Contact angles of 89 degrees with the exact bridge: its force changes sign with the gap, from attraction to repulsion."""
+    """Return the batch with contact angles of 89 degrees and the exact bridge, whose force changes sign with the gap."""
     classes = spheres(R, TINY, angle_rad=math.radians(89.0))
     near = (ball(1, (0.0, 0.0, R + 5e-5), (0.1, 0.0, -0.05), film=of(0.2)),)
     cells = (
@@ -182,14 +180,14 @@ def unwetted() -> Batch:
 
 
 def mismatch() -> Batch:
-    """Contact angles of 0 and 89 degrees on one bridge: the parabola has no meridian; this is reported before the run."""
+    """Return the batch with contact angles of 0 and 89 degrees on one bridge, for which the parabola has no meridian."""
     classes = spheres(R, TINY, angle_rad=(0.0, math.radians(89.0)))
     cells = (Cell("angles of 0 and 89 degrees, size ratio 10", two(0.0, -0.3, (of(0.1), of(0.1, TINY)), (1, 2))),)
     return replace(thick(), name="hard-mismatch", classes=classes, cells=cells)
 
 
 def bare() -> Batch:
-    """Neither surface tension nor viscosity: the liquid only changes hands."""
+    """Return the batch without surface tension and viscosity: liquid is only exchanged."""
     cells = (
         Cell("nothing holds, collision", two(2e-4, 0.3, (of(0.05), of(0.05)))),
         Cell("nothing holds, dense lattice", dense(of(0.02), 0.05)),
@@ -199,7 +197,7 @@ def bare() -> Batch:
 
 
 def out_of_the_box() -> Batch:
-    """One sphere faster than the guard allows, one pressed too deep: they stop the run by name, and the others go on."""
+    """Return the batch with one sphere faster than the guard allows and one pressed too deep, which stop the run."""
     cells = (
         Cell("too fast for the step", (ball(1, (0.0, 0.0, 0.0), (100.0, 0.0, 0.0), film=of(0.1)),)),
         Cell("pressed too deep", two(-0.6 * R, 0.0, (of(0.1), of(0.1)))),

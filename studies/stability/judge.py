@@ -1,8 +1,9 @@
-"""Judges each cell of a finished run: finite, its own ledger, its own energy, and what the independent replay says of the run.
+"""Judge each cell of a finished run: finite values, its ledger, its energy, and the independent replay of the run.
 
-Energy of a cell: kinetic and spin energy, springs of its touching spheres, capillary energy of its active bridges. It may
-fall (drag, dashpot, friction), and changes by known amounts when a bridge forms, ruptures, or gravity works. What is more
-than that was made by the time stepping. Not for cells on moving walls: for them the run's own budget is asked.
+The energy of a cell is kinetic and spin energy, contact springs of its touching spheres, capillary energy of its
+active bridges. It may fall (drag, dashpot, friction), and changes by known amounts when a bridge forms, ruptures, or
+gravity works. Any excess was created by the time stepping. Cells on moving walls are judged by the run's energy
+budget instead.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ LEDGER = 1e-12
 
 
 class Run:
-    """The tables of a finished run and the unchanging data of its spheres."""
+    """Tables of a finished run and the constant data of its spheres."""
 
     def __init__(self, batch: Batch, run_dir: Path) -> None:
         self.batch, history = batch, run_dir / "history"
@@ -56,7 +57,7 @@ class Run:
         return out
 
     def bridge_law(self, table: pd.DataFrame) -> tuple[Floats, Callable[[Floats], Floats], list[Floats]]:
-        """Gap of each row's bridge [m], its capillary force as a function of the gap, and V, r_i, r_j, theta_i, theta_j."""
+        """Return each row's gap [m], its capillary force as a function of the gap, and V, r_i, r_j, theta_i, theta_j."""
         i, wall = table["i"].to_numpy(int), table["partner_kind"].to_numpy(int) != SPHERE
         j = np.where(wall, 0, table["j"].to_numpy(int))
         other, angle = np.where(wall, np.inf, self.radius[j]), np.where(wall, self.batch.wall_angle, self.angle[j])
@@ -67,7 +68,7 @@ class Run:
 
 
 def stored(run: Run, table: pd.DataFrame) -> Floats:
-    """Capillary energy of each row's bridge [J]: minus the integral of the force from S to the static rupture distance."""
+    """Return the capillary energy of each row's bridge [J]: minus the integral of the force from S to static rupture."""
     if table.empty or not run.batch.effects.capillary:
         return np.zeros(len(table))
     rupture = registry.get("rupture", str(run.batch.effects.rupture)).functions[0]
@@ -82,7 +83,7 @@ def stored(run: Run, table: pd.DataFrame) -> Floats:
 
 
 def pull(run: Run, table: pd.DataFrame) -> Floats:
-    """Capillary force of each row's bridge at its separation [N]."""
+    """Return the capillary force of each row's bridge at its separation [N]."""
     if table.empty or not run.batch.effects.capillary:
         return np.zeros(len(table))
     gap, force, _ = run.bridge_law(table)
@@ -107,7 +108,7 @@ def springs(run: Run) -> Floats:
 
 
 def moving(run: Run) -> Floats:
-    """Kinetic and spin energy, shape (steps, cells) [J]."""
+    """Return the kinetic and spin energy, shape (steps, cells) [J]."""
     t = run.trajectory
     i = t["id"].to_numpy(int)
     speed = (t[["vx", "vy", "vz"]].to_numpy(float) ** 2).sum(axis=1)
@@ -116,14 +117,14 @@ def moving(run: Run) -> Floats:
 
 
 def falling(run: Run) -> Floats:
-    """Potential energy in gravity, shape (steps, cells) [J]."""
+    """Return the potential energy in gravity, shape (steps, cells) [J]."""
     t = run.trajectory
     height = t[["x", "y", "z"]].to_numpy(float) @ np.asarray(run.batch.gravity)
     return run.by_cell(t, "id", -run.mass[t["id"].to_numpy(int)] * height)
 
 
 def ledgers(run: Run) -> Floats:
-    """Error of each cell's liquid over its liquid, the largest over all outputs, shape (cells,)."""
+    """Return the error of each cell's liquid over its liquid, the largest over all outputs, shape (cells,)."""
     films = run.by_cell(run.films, "id", run.films["film"].to_numpy(float))
     active = run.by_cell(run.bridges, "i", run.bridges["volume"].to_numpy(float))
     wall = run.events[run.events["partner_kind"] != SPHERE]
@@ -136,18 +137,18 @@ def ledgers(run: Run) -> Floats:
 
 
 def _at_output(run: Run, events: pd.DataFrame) -> pd.DataFrame:
-    """Events with the step of the first output that includes them."""
+    """Return the events with the step of the first output that includes them."""
     at = np.searchsorted(run.steps, events["step"].to_numpy())
     known = np.append(run.steps, run.steps[-1] + 1)[at]
     return events.assign(step=known)
 
 
 def energies(run: Run) -> tuple[Floats, Floats, Floats]:
-    """Return the spurious energy over the energy in play, the bound of the method's order, and all spurious energy, shape
-    (cells,) each.
+    """Return the spurious energy over the energy in play, its bound by the order of the method, and all spurious energy.
 
-    Allowed is the force at each event times the way of one step (a bridge acts from the step after its formation on), a third of
-    k dt²/m of the energy in play (the leapfrog's own swing), and round-off of the places.
+    Each has the shape (cells,). Allowed are the force at each event times the displacement of one step (a bridge acts from the
+    step after its formation on), a third of k dt²/m of the energy in play (the oscillation of leapfrog integration), and
+    round-off of positions.
     """
     kinetic, touching, potential = moving(run), springs(run), falling(run)
     active = run.by_cell(run.bridges, "i", stored(run, run.bridges))
@@ -170,14 +171,14 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
 
 
 def rounding(run: Run, kinetic: Floats) -> Floats:
-    """Last digit of a position over the displacement of one step, shape (cells,): contacts and bridges are that much too long."""
+    """Return the last digit of a position over the displacement of one step, the relative error of ranges, shape (cells,)."""
     coordinate = float(np.abs(run.trajectory[["x", "y", "z"]].to_numpy(float)).max())
     way = np.sqrt(2.0 * kinetic.max(axis=0) / run.mass.min()) * run.batch.time_step
     return np.asarray(np.minimum(1.0, np.spacing(coordinate) / np.maximum(way, 1e-300)), dtype=np.float64)
 
 
 def order(run: Run, cell: int) -> float:
-    """A third of the largest k dt²/m of a cell's contacts, plus 1e-9 for round-off."""
+    """Return a third of the largest k dt²/m of a cell's contacts, plus 1e-9 for round-off."""
     kinds = {b.kind for b in run.batch.cells[cell].bodies}
     walls = bool(run.batch.cells[cell].walls)
     largest = 0.0
@@ -189,11 +190,12 @@ def order(run: Run, cell: int) -> float:
 
 
 def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
-    """Verdict on each cell of a finished run, by its name.
+    """Return the verdict on each cell of a finished run, by its name.
 
-    ledger: largest error of its liquid over its liquid. made: energy made over the energy in play; below zero: all of it was
-    lost or stored. allowed: what the order of the method allows for it. raw: `made` with nothing subtracted for the step between
-    a bridge's formation and its first force. said: nothing, as no guard stopped it.
+    ledger: largest error of its liquid over its liquid. made: energy created over the energy in play; below zero:
+    all of it was lost or stored. allowed: its limit by the order of the method. raw: `made` with nothing
+    subtracted for the step between a bridge's formation and its first force. said: nothing, as no guard stopped
+    it.
     """
     run = Run(batch, run_dir)
     columns = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]

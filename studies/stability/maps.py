@@ -1,4 +1,4 @@
-"""Four maps of where runs stay finite, keep their ledger and make no energy, with the advisor's line on each.
+"""Four maps of where runs remain finite, conserve liquid and create no energy, with the advisor's line on each.
 
 A point of a map is judged by pairs of spheres that collide head on through their films (and, over time step and viscosity, by
 a pair pressed together by its bridge and let go a little out of balance). It makes energy when it has a hundredth more than
@@ -27,34 +27,34 @@ from studies.stability.cells import Batch, Cell, ball
 
 Floats = NDArray[np.float64]
 MADE = 0.01
-"""Energy made over the energy in play from which a cell counts as making energy."""
+"""Energy created over the energy in play above which a cell counts as creating energy."""
 RADIUS, SIGMA = 2.5e-3, 0.07275
 SMALL = 1e-3
 STEP_STIFFNESS, STEP_FILM = 1e-5, 4e-5
-"""Time steps [s] of the maps over stiffness and velocity, and over film and size ratio."""
+"""Time steps [s] of the map over stiffness and velocity, and of that over film and size ratio."""
 STEP_ANGLE = 2e-5
 DRAWN = 0.13397459621556135
-"""Part of their films that two equal spheres draw: 1 - sqrt(3/4)."""
+"""Share of their films that two equal spheres give: 1 - sqrt(3/4)."""
 
 
 @dataclass(frozen=True)
 class Map:
-    """Axes of a map, its points, and how one of its jobs is made."""
+    """Axes of a map, its points, and the function for one of its jobs."""
 
     name: str
     title: str
     x: tuple[str, Floats]
     y: tuple[str, Floats]
     batch: Callable[[float], Batch]
-    """The job for one value of y."""
+    """Function for the job of one value of y."""
     limit: Callable[[float, float], float]
-    """The advisor's largest step over the step taken, at a point; below 1 the advisor refuses or warns."""
+    """Function for the advisor's largest step over the actual step at a point; below 1 the advisor refuses or warns."""
     x_log: bool = True
     y_log: bool = True
 
 
 def springs(stiffness: Sequence[float], restitution: float) -> tuple[ContactPair, ...]:
-    """Dry contacts without rolling resistance; type a against b with the smaller of their stiffnesses."""
+    """Return dry contacts without rolling resistance; type a against b with the smaller of their stiffnesses."""
     return contacts(len(stiffness), stiffness, friction=0.3, restitution=restitution)
 
 
@@ -71,7 +71,7 @@ def map_batch(**given: Any) -> Batch:
 def head_on(
     name: str, kinds: tuple[int, int], radii: tuple[float, float], films: tuple[float, float], v: float
 ) -> Cell:
-    """Two spheres that meet at a speed v [m/s]; the films touch after a few steps."""
+    """Return two spheres that meet at a speed v [m/s]; the films touch after a few steps."""
     reach = sum(film_thickness(f, r) for r, f in zip(radii, films, strict=True))
     apart = sum(radii) + reach + 0.02 * min(radii)
     masses = [r**3 for r in radii]
@@ -86,9 +86,9 @@ def head_on(
 
 
 def advised(batch: Batch, film: float, effects: tuple[str, ...] | None = None) -> float:
-    """Smallest limit of the advisor for two spheres of the batch's classes with that film thickness [s].
+    """Return the smallest limit [s] of the advisor for two spheres of the batch's classes with that film thickness.
 
-    Stability limits, or those of the named effects.
+    It is that of stability, or of the named effects.
     """
     limits = cells.advised(replace(batch, cells=()), film)
     return min(m.time_step_s for m in limits if (m.stability if effects is None else m.effect in effects))
@@ -103,7 +103,7 @@ FILM = 1e-4
 
 
 def pressed(name: str) -> Cell:
-    """Two spheres at the overlap where contact spring and capillary force balance; the bridge acts from the second step on."""
+    """Return two spheres with contact spring and capillary force in equilibrium; the bridge acts from the second step on."""
     film = film_volume(FILM, RADIUS)
     law = registry.get("capillary", "rabinovich").functions[0]
     force = law(0.0, DRAWN * film, RADIUS, RADIUS, WETTED, WETTED, SIGMA)
@@ -130,7 +130,7 @@ ORDER = ("stable", "energy", "ledger", "not finite", "stopped")
 
 
 def states(batch: Batch, run_dir: Path) -> list[dict[str, Any]]:
-    """Run a job; the state of each of its cells, by the maps' own measure of energy."""
+    """Run a job and return the state of each of its cells, by the maps' own measure of energy."""
     left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
     made = {name: {"state": "stopped", "said": message, "made": math.nan} for name, message in stopped.items()}
     if len(stopped) < len(batch.cells):
@@ -142,12 +142,12 @@ def states(batch: Batch, run_dir: Path) -> list[dict[str, Any]]:
 
 
 def worst(of_cells: list[dict[str, Any]]) -> dict[str, Any]:
-    """The state that comes last in the order, and the most energy made."""
+    """Return the worst state, and the largest energy created."""
     return max(of_cells, key=lambda s: (ORDER.index(s["state"]), s["made"]))
 
 
 def time_step_map(how: str) -> Map:
-    """Time step and viscosity, one way of integration."""
+    """Return the map over time step and viscosity, for one method of integration."""
     steps = STEPS_EXPLICIT if how == "explicit" else STEPS_IMPLICIT
     return Map(
         f"step_{how}", f"Time step and viscosity, {how.replace('_', '-')} drag", ("time step [s]", steps),
@@ -163,7 +163,7 @@ SPEEDS = np.geomspace(1e-2, 10.0, 7)
 
 
 def stiffness_batch(v: float) -> Batch:
-    """All stiffnesses at one speed; elastic spheres of 1 mm, a film of 1 % of the radius, little drag."""
+    """Return all stiffnesses at one speed; elastic spheres of 1 mm, a film of 1 % of the radius, little drag."""
     n = len(STIFFNESSES)
     film = film_volume(0.01 * SMALL, SMALL)
     return map_batch(
@@ -187,7 +187,7 @@ RATIO_VISCOSITY = 0.1
 
 
 def ratio_batch(ratio: float) -> Batch:
-    """All films (over the small sphere's radius) at one size ratio; the small sphere has 1 mm."""
+    """Return all films (over the small sphere's radius) at one size ratio; the small sphere has 1 mm."""
     radii = (SMALL, ratio * SMALL)
     films = [tuple(film_volume(thickness * SMALL, r) for r in radii) for thickness in FILMS]
     made = (head_on(str(n), (1, 2), radii, (a, b), 0.2) for n, (a, b) in enumerate(films))
@@ -198,7 +198,7 @@ def ratio_batch(ratio: float) -> Batch:
 
 
 def ratio_limit(thickness: float, ratio: float) -> float:
-    """The advisor for one film and one pair of sizes (two bodies of the two sizes)."""
+    """Return the advisor's limit for one film and one pair of sizes."""
     return advised(ratio_batch(ratio), thickness * SMALL) / STEP_FILM
 
 
@@ -209,7 +209,7 @@ VOLUMES = np.geomspace(1e-9, 0.5, 15)
 
 
 def angle_batch(angle: float) -> Batch:
-    """All bridge volumes at one contact angle; equal spheres of 1 mm that meet slowly, so that the capillary force decides."""
+    """Return all bridge volumes at one contact angle; equal spheres of 1 mm that meet slowly, so that capillarity dominates."""
     films = (v_star * SMALL**3 / DRAWN for v_star in VOLUMES)
     made = (head_on(str(n), (1, 1), (SMALL, SMALL), (film, film), 0.02) for n, film in enumerate(films))
     return map_batch(
@@ -219,7 +219,7 @@ def angle_batch(angle: float) -> Batch:
 
 
 def angle_limit(v_star: float, angle: float) -> float:
-    """The advisor's resolution limit of the capillary force."""
+    """Return the advisor's resolution limit of the capillary force."""
     film = v_star * SMALL**3 / DRAWN
     return advised(angle_batch(angle), film_thickness(film, SMALL), ("capillary", "passing a bridge")) / STEP_ANGLE
 
@@ -246,7 +246,7 @@ MAPS: dict[str, Map] = {
 
 
 def row_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
-    """One job: the row of a map for the y value with that number."""
+    """Execute one job: the row of a map for the y value with that number."""
     y = float(chart.y[1][number])
     limits = [chart.limit(float(x), y) for x in chart.x[1]]
     if chart.name.startswith("step_"):

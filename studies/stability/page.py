@@ -1,4 +1,4 @@
-"""The page of the stability study: the maps with the advisor's line first, then stress tests and the field of the cases."""
+"""The page of the stability study: the maps with the advisor's line first, then stress tests and random cases."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def kind_of(state: str, message: str) -> str:
 
 
 def edges(centres: Floats, log: bool) -> Floats:
-    """Borders between the points of an axis."""
+    """Return the borders between the points of an axis."""
     at = np.log(centres) if log else centres
     middle = 0.5 * (at[1:] + at[:-1])
     ends = np.concatenate([[2.0 * at[0] - middle[0]], middle, [2.0 * at[-1] - middle[-1]]])
@@ -73,7 +73,7 @@ def edges(centres: Floats, log: bool) -> Floats:
 
 
 def draw(axes: Axes, chart: Map, table: pd.DataFrame) -> set[str]:
-    """One map; returns the kinds of points that are on it."""
+    """Draw one map and return the kinds of points in it."""
     x, y = chart.x[1], chart.y[1]
     kinds = [kind_of(str(s), str(t)) for s, t in zip(table["state"], table["said"], strict=True)]
     grid = np.array([STATES.index(k) for k in kinds]).reshape(len(y), len(x))
@@ -102,7 +102,7 @@ def draw(axes: Axes, chart: Map, table: pd.DataFrame) -> set[str]:
 
 
 def maps_figure(charts: list[tuple[Map, pd.DataFrame]], columns: int = 2) -> Figure:
-    """Maps side by side with one legend."""
+    """Draw maps side by side with one legend."""
     figure, axes = panels(len(charts), columns, (11.5 / columns, 4.1))
     seen: set[str] = set()
     for panel, (chart, table) in zip(axes, charts, strict=False):
@@ -219,7 +219,7 @@ def case_section(cases: pd.DataFrame) -> page.Section:
 
 
 def write_page(path: Path, maps: dict[str, pd.DataFrame], scenes: pd.DataFrame, cases: pd.DataFrame) -> Path:
-    """The page of the maps' points, the stress tests and the random cases, a row each."""
+    """Write the page of the maps' points, the stress tests and the random cases, a row each."""
     by_law = int((cases["state"] == "law").sum())
     unexplained = len(cases) - by_law - int((cases["state"] == "stable").sum())
     fine = int(((scenes["state"] == scenes["expected"]) | (scenes["state"] == "law")).sum())

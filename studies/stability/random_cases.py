@@ -1,4 +1,4 @@
-"""Random hard cases: pairs, clusters and walls over the whole range of parameters, fifty in each engine run."""
+"""Random extreme cases: pairs, clusters and walls over the whole range of parameters, fifty in each engine run."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ EXACT_ANGLES = ((0.0, 0.0), (0.2, 0.5), (math.pi / 3.0, math.pi / 3.0))
 
 
 def log_uniform(random: np.random.Generator, low: float, high: float) -> float:
-    """A number whose logarithm is uniform."""
+    """Return a number whose logarithm is uniform."""
     return float(math.exp(random.uniform(math.log(low), math.log(high))))
 
 
 def direction(random: np.random.Generator) -> Floats:
-    """A unit vector, all directions alike."""
+    """Return a unit vector with uniform distribution of directions."""
     v = random.normal(size=3)
     return np.asarray(v / np.linalg.norm(v))
 
@@ -59,27 +59,27 @@ class Setting:
     random: np.random.Generator
 
     def film(self, kind: int) -> float:
-        """A film [m3]: none for one in twelve, else V* of an equal pair from 1e-9 to 0.5."""
+        """Return a film [m3]: none for one in twelve, else with V* of an equal pair from 1e-9 to 0.5."""
         if self.random.uniform() < 1.0 / 12.0:
             return 0.0
         v_star = log_uniform(self.random, 1e-9, 0.5)
         return v_star / DRAWN * self.radii[kind - 1] ** 3
 
     def thickness(self, kind: int, film: float) -> float:
-        """Thickness of a film of that volume [m]."""
+        """Return the thickness of a film of that volume [m]."""
         return film_thickness(film, self.radii[kind - 1])
 
     def gap(self, reach: float) -> float:
-        """Gap between two spheres: exactly zero for one in five, else within or just beyond what their films reach."""
+        """Return a gap between two spheres: exactly zero for one in five, else within or just beyond the reach of their films."""
         return 0.0 if self.random.uniform() < 0.2 else reach * float(self.random.uniform(0.02, 1.1))
 
     def fast(self) -> float:
-        """A speed [m/s], down to a thousandth of the batch's."""
+        """Return a speed [m/s], down to a thousandth of the batch's."""
         return self.speed * 10.0 ** float(self.random.uniform(-3.0, 0.0))
 
 
 def pair(s: Setting, how: str) -> tuple[Sphere, ...]:
-    """Two spheres that approach, graze, part, spin, or just touch."""
+    """Return two spheres that approach, graze, separate, spin, or just touch."""
     a, b = (int(k) for k in s.random.integers(1, len(s.radii) + 1, 2))
     film_a, film_b = s.film(a), s.film(b)
     if how == "one film":
@@ -103,7 +103,7 @@ def pair(s: Setting, how: str) -> tuple[Sphere, ...]:
 
 
 def chain(s: Setting) -> tuple[Sphere, ...]:
-    """Three to six spheres in a row, thrown about."""
+    """Return three to six spheres in a row, with random velocities."""
     bodies: list[Sphere] = []
     x = 0.0
     for _ in range(int(s.random.integers(3, 7))):
@@ -118,7 +118,7 @@ def chain(s: Setting) -> tuple[Sphere, ...]:
 
 
 def star(s: Setting) -> tuple[Sphere, ...]:
-    """A large sphere among six others that all draw from its film in the first step; some then separate."""
+    """Return a large sphere among six others that all draw from its film in the first step; some then separate."""
     big, kind = len(s.radii), int(s.random.integers(1, len(s.radii) + 1))
     film, r = s.film(big), s.radii[big - 1] + s.radii[kind - 1]
     v = s.fast()
@@ -131,7 +131,7 @@ def star(s: Setting) -> tuple[Sphere, ...]:
 
 
 def lattice(s: Setting, how: str) -> tuple[Sphere, ...]:
-    """Equal spheres that touch exactly: a tetrahedron, or thirteen of a face-centred cubic packing."""
+    """Return equal spheres that touch exactly: a tetrahedron, or thirteen of a face-centred cubic packing."""
     kind = int(s.random.integers(1, len(s.radii) + 1))
     points = ((0, 0, 0), *FCC) if how == "dense" else ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
     side = s.radii[kind - 1] * (math.sqrt(2.0) if how == "dense" else 1.0 / math.sqrt(2.0))
@@ -142,12 +142,12 @@ def lattice(s: Setting, how: str) -> tuple[Sphere, ...]:
 
 
 def slab(half: float) -> list[Part]:
-    """A large flat plate with its upper face at z = 0."""
+    """Return a large flat plate with its upper face at z = 0."""
     return [(corners, None) for corners, _ in plate(square(half), -half / 2.0, 0.0)]
 
 
 def bar(half: float, radius: float, axis: int, offset: float = 0.0) -> Part:
-    """A wire along x (axis 0) or y (axis 1); those along y are longer and lie deeper, so that no two nodes fall together."""
+    """Return a wire along x (axis 0) or y (axis 1); those along y are longer and lower, so that no two nodes coincide."""
     start, end = np.zeros(3), np.zeros(3)
     start[axis], end[axis] = -half * (1.0 + 0.07 * axis), half * (1.0 + 0.07 * axis)
     start[2] = end[2] = -0.13 * radius * axis
@@ -156,7 +156,7 @@ def bar(half: float, radius: float, axis: int, offset: float = 0.0) -> Part:
 
 
 def at_wall(s: Setting, how: str) -> tuple[tuple[Sphere, ...], tuple[Part, ...]]:
-    """A sphere at a plate, at its edge, on a wire, on two or three wires at once."""
+    """Return a sphere at a plate, at its edge, on a wire, or on two or three wires at once."""
     kind = int(s.random.integers(1, len(s.radii) + 1))
     r, film = s.radii[kind - 1], s.film(kind)
     gap = max(s.gap(s.thickness(kind, film)), 1e-4 * r)  # walls are rounded to single precision: no exact touch
@@ -214,14 +214,14 @@ def laws_of(number: int) -> tuple[str, Effects]:
 
 
 def draw_liquid(random: np.random.Generator) -> Liquid:
-    """Surface tension 0 to 0.1 N/m, viscosity 0 to 10 Pa s; each exactly zero for one batch in twelve."""
+    """Return a liquid: surface tension 0 to 0.1 N/m, viscosity 0 to 10 Pa s; each exactly zero for one batch in twelve."""
     sigma = 0.0 if random.uniform() < 1.0 / 12.0 else log_uniform(random, 1e-3, 0.1)
     eta = 0.0 if random.uniform() < 1.0 / 12.0 else log_uniform(random, 1e-5, 10.0)
     return water(0.0, eta, sigma)
 
 
 def stiffness(classes: Sequence[SphereClass], a: int, b: int, speed: float, sigma: float) -> float:
-    """Spring [N/m] that overlaps by 3 % of the smaller radius at the batch's speed, or by 1 % under the bridge."""
+    """Return the stiffness [N/m] for an overlap of 3 % of the smaller radius at the batch's speed, or 1 % under the bridge."""
     one, other = classes[a - 1].radius_m, classes[b - 1].radius_m if b else math.inf
     reduced = one if b == 0 else 2.0 * one * other / (one + other)
     r, m = min(one, other), reduced_mass(classes, a, b)
@@ -229,7 +229,7 @@ def stiffness(classes: Sequence[SphereClass], a: int, b: int, speed: float, sigm
 
 
 def draw_batch(seed: int, number: int, count: int = PER_BATCH) -> Batch:
-    """Batch `number` of the campaign of a seed; the same numbers give the same cases."""
+    """Return batch `number` of the campaign of a seed; the same numbers give the same cases."""
     random = np.random.default_rng([seed, number])
     ratio = log_uniform(random, 1.0, 10.0)
     smallest = log_uniform(random, 20e-6, 10e-3 / ratio)
@@ -260,7 +260,7 @@ def draw_batch(seed: int, number: int, count: int = PER_BATCH) -> Batch:
 
 
 def with_step(batch: Batch, part: float, preset: str, e: float) -> Batch:
-    """The batch at a part of the smallest step that the advisor allows, with all parameters in the cells' tables."""
+    """Return the batch at a part of the smallest step that the advisor allows, with all parameters in the cells' tables."""
     limit = allowed_step(batch)
     step = part * limit
     shared = {
@@ -274,5 +274,5 @@ def with_step(batch: Batch, part: float, preset: str, e: float) -> Batch:
 
 
 def allowed_step(batch: Batch) -> float:
-    """Smallest stability limit of the advisor for the batch's spheres, each dense cluster counting as a packing [s]."""
+    """Return the smallest stability limit [s] of the advisor for the batch's spheres; each dense cluster is a packing."""
     return min(m.time_step_s for m in cells.advised(batch, cells.thickest_film(batch)) if m.stability)

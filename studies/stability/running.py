@@ -1,9 +1,8 @@
-"""Runs a batch in the engine, replays it, and says what became of every cell.
+"""Run a batch in the engine, replay it, and report the outcome of every cell.
 
-A cell that stops the run by a guard is noted and taken out, and the others run again.
-
-The engine's processes are forked from a server that has everything imported and compiled, so that a run of a few
-milliseconds does not wait for seconds of start-up.
+A cell that stops the run by a guard is recorded and removed, and the others run again. The engine's processes are
+forked from a server with all modules imported and compiled, so that a run of a few milliseconds does not wait for
+seconds of start-up.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ PRELOAD = ["studies.stability.warm"]
 
 
 def _child(run_dir: str, folder: str, step: str, ranks: str) -> None:
-    """In a forked process: what `python -m pywet.engines.liggghts.worker` does."""
+    """Execute `python -m pywet.engines.liggghts.worker` in a forked process."""
     from pywet.engines.liggghts import worker
 
     log = os.open(str(Path(folder) / "output.log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
@@ -61,9 +60,10 @@ def _forked(command: list[str], folder: Path, scene: EngineScene, report: Any, w
 
 
 def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tuple[Batch, dict[str, str]]:
-    """Run until no guard objects; returns the batch as it came through, and the sentences of the cells that were quieted.
+    """Run until no guard stops the run.
 
-    Where the sentence names no sphere, all cells get it.
+    Returns the final batch, and the messages of the removed cells. A message that names no sphere is assigned to
+    all cells.
     """
     stopped: dict[str, str] = {}
     while True:
@@ -92,14 +92,17 @@ def objected(batch: Batch, run_dir: Path) -> dict[str, str]:
 
 
 STOPPED = {"state": "stopped", "said": "", "ledger": 0.0, "made": 0.0, "allowed": 0.0, "events": 0}
-"""The verdict of a cell that a guard stopped."""
+"""Verdict of a cell that a guard stopped."""
 PASSIVE = "lian"
-"""A tangential law with one coefficient for sliding and spin: it can only take energy. With two, as in Elskamp (28), (29), and a
-torque that is the force times its arm, a sphere that slides at first ends with more energy than it had."""
+"""Tangential law with one coefficient for sliding and spin, which is passive.
+
+With two, as in Elskamp (28), (29), and a torque that is the force times its arm, a sphere that initially slides gains
+energy.
+"""
 
 
 def by_the_law(batch: Batch, names: set[str], run_dir: Path, allow_unstable: bool) -> set[str]:
-    """Cells among `names` that make no energy with a passive tangential law: it was the law's, not the time stepping's."""
+    """Return cells among `names` that create no energy with a passive tangential law: their energy is due to the law."""
     if batch.effects.viscous_tangential in (None, PASSIVE) or not names:
         return set()
     passive = replace(

@@ -18,12 +18,12 @@ from studies.stability.maps import MAPS, row_of
 from studies.stability.random_cases import PER_BATCH
 
 FINE = ("stable", "law")
-"""States of a case to which nothing is objected."""
+"""States of a case without objection."""
 
 
 @dataclass(frozen=True)
 class StabilityStudy(study.Study):
-    """All maps and stress tests, and a number of random cases of a seed."""
+    """Study of all maps and stress tests, and of a number of random cases of a seed."""
 
     folder: Path
     cases: int = 2000
@@ -60,7 +60,7 @@ class StabilityStudy(study.Study):
         return [study.Run(job, given, lambda: self._rows(make, self.folder / "work" / job))]
 
     def _rows(self, make: Callable[[Path], pd.DataFrame], work: Path) -> list[study.Row]:
-        """The rows of a job; its runs stay in the folder `work` where something is to be looked at."""
+        """Return the rows of a job; its runs remain in the folder `work` if they need inspection."""
         started = time.monotonic()
         table = make(work)
         run_folder.discard(work.with_name(f"{work.name}-passive"))
@@ -70,7 +70,7 @@ class StabilityStudy(study.Study):
         return table.to_dict("records")  # type: ignore[return-value]
 
     def show(self) -> Path:
-        """A table of each map, of the stress tests and of the cases, and the page."""
+        """Write a table of each map, of the stress tests and of the cases, and the page."""
         from studies.stability import page
 
         maps = {name: self.gather(jobs) for name, jobs in self.map_rows.items()}

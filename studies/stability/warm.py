@@ -1,4 +1,4 @@
-"""Imported once by the server that engine processes are forked from: modules loaded, laws compiled."""
+"""Module imported once by the server from which engine processes are forked: modules loaded, laws compiled."""
 
 from __future__ import annotations
 

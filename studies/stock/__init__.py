@@ -1,1 +1,1 @@
-"""The bridge laws that stock programs ship, measured from their binaries as they are: two bodies, one gap, one force."""
+"""Bridge laws of stock programs, measured from the unmodified programs: two bodies, one gap, one force."""

@@ -1,7 +1,7 @@
-"""Runs inside YADE (`yade -j1 -x -n in_yade.py points.json forces.json`), not in pywet: one pair of bodies for each point.
+"""Script for YADE (`yade -j1 -x -n in_yade.py points.json forces.json`), not for pywet: one pair of bodies for each point.
 
-Bodies overlap slightly in the first step, where YADE makes the bridge; then the second one is put at its gap and the force
-of the next step is read. The contact is too soft to be felt.
+Bodies overlap slightly in the first step, in which YADE makes the bridge; then the second one is moved to its gap and
+the force of the next step is read. The contact is so soft that its force is negligible.
 """
 
 import json
@@ -28,7 +28,7 @@ OVERLAP = 1e-6
 
 
 def engines() -> list:
-    """The least that makes contacts and forces."""
+    """Return the minimal engines for contacts and forces."""
     return [
         ForceResetter(),
         InsertionSortCollider([Bo1_Sphere_Aabb(aabbEnlargeFactor=REACH), Bo1_Facet_Aabb()], verletDist=0),
@@ -42,7 +42,7 @@ def engines() -> list:
 
 
 def material(law: str, point: dict) -> int:
-    """A liquid with this law, volume and contact angle."""
+    """Create a material with this law, volume and contact angle."""
     return int(
         O.materials.append(
             ViscElCapMat(

@@ -28,15 +28,15 @@ STEPS = 100
 TIME_STEP = 1e-6
 STIFFNESS = 1e-12
 OVERLAP = 1e-6
-"""Overlap at the start in smaller radii: `easo` makes a bridge only at touch."""
+"""Initial overlap over the smaller radius: `easo` makes a bridge only at touch."""
 BATCH = 400
 
 
 def liggghts_force(points: pd.DataFrame, model: str = "washino") -> pd.DataFrame:
-    """Attraction [N] that the stock model gives at each point (columns: see points.COLUMNS); adds `force` and `reason`.
+    """Return the attraction [N] by the stock model at each point (columns: see points.COLUMNS); adds `force` and `reason`.
 
     A point with S = 0 is measured at a gap of 1e-7 of the smaller radius, S < 0 at that overlap. Beyond the model's own
-    rupture distance the force is zero. PywetError where the program is missing or stops.
+    rupture distance the force is zero. PywetError if the program is missing or stops.
     """
     if model not in LIGGGHTS_MODELS:
         raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")
@@ -65,7 +65,7 @@ def liggghts_drag(points: pd.DataFrame, model: str, viscosity: float) -> pd.Data
 
 
 def liquid_content(table: pd.DataFrame, model: str) -> Floats:
-    """Liquid per volume of sphere at which the model's bridge has the volume of each point."""
+    """Return the liquid per volume of sphere at which the model's bridge has the volume of each point."""
     ri, rj = table["radius_i"].to_numpy(float), table["radius_j"].to_numpy(float)
     wall = np.isinf(rj)
     finite_j = np.where(wall, ri, rj)
@@ -92,7 +92,7 @@ class Layout:
 
 
 def _layout(batch: pd.DataFrame) -> Layout:
-    """A place on the x axis for each point, so far apart that no point feels another."""
+    """Return a position on the x axis for each point, so far apart that points do not interact."""
     ri, rj, gap = (batch[name].to_numpy(float) for name in ("radius_i", "radius_j", "gap"))
     wall = np.isinf(rj)
     rupture = (1 + np.pi / 4) * np.cbrt(batch["volume"].to_numpy(float))  # both models': (1 + theta/2) V^(1/3)
@@ -158,7 +158,7 @@ def _data_file(layout: Layout) -> str:
 
 
 def _write_walls(path: Path, x: Floats, size: float) -> None:
-    """One triangle in z = 0 under each sphere, so that no sphere feels two of them."""
+    """Write one triangle in z = 0 under each sphere, so that no sphere interacts with two of them."""
     import meshio
 
     around = np.array([[-size, -size, 0.0], [size, -size, 0.0], [0.0, size, 0.0]])

@@ -1,9 +1,9 @@
-"""A moist scene in YADE as far as its bridges go: a fixed volume per bridge, made at touch, gone at rupture, no film.
+"""A moist scene in YADE with simplified bridges: a fixed volume per bridge, formed at touch, removed at rupture, no film.
 
-It is not the scene's liquid: nothing is drawn from spheres or given back. So this is a function for comparisons, and the
-driver of dry scenes refuses moist ones. The contact is `ViscElCapMat`: linear spring and dashpot with kn, ks, cn of the scene,
-but without the attraction of the dashpot at the end of a collision, and stiffness, damping and friction of a pair follow from
-one number per material; scenes with one class of spheres can be given exactly.
+The liquid differs from that of the scene: nothing is drawn from spheres or returned. This function is for comparisons
+only, and the driver of dry scenes refuses moist ones. The contact is `ViscElCapMat`: linear spring and dashpot with kn,
+ks, cn of the scene, but without the attraction of the dashpot at the end of a collision. Stiffness, damping and friction
+of a pair follow from one number per material; scenes with one class of spheres can be represented exactly.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Bridges:
 
 
 def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
-    """Run `run_dir`/scene.json with these bridges in place of its liquid; active bridges at the end: volume, gap, wall.
+    """Run `run_dir`/scene.json with these bridges in place of its liquid; return the final bridges: volume, gap, wall.
 
-    Writes trajectory, mesh motion and engine/ as a dry run does. PywetError for what YADE cannot express.
+    Writes trajectory, mesh motion and engine/ like a dry run. PywetError for features that YADE does not support.
     """
     run_dir = Path(run_dir).resolve()
     scene = EngineScene.read(run_dir / "scene.json")

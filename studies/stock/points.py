@@ -1,4 +1,4 @@
-"""The table of points a stock law is measured at, and what both programs share: checks, temporary folders, messages."""
+"""Table of points at which a stock law is measured, and common functions of both programs: checks, folders, messages."""
 
 from __future__ import annotations
 
@@ -17,17 +17,22 @@ from pywet.errors import PywetError
 
 Floats = npt.NDArray[np.float64]
 COLUMNS = ("separation", "volume", "radius_i", "radius_j", "contact_angle", "surface_tension")
-"""SI units and radians; radius_j = inf is a large wall. Optional: `contact_angle_j`, the angle of j where it is not that of i."""
+"""Columns of points in SI units and radians; radius_j = inf is a large wall.
+
+Optional: `contact_angle_j`, the angle of j if it differs from that of i.
+"""
 TOUCH = 1e-7
-"""Gap that means touch, in smaller radii: at S = 0 round-off decides whether a program sees an overlap or a gap."""
+"""Gap in smaller radii used for S = 0, where round-off would decide whether a program has an overlap or a gap."""
 
 REACH_IN = 0.1
-"""Largest overlap that is measured, in smaller radii."""
+"""Largest measured overlap in smaller radii."""
 
 
 def checked(points: pd.DataFrame) -> pd.DataFrame:
-    """A copy of the table with contact_angle_j filled in, and the `gap` at which each point is measured [m]: its separation, but
-    TOUCH times the smaller radius for S = 0. PywetError where a column or a number is missing or impossible.
+    """Return a copy of the table with contact_angle_j filled in, and the `gap` at which each point is measured [m].
+
+    It is the separation, or TOUCH times the smaller radius for S = 0. PywetError if a column or a number is
+    missing or impossible.
     """
     missing = [name for name in COLUMNS if name not in points.columns]
     if missing:
@@ -53,7 +58,7 @@ def smaller_radius(table: pd.DataFrame) -> Floats:
 
 
 def expressible(table: pd.DataFrame, one_angle: bool = False) -> dict[int, str]:
-    """Rows that no run can express, with the reason."""
+    """Return the rows that no run can represent, with the reason."""
     overlap = -table["separation"].to_numpy(float)
     refused = {
         int(k): f"an overlap above {REACH_IN} of the smaller radius is not measured"
@@ -66,7 +71,7 @@ def expressible(table: pd.DataFrame, one_angle: bool = False) -> dict[int, str]:
 
 
 def with_force(points: pd.DataFrame, force: Floats, program: str, refused: dict[int, str]) -> pd.DataFrame:
-    """The points with their attraction [N] and, where it is nan, the reason; `refused` by row were not given to the program."""
+    """Return the points with their attraction [N], or, if nan, the reason; `refused` rows were not passed to the program."""
     result = points.copy()
     result["force"] = np.where(np.isfinite(force), force, np.nan)
     result["reason"] = [
@@ -76,7 +81,7 @@ def with_force(points: pd.DataFrame, force: Floats, program: str, refused: dict[
 
 
 def run_program(command: Sequence[str], folder: Path, package: str, timeout_s: float = 600.0) -> None:
-    """Run a program in a folder. PywetError where it is missing, fails or takes too long."""
+    """Run a program in a folder. PywetError if it is missing, fails or takes too long."""
     program = command[0]
     if shutil.which(program) is None:
         raise PywetError(

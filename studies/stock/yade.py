@@ -1,7 +1,7 @@
 """Force of YADE's own bridge laws at given gaps, from the installed program.
 
-YADE takes the volume of a bridge as a property of the material, so it is the one asked for. It refuses bodies of two contact
-angles. A wall is a large facet.
+In YADE the volume of a bridge is a property of the material, so that it is exactly the requested one. YADE does not
+support bodies with two contact angles. A wall is a large facet.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ SCRIPT = Path(__file__).with_name("in_yade.py")
 
 
 def yade_force(points: pd.DataFrame, law: str) -> pd.DataFrame:
-    """Attraction [N] that YADE's law gives at each point (columns: see points.COLUMNS); adds `force` and `reason`.
+    """Return the attraction [N] by YADE's law at each point (columns: see points.COLUMNS); adds `force` and `reason`.
 
     A point with S = 0 is measured at a gap of 1e-7 of the smaller radius, S < 0 at that overlap. Beyond YADE's rupture
-    distance the force is zero. PywetError where the program is missing or stops.
+    distance the force is zero. PywetError if the program is missing or stops.
     """
     if law not in YADE_LAWS:
         raise PywetError(f"the law {law} was asked for; expected one of {', '.join(YADE_LAWS)}")

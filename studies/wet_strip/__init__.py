@@ -1,1 +1,1 @@
-"""How wet a small vibrating deck may be: a sweep over moisture and stroke, and its figure for docs/screens.md."""
+"""Largest moisture of a small vibrating deck: a sweep over moisture and stroke, and its figure for docs/screens.md."""

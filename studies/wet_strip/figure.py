@@ -1,7 +1,7 @@
 """Draw the figure of docs/screens.md from docs/wet_strip.csv: `python -m studies.wet_strip.figure [SWEEP.csv]`.
 
-With a table of a sweep its rows are stored in docs/wet_strip.csv first. Runs of one moisture and stroke (seeds) are pooled; the
-intervals are those of as many independent spheres, and each seed is a dot.
+With a table of a sweep its rows are stored in docs/wet_strip.csv first. Runs of one moisture and stroke (seeds) are
+pooled; the intervals assume independent spheres, and each seed is a dot.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ def acceleration_ratio(amplitude_mm: float) -> float:
 
 
 def passed(rows: pd.DataFrame, name: str) -> tuple[float, float, float]:
-    """Share of the spheres of a class that passed, of all seeds together, with its 95 % interval (Wilson)."""
+    """Return the share of the spheres of a class that passed, of all seeds together, with its 95 % interval (Wilson)."""
     number, of = float(rows[f"unders_{name}"].sum()), INSERTED[name] * len(rows)
     return (number / of, *wilson(number, of))
 
 
 def recovery(rows: pd.DataFrame) -> tuple[float, float]:
-    """Undersize recovery by mass of all seeds together, with half of the 95 % interval of as many independent spheres."""
+    """Return the undersize recovery by mass of all seeds together, with half its 95 % interval for independent spheres."""
     top = variance = bottom = 0.0
     for name, ratio in RATIO.items():
         if ratio < 1.0:
@@ -68,7 +68,7 @@ def recovery(rows: pd.DataFrame) -> tuple[float, float]:
 
 
 def page_rows(table: pd.DataFrame) -> list[str]:
-    """Rows of the table of docs/screens.md: undersize recovery in per cent by moisture and stroke, with its interval."""
+    """Return the rows of the table of docs/screens.md: undersize recovery in per cent by moisture and stroke, with interval."""
     strokes = sorted(table[STROKE].unique())
     found = ["| moisture | " + " | ".join(f"{s:g} mm" for s in strokes) + " |", "|---|" + "---|" * len(strokes)]
     for moisture in sorted(table[MOISTURE].unique()):

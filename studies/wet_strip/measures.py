@@ -1,6 +1,6 @@
 """Numbers that wet_strip.yaml gathers from each run: spheres of each class by product, recovery, pegged apertures.
 
-A sphere that is neither in the unders nor in the overs at the end is still on the deck.
+A sphere that is neither in the unders nor in the overs at the end is on the deck.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FROM_S = 0.3
 
 
 def counts(run: Run) -> pd.DataFrame:
-    """Number of spheres of each class (rows) that left into each product (columns overs, unders) during the whole run."""
+    """Return the number of spheres of each class (rows) that left into each product (columns overs, unders)."""
     gone = run._run.table("history/retired")
     names = np.array(["", *(o.product or "" for o in run.scene.outlets)], dtype=object)
     table = pd.crosstab(gone["type"], names[gone["outlet"].to_numpy(int)])
@@ -41,7 +41,7 @@ overs_d05, overs_d07, overs_d08, overs_d09, overs_d12 = (_counted("overs", name)
 
 
 def recovery(run: Run) -> float:
-    """Mass of undersize in the unders over that of all undersize that was inserted."""
+    """Return the mass of undersize in the unders over that of all inserted undersize."""
     passed = counts(run)["unders"].to_numpy(float)
     small = np.array([2.0 * c.radius_m < APERTURE_M for c in run.scene.classes])
     mass = np.array([c.mass_kg for c in run.scene.classes])
@@ -50,13 +50,13 @@ def recovery(run: Run) -> float:
 
 
 def pegged(run: Run) -> float:
-    """Pegged spheres over apertures, mean from `FROM_S` to the end of the feed."""
+    """Return the pegged spheres over apertures, averaged from `FROM_S` to the end of the feed."""
     numbers, _, _ = screening_report.analyse(run.path, from_s=FROM_S)
     return float(numbers["pegged_share"])
 
 
 def on_wires(run: Run) -> float:
-    """Share of all liquid that is on the wires at the end; 0 of a dry run."""
+    """Return the share of all liquid that is on the wires at the end; 0 for a dry run."""
     last = run.liquid.iloc[-1]
     total = float(last["initial_m3"])
     return float(last["wall_screen_m3"] + last["wall_cross_wires_m3"]) / total if total else 0.0

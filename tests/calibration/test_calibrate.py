@@ -133,7 +133,7 @@ def drum(folder: Path, **parameter: Any) -> Path:
     return ask(folder, {"name": "n", "targets": [{**target, "scatter": 0.3}], "parameters": {"friction": friction}})
 
 
-def test_runs_have_seeds_of_their_own_and_are_stored(tmp_path: Path, engine: list[Any]) -> None:
+def test_runs_have_distinct_seeds_and_are_stored(tmp_path: Path, engine: list[Any]) -> None:
     """Friction 0.3 ± 0.06; called again nothing runs again, and where a file is gone that run alone."""
     output_text: list[str] = []
     first = answering.calibrate(drum(tmp_path), tmp_path / "out", say=output_text.append)

@@ -26,7 +26,7 @@ def angular(found: Run) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(("h_a", "mu_f"), list(itertools.product([0.001, 0.01, 0.1], [0.0, 0.2])))
-def test_angular_momentum_to_the_models_own_defect(h_a: float, mu_f: float) -> None:
+def test_angular_momentum_to_the_defect_of_the_model(h_a: float, mu_f: float) -> None:
     """Both spheres of a pair feel F_t at lever a_i, but are a_i + a_j + h apart: dL/dt = −h F_t, so a defect of order ĥ_a."""
     found = run(three_equal_spheres(5.0, h_a=h_a, mu_f=mu_f, t_end=5.0), record=5000)
     first, last = angular(found)

@@ -53,7 +53,7 @@ def test_the_same_seed_draws_the_same_faults() -> None:
     assert one == two
 
 
-def test_every_room_has_files_and_their_tests() -> None:
+def test_every_package_has_files_and_their_tests() -> None:
     for module in rooms.ROOMS:
         names = [rooms.below(path) for path in rooms.files(module)]
         assert names and all((rooms.ROOT / place).exists() for name in names for place in asked.tests_of(name))

@@ -119,7 +119,7 @@ def test_slide_closes_the_bin_and_clears_it_when_drawn_out(apparatus: Apparatus)
     assert slide[:, 0].max() + apparatus.slide_travel < apparatus.box_high[0]
 
 
-def test_box_contains_all_walls_with_room(apparatus: Apparatus) -> None:
+def test_box_contains_all_walls_with_margin(apparatus: Apparatus) -> None:
     for surface in apparatus.surfaces:
         assert (surface.vertices.min(axis=0) >= np.array(apparatus.box_low) + 0.005).all()
         assert (surface.vertices.max(axis=0) <= np.array(apparatus.box_high) - 0.005).all()

@@ -297,7 +297,7 @@ def test_snakemake_is_notified_of_another_configuration(tmp_path: Path) -> None:
     assert identity.expect(run, "five", file).stat().st_mtime_ns <= newest
 
 
-def test_init_goes_on_over_its_own_leftovers(tmp_path: Path) -> None:
+def test_init_completes_an_interrupted_call(tmp_path: Path) -> None:
     """After a full disk: a part of the files as they are written; never over a changed one, or a whole folder."""
     shipped.begin(tmp_path / "a")
     (tmp_path / "a" / "README.md").unlink()

@@ -27,7 +27,7 @@ def server(tmp_path: Path) -> Iterator[app.Server]:
         thread.join()
 
 
-def test_only_this_machine_is_answered_and_only_by_its_own_name(server: app.Server) -> None:
+def test_only_requests_by_the_name_of_this_machine_are_answered(server: app.Server) -> None:
     assert server.server_address[0] == "127.0.0.1"
     assert b'class="viewer"' in urllib.request.urlopen(server.address).read()
     for path, host, code in (("", "elsewhere.example", 403), ("etc/passwd", None, 404)):

@@ -22,7 +22,7 @@ from tests.error_codes import raises_code
 
 
 @pytest.mark.parametrize("angle", [15.0, 30.0, 45.0])
-def test_a_cone_of_spheres_has_its_own_slope(angle: float) -> None:
+def test_a_cone_of_spheres_has_the_slope_of_the_cone(angle: float) -> None:
     """Spheres on a fine lattice inside a cone: the surface is known; a ring of two radii allows some degrees."""
     r, height = 1e-3, 0.02 * math.tan(math.radians(angle))
     grid = np.mgrid[-0.02:0.02:0.5e-3, -0.02:0.02:0.5e-3, 0.0:0.02:0.5e-3].reshape(3, -1).T

@@ -296,7 +296,7 @@ def test_added_points_of_other_axes_are_refused(tmp_path: Path) -> None:
         asked(tmp_path, WALL)
 
 
-def test_files_of_one_name_have_folders_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_one_name_have_separate_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By command and by workflow; the numbered folder is found again, a file that has gone gives its folder up."""
     monkeypatch.chdir(tmp_path)
     for folder in ("one", "two", "three"):

@@ -1,4 +1,4 @@
-"""How deep spheres are in walls: overlaps at an output, over the radius and over the thickness of walls."""
+"""Depth of spheres in walls: overlaps at an output, relative to the radius and to the wall thickness."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from pywet.runs.walls import wall_corners
 from pywet.scene import Vector
 
 PRESSED = 0.5
-"""Overlap over a wall's thickness from which on a sphere may come out at the far side."""
+"""Overlap over the wall thickness above which a sphere may leave through the far side."""
 FACING = 0.8
-"""Cosine of the angle up to which two triangles are the two sides of a wall, not of an edge."""
+"""Cosine of the angle up to which two triangles count as opposite sides of a wall rather than an edge."""
 
 
 class AtWalls:
-    """The walls of a run: a sphere has one contact with a wall, at the wall's closest point."""
+    """Walls of a run; a sphere has one contact with a wall, at the wall's closest point."""
 
     def __init__(self, run: RunDir) -> None:
         self.run = run
@@ -56,7 +56,7 @@ class AtWalls:
 
 
 def _with_copies(corners: Floats, periods: Vector) -> Floats:
-    """Triangles of a wall and of its copies on both sides where the box repeats."""
+    """Return the triangles of a wall and of its periodic copies on both sides."""
     ways = [sign * np.array(periods) for sign in (-1.0, 1.0)] if any(periods) else []
     return np.concatenate([corners, *(corners + way for way in ways)])
 

@@ -28,7 +28,7 @@ from pywet.cases.custom.placing import (
     origin_of,
     refuse_far,
 )
-from pywet.cases.custom.walls import OwnMotion
+from pywet.cases.custom.walls import EngineMotion
 from pywet.cases.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 from pywet.cases.small import bodies
 from pywet.config.loading import placed_laws
@@ -56,11 +56,11 @@ from pywet.util.files import write_json
 from pywet.util.notices import notice
 
 MARGIN_M = 0.010
-"""Room between all that is there, wherever it moves, and the simulated box."""
+"""Margin [m] between all bodies, over their whole motion, and the simulated box."""
 SLOWEST = 0.1
-"""Speed of impact [m/s] that a Hertz contact is planned for at least: spheres that nothing moves are still drawn together."""
+"""Smallest impact speed [m/s] used to plan a Hertz contact: spheres at rest are still drawn together by bridges."""
 TOUCHING = 1.0 - 1e-6
-"""Part of the distance at touch from which on two bodies count as overlapping at the start."""
+"""Fraction of the touching distance below which two bodies overlap at the start."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,9 @@ class Building:
     """Scene built from a description; each part is made when it is first used."""
 
     user_scene: Scene
-    """With all positions counted from the origin."""
+    """The description, with all positions relative to the origin."""
     origin_mm: typed.Vector = (0.0, 0.0, 0.0)
-    """The description's own, to be added to positions in messages."""
+    """Origin of the description, which is added to positions in messages."""
 
     def __post_init__(self) -> None:
         origin = origin_of(self.user_scene)
@@ -175,7 +175,7 @@ class Building:
         )
 
     @cached_property
-    def motions(self) -> tuple[OwnMotion | None, ...]:
+    def motions(self) -> tuple[EngineMotion | None, ...]:
         """Motion of each wall, in the order of the scene."""
         return tuple(w.own_motion(s.vertices) for w, s in zip(self.user_scene.walls, self.surfaces, strict=True))
 
@@ -265,7 +265,7 @@ class Building:
 
     @property
     def warnings(self) -> list[str]:
-        """Sentences on spheres that contacts at the expected speed may let through walls."""
+        """Return warnings for spheres that may pass through walls at the expected speed."""
         found = []
         for wall, surface in zip(self.user_scene.walls, self.surfaces, strict=True):
             thick = thickness(surface.corners)
@@ -284,13 +284,13 @@ class Building:
 
     @property
     def time_step(self) -> float:
-        """Time step [s]: the given one, or a share of the stable step of a packing."""
+        """Return the time step [s]: the given one, or a share of the stable step of a packing."""
         how, liquid = self.user_scene.time_step, self.liquid
         drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
         return how.time_step_s or step_choice.of_packing(self.classes, self.pairs, how.share, drag, self.hertz)
 
     def scene(self, blocks: int | None = None) -> typed.EngineScene:
-        """Make the engine-neutral scene that an engine runs; `blocks`: of a run `until`, if not given the fewest."""
+        """Return the engine-neutral scene; `blocks`: number of blocks of a run with `until`, by default the minimum."""
         user_scene, (low, high), effects = self.user_scene, self.box, self.plan.effects
         given: dict[str, Any] = {
             "name": user_scene.name,
@@ -338,7 +338,7 @@ class Building:
 def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.EngineScene:
     """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene.
 
-    `blocks`: how many of a run `until` are under way there.
+    `blocks`: number of blocks simulated so far in a run with `until`.
     """
     made, run_dir = Building(user_scene), Path(run_dir)
     scene = made.scene(blocks)
@@ -362,7 +362,7 @@ def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:
 
 
 def _sphere_class(kind: int, spheres: Spheres, user_scene: Scene, of_mass: int | None) -> typed.SphereClass:
-    """Size class of an entry; `of_mass`: number of spheres that follows from its mass."""
+    """Return the size class of an entry; `of_mass`: number of spheres computed from its mass."""
     material = user_scene.materials[spheres.material]
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
@@ -381,7 +381,7 @@ def _film(classes: list[typed.SphereClass], percent: float | None, film_um: floa
 
 
 def _first_places(made: Building) -> pd.DataFrame:
-    """id, type, x to wz of every sphere: of one region together, of given places there, of what is fed on its way."""
+    """Return id, type, x to wz of every sphere: random positions per region, given positions, and inserted spheres waiting."""
     regions: dict[Any, list[typed.SphereClass]] = defaultdict(list)
     tables = []
     for sphere, entry in zip(made.classes, made.user_scene.spheres, strict=True):
@@ -401,7 +401,7 @@ def _first_places(made: Building) -> pd.DataFrame:
 
 
 def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
-    """Refuse spheres that begin in each other or in a wall."""
+    """Refuse spheres that overlap each other or a wall at the start."""
     at, kind = table[[*"xyz"]].to_numpy(), table["type"].to_numpy() - 1
     radius = np.array([c.radius_m for c in made.classes])[kind]
     names = [c.name for c in made.classes]

@@ -1,6 +1,6 @@
 """Description of a user-defined scene: materials, spheres, liquid, walls, motions. `pywet run-scene` reads the same keys.
 
-Lengths in mm, angles in degrees, all else in SI units, as the keys say. What becomes of it is in `building.py`.
+Lengths in mm, angles in degrees, all else in SI units, as the keys say. `building.py` builds the engine's scene from it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pywet.products.until import Until
 from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
 
 WALLS = "walls"
-"""Of a contact: with every wall, which are one material in the engine."""
+"""Name that stands for all walls in a contact; walls are one material in the engine."""
 PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one per cent of the larger"}}
 WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
 Angle = Annotated[float, Field(ge=0, lt=90)]
@@ -38,17 +38,22 @@ class Dry(Excusable):
     """A dry contact: linear contact stiffness and its damping, Coulomb friction, rolling friction as a length or without unit."""
 
     stiffness_N_per_m: Positive = 2000.0
-    """Normal, of `contact: linear`; soft springs are usual, as long as overlaps stay below some per cent of the radius
-    (`contact_statistics` says)."""
+    """Normal stiffness of `contact: linear`.
+
+    A soft contact is usual, as long as overlaps stay below a few per cent of the radius (see
+    `contact_statistics`).
+    """
     friction: Annotated[float, Field(ge=0, le=10)] = 0.4
-    """Coulomb's coefficient, static and sliding."""
+    """Coulomb friction coefficient, static and sliding."""
     rolling_friction_m: NonNegative = 2e-5
-    """Torque over normal force, a length."""
+    """Rolling friction as a length: torque over normal force."""
     rolling_friction: Annotated[float, Field(ge=0, le=10)] | None = None
-    """In place of `rolling_friction_m`, without unit, as LIGGGHTS, EDEM and YADE have it: torque over normal force times r_red,
-    r_i r_j/(r_i + r_j) of two spheres, the radius at a wall."""
+    """Dimensionless rolling friction, in place of `rolling_friction_m`, as in LIGGGHTS, EDEM and YADE.
+
+    It is torque over normal force times r_red, r_i r_j/(r_i + r_j) of two spheres, the radius at a wall.
+    """
     restitution: Annotated[float, Field(gt=0, le=1)] = 0.8
-    """Of a normal impact: speed after it over speed before it."""
+    """Coefficient of restitution of a normal impact: rebound speed over impact speed."""
 
     @model_validator(mode="after")
     def _one_rolling_friction(self) -> Self:
@@ -65,9 +70,9 @@ class Material(Dry):
     """A material of spheres, with its dry contact with itself and, unless `contacts` gives another one, with walls."""
 
     density_kg_per_m3: Positive
-    """Of a sphere."""
+    """Density of a sphere."""
     contact_angle_deg: Angle = 15.0
-    """Of the liquid on it."""
+    """Contact angle of the liquid on this material."""
     youngs_modulus_Pa: Modulus | None = None
     """Young's modulus of the contact law `hertz`, instead of a stiffness; 1e6 to 1e8 is usual for solids of 1e9 and more."""
     poissons_ratio: Poisson | None = None
@@ -78,18 +83,18 @@ class Contact(Dry):
     """The dry contact between two materials, or between a material and `walls`."""
 
     between: Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
-    """Two names of materials, or one and `walls`."""
+    """Names of two materials, or of one and `walls`."""
 
 
 class Liquid(Excusable):
     """The liquid (water by default) and its amount: per cent of the spheres' mass, or the film's thickness."""
 
     surface_tension_N_per_m: NonNegative = WATER["surface_tension_N_per_m"]
-    """Against air; water if not given."""
+    """Surface tension against air; that of water if not given."""
     viscosity_Pa_s: NonNegative = WATER["viscosity_Pa_s"]
-    """Dynamic; water if not given."""
+    """Dynamic viscosity; that of water if not given."""
     density_kg_per_m3: Positive = WATER["density_kg_per_m3"]
-    """Water if not given."""
+    """Density of the liquid; that of water if not given."""
     percent: Percent | None = None
     """Mass of the liquid over that of the spheres, in per cent."""
     film_um: NonNegative | None = None
@@ -105,11 +110,11 @@ class Cylinder(Excusable):
     """An upright cylinder; `origin_mm` is the middle of its lower end."""
 
     diameter_mm: Positive
-    """Of the region."""
+    """Diameter of the region."""
     height_mm: Positive
-    """Along z."""
+    """Height of the region along z."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Middle of its lower end."""
+    """Middle of the region's lower end."""
 
     def region(self) -> FeedRegion:
         """Convert the cylinder to the region in which spheres are placed."""
@@ -123,7 +128,8 @@ class Cylinder(Excusable):
 class Fed(Excusable):
     """Insertion of spheres one after the other at random positions in their region, with their `velocity_m_per_s`.
 
-    Until then they come along on a straight way, without weight, from where that velocity has them wait: keep it free.
+    Until then they move on a straight path, without weight, from an initial position that follows from that
+    velocity; keep this path free.
     """
 
     from_s: NonNegative = 0.0
@@ -131,11 +137,11 @@ class Fed(Excusable):
     for_s: Positive
     """Duration of insertion."""
     profile: Profile = "constant"
-    """Rate over time: constant, a ramp from nothing to twice the mean, or pulsed."""
+    """Insertion rate over time: constant, a ramp from zero to twice the mean, or pulsed."""
     pulses: Annotated[int, Field(ge=1)] | None = None
     """Number of pulses, of equal length and mass."""
     pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
-    """Part of its period in which a pulse enters."""
+    """Fraction of a period during which a pulse inserts spheres."""
 
     @property
     def end_s(self) -> float:
@@ -153,29 +159,32 @@ class Spheres(Excusable):
     """Spheres of one size and material: their number or mass, a region or given positions, and their liquid."""
 
     name: Title
-    """Of this size class, in tables and on the page."""
+    """Name of this size class in tables and on the page."""
     material: str
-    """A key of `materials`."""
+    """Material of the spheres, a key of `materials`."""
     diameter_mm: Positive
-    """Of each sphere."""
+    """Diameter of each sphere."""
     count: Annotated[int, Field(ge=1)] | None = None
     """Number of spheres."""
     mass_g: Positive | None = None
-    """Their mass, in place of `count`; it is rounded to whole spheres over all entries of the same material and region."""
+    """Mass of the spheres, in place of `count`; it is rounded to whole spheres over all entries of the same material and region.
+
+
+    """
     box: Box | None = None
-    """Region in which they are placed at random."""
+    """Cuboid in which the spheres are placed at random."""
     cylinder: Cylinder | None = None
-    """The same, in place of `box`."""
+    """Cylinder in which the spheres are placed at random, in place of `box`."""
     at_mm: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
     """Position of each sphere, in place of a region."""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
-    """At the start, or on insertion."""
+    """Velocity of the spheres at the start, or on insertion."""
     fed: Fed | None = None
-    """They enter during the run, and their liquid with them; without it they are there from the start."""
+    """Insertion during the run, together with the liquid; without it the spheres are present from the start."""
     percent: Percent | None = None
-    """Liquid over the mass of these spheres, in place of the scene's amount."""
+    """Mass of liquid over the mass of these spheres, in place of the scene's amount."""
     film_um: NonNegative | None = None
-    """Film on these spheres, in place of `percent`."""
+    """Thickness of the film on these spheres, in place of `percent`."""
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -200,17 +209,17 @@ class Feed(FeedAmount):
     """Material with a size distribution: it becomes an entry of `spheres` for each size, in whole spheres."""
 
     name: Title
-    """Its sizes follow it in the names of the entries."""
+    """Name of the feed; the names of its size classes start with it."""
     material: str
-    """A key of `materials`."""
+    """Material of the spheres, a key of `materials`."""
     box: Box | None = None
-    """Region in which spheres are placed at random."""
+    """Cuboid in which spheres are placed at random."""
     cylinder: Cylinder | None = None
-    """The same, in place of `box`."""
+    """Cylinder in which spheres are placed at random, in place of `box`."""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
-    """At the start, or on insertion."""
+    """Velocity of the spheres at the start, or on insertion."""
     insertion: Fed | None = None
-    """When it enters, at a constant rate; a `rate_t_per_h` needs it. None: it is there from the start."""
+    """Interval in which it is inserted at a constant rate; required by `rate_t_per_h`. None: present from the start."""
 
     @model_validator(mode="after")
     def _placed(self) -> Self:
@@ -230,10 +239,10 @@ class Feed(FeedAmount):
 
 
 class Periodic(Excusable):
-    """A scene that repeats along an axis: what leaves at one face comes in at the other; contacts and bridges reach across."""
+    """Periodic boundary along one axis: spheres that leave at one face enter at the other; contacts and bridges cross it."""
 
     axis: Across
-    """Along which it repeats."""
+    """Axis along which the scene is periodic."""
     low_mm: float
     """Position of its lower face."""
     high_mm: float
@@ -250,78 +259,78 @@ class TimeStep(Excusable):
     """`time_step_s`, or a share of the largest stable step of a dense packing."""
 
     time_step_s: Positive | None = None
-    """Refused where it is beyond a stability limit."""
+    """Time step; refused if it exceeds a stability limit."""
     share: Annotated[float, Field(gt=0, le=1)] = 0.1
-    """Of the largest stable step of a dense packing."""
+    """Time step as a share of the largest stable step of a dense packing."""
     viscous_integration: Annotated[str, Field(pattern="^(explicit|semi_implicit)$")] = "semi_implicit"
-    """Of the viscous force: explicit, or semi_implicit, which does not shorten the step."""
+    """Integration of the viscous force: explicit, or semi_implicit, which does not shorten the time step."""
 
 
 class Results(Excusable):
     """Interval at which results are written, and sampling windows in which every contact is recorded for the replay."""
 
     interval_s: Positive | None = None
-    """If not given, a fiftieth of the duration."""
+    """Interval between outputs; by default a fiftieth of the duration."""
     windows: Annotated[int, Field(ge=0, le=1000)] = 20
     """Number of sampling windows; 0: forces and motion are not replayed."""
     window_steps: Annotated[int, Field(ge=1, le=100_000)] = 2
-    """Steps of each window; up to 4: at random places."""
+    """Steps per window; windows of up to 4 steps are at random times."""
     checkpoints: Annotated[int, Field(ge=0, le=1000)] = 10
-    """How often the state is saved, evenly spread; a killed run resumes there."""
+    """Number of times the state is saved, evenly spaced; a killed run resumes from the last one."""
 
 
 class Scene(Excusable):
     """User-defined scene: `pywet.run(scene, folder)` simulates it, `pywet.plan(scene)` lists the effects it calls for.
 
-    A mistake raises `pywet.errors.ConfigError`, all mistakes in one go, a sentence each.
+    Mistakes raise one `pywet.errors.ConfigError`, with a sentence for each.
     """
 
     name: Title
-    """Of the scene, on one line."""
+    """Name of the scene, on one line."""
     duration_s: Positive
     """Simulated time."""
     materials: dict[str, Material]
-    """Name of a material: its properties."""
+    """Properties of each material by its name."""
     contact: Literal["linear", "hertz"] = "linear"
     """Dry contact law: linear springs (`stiffness_N_per_m`), or Hertz–Mindlin (`youngs_modulus_Pa`, `poissons_ratio`)."""
     contacts: tuple[Contact, ...] = ()
-    """Dry contacts of two materials, or of one with `walls`."""
+    """Dry contacts between two materials, or between one and `walls`."""
     wall_material: str | None = None
     """Material of all walls, a key of `materials`; required with the contact law `hertz` and spheres of several materials."""
     spheres: tuple[Spheres, ...] = ()
-    """Size classes."""
+    """Size classes of spheres."""
     feed: tuple[Feed, ...] = ()
-    """Materials with a size distribution, in place of or next to `spheres`."""
+    """Materials with a size distribution, in place of or in addition to `spheres`."""
     liquid: Liquid | None = None
-    """None: the scene is dry."""
+    """Liquid of the scene; None for a dry scene."""
     walls: tuple[Wall, ...] = ()
-    """Each with its own motion."""
+    """Walls, each with its own motion."""
     deck: Deck | None = None
     """A vibrating deck: its walls, outlets and the direction of gravity follow from a few numbers."""
     outlets: tuple[Outlet, ...] = ()
     """Regions in which spheres leave the run, with their films; none: a sphere that leaves the box stops the run."""
     periodic: Periodic | None = None
-    """The scene repeats along an axis; a deck that is periodic repeats across its width."""
+    """Periodic boundary along an axis; a periodic deck repeats across its width."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
-    """Acceleration; 0, 0, 0: none."""
+    """Gravitational acceleration; 0, 0, 0 for none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Where the engine counts positions from, for a part in plant coordinates; `pywet.load` and `vtk/` give the scene's own."""
+    """Origin of the engine's coordinates, for plant coordinates; `pywet.load` and `vtk/` return the scene's own coordinates."""
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 1
-    """Of the random positions; another seed is another packing of the same scene."""
+    """Seed of the random positions; another seed gives another packing of the same scene."""
     laws: LawSettings = LawSettings()
     """Preset of force laws, or a law by kind."""
     effects: EffectSettings = EffectSettings.model_validate(PRESET)
     """Which effects are simulated, and the tolerance that decides."""
     time_step: TimeStep = TimeStep()
-    """A tenth of the largest stable step if not given."""
+    """Time step; by default a tenth of the largest stable step."""
     results: Results = Results()
     """Outputs, sampling windows, checkpoints."""
     until: Until | None = None
-    """The run ends when the partition is known well enough, `duration_s` at the latest."""
+    """Criterion to end the run once the partition is known well enough, at the latest after `duration_s`."""
     folder: Path = Path()
-    """Where STL files and files of laws are looked for; of a YAML file its own folder."""
+    """Folder in which STL files and law files are looked up; for a scene read from YAML, the folder of that file."""
     file: Path | None = None
-    """The file that it was read from."""
+    """File from which the scene was read."""
 
     def __init__(self, **given: Any) -> None:
         try:
@@ -376,7 +385,7 @@ class Scene(Excusable):
         return self
 
     def _wrong_until(self) -> list[str]:
-        """What a run that ends with a known partition lacks."""
+        """List what is missing for a run that ends with a known partition."""
         if self.until is None:
             return []
         found = []
@@ -398,7 +407,7 @@ class Scene(Excusable):
         return found
 
     def _wrong_stiffness(self) -> list[str]:
-        """Keys of the other contact law, and what Hertz contacts lack."""
+        """List keys that belong to the other contact law, and keys that Hertz contacts require."""
         of: list[tuple[str, Dry]] = [(f"materials.{name}", m) for name, m in self.materials.items()]
         of += [(f"contacts between {' and '.join(c.between)}", c) for c in self.contacts]
         elastic = ("youngs_modulus_Pa", "poissons_ratio")
@@ -426,12 +435,12 @@ class Scene(Excusable):
 
     @property
     def material_of_walls(self) -> str:
-        """Key of the material that all walls have: as given, or that of the spheres."""
+        """Return the key of the material of all walls: the given one, or that of the spheres."""
         return self.wall_material or self._of_spheres[0]
 
     @property
     def _of_spheres(self) -> list[str]:
-        """Keys of the materials of spheres and feeds, in their order."""
+        """Return the keys of the materials of spheres and feeds, in order."""
         return [s.material for s in self.spheres] + [f.material for f in self.feed]
 
     def in_full(self) -> Self:
@@ -450,7 +459,7 @@ class Scene(Excusable):
         return self.with_(**changes)
 
     def dry(self, a: str, b: str) -> Dry | None:
-        """The dry contact of two materials, or of one with `walls`; None where none is given."""
+        """Return the dry contact of two materials, or of one with `walls`; None if not given."""
         for other in (b, self.wall_material) if b == WALLS and self.wall_material else (b,):
             for contact in self.contacts:
                 if sorted(contact.between) == sorted((a, other)):
@@ -459,7 +468,7 @@ class Scene(Excusable):
 
 
 def _made(model: type[Entry], given: dict[str, Any], where: str) -> Entry:
-    """An entry that follows from others; what cannot be is a mistake there."""
+    """Build an entry from derived values; invalid values are reported at `where`."""
     try:
         return model(**given)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""Extent of moving walls, their speeds and the throw of spheres, from which the simulated box follows."""
+"""Extent of moving walls, their speeds and the range of thrown spheres, which determine the simulated box."""
 
 from __future__ import annotations
 
@@ -7,23 +7,25 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from pywet.cases.custom.walls import OwnMotion
+from pywet.cases.custom.walls import EngineMotion
 from pywet.errors import ConfigError
 from pywet.geometry.motion import peak_speed
 from pywet.geometry.surface import Floats
 from pywet.scene import Rotation, Slide, Vector, Vibration
 
 CELLS = 1_000_000
-"""Cells of a sphere's diameter that room for thrown spheres may add up to: the engine empties them at each neighbour list."""
+"""Largest number of cells, of a sphere's diameter, added for thrown spheres: the engine clears them at each neighbour list."""
 MOST_CELLS = 1e8
-"""Cells of a sphere's diameter in a box: the engine's lists of more take gigabytes, and it stops at 2.7e8 ("Too many atom sorting
-bins": an eighth of 2^31)."""
+"""Largest number of cells, of a sphere's diameter, in a box.
+
+Beyond it the engine's lists take gigabytes, and at 2.7e8 it stops ("Too many atom sorting bins": an eighth of 2^31).
+"""
 THROW = 2.0
-"""Speed of a thrown sphere over that of the wall: it bounces off without loss."""
+"""Speed of a thrown sphere over that of the wall, for an elastic impact."""
 
 
-def moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
-    """Points that, with `at` (n, 3), span a box around all positions of the corners of a wall [m]."""
+def moved(at: Floats, motion: EngineMotion | None) -> list[Floats]:
+    """Return points that span, with `at` (n, 3), a box around all positions of the corners of a wall [m]."""
     if isinstance(motion, Slide):
         return [at + motion.travel_s * np.array(motion.velocity_m_per_s)]
     if isinstance(motion, Vibration):
@@ -36,7 +38,7 @@ def moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
     return []
 
 
-def speed(at: Floats, motion: OwnMotion | None) -> float:
+def speed(at: Floats, motion: EngineMotion | None) -> float:
     """Largest speed of the corners of a wall [m/s]."""
     if isinstance(motion, Slide):
         return math.hypot(*motion.velocity_m_per_s)
@@ -48,7 +50,7 @@ def speed(at: Floats, motion: OwnMotion | None) -> float:
 
 
 def thrown(wall_speed: float, gravity: Vector, duration: float) -> tuple[Floats, Floats]:
-    """Bound the distances [m] along −x, −y, −z and x, y, z that a sphere thrown by a wall moves until it is back at its height.
+    """Bound the distances [m] along −x, −y, −z and x, y, z that a thrown sphere travels until it returns to its height.
 
     With v = `THROW` times the wall's speed: v²/(2g) against gravity, v²/g across; never more than v times the duration.
     """

@@ -1,4 +1,4 @@
-"""Initial positions of inserted spheres: as far back along their path as they travel until they enter."""
+"""Initial positions of inserted spheres, at the start of the path on which they travel until they enter."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pywet.geometry.surface import Floats
 from pywet.scene import SphereClass
 
 ROOM = 1.05
-"""Least distance of centres over that at which spheres and their films touch."""
+"""Smallest distance of centres over that at which spheres and their films touch."""
 MOST_PLACES = 10_000_000
-"""Places on the ways of a class, a diameter apart, that are looked at for walls."""
+"""Largest number of points, one diameter apart, on the paths of a class that are checked against walls."""
 TRIES = 2000
-"""Places that are tried for a sphere."""
+"""Largest number of random positions tried for a sphere."""
 
 
 def waiting(
@@ -28,7 +28,7 @@ def waiting(
 ) -> pd.DataFrame:
     """type, x, y, z of all inserted spheres: a random position in their region, minus the path until they enter.
 
-    `entries` and the thickness of the first films [m] are those of `classes`.
+    `entries` and the initial film thicknesses `films` [m] correspond to `classes`.
     """
     for c, entry in zip(classes, entries, strict=True):
         _refuse_narrow(entry, c)
@@ -56,7 +56,7 @@ def waiting(
 
 
 def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
-    """Refuse a region in which no sphere has room, and ways so long that they cannot be laid out."""
+    """Refuse a region that is too small for a sphere, and paths that are too long to be checked."""
     if not sphere.fed:
         return
     refuse_beyond_memory(sphere.count, f"spheres {entry.name}", "expected a smaller count or mass_g")
@@ -101,7 +101,7 @@ def times(sphere: SphereClass) -> list[float]:
 
 
 def _inside(shape: Any, radius: float, random: np.random.Generator) -> Floats:
-    """A place at random for a sphere within a region."""
+    """Return a random position of a sphere within a region."""
     region = shape.region()
     half = 0.5 * np.array(region.sides_m) - radius
     while True:

@@ -17,7 +17,7 @@ from pywet.scene import Vector
 from pywet.util.notices import notice
 
 SMALL, LARGE = 1.0, 3000.0
-"""Longest side of an STL file over the spheres' diameter below and above which its unit is asked back."""
+"""Longest side of an STL file over the spheres' diameter below and above which its unit is questioned."""
 THIN = 0.2
 """Width over length below which a body is a bar."""
 COUNT_FROM = (
@@ -27,7 +27,7 @@ COUNT_FROM = (
 FAR = 20.0
 """Distance of a scene from its origin, over its size, beyond which positions lose digits that the walls need."""
 LEAST_SIZE_M = 0.01
-"""Size that a scene counts as at least."""
+"""Smallest size [m] assumed for a scene."""
 
 
 def from_origin(scene: Scene) -> Scene:
@@ -48,7 +48,7 @@ def from_origin(scene: Scene) -> Scene:
 
 
 def _moved(entry: Any, origin: Vector) -> Any:
-    """A part of a description, and all parts of it, with `origin_mm`, `low_mm`, `high_mm` and `at_mm` less the origin."""
+    """Return part of a description, recursively, with the origin subtracted from `origin_mm`, `low_mm`, `high_mm` and `at_mm`."""
     changes: dict[str, Any] = {}
     for key in type(entry).model_fields:
         value = getattr(entry, key)
@@ -70,7 +70,7 @@ def _less(point: Vector, origin: Sequence[float]) -> Vector:
 
 
 def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
-    """Refuse an STL file whose size is absurd for the spheres' diameters [m]."""
+    """Refuse an STL file whose size is implausible for the spheres' diameters [m]."""
     if wall.stl is None:
         return
     longest = _longest(surface)
@@ -130,7 +130,7 @@ def _longest(surface: Surface) -> float:
 
 
 def origin_of(scene: Scene) -> Vector:
-    """The origin that a scene gives, or, where all of it is so far from 0 that positions would lose digits, its middle [mm]."""
+    """Return the origin [mm] of a scene: the given one, or its middle if it is so far from 0 that positions would lose digits."""
     spheres = [np.array(place) for s in scene.in_full().spheres for place in _places(s)]
     if any(scene.origin_mm) or not spheres or max(np.abs(place).max() for place in spheres) < 1e3 * FAR * LEAST_SIZE_M:
         return scene.origin_mm
@@ -139,7 +139,7 @@ def origin_of(scene: Scene) -> Vector:
 
 
 def _places(spheres: Spheres) -> list[Vector]:
-    """Points [mm] between which spheres are placed."""
+    """Return points [mm] that bound the region in which spheres are placed."""
     if spheres.box is not None:
         return [spheres.box.low_mm, spheres.box.high_mm]
     return [spheres.cylinder.origin_mm] if spheres.cylinder is not None else list(spheres.at_mm or ())

@@ -1,4 +1,4 @@
-"""A scene that repeats along an axis: its faces, what may not reach beyond them, and walls that continue through them."""
+"""Periodic scenes: faces, objects that must not cross them, and walls that continue through them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from pywet.cases.custom.description import Periodic, Scene
-from pywet.cases.custom.walls import MM, OwnMotion
+from pywet.cases.custom.walls import MM, EngineMotion
 from pywet.errors import ConfigError
 from pywet.geometry.surface import SAME_POINT_M, Floats, Surface
 from pywet.scene import Rotation, Slide
@@ -28,7 +28,7 @@ def axis_of(periodic: Periodic) -> int:
 
 
 def refuse_beyond(scene: Scene, table: pd.DataFrame) -> None:
-    """Refuse spheres that start outside the faces of a scene that repeats, or come in through them."""
+    """Refuse spheres that start outside the periodic faces of a scene, or are inserted across them."""
     if (periodic := scene.periodic) is None:
         return
     low, high = faces_m(periodic)
@@ -55,7 +55,7 @@ def refuse_short(scene: Scene, reach: float) -> None:
         )  # fmt: skip
 
 
-def continued(scene: Scene, name: str, surface: Surface, motion: OwnMotion | None) -> Surface:
+def continued(scene: Scene, name: str, surface: Surface, motion: EngineMotion | None) -> Surface:
     """Return a wall that continues through the faces: without its end faces where both ends have the same outline."""
     if (periodic := scene.periodic) is None:
         return surface
@@ -86,7 +86,7 @@ def _of(surface: Surface, rows: NDArray[np.bool_]) -> Surface:
     return replace(surface, triangles=surface.triangles[rows], part=np.searchsorted(left, part), part_half_width=widths)
 
 
-def _refuse_moving(scene: Scene, name: str, motion: OwnMotion | None, k: int) -> None:
+def _refuse_moving(scene: Scene, name: str, motion: EngineMotion | None, k: int) -> None:
     """Refuse a wall that moves through the faces."""
     axis = "xyz"[k]
     if isinstance(motion, Rotation):
@@ -103,7 +103,7 @@ def _refuse_moving(scene: Scene, name: str, motion: OwnMotion | None, k: int) ->
 
 
 def period_m(scene: Scene) -> tuple[Floats, Floats]:
-    """Least corner of the box along the axis that repeats and its length there [m]; 0 along the others."""
+    """Return the lower corner of the box along the periodic axis and the length there [m]; 0 along the other axes."""
     low, length = np.zeros(3), np.zeros(3)
     if scene.periodic is not None:
         k, (first, last) = axis_of(scene.periodic), faces_m(scene.periodic)

@@ -1,4 +1,4 @@
-"""Results of a run of any scene: liquid by named wall, contact statistics, checks, summary."""
+"""Results of a user-defined scene: liquid by named wall, contact statistics, checks, summary."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ STATISTICS = (
 def liquid_by_wall(run: RunDir) -> pd.DataFrame:
     """Liquid [m3] at the outputs on each class of spheres and each wall, active bridges shared between their ends.
 
-    Of spheres that have entered and not left; `initial_m3` is what had entered until then, `outlet_…_m3` what had left there.
+    Only spheres that have entered and not left are counted; `initial_m3` is the liquid that has entered so far,
+    `outlet_…_m3` the liquid that has left at an outlet.
     """
     scene, line = run.scene, run.timeline
     gone, booked = taken_out(run)
@@ -52,7 +53,7 @@ def liquid_by_wall(run: RunDir) -> pd.DataFrame:
 
 
 def _left(run: RunDir, gone: Bools) -> Bools:
-    """Return which spheres' liquid belongs to an outlet: from the output of their removal on, at the last one around them."""
+    """Return whose liquid has left: spheres from the output of their removal on, and at the last output those in an outlet."""
     if not run.scene.outlets:
         return gone
     table, line = run.table("history/retired"), run.timeline
@@ -64,8 +65,8 @@ def _left(run: RunDir, gone: Bools) -> Bools:
 def contact_statistics(run: RunDir) -> pd.DataFrame:
     """At the outputs: touching spheres per sphere, overlaps over the smaller radius, bridges per sphere, speeds, centre of mass.
 
-    Of walls: how many a sphere touches, overlaps over the radius, the largest over the wall's thickness. Spheres that have not
-    entered count with the others.
+    For walls: number touched per sphere, overlaps over the radius, the largest over the wall's thickness. Spheres
+    that have not entered are included.
     """
     scene, rows, walls = run.scene, [], AtWalls(run)
     radius_of = np.array([c.radius_m for c in scene.classes])
@@ -110,7 +111,7 @@ def _overlaps(at: Floats, radius: Floats, scene: EngineScene) -> Floats:
 
 
 def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
-    """No sphere lost, all liquid is where the table says."""
+    """Check that no sphere is lost and that the tables account for all liquid."""
     line, initial = run.timeline, float(run.timeline.initial_film.sum())
     missing = int((~line.present & ~taken_out(run)[0]).sum(axis=1).max())
     error = float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0 else 0.0
@@ -124,7 +125,7 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
 
 
 def warnings(touching: pd.DataFrame, hertz: bool = False) -> list[str]:
-    """Sentences on spheres that are pressed deep into walls, of `contact_statistics`."""
+    """Return warnings for spheres that are pressed deep into walls, from `contact_statistics`."""
     through = touching["largest_wall_penetration"].to_numpy(dtype=float)
     deepest = int(through.argmax())
     if through[deepest] < PRESSED:

@@ -1,4 +1,4 @@
-"""The runs of one custom scene with several seeds, in folders next to each other, and their numbers as mean and interval."""
+"""Runs of one user-defined scene with several seeds, in neighbouring folders, and their results as mean and interval."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pywet.runs.spread import with_interval
 from pywet.util.files import AGAIN, read_if_there
 
 ORDER = ("no", "in part", "–", "yes")
-"""Words of a check result, the worst first."""
+"""Statuses of a check result, the worst first."""
 Runs = Sequence[Run]
 
 
@@ -41,7 +41,7 @@ def over(values: Sequence[float], digits: int = 4) -> str:
 
 
 def worst(runs: Runs) -> verdict.CheckResult:
-    """Return the worst status of the runs with the name of its run, and how the numbers of several runs are given."""
+    """Return the worst status of the runs with the name of that run, and a note on how the numbers are combined."""
     found = [(verdict.check_result(run.path), run.path.name) for run in runs]
     lowest, name = min(found, key=lambda entry: ORDER.index(entry[0].word))
     if len(runs) == 1:

@@ -25,7 +25,7 @@ from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Titl
 from pywet.util.notices import notice
 
 MM = 1e-3
-OwnMotion = Vibration | Rotation | Slide
+EngineMotion = Vibration | Rotation | Slide
 Axis = Literal["x", "y", "z"]
 
 
@@ -38,18 +38,18 @@ def _given(direction: Vector) -> Vector:
 Direction = Annotated[Vector, AfterValidator(_given)]
 Sides = Annotated[int, Field(ge=3, le=96)]
 BAR_DEG, MOST_FACETS = 1.1, 200_000
-"""Least angle of a bar's triangles, and how many triangles bars may have."""
+"""Smallest angle [deg] of a bar's triangles, and largest number of triangles of bars."""
 LAND = 1.02
-"""Least distance between the middles of two holes of a plate, over their diameter."""
+"""Smallest distance between the centres of two holes of a plate, over their diameter."""
 ORDER = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
-"""Coordinates of a solid drawn along z, put along another axis."""
+"""Permutation of coordinates that turns a solid drawn along z to another axis."""
 
 
 class Box(Excusable):
     """Describe a region by its lower and upper corner."""
 
     low_mm: Vector
-    """Corner of least x, y, z."""
+    """Corner with the smallest x, y, z."""
     high_mm: Vector
     """Opposite corner."""
 
@@ -79,17 +79,17 @@ class Tube(Excusable):
     """An open tube along an axis, round (many sides) or square (4); `origin_mm` is the middle of its lower end."""
 
     inner_diameter_mm: Positive
-    """Between opposite faces."""
+    """Inner diameter, between opposite faces."""
     length_mm: Positive
-    """Along the axis."""
+    """Length along the axis."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Middle of its lower end."""
+    """Middle of the lower end."""
     axis: Axis = "z"
-    """Along which it lies."""
+    """Axis of the tube."""
     thickness_mm: Positive = 3.0
-    """Of its wall."""
+    """Thickness of the tube's wall."""
     sides: Sides = 32
-    """Faces around the axis; 4: square."""
+    """Number of faces around the axis; 4 for a square tube."""
 
     def parts(self) -> list[Part]:
         """Make inner face, outer face and rims of the tube."""
@@ -101,15 +101,15 @@ class Disc(Excusable):
     """A round plate, such as the lid of a drum; `origin_mm` is the middle of its lower face."""
 
     diameter_mm: Positive
-    """Between opposite faces."""
+    """Diameter, between opposite faces."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Middle of its lower face."""
+    """Middle of the lower face."""
     axis: Axis = "z"
-    """Normal of its faces."""
+    """Axis normal to the faces."""
     thickness_mm: Positive = 3.0
-    """Along the axis."""
+    """Thickness along the axis."""
     sides: Sides = 32
-    """Faces around the axis."""
+    """Number of faces around the axis."""
 
     def parts(self) -> list[Part]:
         """Make the two faces and the edge of the disc."""
@@ -121,15 +121,15 @@ class Vessel(Excusable):
     """An open-topped upright vessel, square (4 sides) or round; `origin_mm` is the middle of its floor's upper face."""
 
     inner_width_mm: Positive
-    """Between opposite faces."""
+    """Inner width, between opposite faces."""
     height_mm: Positive
-    """Of its inside."""
+    """Height of the inside."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Middle of its floor's upper face."""
+    """Middle of the floor's upper face."""
     thickness_mm: Positive = 3.0
-    """Of walls and floor."""
+    """Thickness of walls and floor."""
     sides: Sides = 4
-    """Faces around; 4: square."""
+    """Number of side faces; 4 for a square vessel."""
 
     def parts(self) -> list[Part]:
         """Make floor, sides and rim of the vessel."""
@@ -141,23 +141,23 @@ class Bars(Excusable):
     """Parallel round bars in a horizontal plane, along x or y: a slotted deck. `origin_mm` is the middle of the plane."""
 
     diameter_mm: Positive
-    """Of a bar."""
+    """Diameter of a bar."""
     pitch_mm: Positive
-    """Between the axes of neighbours."""
+    """Distance between the axes of neighbouring bars."""
     length_mm: Positive
-    """Of a bar."""
+    """Length of a bar."""
     count: Annotated[int, Field(ge=1, le=1000)]
     """Number of bars."""
     axis: Literal["x", "y"] = "x"
-    """Along which they lie."""
+    """Axis along which the bars extend."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Middle of their plane."""
+    """Middle of the plane of the bars."""
     sides: Annotated[int, Field(ge=4, le=32, multiple_of=2)] = 8
-    """Faces around a bar."""
+    """Number of faces around a bar."""
     crimp_mm: float = 0.0
-    """Amplitude of a woven wire, whose period is two pitches: up at its first crossing, neighbours down, or the reverse."""
+    """Amplitude of a woven wire, whose period is two pitches: positive for up at the first crossing; neighbours alternate."""
     first_crossing_mm: NonNegative = 0.0
-    """Of a woven wire: from its lower end to the middle of the first wire that it crosses; the others follow a pitch apart."""
+    """Distance from a woven wire's lower end to the middle of the first wire that it crosses; the others follow at one pitch."""
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
@@ -195,21 +195,21 @@ class Punched(Excusable):
     hole_mm: Positive
     """Diameter or side of a hole."""
     pitch_mm: Positive
-    """Between the middles of neighbours in a column."""
+    """Distance between the centres of neighbouring holes in a column."""
     length_mm: Positive
-    """Of the plate, along x."""
+    """Length of the plate along x."""
     width_mm: Positive
-    """Of the plate, along y."""
+    """Width of the plate along y."""
     columns: Annotated[int, Field(ge=1, le=1000)]
     """Number of columns, which share the width evenly."""
     thickness_mm: Positive
-    """Of the plate."""
+    """Thickness of the plate."""
     hole: Literal["round", "square"] = "round"
     """Shape of a hole."""
     staggered: bool = True
-    """Every other column is set off by half a pitch."""
+    """Whether every other column is offset by half a pitch."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Middle of its upper face."""
+    """Middle of the upper face."""
 
     @model_validator(mode="after")
     def _solid(self) -> Self:
@@ -239,11 +239,11 @@ class Vibrates(Excusable):
     """x_k(t) = amplitude_k (sin(2 pi f t + phase_k) - sin(phase_k)), k = x, y, z."""
 
     amplitude_mm: Vector
-    """Along x, y, z."""
+    """Amplitude along x, y, z."""
     frequency_Hz: Positive
-    """Of all three."""
+    """Frequency, the same along x, y and z."""
     phase_deg: Vector = (0.0, 0.0, 0.0)
-    """Along x, y, z."""
+    """Phase along x, y, z."""
 
     def engine_motion(self, corners: Floats) -> Vibration:
         """Convert the wall's motion to the engine's description in SI units."""
@@ -256,9 +256,9 @@ class Turns(Excusable):
     """Rotation from the start of the run, right-handed about an axis through `origin_mm`."""
 
     turns_per_minute: Positive
-    """Right-handed about the axis."""
+    """Turns per minute, right-handed about the axis."""
     axis: Direction
-    """Any direction."""
+    """Direction of the axis."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
     """A point on the axis."""
 
@@ -272,9 +272,9 @@ class Moves(Excusable):
     """Motion at constant velocity from a given time for a given duration; then the wall is at rest."""
 
     velocity_m_per_s: Vector
-    """Constant."""
+    """Constant velocity of the wall."""
     from_s: NonNegative = 0.0
-    """Time at which it starts."""
+    """Time at which the motion starts."""
     for_s: Positive
     """Duration of the motion."""
 
@@ -287,11 +287,11 @@ class Removed(Excusable):
     """Removal of a wall at a given time, such as a gate: it moves twice its length along a direction and stays there."""
 
     at_s: NonNegative
-    """Time at which it starts."""
+    """Time at which the removal starts."""
     towards: Direction
-    """Direction."""
+    """Direction of the removal."""
     speed_m_per_s: Positive = 1.0
-    """Constant."""
+    """Constant speed of the removal."""
 
     def engine_motion(self, corners: Floats) -> Slide:
         """Convert the wall's motion to the engine's description, given the corners (n, 3) of the wall [m]."""
@@ -303,26 +303,26 @@ class Removed(Excusable):
 
 SHAPES = ("stl", "block", "tube", "disc", "vessel", "bars", "punched")
 MOTIONS: dict[str, Motion] = {"vibrates": "vibrates", "turns": "turns", "moves": "slides", "removed": "slides"}
-"""Key of a motion -> the engine's word for it."""
+"""Key of a motion -> its name in the engine."""
 
 
 class Wall(Excusable):
-    """A wall: its shape (one of `SHAPES`), its contact angle, how it moves (one of `MOTIONS`, or none: it is fixed)."""
+    """A wall: its shape (one of `SHAPES`), its contact angle and its motion (one of `MOTIONS`; none for a fixed wall)."""
 
     name: Title
-    """In any script; tables and decks have `word` for it."""
+    """Name in any script; tables and decks use `word` instead."""
     stl: Path | None = None
-    """File, from the folder of the scene."""
+    """STL file, relative to the folder of the scene."""
     stl_unit: Literal["mm", "m"] = "mm"
-    """Unit of its coordinates."""
+    """Unit of the STL file's coordinates."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Of an STL file: the point of its coordinates that becomes the scene's origin."""
+    """Point of an STL file's coordinates that becomes the scene's origin."""
     half_width_mm: Positive | None = None
-    """Of an STL file whose bodies are wires or bars: each body is one part with this half width, a wire's radius."""
+    """Half width of the bodies of an STL file that are wires or bars (a wire's radius): each body is then one part."""
     shell_thickness_mm: Positive | None = None
-    """Of an STL file that is an open shell: it becomes a wall of this thickness, half on either side of its facets."""
+    """Thickness of the wall made of an STL file that is an open shell, half on either side of its facets."""
     feature_angle_deg: Annotated[float, Field(gt=0, lt=180)] = FEATURE_ANGLE_DEG
-    """Where facets meet at a larger angle a face ends; a sphere has one bridge with a face, curved faces are one."""
+    """Angle between facets above which a face ends; a curved face is one face, and a sphere has at most one bridge with it."""
     block: Block | None = None
     """Shape: a cuboid."""
     tube: Tube | None = None
@@ -336,7 +336,7 @@ class Wall(Excusable):
     punched: Punched | None = None
     """Shape: a plate with holes."""
     contact_angle_deg: Annotated[float, Field(ge=0, lt=90)] = 40.0
-    """Of the liquid on it."""
+    """Contact angle of the liquid on the wall."""
     vibrates: Vibrates | None = None
     """Motion: harmonic."""
     turns: Turns | None = None
@@ -344,7 +344,7 @@ class Wall(Excusable):
     moves: Moves | None = None
     """Motion: at constant velocity for a time."""
     removed: Removed | None = None
-    """Motion: drawn away, as a gate is."""
+    """Motion: removed, such as a gate."""
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
@@ -363,7 +363,7 @@ class Wall(Excusable):
         key = chosen(self, *MOTIONS, needed=False)
         return MOTIONS[key] if key else "fixed"
 
-    def own_motion(self, corners: Floats) -> OwnMotion | None:
+    def own_motion(self, corners: Floats) -> EngineMotion | None:
         """Convert the wall's motion to SI units; `corners` (n, 3) as it is at the start [m]."""
         way = self.vibrates or self.turns or self.moves or self.removed
         return way.engine_motion(corners) if way else None
@@ -378,7 +378,7 @@ class Wall(Excusable):
         return make_surface(self.word, "wall", parts, self.motion)
 
     def points(self, folder: Path) -> Floats:
-        """Corners (n, 3) [m] of the wall as it is described, unrepaired."""
+        """Return the corners (n, 3) [m] of the wall as described, without repairs."""
         if self.stl is None:
             return np.concatenate([corners.reshape(-1, 3) for corners, _ in self._shape.parts()])
         unit = MM if self.stl_unit == "mm" else 1.0
@@ -396,7 +396,7 @@ class Wall(Excusable):
         return BODIES_DEG if self.bars or self.half_width_mm is not None else self.feature_angle_deg
 
     def _of_file(self, folder: Path) -> list[Part]:
-        """Parts of an STL file; what had to be repaired is reported."""
+        """Return the parts of an STL file and report repairs."""
         assert self.stl is not None
         unit = MM if self.stl_unit == "mm" else 1.0
         shell = None if self.shell_thickness_mm is None else MM * self.shell_thickness_mm
@@ -433,11 +433,11 @@ def chosen(of: BaseModel, *keys: str, needed: bool = True) -> str | None:
 
 
 def _placed(parts: Sequence[Part], axis: Axis, origin_mm: Vector) -> list[Part]:
-    """A solid drawn along z from the origin, along another axis and elsewhere."""
+    """Turn a solid drawn along z from the origin to another axis and move it to its position."""
     return [(corners[..., ORDER[axis]] + MM * np.array(origin_mm), half) for corners, half in parts]
 
 
 def _unit(given: Vector) -> Vector:
-    """The vector of length one in a direction."""
+    """Return the unit vector in a direction."""
     x, y, z = (c / math.hypot(*given) for c in given)
     return x, y, z

@@ -1,1 +1,1 @@
-"""The moist batch screening of Elskamp & Kruggel-Emden (2018): cases, fraction retained, where the liquid is."""
+"""The moist batch screening of Elskamp & Kruggel-Emden (2018): cases, fraction retained, distribution of liquid."""

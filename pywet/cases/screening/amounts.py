@@ -1,4 +1,4 @@
-"""How many spheres, how much liquid: plain functions of a scene's parts, in SI units."""
+"""Number of spheres and amount of liquid: functions of a scene's parts, in SI units."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from pywet.planning.size_distribution import Amount, amounts
 from pywet.scene import SphereClass
 
 THINNEST = 1e-13
-"""Thinnest film over the radius of its sphere; below it, their sum in double precision hardly knows of the film."""
+"""Thinnest film over the radius of its sphere; below it the film is lost in the round-off of their sum."""
 
 
 def amounts_of(config: Config, case: Case, scale: Scale) -> tuple[Amount, ...]:
     """Return the requested and simulated amounts of each class: those of the case, otherwise the reference material's mass.
 
-    All for the sieve of `feed`, in proportion to the sieve's area. The same number of the same sizes as the reference material is
-    the same volume, as the paper chose glass (section 5.1). Raises `ConfigError` where a class is less than half a sphere.
+    Amounts refer to the sieve of `feed` and are scaled with the sieve's area. A case of other materials has the
+    same number of the same sizes as the reference material, so the same volume, as for glass in the paper
+    (section 5.1). Raises `ConfigError` where a class is less than half a sphere.
     """
     materials = config.materials
     screen = materials.screen(case.aperture_mm)
@@ -61,7 +62,7 @@ def common_film_thickness(classes: Sequence[SphereClass], volume_m3: float) -> f
 
 
 def refuse_too_thin(film_m: float, classes: Sequence[SphereClass]) -> None:
-    """Refuse a film that is lost where it is added to a radius."""
+    """Refuse a film so thin that it is lost to round-off when added to a radius."""
     radius = max(c.radius_m for c in classes)
     if 0.0 < film_m < THINNEST * radius:
         raise PywetError(

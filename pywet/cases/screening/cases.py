@@ -1,4 +1,4 @@
-"""From configuration to scene: builds one screening case at one scale, and all its run directory starts from."""
+"""Build the scene and the initial run directory of one screening case at one scale from the configuration."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pywet.scene import ContactPair, EngineScene, Liquid, Output, Slide, SphereC
 from pywet.util.files import write_json
 
 WORTH_SAYING = 1.5
-"""A run that could have steps this many times as long is told so."""
+"""Ratio of time steps from which a longer possible step is reported."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def longer_by(config: Config, case_number: int, scale_name: str) -> float:
 
 
 def shorter_step(config: Config, case_number: int, scale_name: str) -> str | None:
-    """Suggest settings where the viscous force makes the time step of a case much shorter than the collision does."""
+    """Suggest settings if the viscous force makes the time step of a case much shorter than the collision does."""
     times = longer_by(config, case_number, scale_name)
     if times < WORTH_SAYING:
         return None
@@ -86,7 +86,7 @@ def shorter_step(config: Config, case_number: int, scale_name: str) -> str | Non
 
 
 def refuse_unwetted(config: Config, case: Case, walls: bool) -> None:
-    """Raise where a bridge would meet a contact angle from 90 deg: no law of the bridges holds there."""
+    """Raise for a bridge with a contact angle of 90 deg or more, for which no bridge law is valid."""
     data = config.materials
     reservoirs = {choice.material for _, choice in data.wall_materials} if walls else set()
     angles = {f"spheres.{case.material}": data.sphere(case.material).contact_angle_deg.value}
@@ -101,12 +101,12 @@ def refuse_unwetted(config: Config, case: Case, walls: bool) -> None:
 
 
 def planned(made: Ingredients) -> dict[str, Any]:
-    """The content of plan.json: the effect plan, and whether spheres are retired."""
+    """Return the content of plan.json: the effect plan, and whether spheres are retired."""
     return {**made.plan.as_dict(), "retirement": asdict(made.retirement)}
 
 
 def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan:
-    """The effect plan of a case (`pywet plan CASE`)."""
+    """Return the effect plan of a case (`pywet plan CASE`)."""
     return ingredients(config, case_number, scale_name).plan
 
 
@@ -114,7 +114,7 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> E
     """Write a case's run directory and return its scene.
 
     Writes stl/, spheres.parquet, scene.json, plan.json, config.json, config_files.json, history/spheres, triangles, parts.
-    The same configuration gives the same files. Raises `PywetError` for what does not go together.
+    The same configuration gives the same files. Raises `PywetError` for an inconsistent configuration.
     """
     run_dir = Path(run_dir)
     case, scale = config.case(case_number), config.scale(scale_name)
@@ -184,7 +184,7 @@ def sphere_classes(config: Config, case: Case, scale: Scale) -> tuple[SphereClas
 
 
 def contact_pairs(config: Config, case: Case, scale: Scale) -> tuple[ContactPair, ...]:
-    """Dry contacts of all types with each other and with the walls (b = 0), springs softened by the scale's factor."""
+    """Return the dry contacts of all types with each other and with walls (b = 0), softened by the scale's factor."""
     data, factor = config.materials, scale.stiffness_factor.value
     material = data.sphere(case.material)
     kinds = range(1, len(CLASS_NAMES) + 1)
@@ -249,7 +249,7 @@ def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
 
 
 def mesh_of(config: Config, scale: Scale, surface: Surface) -> WallMesh:
-    """The scene's description of a surface, with the contact angle of what its reservoir is made of."""
+    """Return the scene's description of a surface, with the contact angle of its reservoir's material."""
     material = config.materials.walls[getattr(config.materials.wall_materials, surface.holder).material]
     angle = math.radians(material.contact_angle_deg.value)
     if surface.holder != "wires":

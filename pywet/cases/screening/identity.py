@@ -1,6 +1,6 @@
 """Fingerprint of everything that a case's run depends on: resolved scene, apparatus, code of its laws and of the plugin.
 
-Two runs with the same word give the same numbers. Sources, reasons and comments of the configuration are not in it.
+Two runs with the same fingerprint have the same results. Sources, reasons and comments in the configuration do not affect it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Left(TypedDict):
 
 
 def identity(config: Config, number: int, scale_name: str) -> str:
-    """The word of a case at a scale; raises `PywetError` where the case cannot be built."""
+    """Return the fingerprint of a case at a scale; raises `PywetError` if the case cannot be built."""
     case, scale = config.case(number), config.scale(scale_name)
     made, spec = cases.ingredients(config, number, scale_name), cases.apparatus_spec(config, case, scale)
     scene = cases.assemble(config, case, scale, made, build_apparatus(spec))
@@ -47,7 +47,7 @@ def identity(config: Config, number: int, scale_name: str) -> str:
 
 
 def told(config: Config, number: int, scale_name: str, preset: str | None = None) -> str:
-    """Fingerprint of a case for the workflow, with another preset if named; the reason if a case cannot be built."""
+    """Return the fingerprint of a case for the workflow, with another preset if given; the reason if a case cannot be built."""
     try:
         return identity(config.with_preset(preset) if preset else config, number, scale_name)
     except PywetError as error:
@@ -75,7 +75,7 @@ def left(run_dir: Path) -> str | None:
 
 
 def of(*parts: object) -> str:
-    """The word of a run that follows from these parts, as JSON can hold them, and the program's code."""
+    """Return the fingerprint of a run determined by these parts, which JSON can represent, and by the program's code."""
     return hashlib.sha256(json.dumps([*parts, _code()], sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -96,7 +96,7 @@ def held(run_dir: Path, word: str) -> Iterator[None]:
 def expect(run_dir: Path, word: str, file: Path) -> Path:
     """Write the fingerprint that a run must have into a file whose time tells Snakemake whether the run there has it.
 
-    As old as the run's own identity.json where both are the same; else newer than the stage scene, whatever the clock says.
+    The file is as old as the run's identity.json if both agree; otherwise newer than the stage scene, regardless of the clock.
     """
     with suppress(OSError, UnicodeDecodeError):
         if file.read_text() == word:
@@ -117,7 +117,7 @@ def _timed(run_dir: Path, word: str, file: Path) -> Path:
 
 
 def _text(law: str) -> str:
-    """Hash of the file of a law of the user's own, and its name in it."""
+    """Return the digest of a custom law's file, and the law's name in it."""
     path, _, name = law.rpartition(":")
     return name + hashlib.sha256(read_bytes(Path(path), custom_laws.CURE)).hexdigest()
 

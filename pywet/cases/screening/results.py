@@ -1,4 +1,4 @@
-"""Results of one screening run: fraction retained, where the liquid is, and the checks that nothing was lost.
+"""Results of one screening run: fraction retained, liquid by reservoir, and conservation checks.
 
 Fraction retained is E (44), (45) of Elskamp & Kruggel-Emden (2018): the mass of spheres and liquid that is not in the
 collecting bin over the mass at the start. Per size class the liquid counted is that assigned to the spheres of the class.
@@ -31,12 +31,12 @@ WALL_HOLDERS = {
 """Row of the liquid table -> reservoirs of the scene counted there (the slide is the feed bin's floor)."""
 
 LIQUID_TOLERANCE = 1e-12
-"""Relative error allowed between all reservoirs together and the liquid put in: round-off of sums of a few thousand terms."""
+"""Allowed relative error between the sum of all reservoirs and the initial liquid: round-off of sums of a few thousand terms."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """The tables of a run and what must hold in them, each made once."""
+    """The tables and checks of a run, each computed once."""
 
     retained: pd.DataFrame
     liquid: pd.DataFrame
@@ -52,7 +52,7 @@ class Results:
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that must hold in every run; `value` is compared with `limit`."""
+    """A condition that every run must satisfy; `value` is compared with `limit`."""
 
     name: str
     ok: bool
@@ -72,15 +72,15 @@ def column(prefix: str, class_name: str, unit: str = "") -> str:
 
 
 def class_titles(scene: EngineScene) -> dict[str, str]:
-    """Column of a class's liquid, without unit, and its name in words: `spheres_ore_5_4_mm`, spheres ore 5.4 mm."""
+    """Return the column of each class's liquid, without unit, and its title: `spheres_ore_5_4_mm`, spheres ore 5.4 mm."""
     return {column("spheres", c.name): f"spheres {c.name}" for c in scene.classes}
 
 
 def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
-    """Y(t) in all and per class, and the counts of spheres on the screen side, in the bin and lost.
+    """Return Y(t) in total and per class, and the numbers of spheres on the screen side, in the bin and lost.
 
-    Times in seconds from the start of the run and from the opening of the slide. `fraction_retained_spheres` is the same
-    ratio of the dry masses alone. `walls`: the liquid on them, `wall_liquid`.
+    Times in seconds from the start of the run and from the opening of the slide. `fraction_retained_spheres` is
+    the ratio of dry masses. `walls`: the result of `wall_liquid`.
     """
     scene, line = run.scene, run.timeline
     density = scene.liquid.density_kg_per_m3 if scene.liquid else 0.0
@@ -102,7 +102,7 @@ def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
 
 
 def wall_liquid(run: RunDir) -> pd.DataFrame:
-    """Liquid on the walls [m3] at each output, films and the walls' side of active bridges; one column per WALL_HOLDERS."""
+    """Return the liquid on walls [m3] at each output, films and share of active bridges; one column per WALL_HOLDERS."""
     return run.on_walls(
         {reservoir: name for name, reservoirs in WALL_HOLDERS.items() for reservoir in reservoirs}, "holder"
     )
@@ -111,8 +111,9 @@ def wall_liquid(run: RunDir) -> pd.DataFrame:
 def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
     """Liquid [m3] on the coarse material (not in the bin), the fines (in the bin) and each wall, over time.
 
-    Liquid of active bridges is included on either side by the transfer share; `standing_bridges_m3` repeats how much of
-    the total that is. `left_m3` is liquid of drops that met nothing below them. `walls`: `wall_liquid`.
+    Liquid of active bridges is included on either side by the transfer share; `standing_bridges_m3` is the part
+    of the total in active bridges. `left_m3` is the liquid of drops that fell onto nothing. `walls`: the result
+    of `wall_liquid`.
     """
     scene, line = run.scene, run.timeline
     passed = line.present & line.passed
@@ -135,7 +136,7 @@ def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
 
 
 def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Check]:
-    """No particle lost; fraction retained never rises; all liquid is where the tables say."""
+    """Check that no particle is lost, that the fraction retained never rises, and that the tables account for all liquid."""
     count = len(run.timeline.ids)
     counted = (retained["spheres_on_screen"] + retained["spheres_in_bin"]).to_numpy()
     missing = int(np.abs(counted - count).max())
@@ -179,7 +180,7 @@ def write_results(run: RunDir) -> Results:
 
 
 def summarise(run: RunDir, results: Results) -> dict[str, Any]:
-    """The content of summary.json, which is written: what every summary says, the fraction retained, the liquid, what holds."""
+    """Write and return the content of summary.json: common entries, fraction retained, liquid, checks."""
     content = {
         **general(run),
         "fraction_retained_end": float(results.retained["fraction_retained"].iloc[-1]),
@@ -193,13 +194,13 @@ def summarise(run: RunDir, results: Results) -> dict[str, Any]:
 
 
 def at_end(liquid: pd.DataFrame) -> dict[str, float]:
-    """Volume [m3] at the end by reservoir, from a table of columns that end in `_m3`."""
+    """Return the volume [m3] at the end by reservoir, from columns whose names end in `_m3`."""
     named = {str(c).removesuffix("_m3"): c for c in liquid.columns if str(c).endswith("_m3") and c != "initial_m3"}
     return {name: float(liquid[column].iloc[-1]) for name, column in named.items()}
 
 
 def coarse_share(scene: EngineScene) -> float:
-    """Mass share of the classes that cannot pass the aperture: where the dry fraction retained must end."""
+    """Return the mass share of the classes that cannot pass the aperture, the limit of the dry fraction retained."""
     total = sum(c.mass_kg * c.count for c in scene.classes)
     return sum(c.mass_kg * c.count for c in scene.classes if not c.passes_aperture) / total
 

@@ -10,11 +10,11 @@ from pywet.errors import PywetError
 from pywet.util.files import read_json, read_model
 
 NEEDS = {"scene": None, "simulate": "scene", "results": "simulate", "replay": "simulate", "vtk": "simulate"}
-"""Stage -> the stage without which it cannot be done; in the order they run."""
+"""Stage -> the stage that it requires; in order of execution."""
 
 
 EVALUATIONS = ("results", "replay", "vtk")
-"""Stages that may be at work at the same time."""
+"""Stages that may run at the same time."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Status:
 
     @classmethod
     def read(cls, path: Path) -> Status:
-        """Read a status file; a damaged one counts as that of a failed stage, which is tried again."""
+        """Read a status file; a damaged one counts as that of a failed stage, which is repeated."""
         try:
             return read_model(path, cls, "run the case again")
         except PywetError as error:
@@ -42,9 +42,9 @@ def status_path(run_dir: Path, stage: str) -> Path:
 
 
 def outcome(run_dir: Path, alone: bool = False) -> Status:
-    """Status of the first stage that failed, else of the last; a case that was not run to the end counts as failed.
+    """Return the status of the first stage that failed, otherwise of the last; an incomplete case counts as failed.
 
-    A run `alone` is one by `pywet run`, which writes VTK files on demand only.
+    `alone`: a run by `pywet run`, which writes VTK files on demand only.
     """
     for stage in NEEDS:
         path = status_path(run_dir, stage)
@@ -59,7 +59,7 @@ def outcome(run_dir: Path, alone: bool = False) -> Status:
 
 
 def missing(run_dir: Path) -> str | None:
-    """Name a file of a finished run that is missing or has another size than when it was written; None if all are there."""
+    """Name a file of a finished run that is missing or whose size has changed; None if all are intact."""
     promised = [
         "trajectory.parquet",
         "mesh_motion.parquet",
@@ -81,7 +81,7 @@ def missing(run_dir: Path) -> str | None:
 
 
 def results_made(run_dir: Path) -> bool:
-    """Return whether the tables of results belong to this run; a failed rerun may have left those of an earlier one."""
+    """Return whether the result tables belong to this run; a failed rerun may have left those of an earlier one."""
     path = status_path(run_dir, "results")
     return path.exists() and Status.read(path).ok
 

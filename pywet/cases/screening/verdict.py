@@ -17,8 +17,10 @@ from pywet.util.files import AGAIN, read_if_there
 LEDGER_TOLERANCE = 1e-12
 """Relative error of Σ films + Σ bridges + Σ walls + left against the initial liquid: round-off of sums."""
 REPLAY_TOLERANCE = 1e-9
-"""What the report promises of engine against replay: the same formulas in double precision. Each quantity has its own limit,
-stated in replay.json; only the interpolated transfer table has a wider one."""
+"""Limit on deviations between engine and replay: the same formulas in double precision.
+
+replay.json states the limit of each quantity; only that of the interpolated transfer table is wider.
+"""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def unchecked_laws(replay: dict[str, Any]) -> list[str]:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """Verdict on a run at the top of its page: a word, its colour and a sentence."""
+    """Verdict on a run at the top of its page: a status, its colour and a sentence."""
 
     word: str
     grade: Literal["good", "fair", "bad", ""]
@@ -64,7 +66,7 @@ class CheckResult:
 
 
 def check_result(run_dir: Path) -> CheckResult:
-    """`no` where anything objects, `in part` where something was not checked, `yes` where all was, `–` where nothing was."""
+    """Return `no` if any check fails, `in part` if something was not checked, `yes` if all was, `–` if nothing was."""
     if objected := objections(run_dir):
         return CheckResult("no", "bad", "; ".join(objected))
     replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
@@ -82,13 +84,13 @@ def nothing_compared(replay: dict[str, Any]) -> list[str]:
 
 
 def not_checked(replay: dict[str, Any]) -> list[str]:
-    """A sentence for each kind of which nothing was compared, and for what the replay took as logged or checked on a sample."""
+    """Return a sentence for each kind of quantity that was not compared, taken as logged, or checked on a sample."""
     nothing = [f"nothing compared: {sentence}" for sentence in nothing_compared(replay)]
     return [*nothing, *(str(sentence) for sentence in replay.get("not_checked", ()))]
 
 
 def recomputed(run_dir: Path) -> str:
-    """Count what was recomputed: quantities, values, largest deviation, error of the ledger."""
+    """Describe what was recomputed: quantities, values, largest deviation, error of the ledger."""
     replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
     summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
     rows = agreement(dict(replay)) if replay else []

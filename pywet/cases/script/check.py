@@ -24,16 +24,13 @@ from pywet.planning.surroundings import Surroundings
 from pywet.scene import ContactPair, EngineScene
 
 CROWD = time_steps.DENSE
-"""Spheres of each kind that the stable step counts with: a packing."""
+"""Number of spheres of each kind assumed for the stable step: a dense packing."""
 LEAST_SPEED = 0.1
-"""Speed of an impact [m/s] where neither a fall nor the script gives a larger one."""
+"""Impact speed [m/s] if neither a fall nor the script gives a larger one."""
 
 
 def check(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> tuple[list[str], list[PywetError]]:
-    """Return lines on what was found and the faults; nothing runs.
-
-    `words`: options of the engine's command line, such as -var.
-    """
+    """Return a description of script and liquid, and the errors, without running. `words`: engine options such as -var."""
     found = scan(path, words, engine)
     facts = reading.facts(found.rows)
     wrong = [*found.problems, *reading.problems(facts)]
@@ -83,7 +80,7 @@ def _rows(kinds: Sequence[Kind]) -> np.ndarray:
 
 
 def _spheres(wet: Wet, kinds: Sequence[Kind]) -> tuple[Spheres, list[PywetError]]:
-    """One sphere of each kind, with the film that it has wherever it is."""
+    """Return one sphere of each kind, with its film at any position."""
     anywhere = tuple(first for first in wet.first_films if first.low_mm is None and first.high_mm is None)
     spheres = Spheres(wet.model_copy(update={"first_films": anywhere}))
     try:
@@ -94,7 +91,7 @@ def _spheres(wet: Wet, kinds: Sequence[Kind]) -> tuple[Spheres, list[PywetError]
 
 
 def _films(wet: Wet, kinds: Sequence[Kind]) -> Iterator[str]:
-    """Liquid, films, and how far from its centre a sphere touches with them."""
+    """Describe the liquid, the films, and the distance from a sphere's centre at which films touch."""
     liquid = wet.liquid
     amount = f"{liquid.percent:g} % by mass" if liquid.percent is not None else f"films of {liquid.film_um:g} um"
     of = f"{liquid.surface_tension_N_per_m:g} N/m, {liquid.viscosity_Pa_s:g} Pa s, {liquid.density_kg_per_m3:g} kg/m3"
@@ -134,7 +131,7 @@ def _speed(f: Facts) -> float:
 
 
 def _scene(wet: Wet, f: Facts, spheres: Spheres) -> EngineScene | None:
-    """Scene for estimates: the script's spheres and contacts, with the thickest film; None where a number is not known."""
+    """Return a scene for estimates: the script's spheres and contacts, with the thickest film; None if a number is unknown."""
     if not f.kinds or not f.time_step_s:
         return None
     scene = scene_of(wet, f.time_step_s, spheres, [], f.gravity or (0.0,) * 3)
@@ -152,7 +149,7 @@ def _scene(wet: Wet, f: Facts, spheres: Spheres) -> EngineScene | None:
 
 
 def _first(kinds: Sequence[Kind]) -> list[Kind]:
-    """One of each kind that the plugin tells apart, in the order of the classes."""
+    """Return one sphere of each kind that the plugin distinguishes, in the order of the classes."""
     return list({(k.atom_type, k.radius_m, float(f"{k.density_kg_per_m3:.9g}")): k for k in kinds}.values())
 
 
@@ -165,7 +162,7 @@ def _hertz(f: Facts, types: Sequence[int]) -> Hertz | None:
 
 
 def _pair(f: Facts, scene: EngineScene, hertz: Hertz | None, of: dict[int, int], a: int, b: int) -> ContactPair | None:
-    """Spring of a pair: given (hooke/stiffness), or that of an impact at the script's speed (hooke, hertz)."""
+    """Return the contact of a pair with its given stiffness (hooke/stiffness), or that at the script's impact speed."""
     restitution = f.material("coefficientRestitution", of[a], of[b])
     friction = f.material("coefficientFriction", of[a], of[b])
     normal = side = None

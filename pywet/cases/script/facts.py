@@ -1,6 +1,6 @@
 """Facts read from the text of a script: spheres, walls, materials, contact models, time step, skin, gravity.
 
-What variables, loops or restart files hide is left out: the engine knows it at the line of fix pywet.
+Values hidden in variables, loops or restart files are omitted; the engine provides them at the line of fix pywet.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from pywet.util.files import read_bytes
 FACET = 50
 """Bytes of a triangle in a binary STL file."""
 HEAD = 84
-"""Bytes before the first one."""
+"""Bytes of the header of a binary STL file."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Spheres of one template or data file: atom type, radius [m], density [kg/m3]; what gives them."""
+    """Spheres of one template or data file: atom type, radius [m], density [kg/m3], and the template or file."""
 
     of: str
     atom_type: int
@@ -41,7 +41,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh: file, atom type of its material, triangles (None: the file is not there or no STL), whether a wall has it."""
+    """A mesh: file, atom type of its material, number of triangles (None: no such STL file), whether a wall uses it."""
 
     name: str
     file: str
@@ -52,38 +52,38 @@ class Mesh:
 
 @dataclass
 class Facts:
-    """Found in the commands of a script, up to its end."""
+    """Facts found in the commands of a script."""
 
     kinds: list[Kind] = field(default_factory=list)
     drawn: list[tuple[str, str]] = field(default_factory=list)
-    """Templates whose radius is drawn from a distribution, and that distribution."""
+    """Templates whose radius follows a distribution, with that distribution."""
     meshes: list[Mesh] = field(default_factory=list)
     primitives: dict[str, str] = field(default_factory=dict)
-    """Primitive walls, by their fix."""
+    """Primitive walls by the ID of their fix."""
     materials: dict[str, tuple[float, ...]] = field(default_factory=dict)
     pair: str = ""
-    """Contact models of spheres."""
+    """Contact models between spheres."""
     wall_models: set[str] = field(default_factory=set)
     time_step_s: float | None = None
     skin_m: float | None = None
     gravity: tuple[float, float, float] | None = None
     box: tuple[float, ...] = ()
-    """Ends along x, y, z [m]."""
+    """Bounds of the box along x, y, z [m]."""
     periodic: str = ""
     """Axes along which the box repeats."""
     steps: int = 0
-    """Of all runs that the text has."""
+    """Total number of steps of all runs in the script."""
     hidden: list[str] = field(default_factory=list)
-    """What only the engine will know."""
+    """Quantities that only the engine can determine."""
 
     @property
     def normal_model(self) -> str:
-        """Contact model of the normal force, such as hertz."""
+        """Return the contact model of the normal force, such as hertz."""
         words = self.pair.split()
         return words[words.index("model") + 1] if "model" in words[:-1] else ""
 
     def material(self, name: str, one: int, other: int | None = None) -> float | None:
-        """A number of one atom type, or of two."""
+        """Return a material property of one atom type, or of a pair of types."""
         values = self.materials.get(name, ())
         n = len(values) if other is None else math.isqrt(len(values))
         if not all(1 <= t <= n for t in (one, other or one)):
@@ -126,7 +126,7 @@ def facts(rows: Sequence[list[str]]) -> Facts:
 
 
 def number(word: str) -> float | None:
-    """A number of the script; None for anything else, such as a variable that is not known."""
+    """Return a number of the script; None for anything else, such as an undefined variable."""
     try:
         return float(word)
     except ValueError:
@@ -134,7 +134,7 @@ def number(word: str) -> float | None:
 
 
 def triangles_of(path: Path) -> int | None:
-    """Triangles of an STL file, text or binary; None if there is none."""
+    """Return the number of triangles of an STL file, text or binary; None if there is none."""
     if not path.is_file() or path.suffix.lower() != ".stl":
         return None
     data = read_bytes(path, "a mesh in STL")
@@ -145,7 +145,7 @@ def triangles_of(path: Path) -> int | None:
 
 
 def _used(rows: Sequence[list[str]]) -> set[str]:
-    """Templates that a distribution draws from."""
+    """Return the templates that distributions use."""
     lists = [w for w in rows if w[0] == "fix" and w[3:4] and w[3].startswith("particledistribution/")]
     return {word for words in lists for word in words[4:]}
 
@@ -176,7 +176,7 @@ def _fix(found: Facts, name: str, style: str, more: list[str], used: set[str], w
 
 
 def _template(found: Facts, name: str, more: list[str], given: dict[str, str]) -> None:
-    """Words such as `atom_type 1 density constant 2500 radius constant 0.002`."""
+    """Add a template from arguments such as `atom_type 1 density constant 2500 radius constant 0.002`."""
     values = {}
     for key in ("density", "radius"):
         words = more[more.index(key) + 1 :][:3] if key in more else []
@@ -192,7 +192,7 @@ def _template(found: Facts, name: str, more: list[str], given: dict[str, str]) -
 
 
 def _data(found: Facts, file: str) -> None:
-    """Spheres of a data file of atom_style granular: number, type, diameter, density, place."""
+    """Add the spheres of a data file of atom_style granular: number, type, diameter, density, position."""
     path = Path(file)
     if not path.is_file():
         return
@@ -207,7 +207,7 @@ def _data(found: Facts, file: str) -> None:
 
 
 def height_m(found: Facts) -> float:
-    """How far a sphere may fall within the box, along gravity."""
+    """Return the height [m] from which a sphere may fall within the box, along gravity."""
     if len(found.box) != 6 or not found.gravity:
         return 0.0
     size = np.abs(np.diff(np.reshape(found.box, (3, 2)), axis=1)[:, 0])
@@ -215,7 +215,7 @@ def height_m(found: Facts) -> float:
 
 
 def periodic_lengths_m(found: Facts) -> dict[str, float]:
-    """Length of the box along each axis where it repeats, as far as its ends are known."""
+    """Return the length of the box along each periodic axis, if its bounds are known."""
     if len(found.box) != 6:
         return {}
     return {

@@ -18,15 +18,18 @@ from pywet.scene import EngineScene
 from pywet.util.files import read_json, read_table, write_json, write_parts, write_table
 
 SCRIPT = "script.json"
-"""That a run is one of a script's: its output steps, steps of contact windows, whether it resumes from a restart file, what else
-acts on spheres, walls without films, lengths of the box along x, y, z where it is periodic (else 0)."""
+"""File that marks the run of a script.
+
+It contains the output steps, steps of contact windows, whether the run resumes from a restart file, other forces on
+spheres, walls without films, and lengths of the box along x, y, z where it is periodic (else 0).
+"""
 COME = "come.bin"
-"""Raw: spheres as they came."""
+"""Raw log of inserted spheres."""
 OF_COME = np.dtype([("id", "<i8"), ("type", "<i8"), ("radius", "<f8"), ("film", "<f8"), ("enters", "<i8")])
 
 
 def begin(log: Path, surfaces: Sequence[Surface], scene: EngineScene, noted: Mapping[str, Any]) -> None:
-    """Write what does not change: walls as they are at the line; `noted` for script.json."""
+    """Write the data that do not change: walls as they are at the fix; `noted` for script.json."""
     run_folder.claim(log)
     (log / "engine").mkdir(exist_ok=True)
     write_json(log / SCRIPT, dict(noted))
@@ -38,32 +41,32 @@ def begin(log: Path, surfaces: Sequence[Surface], scene: EngineScene, noted: Map
 
 
 def note_forces(log: Path, others: Sequence[str]) -> None:
-    """Add forces that are not known to those of script.json."""
+    """Add unknown forces to those listed in script.json."""
     noted = dict(read_json(log / SCRIPT, "run the script again"))
     write_json(log / SCRIPT, {**noted, "other_forces": list(dict.fromkeys([*noted["other_forces"], *others]))})
 
 
 def write_scene(log: Path, scene: EngineScene) -> None:
-    """Write what changes where spheres of another class come."""
+    """Write the data that change when spheres of another class are inserted."""
     write_json(log / "scene.json", scene.model_dump(mode="json"))
     write_table(transfer_tables(scene), log / "history" / "transfer.parquet")
     write_json(log / "history" / "meta.json", meta(scene, []))
 
 
 def note(log: Path, come: pd.DataFrame) -> None:
-    """Append spheres that have come, so that they are known whatever becomes of the engine."""
+    """Append inserted spheres to the log at once, so that they are known even if the engine fails."""
     records = come[list(OF_COME.names or ())].to_records(index=False).astype(OF_COME)
     with open(log / "engine" / COME, "ab") as file:
         file.write(records.tobytes())
 
 
 def ledger(log: Path) -> pd.DataFrame:
-    """The ledger of a run that has ended, a row for each output."""
+    """Return the ledger of a finished run, one row per output."""
     return read_table(log / "history" / "ledger.parquet")
 
 
 def collect(log: Path, windows: int) -> None:
-    """Turn the raw logs into tables; the raw ones go."""
+    """Convert the raw logs into tables and delete them."""
     raw, history = log / "engine", log / "history"
     come = pd.DataFrame(np.fromfile(raw / COME, OF_COME)).sort_values("id", ignore_index=True)
     write_table(come, history / "spheres.parquet")

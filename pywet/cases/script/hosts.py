@@ -17,7 +17,7 @@ SENTENCE = 1024
 
 
 class Host(Protocol):
-    """An engine in this process."""
+    """Interface to an engine in this process."""
 
     plugin: Plugin
     handle: C.c_void_p
@@ -26,7 +26,7 @@ class Host(Protocol):
         """Execute a script and return the engine's error, empty if there is none or the engine ends the process itself."""
 
     def close(self) -> None:
-        """End the engine; the plugin's `finish` comes after it."""
+        """Close the engine; the plugin's `finish` is called afterwards."""
 
 
 class Liggghts:
@@ -74,10 +74,10 @@ class Lammps:
 
 
 HOSTS: dict[str, type[Liggghts] | type[Lammps]] = {"liggghts": Liggghts, "lammps": Lammps}
-"""Engine -> what starts it."""
+"""Host class by the name of the engine."""
 
 
 def refuse_ranks(engine: str) -> None:
-    """Raise where an engine was started with more processes than it can have."""
+    """Raise if an engine was started with more processes than it supports."""
     if engine == "lammps" and (ranks := os.environ.get("OMPI_COMM_WORLD_SIZE", "1")) != "1":
         raise refusal("wet.one_process", ranks)

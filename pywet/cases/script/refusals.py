@@ -8,7 +8,7 @@ from typing import Any
 from pywet.errors import PywetError
 
 Walls = str | Mapping[str, Any] | None
-"""`walls` of the liquid's file: dry, or an angle or dry for each, or not given."""
+"""Type of `walls` in the liquid's file: dry, an angle or dry for each, or not given."""
 SENTENCES = {
     "wet.no_line": ("the script {given} has no line `fix ID all pywet …`", "one such line"),
     "wet.two_lines": ("the script has {given} lines of fix pywet", "one"),
@@ -59,7 +59,7 @@ SENTENCES = {
     "wet.clear": ("the script has `clear`, which forgets fix pywet", "a script without it"),
     "wet.unfix": ("the script has `{given}`, with which the liquid would be lost", "fix pywet to the end of the script"),
 }  # fmt: skip
-"""Code -> sentence on what was given, and what was expected."""
+"""Code -> phrases on what was given and what was expected."""
 
 
 def refusal(code: str, given: Any = None, expected: Any = None) -> PywetError:
@@ -73,7 +73,7 @@ def refusal(code: str, given: Any = None, expected: Any = None) -> PywetError:
 
 
 def of_wall(name: str, style: str, meshes: Sequence[str], walls: Walls) -> Iterator[PywetError]:
-    """List the faults of a fix that makes walls (of meshes, or primitive), given the wall entries of the liquid's file."""
+    """Yield the errors of a fix that makes walls (of meshes, or primitive), given the wall entries of the liquid's file."""
     if not style.startswith("wall/") or isinstance(walls, str):
         return
     named = f"fix {name} ({style})"
@@ -86,12 +86,12 @@ def of_wall(name: str, style: str, meshes: Sequence[str], walls: Walls) -> Itera
 
 
 def holds_still(style: str) -> bool:
-    """Return whether a fix style takes the forces on spheres away."""
+    """Return whether a fix style sets the forces on spheres to zero."""
     return style in ("freeze", "setforce")
 
 
 def of_names(fixes: Iterable[tuple[str, str, Sequence[str]]], walls: Walls) -> Iterator[PywetError]:
-    """Walls that the liquid's file names and that are none, by ID, style and meshes of all fixes."""
+    """Yield an error for each entry of `walls` that is not a wall, given ID, style and meshes of all fixes."""
     there = {n for name, style, meshes in fixes if style.startswith("wall/") for n in meshes or [name]}
     if unknown := sorted(set(walls if isinstance(walls, Mapping) else ()) - there):
         yield refusal("wet.wall_unknown", unknown[0], ", ".join(sorted(there)) or "none")
@@ -100,8 +100,8 @@ def of_names(fixes: Iterable[tuple[str, str, Sequence[str]]], walls: Walls) -> I
 def of_box(lengths: Iterable[float], reach: float, skin: float) -> Iterator[PywetError]:
     """Refuse a periodic box that is shorter than twice the distance over which neighbour lists search.
 
-    Two spheres of a list come at most one skin further apart before the next one. Up to half of the box only one copy of either
-    is that near.
+    The distance of two spheres of a list grows by at most one skin before the next list. Within half of the box
+    only one periodic copy of either is in range.
     """
     needed = 2.0 * (reach + skin)
     for length in lengths:
@@ -110,7 +110,7 @@ def of_box(lengths: Iterable[float], reach: float, skin: float) -> Iterator[Pywe
 
 
 def of_state(state: dict[str, Any], walls: Walls) -> Iterator[PywetError]:
-    """List all faults at the line or at the start of a run; `state` as the plugin's script.cpp gives it."""
+    """Yield all errors at the fix or at the start of a run; `state` is as returned by the plugin's script.cpp."""
     fixes = state["fixes"]
     movers = [fix for fix in fixes if fix["style"].startswith("nve/sphere")]
     lists = {"delay": 0, "every": 1, "check": 1}

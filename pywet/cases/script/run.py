@@ -1,6 +1,6 @@
 """Run a script with liquid: the engine reads it, and the plugin is set up at the line of fix pywet.
 
-An error of the engine ends its process, as it ends the stock program: what waits for it makes tables of what was logged.
+An error of the engine ends its process, as it ends the stock program; the parent process then converts the logs into tables.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from pywet.scene import EngineScene
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a script: folder of its tables, bridges formed and ruptured, liquid that the ledger lacks over all of it."""
+    """Result of a script: folder of its tables, bridges formed and ruptured, relative error of the liquid ledger."""
 
     log: Path
     formed: int
@@ -45,7 +45,7 @@ class Outcome:
 
 
 def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = "liggghts") -> Outcome | None:
-    """Run the script; `words` for the engine's command line, such as -var and -log. None on all ranks but the first."""
+    """Run the script; `words`: engine options such as -var and -log. None on all ranks but the first."""
     refuse_ranks(engine)
     found = scan(path, words, engine)
     if found.problems:
@@ -80,7 +80,7 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
 
 
 REFUSED = 3
-"""Exit status of the engine's process where the script was refused."""
+"""Exit status of the engine's process if the script was refused."""
 
 
 def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], None], engine: str) -> int:
@@ -93,7 +93,7 @@ def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], Non
     plugin = host.plugin
 
     def guarded(what: Callable[[], Any]) -> Any:
-        """The engine can pass no exception on: a refusal ends the process, with its logs written."""
+        """Call a function from the engine, which cannot pass exceptions on: a refusal ends the process, with logs written."""
         try:
             with border(say=say if plugin_rank() == 0 else lambda sentence: None):
                 return what()
@@ -171,17 +171,17 @@ class _Script:
             raise problem
 
     def _forces_change(self, state: dict[str, Any]) -> None:
-        """Note forces that are not those of the first run, so that no replay takes them for known."""
+        """Record forces that differ from those of the first run, so that no replay assumes them to be known."""
         changed = [] if state["gravity"] == self._gravity else ["gravity that changes between runs"]
         if self._log and plugin_rank() == 0:
             folder.note_forces(self._log, [*other_forces(state), *changed])
 
     def _wet_meshes(self, state: dict[str, Any]) -> dict[str, str]:
-        """Meshes that the liquid meets, and which one of the engine's each is."""
+        """Return the meshes that carry liquid, and the engine's mesh that each corresponds to."""
         return {fix["id"]: fix["is"] for fix in state["fixes"] if "is" in fix and fix["id"] in self.wet.wet_walls}
 
     def _enter(self, rows: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray]:
-        """Spheres have come."""
+        """Register inserted spheres."""
         known, scene = len(self._spheres.classes), None
         table = self._spheres.take_in(rows, step)
         if (thick := too_thick(table, self._thickest)) is not None:
@@ -194,14 +194,14 @@ class _Script:
         return table["type"].to_numpy(), table["film"].to_numpy()
 
     def _note(self, scene: EngineScene | None, come: pd.DataFrame) -> None:
-        """Spheres that have come; the scene where it has changed."""
+        """Log inserted spheres, and the scene if it has changed."""
         if self._log and plugin_rank() == 0:
             if scene:
                 folder.write_scene(self._log, scene)
             folder.note(self._log, come)
 
     def check(self) -> None:
-        """A run begins."""
+        """Check the state of the engine at the start of a run."""
         state = self._state()
         if not self._log:
             return

@@ -1,7 +1,7 @@
 """Commands of a script in order, including those of included files, before the engine reads it.
 
-Jumps are not followed, and of variables only those that hold numbers and words are filled in: what the others hide is found by
-the engine itself, at the line or before a run.
+Jumps are not followed, and only variables with numbers and words are substituted; the rest is checked in the engine,
+at the fix or before a run.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from pywet.errors import FileError, PywetError
 from pywet.util.files import read_bytes
 
 DEEPEST = 16
-"""Files that include one another."""
+"""Largest depth of files that include one another."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A script as read: its line of fix pywet and its liquid, fix styles by number, faults, all commands."""
+    """Script as read: its line of fix pywet and its liquid, fix styles by number, errors, all commands."""
 
     line: Line
     wet: Wet
@@ -36,7 +36,7 @@ class Found:
 
 
 def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> Iterator[list[str]]:
-    """Words of every command of a script and of the files that it includes, with the values of `variables` if given."""
+    """Yield the words of every command of a script and its included files, with the values of `variables` if given."""
     if depth > DEEPEST:
         raise FileError(
             f"{path} is included by files that include one another; expected none that includes itself",
@@ -60,7 +60,7 @@ def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> 
 
 
 def _hidden(words: list[str]) -> list[str]:
-    """Commands within a command: of `if` after then and else, of `run` after every N."""
+    """Return the commands within a command: of `if` after then and else, of `run` after every N."""
     if words[0] == "if" and "then" in words:
         after = words[words.index("then") + 1 :]
         return [w for k, w in enumerate(after) if w not in ("elif", "else") and (k == 0 or after[k - 1] != "elif")]
@@ -70,7 +70,7 @@ def _hidden(words: list[str]) -> list[str]:
 
 
 def meshes_of(words: list[str]) -> list[str]:
-    """Meshes that a fix wall/gran names."""
+    """Return the meshes that a fix wall/gran names."""
     if "n_meshes" not in words or "meshes" not in words:
         return []
     first = words.index("meshes") + 1
@@ -78,7 +78,7 @@ def meshes_of(words: list[str]) -> list[str]:
 
 
 def scan(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> Found:
-    """Read script and liquid; paths in them count from the present folder, as for the engine. `words`: its command line's."""
+    """Read script and liquid; paths are relative to the current folder, as for the engine. `words`: engine options."""
     rows = list(commands(path, variables=Variables(words)))
     lines = [k for k, words in enumerate(rows) if words[0] == "fix" and words[3:4] == [STYLE]]
     if len(lines) != 1:
@@ -139,7 +139,7 @@ def _after(rows: list[list[str]], wet_line: Line, wet: Wet) -> Iterator[PywetErr
 
 
 def _of_lammps(rows: list[list[str]]) -> Iterator[PywetError]:
-    """List the commands that only LAMMPS has: cohesive contact models, which are words of pair_coeff and of walls."""
+    """Yield an error for LAMMPS commands that are not supported: cohesive contact models, given in pair_coeff and in walls."""
     for words in rows:
         if words[0] == "read_restart":
             yield refusal("wet.no_restart", " ".join(words))
@@ -164,7 +164,7 @@ def _of_fix(words: list[str], wet: Wet) -> Iterator[PywetError]:
 
 
 def _lists(given: dict[str, str]) -> Iterator[PywetError]:
-    """Neighbour lists that are made too late for films, or hold what they need not, by the words of neigh_modify."""
+    """Yield an error for neighbour lists that are rebuilt too late or exclude pairs, given the arguments of neigh_modify."""
     needed = {"delay": "0", "every": "1", "check": "yes"}
     if wrong := " ".join(f"{n} {given[n]}" for n, v in needed.items() if given.get(n, v) != v and "$" not in given[n]):
         yield refusal("wet.neighbour", wrong)
@@ -179,5 +179,5 @@ def _excluded(more: list[str]) -> Iterator[PywetError]:
 
 
 def _cohesive(models: list[str]) -> str:
-    """Name the cohesion model; empty: none, or that of a variable, which is read from the engine at the line."""
+    """Return the cohesion model; empty if none, or if a variable names it, which is then read from the engine at the fix."""
     return next((v for key, v in pairwise(models) if key == "cohesion" and v != "off" and "$" not in v), "")

@@ -1,4 +1,4 @@
-"""Data that plugin and replay take from a script's engine: sphere classes, mesh walls, range of the neighbour lists."""
+"""Data for plugin and replay from a script's engine: sphere classes, mesh walls, range of the neighbour lists."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from pywet.laws.contact import film_thickness
 from pywet.scene import SCRIPTED, EngineScene, Liquid, Output, SphereClass
 
 KINDS = 32
-"""Kinds of spheres: each pair of them has a table."""
+"""Largest number of kinds of spheres: each pair of them has a table."""
 KNOWN = ("gravity", "wall/gran", "mesh/surface", "pywet", "nve/sphere", "property/", "contacthistory", "neighlist/mesh")
-"""Fixes whose part in the forces is known: dry contacts, weight, bridges; or that only prepare these."""
+"""Fixes whose forces are known (dry contacts, weight, bridges) or that exert none."""
 CARRIERS = ("insert/stream",)
-"""Fixes that move spheres at a speed of their own until these have passed a face."""
+"""Fixes that move spheres at a prescribed speed until these have passed a face."""
 LEAST_SKIN = 0.1
-"""Way of a sphere, over the least radius, that the neighbour list has to leave in addition to films."""
+"""Smallest displacement of a sphere, over the smallest radius, that the neighbour list must allow for in addition to films."""
 
 
 class Spheres:
-    """Classes by atom type, radius and density, as spheres of them come; and the table of all that have come."""
+    """Classes by atom type, radius and density, created as spheres are inserted, and the table of all spheres inserted so far."""
 
     def __init__(self, wet: Wet) -> None:
         self.wet = wet
@@ -40,11 +40,11 @@ class Spheres:
 
     @property
     def table(self) -> pd.DataFrame:
-        """id, type (the class), radius, film and the step `enters` of all that have come, in order of their numbers."""
+        """Return id, type (the class), radius, film and the step `enters` of all inserted spheres, in order of their ids."""
         return pd.concat(self.come, ignore_index=True).sort_values("id", ignore_index=True)
 
     def take_in(self, rows: np.ndarray, step: int) -> pd.DataFrame:
-        """Classes and films of records of the plugin."""
+        """Add the classes and films of spheres from records of the plugin."""
         for row in rows:
             self._known.setdefault(_kind(row), len(self._known) + 1)
         if len(self._known) > KINDS:
@@ -74,13 +74,13 @@ class Spheres:
 
 
 def _kind(row: Any) -> tuple[int, float, float]:
-    """Atom type, radius, density [kg/m3], to nine digits: it comes from the mass."""
+    """Return atom type, radius and density [kg/m3], rounded to nine digits because density is computed from mass."""
     density = float(row["mass"]) / (4.0 / 3.0 * math.pi * float(row["radius"]) ** 3)
     return int(row["type"]), float(row["radius"]), float(f"{density:.9g}")
 
 
 def surface(name: str, corners: Floats) -> Surface:
-    """A mesh as the engine has it, (n, 3, 3) [m], in the order of its triangles; open or closed, as users' are."""
+    """Return a mesh of the engine, (n, 3, 3) [m], in the order of its triangles; open or closed."""
     part = face_of(corners)
     widths = tuple(half_width(corners[part == k]) for k in range(int(part.max()) + 1))
     triangles = np.arange(3 * len(corners)).reshape(-1, 3)
@@ -88,7 +88,7 @@ def surface(name: str, corners: Floats) -> Surface:
 
 
 def other_forces(state: dict[str, Any]) -> list[str]:
-    """List the forces on spheres other than dry contacts, steady gravity and bridges, as the replay's sentences name them."""
+    """List the forces on spheres other than dry contacts, steady gravity and bridges, as worded in the replay."""
     found = [
         f"fix {fix['id']} ({fix['style']})" for fix in state["fixes"]
         if (fix["acts"] and not fix["style"].startswith(KNOWN)) or fix["style"].startswith(CARRIERS)
@@ -97,7 +97,7 @@ def other_forces(state: dict[str, Any]) -> list[str]:
 
 
 def dry_walls(state: dict[str, Any], wet: Wet) -> list[str]:
-    """Walls that spheres touch without a bridge: primitive ones, by their fix, and meshes without films."""
+    """List walls that spheres touch without a bridge: primitive ones by their fix, and meshes without films."""
     fixes = [(fix["id"], fix["meshes"]) for fix in state["fixes"] if "meshes" in fix]
     return [name for fix, meshes in fixes for name in meshes or [fix] if name not in wet.wet_walls]
 
@@ -105,10 +105,7 @@ def dry_walls(state: dict[str, Any], wet: Wet) -> list[str]:
 def scene_of(
     wet: Wet, time_step: float, spheres: Spheres, surfaces: list[Surface], gravity: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> EngineScene:
-    """Scene as the plugin wants it; dry contacts and motion stay the script's own: it has none of them.
-
-    It is not checked as a whole.
-    """
+    """Return the scene for the plugin, without dry contacts and motion, which the script defines; not validated as a whole."""
     liquid = wet.liquid
     angle = {name: math.radians(degrees) for name, degrees in wet.wet_walls.items()}
     feature = {"feature_angle_deg": FEATURE_ANGLE_DEG}
@@ -132,7 +129,7 @@ def scene_of(
 def reach(spheres: Spheres, state: dict[str, Any]) -> tuple[float, float]:
     """Divide the skin of the script: the displacement that is left for spheres [m], and the films it covers, over the radius.
 
-    Films may grow as in a scene; where the skin has more to give they get half of it. Without any liquid all is left for ways.
+    Films may grow as in a scene; if the skin is larger they get half of it. Without liquid all of it is for displacements.
     """
     skin = float(state["skin"])
     table = spheres.table

@@ -1,4 +1,4 @@
-"""Variables of a LIGGGHTS script as far as its text gives their values: numbers, words, arithmetic of both; no loops."""
+"""Variables of a LIGGGHTS script whose values its text determines: numbers, words, arithmetic of both; no loops."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ OPERATORS: dict[type, Callable[..., float]] = {
 
 
 class Variables:
-    """Values by name; those of the command line (`-var NAME VALUE`) come first."""
+    """Values by name; those of the command line (`-var NAME VALUE`) take precedence."""
 
     def __init__(self, words: Sequence[str] = ()) -> None:
         at = [k for k, word in enumerate(words[:-2]) if word in ("-var", "-v")]
@@ -23,11 +23,11 @@ class Variables:
         self._values = dict(self._given)
 
     def filled(self, words: list[str]) -> list[str]:
-        """The words with the values of variables in place of their names; an unknown one stays as it is."""
+        """Replace variables by their values; undefined ones are left as they are."""
         return [NAME.sub(lambda m: self._values.get(m[1] or m[2], m[0]), word) for word in words]
 
     def learn(self, words: list[str]) -> None:
-        """Take in the command `variable NAME STYLE VALUE …`; of any other style the value is not known."""
+        """Evaluate the command `variable NAME STYLE VALUE …`; the value is unknown for unsupported styles."""
         match words:
             case ["variable", name, "delete"]:
                 self._values.pop(name, None)

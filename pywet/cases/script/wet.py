@@ -23,20 +23,20 @@ from pywet.strict import Strict
 
 STYLE = "pywet"
 EVERY = 1000
-"""Steps between outputs where the line does not say it."""
+"""Default number of steps between outputs."""
 LOG = "wet"
-"""Folder of the run where the line does not say it."""
+"""Default folder of the run."""
 WINDOW = 1
-"""Steps of the contact log from each output on where the line does not say it."""
+"""Default number of steps of the contact log from each output on."""
 
 
 class First(Strict):
-    """The first film of some spheres, in place of that of all."""
+    """Initial film of some spheres, in place of the common one."""
 
     type: Annotated[int, Field(ge=1)] | None = None
-    """Atom type of the script; None: of every type."""
+    """Atom type of the script; None for every type."""
     low_mm: Vector | None = None
-    """Corner of least x, y, z of the box in which their centres are; None: it is open."""
+    """Corner with the smallest x, y, z of the box that contains their centres; None: open."""
     high_mm: Vector | None = None
     """Opposite corner."""
     percent: Percent | None = None
@@ -60,20 +60,23 @@ class Wet(Strict):
     """The liquid of a script: its properties and amount, contact angles, laws."""
 
     liquid: Liquid
-    """Liquid and how much of it: `percent` of each sphere's mass, or the film's thickness `film_um`."""
+    """Properties and amount of the liquid: `percent` of each sphere's mass, or the film thickness `film_um`."""
     contact_angle_deg: Angle | dict[Annotated[str, Field(pattern=r"^[1-9][0-9]*$")], Angle]
-    """Of the liquid on the spheres: one, or one for each atom type of the script."""
+    """Contact angle of the liquid on the spheres: one value, or one for each atom type of the script."""
     first_films: tuple[First, ...] = ()
-    """Of spheres of a type or in a box, also of those that are inserted there; the first one that holds a sphere counts."""
+    """Initial films of spheres of a type or in a box, also for spheres inserted there; the first entry that applies is used."""
     laws: LawSettings = LawSettings()
-    """Preset of laws, and laws named for single effects."""
+    """Preset of laws, and laws for single effects."""
     viscous_integration: Literal["explicit", "semi_implicit"] = "semi_implicit"
-    """Of the viscous force: explicit, or semi_implicit, which does not shorten the step."""
+    """Integration of the viscous force: explicit, or semi_implicit, which does not shorten the time step."""
     walls: Literal["dry"] | dict[Identifier, Angle | Literal["dry"]] | None = None
-    """`dry`: the liquid never meets a wall. Else for each mesh its contact angle [deg] or `dry`, and for each primitive wall
-    `dry`, by the ID of its fix."""
+    """`dry`: the liquid never wets a wall.
+
+    Otherwise the contact angle [deg] or `dry` of each mesh, and `dry` for each primitive wall, by the ID of its
+    fix.
+    """
     wall_film: WallFilm = WALL_FILMS[0]
-    """What has a film of one thickness: a triangle, a part (a flat or curved face) or a whole wall."""
+    """Area that shares a film of one thickness: a triangle, a part (a flat or curved face) or a whole wall."""
 
     @model_validator(mode="after")
     def _amount(self) -> Self:
@@ -83,22 +86,22 @@ class Wet(Strict):
 
     @property
     def wet_walls(self) -> Mapping[str, float]:
-        """Contact angle [deg] of each mesh that the liquid meets."""
+        """Return the contact angle [deg] of each mesh that the liquid wets."""
         return {n: a for n, a in self.walls.items() if a != "dry"} if isinstance(self.walls, dict) else {}
 
     @property
     def effects(self) -> Effects:
-        """Bridges by the laws chosen."""
+        """Return the effects: bridges with the selected laws."""
         named = self.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
         return Effects(bridges=True, wall_films=bool(self.wet_walls), **{**PRESETS[self.laws.preset], **named})
 
     def angle_deg(self, atom_type: int) -> float | None:
-        """Contact angle on spheres of a type; None where the file has none."""
+        """Return the contact angle [deg] on spheres of a type; None if the file gives none."""
         given = self.contact_angle_deg
         return given.get(str(atom_type)) if isinstance(given, dict) else given
 
     def film_m3(self, atom_type: int, mass_kg: float, radius_m: float, place_m: Vector) -> float:
-        """Liquid on a sphere when it comes."""
+        """Return the liquid [m3] on a sphere when it is inserted."""
         amount = next((first for first in self.first_films if first.holds(atom_type, place_m)), self.liquid)
         if amount.film_um is not None:
             return film_volume(1e-6 * amount.film_um, radius_m)
@@ -116,7 +119,7 @@ class Wet(Strict):
 
 @dataclass(frozen=True)
 class Line:
-    """The line of the script: name of the fix, file of the liquid, folder of the run, steps between outputs and of windows."""
+    """Line of fix pywet: name of the fix, file of the liquid, folder of the run, steps between outputs and per window."""
 
     name: str
     liquid: Path

@@ -1,4 +1,4 @@
-"""Bodies of small scenes: spheres, dry contacts, liquids, first arrangements; one of each for studies and tests."""
+"""Bodies of small scenes: spheres, dry contacts, liquids, initial arrangements."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ GLASS = 2500.0
 WETTED = math.radians(15.0)
 """Contact angle of water on glass [rad]."""
 FIT_IN_DRUM = 44
-"""From this number on the spheres' lattice fits into the drum that is made for them."""
+"""Smallest number of spheres whose lattice fits into the drum made for them."""
 
 
 def sphere_classes(
     *radii_m: float, counts: int | Sequence[int] = 1, density: float | Sequence[float] = GLASS,
     angle_rad: float | Sequence[float] = WETTED, name: str = "class{k}",
 ) -> tuple[SphereClass, ...]:  # fmt: skip
-    """One class per radius, of glass; `name` may hold {k}, the number of the class, and {mm}, its diameter."""
+    """One class per radius, of glass; `name` may contain {k}, the number of the class, and {mm}, its diameter."""
     many, densities, angles = (np.broadcast_to(v, len(radii_m)).tolist() for v in (counts, density, angle_rad))
     return tuple(
         SphereClass(name=name.format(k=k + 1, mm=f"{2e3 * r:g}"), type=k + 1, radius_m=r, density_kg_per_m3=densities[k],
@@ -47,7 +47,7 @@ def sphere_classes(
 def contact(
     a: int, b: int, stiffness: float, *, friction: float = 0.4, rolling_m: float = 0.0, restitution: float = 0.8
 ) -> ContactPair:
-    """A dry contact with tangential springs of 2/7; b = 0: a wall."""
+    """Return a dry contact with a tangential-to-normal stiffness ratio of 2/7; b = 0: a wall."""
     return ContactPair(
         a=a, b=b, normal_stiffness_N_per_m=stiffness, tangential_stiffness_N_per_m=2.0 / 7.0 * stiffness, friction=friction,
         rolling_friction_m=rolling_m, restitution=restitution,
@@ -55,7 +55,7 @@ def contact(
 
 
 def contacts(types: int, stiffness: float | Sequence[float], **how: float) -> tuple[ContactPair, ...]:
-    """Make the same dry contact for all pairs of types and for walls; of two stiffnesses the smaller counts."""
+    """Make the same dry contact for all pairs of types and for walls; for a pair the smaller of two stiffnesses is used."""
     of_each = [stiffness] * types if isinstance(stiffness, float | int) else stiffness
     return tuple(
         contact(a, b, min(of_each[a - 1], of_each[(b or a) - 1]), **how)
@@ -90,13 +90,13 @@ def wetting(classes: Sequence[SphereClass], percent: float, viscosity: float = 1
 
 
 def at_places(places: Floats, kinds: Sequence[int] | NDArray[Any] | None = None) -> list[Sphere]:
-    """Spheres at rest, shape (n, 3) [m]."""
+    """Return spheres at rest at positions of shape (n, 3) [m]."""
     of = np.ones(len(places), int) if kinds is None else kinds
     return [Sphere(int(k), (x, y, z)) for k, (x, y, z) in zip(of, places.tolist(), strict=True)]
 
 
 def loose_box(count: int, radius: float, seed: int) -> tuple[list[Sphere], Surface]:
-    """Spheres 2.3 radii apart in layers, shaken by a tenth of a radius, above the floor of a box that holds them."""
+    """Return spheres 2.3 radii apart in layers, displaced at random by a tenth of a radius, and the box around them."""
     across = max(4, round(count ** (1.0 / 3.0)))
     number = np.arange(count)
     cells = np.column_stack([number % across, number // across % across, number // across**2]).astype(float)

@@ -1,6 +1,6 @@
 """One bridge measured inside the engine: two bodies drawn apart at constant speed, force over separation from the contact log.
 
-Each law has its own run, because laws act as a scene's effects. What is asked and the rest of the answer: `bridge_query.py`.
+Each law has its own run, because laws act as a scene's effects. The query and the remaining results: `bridge_query.py`.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ STEPS = 4000
 def measured(
     query: Query, engine: str = "liggghts", stretch: str | None = None, wall: Surface | None = None
 ) -> dict[str, Any]:
-    """The answer with force, viscous force, rupture distance and sharing as the engine gives them: liggghts or lammps.
+    """Return the answer with force, viscous force, rupture distance and transfer ratio from the engine: liggghts or lammps.
 
-    With a law of dynamic rupture, `stretch`, the rupture distance is that at the query's speed. `wall` stands in place of the
-    plate, its top at 0.
+    With a law of dynamic rupture, `stretch`, the rupture distance is that at the query's speed. `wall` replaces
+    the plate, with its top at 0.
     """
     answered = answer(query)
     forces: dict[str, list[float | None]] = {}
@@ -60,7 +60,7 @@ def measured(
 
 
 def _transfer(rupture: str) -> str:
-    """The model of sharing that goes with a rupture law."""
+    """Return the transfer model that belongs to a rupture law."""
     return PRESETS["exact" if rupture == EXACT else "paper"]["transfer"]
 
 

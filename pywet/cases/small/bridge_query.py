@@ -1,6 +1,6 @@
 """`pywet bridge FILE.json`: force over separation of one bridge by any laws and by the exact solution. JSON in, JSON out.
 
-The same inside the engine is in `bridge_engine.py`. No physics here: laws and the exact bridge are called.
+`bridge_engine.py` measures the same in an engine. No physics here: laws and the exact bridge are called.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from pywet.util.files import read_json
 
 EXACT = "young_laplace"
 DEFAULT = {kind: PRESETS["paper"][kind] for kind in ("capillary", "viscous_normal", "rupture")}
-"""Laws of each kind where the file names none."""
+"""Default laws of each kind if the file names none."""
 
 
 BESIDE = ("viscous_tangential", "dynamic_rupture", "formation")
-"""Kinds that are answered where a law of them is named."""
+"""Kinds that are evaluated only if one of their laws is named."""
 
 LENGTH = {"ge": 1e-9, "le": 10.0}
-"""From the size of molecules to beyond every grain [m]."""
+"""Allowed lengths [m], from the size of molecules to beyond any grain."""
 Radius = Annotated[float, Field(**LENGTH)]
 Volume = Annotated[float, Field(ge=1e-30, le=1e3)]
 Coefficient = Annotated[float, Field(ge=0, le=1e6)]
@@ -89,7 +89,7 @@ class Query(Excusable):
 
     @property
     def pair(self) -> tuple[float, float, float, float]:
-        """Radii [m] and contact angles [rad]."""
+        """Return radii [m] and contact angles [rad]."""
         i, j = self.bodies
         return i.radius, j.radius, i.angle, j.angle
 
@@ -106,7 +106,7 @@ class Query(Excusable):
 
     @property
     def rule(self) -> str:
-        """Rupture law that ends the closed forms: the first named that is no force of the answer too, else the paper's."""
+        """Return the rupture law that ends the closed forms: the first one that is not also a force law here, or the paper's."""
         elsewhere = {name for kind in DEFAULT if kind != "rupture" for name in registry.names(kind)}
         return next((n for n in self.named("rupture") if n not in elsewhere), DEFAULT["rupture"])
 
@@ -138,7 +138,7 @@ def checked(given: Any, path: Path) -> Query:
 
 
 def answer(query: Query) -> dict[str, Any]:
-    """Answer everything that the file asks, by the laws in Python and the exact solution."""
+    """Answer the query with the laws in Python and the exact solution."""
     ri, rj, ti, tj = query.pair
     volume, sigma = query.volume_m3, query.surface_tension_N_per_m
     gaps = np.array(query.separations_m)
@@ -201,7 +201,7 @@ def exact_force(query: Query) -> list[float | None]:
 
 
 def pull_off(query: Query) -> float:
-    """Largest force [N] over the separations by the one capillary law that the query names."""
+    """Return the largest force [N] over the separations by the only capillary law of the query."""
     names = query.named("capillary")
     if len(names) != 1:
         raise PywetError(
@@ -225,7 +225,7 @@ def rupture_distance(query: Query) -> float:
 
 
 def film(query: Query, name: str) -> float:
-    """Thickness [m] of the film on the spheres from which a law of formation draws the requested volume."""
+    """Return the thickness [m] of the film on the spheres for which a formation law draws the requested volume."""
     ri, rj, *_ = query.pair
     draw = registry.get("formation", name).functions[0]
 
@@ -245,7 +245,7 @@ def film(query: Query, name: str) -> float:
 
 
 def _until(rupture: float, gaps: np.ndarray, values: np.ndarray, name: str) -> list[float | None]:
-    """Values up to the rupture distance, None beyond."""
+    """Return values up to the rupture distance, None beyond."""
     pairs = zip(gaps, np.broadcast_to(values, gaps.shape), strict=True)
     return [None if s > rupture else _finite(float(v), name) for s, v in pairs]
 
@@ -264,7 +264,7 @@ def _degrees(angle: float) -> float | None:
 
 
 def _share(query: Query, model: str) -> float | None:
-    """Part of the liquid that body 1 keeps at rupture; None where the model has no solution."""
+    """Return the share of the liquid that remains on body 1 at rupture; None if the model has no solution."""
     ri, rj, ti, tj = query.pair
     wall = math.isinf(rj)
     reduced = np.array([query.volume_m3 / bridge_radius(ri, rj) ** 3])

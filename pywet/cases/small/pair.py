@@ -35,26 +35,26 @@ class Pair:
 
     @property
     def bridge(self) -> tuple[float, float, float, float, float]:
-        """Volume, radii and contact angles, as the solvers of the exact bridge take them."""
+        """Volume, radii and contact angles, as arguments of the exact bridge's solvers."""
         return (self.volume, self.ri, self.rj, *self.angles)
 
     @property
     def flags(self) -> tuple[Floats, Floats, Any]:
-        """Radii and wall flag as the reference takes them."""
+        """Return radii and wall flag as arguments of the reference implementation."""
         return np.array([self.ri]), np.array([1.0 if self.wall else self.rj]), np.array([self.wall])
 
     @property
     def shape(self) -> tuple[Floats, Floats, Floats, Any, Floats, Floats]:
-        """Volume, these and the contact angles in the same way."""
+        """Return volume, radii, wall flag and contact angles as arguments of the reference implementation."""
         ti, tj = (np.array([angle]) for angle in self.angles)
         return np.array([self.volume]), *self.flags, ti, tj
 
     def paper(self, gaps: Floats) -> Floats:
-        """Rabinovich's force by the reference [N]."""
+        """Return Rabinovich's force [N] by the reference implementation."""
         return np.asarray(capillary.LAWS["rabinovich"](gaps, *self.shape, self.sigma))
 
     def exact(self, gaps: Floats) -> Floats:
-        """Exact force [N], in overlap that at touch; nan where there is no bridge."""
+        """Return the exact force [N], at overlap that at touch; nan where there is no bridge."""
         bridges = [young_laplace.solve(max(float(s), 0.0), *self.bridge) for s in gaps]
         return np.array([math.nan if b is None else b.force(self.sigma) for b in bridges])
 
@@ -72,7 +72,7 @@ class Pair:
         )  # fmt: skip
 
     def query(self, gaps: Sequence[float] | Floats, **more: Any) -> Query:
-        """The question to `pywet bridge`; `more` are further keys of it."""
+        """Return the query for `pywet bridge`; `more`: additional keys."""
         second = {"wall": "large"} if self.wall else {"radius_m": self.rj}
         ti, tj = (math.degrees(t) for t in self.angles)
         bodies = [{"radius_m": self.ri, "contact_angle_deg": ti}, {**second, "contact_angle_deg": tj}]

@@ -1,7 +1,7 @@
 """Small scenes ready to run: a pull, a collision of two, a bed settling in a box, a rotating drum. `pywet scene NAME`.
 
-Each is a function that prepares a run directory (`small.py`), runs the engine and returns what one wants to know as plain
-numbers; the run directory holds everything else (trajectory, history) as after a screening case.
+Each is a function that prepares a run directory (`small.py`), runs the engine and returns its main results as
+numbers; the run directory contains the rest (trajectory, history) as for a screening case.
 """
 
 from __future__ import annotations
@@ -28,35 +28,38 @@ from pywet.util.ranges import SCENE
 
 RESULT = "scene_result.json"
 SOFT, HARD = 2e3, 1e5
-"""Springs [N/m] of beds, and of two that collide."""
+"""Contact stiffness [N/m] of beds, and of colliding pairs."""
 CONTACTS, POISSON, IMPACT = ("linear", "hertz"), 0.25, 1.0
-"""Dry contacts, Poisson's ratio of glass, and a speed that no impact in a bed or drum passes [m/s]."""
+"""Dry contact laws, Poisson's ratio of glass, and an upper bound on impact speeds in a bed or drum [m/s]."""
 DRUM_WIDTH = 8.0
-"""Over the radius of its spheres."""
+"""Width of the drum over the radius of its spheres."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Choices for a small scene; those that a scene does not have are ignored."""
+    """Parameters of a small scene; those that do not apply to a scene are ignored."""
 
     spheres: int = 500
     radius_m: float = 1.5e-3
     moisture_percent: float = 1.0
-    """Liquid over the mass of the spheres."""
+    """Mass of liquid over the mass of the spheres."""
     viscosity_Pa_s: float = 1e-3
     speed_m_per_s: float | None = None
-    """Of the pull (0.05 if not given) or of the collision (0.5)."""
+    """Speed of the pull (0.05 if not given) or of the collision (0.5)."""
     turns_per_minute: float = 20.0
     seconds: float | None = None
     ranks: int = 1
     seed: int = 1
     viscous_integration: str = "semi_implicit"
     engine: str = "liggghts"
-    """Or lammps, without rolling resistance."""
+    """Engine: liggghts, or lammps without rolling resistance."""
     contact: str = "linear"
-    """Dry contacts: linear springs, or hertz: Hertz–Mindlin of `youngs_modulus_Pa` and a Poisson's ratio of 0.25."""
+    """Dry contact law: linear springs, or hertz: Hertz–Mindlin with `youngs_modulus_Pa` and a Poisson's ratio of 0.25."""
     youngs_modulus_Pa: float = 1e7
-    """Of spheres and walls, with hertz; far below glass's 6e10, so that an impact lasts some time steps of 1e-5 s."""
+    """Young's modulus of spheres and walls for hertz; far below glass's 6e10, so that an impact lasts some time steps of 1e-5 s.
+
+
+    """
 
     def __post_init__(self) -> None:
         for name, limits in SCENE.items():
@@ -76,30 +79,30 @@ class Choice:
         return bodies.wetting((sphere,), self.moisture_percent, self.viscosity_Pa_s)
 
     def time_step(self, sphere: SphereClass, stiffness: float) -> float:
-        """A tenth of the stable step of a dense packing; explicit drag counts with its damping time."""
+        """Return a tenth of the stable step of a dense packing; explicit drag is limited by its damping time."""
         drag = 0.0 if self.viscous_integration == "semi_implicit" else self.viscosity_Pa_s
         return step_choice.of_packing((sphere,), self.dry(sphere, springs(stiffness)), 0.1, drag, self.hertz)
 
     @property
     def hertz(self) -> Hertz | None:
-        """Moduli, and the speed of impact that planning goes by: as given, or a fall of some radii; None: linear springs."""
+        """Return the moduli and the impact speed for planning: the given one, or that of a fall of some radii; None: linear."""
         if self.contact == "linear":
             return None
         glass = Elastic(youngs_modulus_Pa=self.youngs_modulus_Pa, poissons_ratio=POISSON)
         return Hertz(spheres=(glass,), walls=glass, impact_speed_m_per_s=self.speed_m_per_s or IMPACT)
 
     def dry(self, sphere: SphereClass, pairs: tuple[ContactPair, ...]) -> tuple[ContactPair, ...]:
-        """These contacts, with Hertz's equivalent springs where they are not linear."""
+        """Return these contacts, with Hertz's equivalent stiffness if they are not linear."""
         return pairs if self.hertz is None else bodies.hertzian((sphere,), pairs, self.hertz)
 
 
 def springs(stiffness: float, rolling_m: float = 2e-5) -> tuple[ContactPair, ...]:
-    """Glass on itself and on the walls; soft springs, as long as overlaps stay below some per cent of the radius."""
+    """Return contacts of glass with itself and walls; accurate while overlaps stay below a few per cent of the radius."""
     return bodies.contacts(1, stiffness, rolling_m=rolling_m)
 
 
 def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
-    """Two spheres drawn apart from touch: largest force [N], rupture distance [m], work [J]."""
+    """Run two spheres drawn apart from touch: largest force [N], rupture distance [m], work [J]."""
     step, speed, r = 1e-5, choice.speed_m_per_s or 0.05, choice.radius_m
     drawn = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
@@ -116,7 +119,7 @@ def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 
 def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
-    """Two wet spheres thrown at each other: coefficient of restitution, where the energy went [J]."""
+    """Run a collision of two wet spheres: coefficient of restitution, energy by sink [J]."""
     sphere, speed = choice.glass(2), choice.speed_m_per_s or 0.5
     r, v = sphere.radius_m, 0.5 * speed
     gap = 2.2 * choice.liquid(sphere).initial_film_thickness_m + 1e-6
@@ -136,7 +139,7 @@ def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 
 def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
-    """Moist spheres that fall into a box and come to rest: solid fraction, bridges per sphere, liquid in bridges."""
+    """Run moist spheres that fall into a box and come to rest: solid fraction, bridges per sphere, liquid in bridges."""
     count, r = choice.spheres, choice.radius_m
     poured, vessel = bodies.loose_box(count, r, choice.seed)
     step = choice.time_step(choice.glass(count), SOFT)
@@ -154,7 +157,7 @@ def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 
 def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
-    """Moist spheres in a drum that turns about the horizontal z axis: the bed's dynamic angle [deg].
+    """Run moist spheres in a drum that turns about the horizontal z axis: the bed's dynamic angle [deg].
 
     Mean and standard deviation over the second half of the run, see `bed_angles`.
     """
@@ -172,7 +175,7 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 
 def in_a_drum(choice: Choice) -> tuple[list[small.Sphere], dict[str, Any]]:
-    """Spheres at rest in a drum, and its walls, motion and gravity as `small.prepare` takes them."""
+    """Return spheres at rest in a drum, and its walls, motion and gravity as arguments of `small.prepare`."""
     r, width = choice.radius_m, DRUM_WIDTH * choice.radius_m
     radius = bodies.drum_radius(choice.spheres, r, width)
     return bodies.in_drum(choice.spheres, r, radius, width, choice.seed), {
@@ -183,8 +186,10 @@ def in_a_drum(choice: Choice) -> tuple[list[small.Sphere], dict[str, Any]]:
 
 
 def bed_angles(run_dir: Path) -> bodies.Floats:
-    """Angle [deg] by which a turning wall has carried the bed: of the line from its axis to the spheres' centre against gravity,
-    which is the slope of a flat surface, at the outputs of the second half of the run."""
+    """Return the angle [deg] by which a turning wall has carried the bed, at the outputs of the second half of the run.
+
+    It is the angle between gravity and the line from the axis to the spheres' centre: the slope of a flat surface.
+    """
     scene = EngineScene.read(Path(run_dir) / "scene.json")
     turning = (scene.motion_of(wall) for wall in scene.walls)
     motion = next((m for m in turning if isinstance(m, Rotation)), None)
@@ -205,7 +210,7 @@ SCENES: dict[str, Callable[[Path, Choice], dict[str, float]]] = {
     "bed": bed,
     "drum": drum,
 }
-"""Name of a scene -> the function that runs it."""
+"""Function that runs each scene, by name."""
 
 
 def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, float]:
@@ -230,7 +235,7 @@ def _ledger(run_dir: Path) -> pd.Series:
 
 
 def _share(ledger: pd.Series, holder: str) -> float:
-    """Part of the liquid that a reservoir has; 0 without liquid."""
+    """Return the share of the liquid in a reservoir; 0 without liquid."""
     return float(ledger[holder] / ledger["initial"]) if ledger["initial"] > 0 else 0.0
 
 
@@ -238,7 +243,7 @@ def _run(
     run_dir: Path, choice: Choice, spheres: list[small.Sphere], step: float, seconds: float, *, stiffness: float = SOFT,
     walls: tuple[Surface, ...] = (), log_every_step: bool = False, **more: Any,
 ) -> None:  # fmt: skip
-    """Prepare and run; `more` as `small.prepare` takes it."""
+    """Prepare and run a scene; `more`: further arguments of `small.prepare`."""
     steps = round(seconds / step)
     if steps < 1:
         raise PywetError(

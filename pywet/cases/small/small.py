@@ -1,6 +1,6 @@
 """Small scenes next to screening: a few spheres, a plane wall, driven or free. Same `EngineScene`, same engine, same logs.
 
-Used by the checks inside the engine (two bodies at constant speed, dry collisions) and open to a user's own experiments.
+Used by checks in the engine (two bodies at constant speed, dry collisions) and available for user experiments.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ class Sphere:
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     spin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     driven: bool = False
-    """Held at its velocity whatever acts on it."""
+    """Whether the sphere's velocity is prescribed regardless of forces."""
     wiggle: tuple[tuple[float, float, float], float] | None = None
     """Amplitude [m] and period [s] of a driven motion x + A sin(2 pi t/T) in place of `velocity`."""
     film: float | None = None
-    """Liquid on it [m3], where that is not what the scene's film thickness gives."""
+    """Liquid on the sphere [m3], if it differs from that of the scene's film thickness."""
 
 
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
-    """A large flat plate whose upper face lies at `top`."""
+    """Return a large flat plate whose upper face is at `top`."""
     return make_surface("floor", "wall", plate(square(half_side), top - thickness, top))
 
 
@@ -71,8 +71,8 @@ def prepare(
 ) -> EngineScene:
     """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `EngineScene`.
 
-    `prisms` names the walls whose parts are prisms to the dry contact. Laws of `effects` in files,
-    `path/to/file.py:function`, may run from now on: the caller names them.
+    `prisms`: walls whose parts are analytic wires in dry contacts. Law files named in `effects`,
+    `path/to/file.py:function`, are permitted to run from then on.
     """
     named = {kind: custom_laws.placed(law) for kind, law in effects.laws.items()}
     custom_laws.trust(named.values())
@@ -112,7 +112,7 @@ def prepare(
 
 
 def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
-    """Deck lines that hold driven spheres at their velocity, and the group of those that are free."""
+    """Return the deck lines that prescribe the velocity of driven spheres, and the group of the free ones."""
     driven = [k for k, s in enumerate(spheres, start=1) if s.driven]
     if not driven:
         return (), "all"

@@ -14,9 +14,9 @@ from pywet.util.files import read_json, write_json, write_table
 
 
 def with_spheres(scene: EngineScene, run_dir: Path, spheres: pd.DataFrame, **changed: Any) -> EngineScene:
-    """Rewrite a run directory with these of its spheres, numbered again, and other fields of the scene `changed`.
+    """Rewrite a run directory with a subset of its spheres, renumbered, and with scene fields replaced by `changed`.
 
-    A configuration in it says from then on which fields are no longer its own.
+    A stored configuration then lists the fields that no longer follow from it.
     """
     spheres = spheres.assign(id=np.arange(1, len(spheres) + 1)).reset_index(drop=True)
     count = spheres["type"].value_counts()

@@ -1,7 +1,7 @@
 """Public interface to collisions of N wet spheres in a plane (Davis 2023).
 
-Model, contact law, accuracy and limits: docs/sphere_collisions.md. Not a discrete element engine: hard contacts, every event
-located, a few spheres, adaptive steps.
+Model, contact law, accuracy and limits: docs/sphere_collisions.md. Unlike a discrete element engine, it has hard
+contacts, locates every event, and takes adaptive steps for a few spheres.
 """
 
 from __future__ import annotations
@@ -34,5 +34,5 @@ def collide(description: dict[str, Any], where: str = "the description") -> dict
 
 
 def read(path: Path) -> Problem:
-    """The problem that a JSON file describes."""
+    """Read the problem that a JSON file describes."""
     return parse(read_json(path, "see the forms in pywet docs sphere_collisions"), shown(path))

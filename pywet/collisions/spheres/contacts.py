@@ -1,9 +1,9 @@
 """Solid contact, compiled: impact with restitution and friction (Davis 2023, appendix A), contacts that come to rest, overlaps.
 
-Impacts that coincide are treated one after the other, the fastest first. A contact comes to rest when its rebound would be
-slower than the rest speed of the pair and the forces press it; the rest speed doubles after every `BURST` impacts of a pair
-whose films stay in touch, so that a pair makes at most BURST·log2(speed scale/rest speed) impacts, and no bouncing goes on
-without end.
+Impacts that coincide are treated one after the other, the fastest first. A contact comes to rest when its rebound
+would be slower than the rest speed of the pair and the force is compressive; the rest speed doubles after every
+`BURST` impacts of a pair whose films stay in touch, so that a pair makes at most BURST·log2(speed scale/rest speed)
+impacts and never bounces forever.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from pywet.collisions.spheres.state import COS, SIN, H, U, W, compiled
 BURST = 500
 """Impacts of one pair after which its rest speed doubles."""
 AT_ONCE = 200
-"""Impacts at one instant, per overlapping pair, after which all that is left is inelastic."""
+"""Number of impacts at one instant, per overlapping pair, after which all further ones are inelastic."""
 OVERLAP, SEPARATION, CONTACT, REST, RELEASE = range(5)
 """Kinds of logged events."""
 
 
 @compiled
 def log_event(w: Any, kind: int, p: int, u: float) -> None:
-    """Note an event; what does not fit any more is counted only."""
+    """Log an event; events beyond the capacity of the log are only counted."""
     k = w.count.logged
     w.count.logged += 1
     if k < w.log.shape[0]:
@@ -33,7 +33,7 @@ def log_event(w: Any, kind: int, p: int, u: float) -> None:
 
 @compiled
 def activate(s: Any, w: Any, p: int, gap: float) -> None:
-    """Pair p overlaps from now on; `gap` is its gap, known better than from the difference of positions."""
+    """Register overlapping pair p; `gap` is its gap, more accurate than from the difference of positions."""
     k = w.count.pairs
     pair_geometry(w.y, s, p, -1, w.geometry[k])
     w.act[k], w.slot[p] = p, k
@@ -48,7 +48,7 @@ def activate(s: Any, w: Any, p: int, gap: float) -> None:
 
 @compiled
 def deactivate(s: Any, w: Any, p: int) -> None:
-    """Pair p no longer overlaps; the last slot takes its place."""
+    """Remove pair p, which no longer overlaps; the last slot replaces it."""
     k, last = w.slot[p], w.count.pairs - 1
     if s.polar:
         for q in range(4):
@@ -63,7 +63,7 @@ def deactivate(s: Any, w: Any, p: int) -> None:
 
 @compiled
 def kinetic_energy(y: Any, s: Any) -> float:
-    """½ Σ (m v² + I ω²), I = (2/5) m a²."""
+    """Return ½ Σ (m v² + I ω²), I = (2/5) m a²."""
     total = 0.0
     for i in range(s.radius.size):
         spin = s.radius[i] * y[5 * i + 4]
@@ -73,7 +73,7 @@ def kinetic_energy(y: Any, s: Any) -> float:
 
 @compiled
 def impulse(s: Any, w: Any, p: int, jn: float, jt: float) -> None:
-    """Normal and tangential impulse of pair p on its spheres, and on the polar variables of every pair they are in."""
+    """Apply a normal and a tangential impulse of pair p to its spheres, and to the polar variables of all their pairs."""
     g = w.geometry[w.slot[p]]
     x, z = jn * g[COS] - jt * g[SIN], jn * g[SIN] + jt * g[COS]
     before = kinetic_energy(w.y, s)
@@ -90,7 +90,10 @@ def impulse(s: Any, w: Any, p: int, jn: float, jt: float) -> None:
 
 @compiled
 def hit(s: Any, w: Any, p: int, restitution: float) -> None:
-    """Impact of pair p: u → −restitution·u; tangential impulse μ_f times the normal one, or, if smaller, the sticking one."""
+    """Apply the impact of pair p: u → −restitution·u.
+
+    The tangential impulse is μ_f times the normal one, or, if smaller, the sticking one.
+    """
     g = w.geometry[w.slot[p]]
     i, j = s.first[p], s.second[p]
     reduced = s.mass[i] * s.mass[j] / (s.mass[i] + s.mass[j])
@@ -105,7 +108,7 @@ def hit(s: Any, w: Any, p: int, restitution: float) -> None:
 
 @compiled
 def geometries(s: Any, w: Any) -> None:
-    """Geometry of all overlapping pairs at w.y."""
+    """Compute the geometry of all overlapping pairs at w.y."""
     for k in range(w.count.pairs):
         pair_geometry(w.y, s, w.act[k], k, w.geometry[k])
 

@@ -22,8 +22,10 @@ def place(s: Any, slot: int) -> int:
 
 @compiled
 def pair_geometry(y: Any, s: Any, p: int, slot: int, out: Any) -> None:
-    """Gap, direction from i to j, u = −dh/dt, w = (v_i − v_j)·t and centre distance of pair p into `out`; slot −1: from the
-    spheres' variables."""
+    """Write gap, direction from i to j, u = −dh/dt, w = (v_i − v_j)·t and centre distance of pair p to `out`.
+
+    With slot −1 they are computed from the spheres' variables.
+    """
     i, j = s.first[p], s.second[p]
     touch = s.radius[i] + s.radius[j]
     if s.polar and slot >= 0:
@@ -43,7 +45,7 @@ def pair_geometry(y: Any, s: Any, p: int, slot: int, out: Any) -> None:
 
 @compiled
 def film_factors(h: float, film: float, h_min: float) -> tuple[float, float]:
-    """[1 − h/(2δ − h)]²/h and ln[(2δ − h)/h] (Davis 2023, 3, 4), continued a little beyond 0.1 h_min < h < δ for trial stages."""
+    """Return [1 − h/(2δ − h)]²/h and ln[(2δ − h)/h] (Davis 2023, 3, 4), extended beyond 0.1 h_min < h < δ for trial stages."""
     g = min(max(h, 0.1 * h_min), 1.3 * film)
     rest = 2.0 * film - g
     squeeze = 1.0 - g / rest
@@ -76,14 +78,14 @@ def shared(s: Any, p: int, o: int) -> float:
 
 @compiled
 def slip(y: Any, s: Any, p: int, w: float) -> float:
-    """Relative speed of the two surfaces along t, v^s = −rΩ + a_i ω_i + a_j ω_j."""
+    """Return the relative speed of the two surfaces along t, v^s = −rΩ + a_i ω_i + a_j ω_j."""
     i, j = s.first[p], s.second[p]
     return w + s.radius[i] * y[5 * i + 4] + s.radius[j] * y[5 * j + 4]
 
 
 @compiled
 def along(dy: Any, s: Any, p: int, x: float, y: float) -> float:
-    """(a_i − a_j)·(x, y) of the accelerations in dy."""
+    """Return (a_i − a_j)·(x, y) of the accelerations in dy."""
     i, j = s.first[p], s.second[p]
     return (dy[5 * i + 2] - dy[5 * j + 2]) * x + (dy[5 * i + 3] - dy[5 * j + 3]) * y
 
@@ -125,7 +127,7 @@ def resting_forces(y: Any, dy: Any, s: Any, w: Any, lam: Any) -> float:
 
 @compiled
 def derivative(y: Any, dy: Any, s: Any, w: Any, lam: Any) -> None:
-    """Time derivative of the state into dy, and the geometry of the pairs that overlap now."""
+    """Write the time derivative of the state to dy, and update the geometry of the overlapping pairs."""
     w.count.evaluations += 1
     works = 5 * s.radius.size
     for i in range(s.radius.size):

@@ -31,7 +31,7 @@ def head_on_restitution(stokes: float, h_min: float, e_dry: float = 1.0) -> floa
 
 
 def direction(angle_deg: float) -> np.ndarray:
-    """Unit vector at an angle, exact at multiples of 90°."""
+    """Return the unit vector at an angle, exact at multiples of 90°."""
     quarter = angle_deg / 90.0
     if quarter == round(quarter):
         return np.array([(1, 0), (0, 1), (-1, 0), (0, -1)][int(quarter) % 4], dtype=float)

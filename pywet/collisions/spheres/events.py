@@ -1,7 +1,8 @@
 """Locate events, compiled: films that touch or separate, solid contacts, resting contacts that would pull.
 
-An event is suspected where the cubic through the ends of a step crosses its level, the start of a bounce inside a single
-step included, and located by repeating the step with other lengths: its place is as accurate as a step.
+An event is suspected where the cubic through the ends of a step crosses its level, including the start of a bounce
+within one step. It is located by repeating the step with other lengths, so that its position is as accurate as a
+step.
 """
 
 from __future__ import annotations
@@ -18,12 +19,12 @@ from pywet.collisions.spheres.state import H, U, compiled
 from pywet.collisions.spheres.steppers import step
 
 SAMPLES = 8
-"""Points of a step at which the cubic is looked at."""
+"""Number of points of a step at which the cubic is evaluated."""
 
 
 @compiled
 def gap_of(y: Any, s: Any, w: Any, p: int) -> tuple[float, float]:
-    """Monitored gap of a pair and its rate: ln h of a pair in polar variables, else h."""
+    """Return the monitored gap of a pair and its rate: ln h of a pair in polar variables, else h."""
     k, g = w.slot[p], w.seen[p]
     pair_geometry(y, s, p, k, g)
     return (y[place(s, k)], -g[U] / g[H]) if s.polar and k >= 0 else (g[H], -g[U])
@@ -31,23 +32,24 @@ def gap_of(y: Any, s: Any, w: Any, p: int) -> tuple[float, float]:
 
 @compiled
 def level_of(s: Any, w: Any, p: int, kind: int) -> float:
-    """Level of the monitored gap at which an event of that kind happens."""
+    """Return the level of the monitored gap at which an event of that kind occurs."""
     level = s.h_min if kind == CONTACT else s.film[p]
     return math.log(level) if s.polar and w.slot[p] >= 0 else level
 
 
 @compiled
 def cubic(a: float, da: float, b: float, db: float, x: float) -> float:
-    """Hermite's cubic on 0..1 with end values a, b and slopes da, db."""
+    """Evaluate Hermite's cubic on 0..1 with end values a, b and slopes da, db."""
     z = 1.0 - x
     return a * z * z * (1.0 + 2.0 * x) + b * x * x * (3.0 - 2.0 * x) + da * x * z * z - db * x * x * z
 
 
 @compiled
 def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[float, float]:
-    """Part of the step (lo, hi) in which the cubic rises through 0 to above `slack`, or rises above it; hi < 0 for none.
+    """Return the part (lo, hi) of the step in which the cubic rises through 0 to above `slack`, or rises above it.
 
-    lo < 0: it leaves the level at first and is beyond it soon after, and the cubic does not show where it turns.
+    hi < 0 for none. lo < 0: it first leaves the level and exceeds it soon after, and the cubic does not resolve the
+    turning point.
     """
     if max(a, b) + 0.3 * (abs(da) + abs(db)) < 0.0:
         return 0.0, -1.0
@@ -70,7 +72,7 @@ def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[fl
 
 @compiled
 def value_at(kind: int, p: int, s: Any, w: Any) -> float:
-    """The quantity that rises through 0 at the event, at w.y_new."""
+    """Return the quantity that rises through 0 at the event, at w.y_new."""
     if kind == RELEASE:
         return -w.lam_new[p]
     sign = 1.0 if kind == SEPARATION else -1.0
@@ -79,7 +81,7 @@ def value_at(kind: int, p: int, s: Any, w: Any) -> float:
 
 @compiled
 def first_event(dt: float, s: Any, w: Any) -> tuple[int, int, float, float]:
-    """Earliest suspected event of the step just made: kind (−1 none), pair, and the part of the step it is in."""
+    """Return the earliest suspected event of the last step: kind (−1 none), pair, and the part of the step that contains it."""
     kind, pair, low, high = -1, -1, 0.0, 2.0
     for p in range(s.first.size):
         active = w.slot[p] >= 0

@@ -36,7 +36,7 @@ class ThreeEqualSpheres(_Equal):  # type: ignore[misc]
 
 
 class WetSphere(Excusable):
-    """One sphere in SI units, its film's thickness included."""
+    """One sphere in SI units, including its film thickness."""
 
     radius_m: Positive
     mass_kg: Positive
@@ -59,7 +59,7 @@ class WetSphere(Excusable):
 class Spheres(Excusable):
     """Spheres of any sizes, masses and films, in SI units.
 
-    `reference_speed_m_per_s`: what e_wet refers to; null: the largest initial normal approach of a pair whose paths cross.
+    `reference_speed_m_per_s`: reference of e_wet; null: the largest initial normal approach of a pair whose paths cross.
     """
 
     form: Literal["spheres"]
@@ -103,7 +103,7 @@ FORMS: dict[str, type[ThreeEqualSpheres] | type[Spheres]] = {
 
 
 def parse(description: Any, where: str = "the description") -> Problem:
-    """The problem a JSON description means."""
+    """Return the problem that a JSON description defines."""
     form = description.get("form") if isinstance(description, dict) else None
     if not isinstance(form, str) or form not in FORMS:
         raise PywetError(

@@ -1,6 +1,6 @@
 """Integrate from the initial to the final state, compiled: steps, events, flight without contact in closed form.
 
-Where events are is the business of `events`, what happens at them that of `contacts`.
+`events` locates events, `contacts` applies them.
 """
 
 from __future__ import annotations
@@ -18,11 +18,14 @@ from pywet.util.machine_code import njit
 
 DONE, TOO_MANY_STEPS, STALLED, TOO_SMALL = range(4)
 PATIENCE = 1000
-"""Steps limited by stability, in one segment, after which `AUTO` goes over to the implicit method, ten times dearer a step."""
+"""Number of steps limited by stability, in one segment, after which `AUTO` switches to the implicit method.
+
+An implicit step costs ten times as much.
+"""
 SHORTEST = 1e-12
-"""Step below which a contact that closes at once is taken to do so."""
+"""Step length below which a contact is treated as closing at once."""
 AUTO = 2
-"""Method: explicit until a segment turns out to be stiff, then implicit until its end."""
+"""Method: explicit until a segment is found to be stiff, then implicit until the end of the segment."""
 
 
 @compiled
@@ -45,7 +48,7 @@ def apply(kind: int, p: int, s: Any, w: Any) -> None:
 
 @compiled
 def fly(limit: float, s: Any, w: Any) -> int:
-    """No films overlap: everything flies freely to the next touch of films or to the time limit; returns the pair or −1."""
+    """Move all spheres freely, without overlapping films, to the next contact of films or the limit; return the pair or −1."""
     y, best, pair = w.y, limit - w.now.time, -1
     for p in range(s.first.size):
         i, j = s.first[p], s.second[p]
@@ -72,7 +75,7 @@ def fly(limit: float, s: Any, w: Any) -> int:
 
 @compiled
 def start_step(limit: float, s: Any, w: Any) -> None:
-    """First step of a segment (Hairer, Nørsett & Wanner I, II.4), never longer than asked for."""
+    """Choose the first step of a segment (Hairer, Nørsett & Wanner I, II.4), never longer than requested."""
     n = w.count.size
     set_scale(s, w, w.y, w.y)
     bounce = top_of_bounce(s, w)  # before the probe below changes the geometry
@@ -89,7 +92,7 @@ def start_step(limit: float, s: Any, w: Any) -> None:
 
 @compiled
 def top_of_bounce(s: Any, w: Any) -> float:
-    """Time to the top of the shortest bounce that begins now: a whole one could hide inside a longer step."""
+    """Return the time to the top of the shortest bounce that begins now: a longer step could miss a whole bounce."""
     shortest = math.inf
     for k in range(w.count.pairs):
         p, g = w.act[k], w.geometry[k]
@@ -102,7 +105,7 @@ def top_of_bounce(s: Any, w: Any) -> float:
 
 @compiled
 def trace(s: Any, w: Any) -> None:
-    """A row of the record: time, Cartesian state, then h, u, w and the angle of every pair."""
+    """Record one row: time, Cartesian state, then h, u, w and the angle of every pair."""
     k, n = w.count.traced, 5 * s.radius.size
     if k >= w.trace.shape[0]:
         return
@@ -118,7 +121,7 @@ def trace(s: Any, w: Any) -> None:
 
 @compiled
 def next_length(error: float, dt: float, w: Any) -> float:
-    """Length of the next step from the error of this one."""
+    """Return the length of the next step from the error of this one."""
     order = 4.0 if w.count.mode == IMPLICIT else w.tableau.order
     if not math.isfinite(error):
         return 0.25 * dt
@@ -127,7 +130,10 @@ def next_length(error: float, dt: float, w: Any) -> float:
 
 @compiled
 def advance(limit: float, s: Any, w: Any) -> tuple[int, int]:
-    """One accepted step, cut at `limit` or at an event; the event's kind and pair (−1 none, −2 step too small, −3 again)."""
+    """Make one accepted step, cut at `limit` or at an event.
+
+    Returns the event's kind and pair (−1 none, −2 step too small, −3 again).
+    """
     left = limit - w.now.time
     while True:
         full = w.now.step
@@ -171,7 +177,7 @@ def advance(limit: float, s: Any, w: Any) -> tuple[int, int]:
 
 @compiled
 def begin(s: Any, w: Any, gaps: Any) -> None:
-    """Pairs whose films touch at the start: those with a gap ≥ 0 in `gaps`; at h_min without speed they rest."""
+    """Register pairs whose films touch at the start: those with a gap ≥ 0 in `gaps`; pairs at h_min without speed rest."""
     for p in range(gaps.size):
         if gaps[p] >= 0.0:
             g = w.seen[p]
@@ -185,7 +191,7 @@ def begin(s: Any, w: Any, gaps: Any) -> None:
 
 @compiled
 def segment(limit: float, s: Any, w: Any, method: int, most: int, every: bool) -> int:
-    """Advance w to the time `limit`; returns DONE or why it stopped. With `every`, each step is recorded."""
+    """Advance w to the time `limit`; return DONE or the reason for stopping. With `every`, each step is recorded."""
     fresh = True
     while w.now.time < limit:
         if w.count.pairs == 0:

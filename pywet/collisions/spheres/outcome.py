@@ -7,11 +7,11 @@ from typing import Any
 from pywet.collisions.spheres.simulate import Run
 
 CRADLES = {(0, 1): "Newton's cradle", (1, 2): "reverse Newton's cradle", (0, 2): "transfer"}
-"""Names of partial agglomeration of three spheres, by the pair that stays (Donahue et al. 2010; Liu et al. 2017)."""
+"""Names of partial agglomeration of three spheres, by the pair that remains joined (Donahue et al. 2010; Liu et al. 2017)."""
 
 
 def clusters(count: int, pairs: list[tuple[int, int]]) -> list[list[int]]:
-    """Spheres (from 0) joined by pairs, larger groups first."""
+    """Return the groups of spheres (from 0) joined by pairs, larger groups first."""
     group = list(range(count))
     for i, j in pairs:
         old, new = group[j], group[i]
@@ -21,7 +21,7 @@ def clusters(count: int, pairs: list[tuple[int, int]]) -> list[list[int]]:
 
 
 def outcome(run: Run) -> str:
-    """FA if all spheres are connected at the end, FS if none are, else PA."""
+    """Return FA if all spheres are connected at the end, FS if none are, else PA."""
     groups = clusters(len(run.omega), run.overlapping)
     if len(groups) == 1:
         return "FA"
@@ -29,17 +29,17 @@ def outcome(run: Run) -> str:
 
 
 def times(run: Run, pair: tuple[int, int], kind: str) -> list[float]:
-    """Times of the events of a kind of a pair."""
+    """Return the times of a pair's events of one kind."""
     return [e.time for e in run.events if e.pair == pair and e.kind == kind]
 
 
 def reference_speed(run: Run) -> float:
-    """The speed to which e_wet refers, as given or the largest initial normal approach of a pair whose paths cross."""
+    """Return the reference speed of e_wet: the given one or the largest initial normal approach of a pair whose paths cross."""
     return run.problem.reference_speed or run.speed
 
 
 def wet_restitution(run: Run, pair: tuple[int, int]) -> float | None:
-    """Speed of the last parting of the films over the striker's normal speed (Davis 2023, 40); None where they never part."""
+    """Return the speed at the last separation of the films over the striker's normal speed (Davis 2023, 40), or None."""
     speeds = [-e.speed for e in run.events if e.pair == pair and e.kind == "separation"]
     return speeds[-1] / reference_speed(run) if speeds else None
 
@@ -47,8 +47,9 @@ def wet_restitution(run: Run, pair: tuple[int, int]) -> float | None:
 def mechanism(run: Run, pair: tuple[int, int]) -> str | None:
     """Name the last separation of a pair: rapid bounce or stick-rotate-separate; None if it did not separate.
 
-    A rebound driven by the impact slows down in the film, so its mean speed from the last contact on is above that at parting. A
-    pair that stuck and is drawn apart by its rotation speeds up: below half of that at parting (or there was no contact).
+    A rebound driven by the impact slows down in the film, so its mean speed after the last contact exceeds that
+    at separation. A pair that stuck and is pulled apart by its rotation speeds up: its mean speed is below half
+    of that at separation (or there was no contact).
     """
     parted = [e for e in run.events if e.pair == pair and e.kind == "separation"]
     touched = [t for t in times(run, pair, "contact") if parted and t <= parted[-1].time]
@@ -63,7 +64,7 @@ def mechanism(run: Run, pair: tuple[int, int]) -> str | None:
 
 
 def describe(run: Run) -> dict[str, Any]:
-    """The answer of `pywet collide spheres`; spheres numbered from 1, units those of the problem."""
+    """Return the answer of `pywet collide spheres`, with spheres numbered from 1 and in the problem's units."""
     groups = clusters(len(run.omega), run.overlapping)
     kind = outcome(run)
     name = CRADLES.get(run.overlapping[0]) if kind == "PA" and len(run.omega) == 3 and run.overlapping else None

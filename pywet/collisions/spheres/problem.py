@@ -13,9 +13,9 @@ from pywet.collisions.spheres.state import System
 from pywet.errors import PywetError
 
 MOST_SPHERES = 60
-"""Every pair is looked at in every step."""
+"""Largest number of spheres, since every pair is checked in every step."""
 LEAST, MOST = 1e-30, 1e12
-"""Sizes of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""
+"""Range of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""
 
 
 def _sized(value: float) -> float:
@@ -33,8 +33,9 @@ NotNegative = Annotated[Number, Field(ge=0, allow_inf_nan=False)]
 class Problem:
     """Spheres in a plane and the liquid between them; any consistent units.
 
-    Shapes: radius, mass, omega (n,); position, velocity (n, 2). `film` is the gap at which the films of a pair touch, δ_i + δ_j,
-    and `gap` gaps known better than from differences of positions, both by pair (i, j), i < j, from 0.
+    Shapes: radius, mass, omega (n,); position, velocity (n, 2). `film` is the gap at which the films of a pair
+    touch, δ_i + δ_j, and `gap` contains gaps that are more accurate than differences of positions; both by pair
+    (i, j), i < j, from 0.
     """
 
     radius: np.ndarray
@@ -53,11 +54,11 @@ class Problem:
     gap: dict[tuple[int, int], float] = field(default_factory=dict)
     rtol: float = 1e-9
     speed: float | None = None
-    """Speed to which the rest speed refers; default the largest initial normal approach of a pair whose paths cross."""
+    """Reference of the rest speed; by default the largest initial normal approach of a pair whose paths cross."""
     reference_speed: float | None = None
-    """Speed to which e_wet refers; default that of the rest speed. No result but e_wet depends on it."""
+    """Reference speed of e_wet, by default `speed`. No result but e_wet depends on it."""
     rest_speed: float = 1e-5
-    """Rebounds slower than this times `speed` come to rest where the contact is pressed."""
+    """Rebound speed, over `speed`, below which a compressed contact comes to rest."""
     slip_scale: float = 1e-3
     """Slip, times `speed`, over which the friction of resting contacts builds up."""
 
@@ -66,12 +67,12 @@ class Problem:
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """All pairs (i, j), i < j."""
+        """Return all pairs (i, j), i < j."""
         n = len(self.radius)
         return [(i, j) for i in range(n) for j in range(i + 1, n)]
 
     def gap_of(self, i: int, j: int) -> float:
-        """Initial gap of a pair."""
+        """Return the initial gap of a pair."""
         apart = float(np.hypot(*(self.position[j] - self.position[i])))
         return self.gap.get((i, j), apart - float(self.radius[i] + self.radius[j]))
 
@@ -100,7 +101,7 @@ class Scales:
 
 
 def approach_speed(problem: Problem) -> float:
-    """Largest normal speed with which a pair meets if nothing deflects it (films touching counts); 0 where none does."""
+    """Return the largest normal speed at which a pair meets if undeflected (touching films count); 0 if none does."""
     best = 0.0
     for i, j in problem.pairs:
         d = problem.position[j] - problem.position[i]
@@ -117,8 +118,9 @@ def approach_speed(problem: Problem) -> float:
 
 
 def scales(problem: Problem) -> Scales:
-    """Return the scales of a problem; if no pair approaches, the speed is that which capillarity or gravity gives over a film's
-    thickness.
+    """Return the scales of a problem.
+
+    If no pair approaches, the speed is that which capillarity or gravity causes over a film's thickness.
     """
     length = max(problem.film.values())
     mass = float(problem.mass.min())
@@ -132,7 +134,7 @@ def scales(problem: Problem) -> Scales:
 
 
 def system(problem: Problem, unit: Scales, polar: bool) -> System:
-    """Constants of the equations in the scales `unit`."""
+    """Return the constants of the equations in the scales `unit`."""
     pairs = problem.pairs
     first, second = (np.array([p[k] for p in pairs], dtype=np.int64) for k in (0, 1))
     radius = problem.radius / unit.length
@@ -166,7 +168,7 @@ def refuse(condition: bool, what: str, key: str, code: str = "spheres.value") ->
 
 
 def check(problem: Problem) -> None:
-    """Refuse what the model cannot describe, in one sentence."""
+    """Refuse in one sentence what the model cannot describe."""
     n = len(problem.radius)
     refuse(
         2 <= n <= MOST_SPHERES, f"{n} spheres were given; expected 2 to {MOST_SPHERES}", "spheres", code="spheres.count"

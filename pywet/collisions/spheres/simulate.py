@@ -15,10 +15,10 @@ from pywet.collisions.spheres.state import WORKS, Work, workspace
 from pywet.errors import PywetError
 
 METHODS = {"auto": (DOP853, marching.AUTO), "dop853": (DOP853, 0), "dopri5": (DOPRI5, 0), "radau": (DOP853, 1)}
-"""Integrators: DOP853 with a switch to Radau IIA where stiff, or one of them throughout."""
+"""Integrators: DOP853 with a switch to Radau IIA if stiff, or one of them throughout."""
 KINDS = ("overlap", "separation", "contact", "rest", "release")
 MOST_STEPS = 150_000
-"""Accepted steps, an implicit one counted ten times, or events, after which a run is refused: the bound on its work."""
+"""Number of accepted steps (an implicit one counts ten times) or events after which a run is refused."""
 LOG_ROWS = 20_000
 
 
@@ -34,7 +34,10 @@ class Event:
 
 @dataclass(frozen=True)
 class Energy:
-    """Budget of kinetic energy: in + gravity − out = viscous + capillary + impact + residual; resting friction is in impact."""
+    """Budget of kinetic energy: in + gravity − out = viscous + capillary + impact + residual.
+
+    The friction of resting contacts is included in impact.
+    """
 
     start: float
     end: float
@@ -45,13 +48,13 @@ class Energy:
 
     @property
     def residual(self) -> float:
-        """Residual of the energy budget: what its terms do not account for."""
+        """Return the residual of the energy budget, which its terms do not explain."""
         return self.start + self.gravity - self.end - self.viscous - self.capillary - self.impact
 
 
 @dataclass(frozen=True)
 class Run:
-    """Result of a march, in the problem's units. Arrays: position, velocity (n, 2), omega (n,)."""
+    """Result of an integration, in the problem's units. Arrays: position, velocity (n, 2), omega (n,)."""
 
     problem: Problem
     speed: float
@@ -70,14 +73,14 @@ class Run:
     evaluations: int
     impacts: int
     rest_speed: float
-    """Largest rest speed any pair ended with, in units of speed."""
+    """Largest rest speed of any pair at the end, in units of speed."""
     wall_s: float
     record: dict[str, np.ndarray]
     """With `record`: time (k,), position, velocity (k, n, 2), omega (k, n), gap, approach, sideways, angle (k, pairs)."""
 
 
 def first_gaps(problem: Problem, unit: Scales) -> np.ndarray:
-    """Gaps of the pairs whose films touch at the start, −1 for others; a gap of exactly δ without parting counts."""
+    """Return the gaps of pairs whose films touch at the start, −1 for others; a gap of exactly δ without separation counts."""
     gaps = np.full(len(problem.pairs), -1.0)
     for p, (i, j) in enumerate(problem.pairs):
         gap, film = problem.gap_of(i, j), problem.film[i, j]
@@ -98,7 +101,10 @@ def run(
     times: Sequence[float] | np.ndarray = (),
     record: int = 0,
 ) -> Run:
-    """March a problem to its end; `times` are stops whose states are recorded, `record` the most steps recorded besides."""
+    """Integrate a problem to its end.
+
+    `times` are stops whose states are recorded, `record` the maximum number of other steps recorded.
+    """
     if method not in METHODS:
         raise PywetError(
             f"there is no integrator named {method}; expected one of {', '.join(METHODS)}",
@@ -133,7 +139,7 @@ def explain(code: int, at: float) -> str:
 
 
 def collect(problem: Problem, w: Work, unit: Scales, wall: float) -> Run:
-    """Results of a march in the problem's units."""
+    """Return the results of an integration in the problem's units."""
     n, pairs = len(problem.radius), problem.pairs
     origin = problem.position.mean(axis=0)
     state = w.y[: 5 * n].reshape(n, 5)
@@ -168,7 +174,7 @@ def collect(problem: Problem, w: Work, unit: Scales, wall: float) -> Run:
 
 
 def columns(traced: np.ndarray, n: int, pairs: int, unit: Scales, origin: np.ndarray) -> dict[str, np.ndarray]:
-    """The recorded rows by quantity."""
+    """Split the recorded rows by quantity."""
     if not len(traced):
         return {}
     state, geometry = traced[:, 1 : 5 * n + 1].reshape(-1, n, 5), traced[:, 5 * n + 1 :].reshape(-1, pairs, 4)

@@ -1,7 +1,8 @@
 """Working data of the integration, compiled: constants, state, counters, recorded events. Units: those of `System`.
 
-The state holds, for each sphere, x, y, vx, vy, ω; then four works (viscous, capillary, gravity, friction of resting contacts);
-then, for each pair whose films overlap, four polar variables: q = ln h, θ, u = −dh/dt and w = (v_i − v_j)·t = −r dθ/dt.
+The state holds, for each sphere, x, y, vx, vy, ω; then four accumulated works (viscous, capillary, gravity, friction
+of resting contacts); then, for each pair whose films overlap, four polar variables: q = ln h, θ, u = −dh/dt and w =
+(v_i − v_j)·t = −r dθ/dt.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from numba import njit
 from pywet.collisions.runge_kutta import Tableau
 
 WORKS = 4
-"""Accumulators behind the spheres: viscous, capillary, gravity, friction of resting contacts."""
+"""Number of accumulated works after the spheres: viscous, capillary, gravity, friction of resting contacts."""
 compiled = njit(error_model="numpy")
-"""Not kept one by one: all are part of `marching.march`."""
+"""Compile without caching, since the compiled functions are part of `marching.march`."""
 H, COS, SIN, U, W, R = range(6)
 """Columns of the geometry of a pair: gap, direction from i to j, u, w, distance of the centres."""
 COUNTS = (
@@ -26,7 +27,7 @@ COUNTS = (
 """Whole numbers of a march: overlapping pairs, size of the state; `stiff` and `instant` count steps that stability limits
 and that take no time."""
 AMOUNTS = ("time", "step", "stiffness", "impact_loss", "tolerance", "energy", "start", "end")
-"""Its other numbers; `stiffness` is dt·|λ| of the last step, `energy` a scale, `start` and `end` kinetic energies."""
+"""Other variables; `stiffness` is dt·|λ| of the last step, `energy` a scale, `start` and `end` are kinetic energies."""
 
 
 class System(NamedTuple):
@@ -39,11 +40,11 @@ class System(NamedTuple):
     film: np.ndarray
     """Gap at which the films touch, δ_i + δ_j."""
     normal: np.ndarray
-    """6π μ a², a the reduced radius a_i a_j/(a_i + a_j)."""
+    """Normal lubrication coefficient 6π μ a², a the reduced radius a_i a_j/(a_i + a_j)."""
     tangential: np.ndarray
-    """2π μ a."""
+    """Tangential lubrication coefficient 2π μ a."""
     capillary: np.ndarray
-    """8π a σ."""
+    """Capillary coefficient 8π a σ."""
     h_min: float
     """Gap of solid contact."""
     e_dry: float
@@ -53,11 +54,11 @@ class System(NamedTuple):
     gx: float
     gy: float
     polar: bool
-    """Return whether pairs have variables of their own; else they are differences of the spheres' (for comparison)."""
+    """Whether pairs have polar variables; otherwise their geometry is computed from the spheres' (for comparison)."""
 
 
 class Work(NamedTuple):
-    """Arrays a march works on; made by `workspace`."""
+    """Work arrays of an integration, made by `workspace`."""
 
     y: np.ndarray
     f: np.ndarray
@@ -67,40 +68,40 @@ class Work(NamedTuple):
     scale: np.ndarray
     stages: np.ndarray
     act: np.ndarray
-    """Overlapping pairs, in the order of their slots in the state."""
+    """Indices of the overlapping pairs, in the order of their slots in the state."""
     slot: np.ndarray
     """Slot of a pair, −1 without overlap."""
     rest: np.ndarray
-    """Resting contact, by pair."""
+    """Whether the contact of a pair rests."""
     lam: np.ndarray
-    """Its normal force, by pair."""
+    """Normal force of a resting contact, by pair."""
     lam_new: np.ndarray
     geometry: np.ndarray
-    """Of the overlapping pairs, by slot."""
+    """Geometry of the overlapping pairs, by slot."""
     seen: np.ndarray
-    """Geometry of each pair as it was looked at last."""
+    """Last computed geometry of each pair."""
     impacts: np.ndarray
-    """Impacts of a pair since its films touched."""
+    """Number of impacts of a pair since its films touched."""
     rest_speed: np.ndarray
-    """Rebound speed below which a pressed contact rests, by pair."""
+    """Rebound speed below which a compressed contact rests, by pair."""
     log: np.ndarray
-    """Events: time, kind, pair, u before."""
+    """Logged events: time, kind, pair, u before."""
     trace: np.ndarray
-    """One row per recorded instant."""
+    """Recorded states, one row per instant."""
     tableau: Tableau
     count: Any
-    """`COUNTS`."""
+    """Integer variables named in `COUNTS`."""
     now: Any
-    """`AMOUNTS`."""
+    """Real variables named in `AMOUNTS`."""
 
 
 def _record(names: Sequence[str], kind: type) -> Any:
-    """Numbers by name, zero at first."""
+    """Make a record of named numbers, initially zero."""
     return np.zeros(1, [(name, kind) for name in names]).view(np.recarray)[0]
 
 
 def workspace(s: System, first: np.ndarray, tableau: Tableau, log_rows: int, trace_rows: int) -> Work:
-    """Arrays for a march that starts from the spheres' variables `first`, shape (n, 5)."""
+    """Make the arrays for an integration that starts from the spheres' variables `first`, shape (n, 5)."""
     pairs, spheres = len(s.first), first.size
     size = spheres + WORKS + (4 * pairs if s.polar else 0)
     y = np.zeros(size)

@@ -1,7 +1,7 @@
 """One step of an embedded Runge-Kutta method, compiled: DOP853 and Dormand-Prince 5(4) (explicit), Radau IIA 5 (implicit).
 
-The implicit one is that of Hairer, Nørsett & Wanner II, with the coefficients of `scipy.integrate`. A step gives the new
-state, its derivative and the error relative to the tolerance; choosing the next step is the business of `marching`.
+The implicit one is that of Hairer, Nørsett & Wanner II, with the coefficients of `scipy.integrate`. A step gives the
+new state, its derivative and the error relative to the tolerance; `marching` chooses the next step.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from pywet.collisions.spheres.state import WORKS, compiled
 
 EXPLICIT, IMPLICIT = 0, 1
 NEWTON = 8
-"""Newton iterations of an implicit step at most."""
+"""Largest number of Newton iterations of an implicit step."""
 SHARPER = 1e-3
-"""Tolerance of the implicit method over the one asked for: its error estimate leaves out what is stiff."""
+"""Tolerance of the implicit method over the requested one: its error estimate omits stiff components."""
 
 
 @compiled
 def set_scale(s: Any, w: Any, y: Any, other: Any) -> None:
-    """Error scale of each variable: gaps relative (ln h), angles absolute, lengths by 1, speeds by 1 or their size."""
+    """Set the error scale of each variable: gaps relative (ln h), angles absolute, lengths by 1, speeds by 1 or their size."""
     spheres, tol = s.radius.size, w.now.tolerance
     for i in range(spheres):
         b = 5 * i
@@ -43,7 +43,7 @@ def set_scale(s: Any, w: Any, y: Any, other: Any) -> None:
 
 @compiled
 def explicit_step(dt: float, s: Any, w: Any) -> float:
-    """Step of size dt from w.y into w.y_new, w.f_new; returns the error over the tolerance and notes the stiffness."""
+    """Make a step of size dt from w.y to w.y_new, w.f_new; returns the error over the tolerance and records the stiffness."""
     n, tab = w.count.size, w.tableau
     last = len(tab.a) - 1
     w.stages[0, :n] = w.f[:n]
@@ -62,7 +62,7 @@ def explicit_step(dt: float, s: Any, w: Any) -> float:
 
 @compiled
 def jacobian(s: Any, w: Any) -> Any:
-    """Numerical Jacobian at w.y by one-sided differences."""
+    """Compute the Jacobian at w.y by one-sided differences."""
     n = w.count.size
     matrix, up = np.empty((n, n)), np.empty(n)
     for q in range(n):
@@ -78,7 +78,7 @@ def jacobian(s: Any, w: Any) -> Any:
 
 @compiled
 def norm(x: Any, scale: Any, n: int) -> float:
-    """Root mean square of x over its scale."""
+    """Return the root mean square of x over its scale."""
     total = 0.0
     for q in range(n):
         total += (x[q] / scale[q]) ** 2
@@ -87,7 +87,7 @@ def norm(x: Any, scale: Any, n: int) -> float:
 
 @compiled
 def implicit_step(dt: float, s: Any, w: Any) -> float:
-    """Radau IIA step of size dt from w.y into w.y_new, w.f_new; infinite error where Newton's iteration does not converge."""
+    """Make a Radau IIA step of size dt from w.y to w.y_new, w.f_new; the error is infinite if Newton's iteration fails."""
     n = w.count.size
     set_scale(s, w, w.y, w.y)
     w.scale[:n] *= SHARPER

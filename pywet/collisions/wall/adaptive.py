@@ -1,6 +1,6 @@
 """Solve a collision by `scipy.integrate.solve_ivp`, with any of its methods; slower than `compiled` and its reference.
 
-Also the one that keeps the path, for pictures of a collision and for integrals over it.
+It can also store the path, for pictures of a collision and for integrals along it.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from pywet.collisions.wall.compiled import NOTHING, OK, PASSAGE, STOP, TOO_MANY,
 from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, Parameters, S, U, rupture
 
 MOST_CALLS = 4_000_000
-"""Evaluations of the forces, after which a collision is given up."""
+"""Number of force evaluations after which a collision is abandoned."""
 
 
 @dataclass
 class Course:
-    """A collision as integrated: the state at the end, the log of phases (end, phase, which event ended it), the work it took.
+    """Result of an integration: final state, log of phases (end, phase, event that ended it), number of evaluations.
 
-    `pieces` holds (phase, start time, solution with dense output) where the path was kept.
+    `pieces` contains (phase, start time, solution with dense output) if the path is stored.
     """
 
     state: np.ndarray
@@ -57,7 +57,7 @@ def collide(p: Parameters, state: np.ndarray, rtol: float, method: str, keep_pat
 def _run_phase(
     phase: int, time: float, p: Parameters, rtol: float, method: str, keep: bool, course: Course
 ) -> tuple[int, float]:
-    """Advance `course.state` to the end of the phase: (which event, duration)."""
+    """Advance `course.state` to the end of the phase and return (event, duration)."""
     scale, atol = scales(phase, course.state, p, rtol)
 
     def rhs(t: float, y: np.ndarray) -> np.ndarray:
@@ -93,7 +93,7 @@ def _run_phase(
 
 
 def _rupture_before(solved: Any, stop: float, p: Parameters) -> float:
-    """Time of rupture within the step that ends with the stop, where √Ca collapses."""
+    """Return the time of rupture within the step that ends with the stop, where √Ca becomes zero."""
 
     def beyond(t: float) -> float:
         state = solved.sol(t)
@@ -104,10 +104,10 @@ def _rupture_before(solved: Any, stop: float, p: Parameters) -> float:
 
 
 def ending(event: Callable[[float, np.ndarray], float], direction: float) -> Any:
-    """An event that ends solve_ivp's integration where it passes zero, rising (1) or falling (−1)."""
+    """Return an event that ends solve_ivp's integration where it passes zero, rising (1) or falling (−1)."""
     event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
     return event
 
 
 class _TooMany(Exception):
-    """Raised after more evaluations of the forces than allowed."""
+    """Raised after more force evaluations than allowed."""

@@ -21,14 +21,14 @@ from pywet.util.machine_code import compiling
 from pywet.util.notices import bar
 
 WIDE = 160
-"""Columns of a table that goes into a file or a pipe."""
+"""Width in characters of a table written to a file or a pipe."""
 err = Console(stderr=True, highlight=False)
 SHOWN = ("e_n", "e_t", "e_omega", "stuck", "omega_out", "duration_s", "refused")
-"""Results in the printed table; JSON and CSV have all."""
+"""Results in the printed table; JSON and CSV contain all."""
 
 
 def wall(file: Path, as_table: bool, csv: Path | None) -> None:
-    """One collision: JSON. A sweep: a list of rows as JSON, or a table."""
+    """Print one collision as JSON, and a sweep as JSON rows or a table."""
     content = sweep.read(file)
     if not sweep.swept(content):
         if as_table or csv is not None:

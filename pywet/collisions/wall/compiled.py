@@ -1,4 +1,4 @@
-"""A collision from entry to rupture by scipy's DOP853 (its tableau and its step control), compiled, one call per collision."""
+"""Compute a collision from entry to rupture by scipy's DOP853 (tableau and step control), compiled, one call each."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ MAX_STEPS = 100_000
 OK, TOO_MANY, TOO_SMALL = 0, 1, 2
 """Outcome of an integration: ended by an event; more than MAX_STEPS steps; a step below round-off."""
 NOTHING, PASSAGE, STOP, REST = 0, 1, 2, 3
-"""Which of the event functions ended a phase."""
+"""Event function that ended a phase."""
 
 
 @njit(error_model="numpy")
 def stages(phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndarray, end: np.ndarray) -> None:
-    """One step from `state` with k[0] given: fills the others, writes the new state into `end`."""
+    """Make one step from `state` with k[0] given: compute the other stages and write the new state to `end`."""
     for i in range(1, len(k)):
         combine(state, k, A[i], i, step, end)
         forces.rates(phase, end, p, k[i])
@@ -30,7 +30,7 @@ def stages(phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndar
 def locate(
     which: int, phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndarray, low: float, high: float
 ) -> float:
-    """Smallest fraction found, within the step, at which event function `which` is no longer negative."""
+    """Return the smallest fraction of the step found at which event function `which` is no longer negative."""
     end, bracket = np.empty(SIZE), np.array([0.0, low, 1.0, high, 0.0])
     for number in range(200):
         x = trial(bracket, number)
@@ -51,7 +51,7 @@ def first_event(
     before: tuple[float, float, float],
     after: tuple[float, float, float],
 ) -> tuple[int, float]:
-    """(which, fraction) of the first event of a step; a bridge is tested again where the sphere stops."""
+    """Return (event, fraction) of the first event of a step; a bridge is tested again where the sphere stops."""
     which, at = NOTHING, 1.0
     for n in range(1, 4):
         if before[n - 1] < 0.0 and after[n - 1] >= 0.0:
@@ -71,7 +71,7 @@ def first_event(
 def run_phase(
     phase: int, state: np.ndarray, p: Parameters, rtol: float, atol: np.ndarray, first: float
 ) -> tuple[int, int, float, int, int]:
-    """Advance `state` to the end of the phase: (code, which event, duration, steps, evaluations of the forces)."""
+    """Advance `state` to the end of the phase and return (code, event, duration, steps, force evaluations)."""
     k, end = np.empty((STAGES + 1, SIZE)), np.empty(SIZE)
     time, step, steps, tried, rejected = 0.0, first, 0, 0, False
     forces.rates(phase, state, p, k[0])
@@ -106,7 +106,7 @@ def run_phase(
 
 @njit(error_model="numpy", cache=True)
 def scales(phase: int, state: np.ndarray, p: Parameters, rtol: float) -> tuple[float, np.ndarray]:
-    """A time scale [s] of a phase; absolute tolerances (a thousandth of rtol, B section 3.2, of the phase's own scales)."""
+    """Return a time scale [s] of a phase and its absolute tolerances (a thousandth of rtol, B section 3.2, of its scales)."""
     speed = max(abs(state[U]), 1e-3 * np.sqrt(2.0 * p.gravity * p.layer), 1e-9 * p.speed)
     along = abs(state[V]) + abs(state[W])
     depth = (1.25 * p.mass * speed * speed / p.stiffness) ** 0.4
@@ -124,7 +124,7 @@ def scales(phase: int, state: np.ndarray, p: Parameters, rtol: float) -> tuple[f
 
 @njit(error_model="numpy", cache=True)
 def next_phase(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
-    """The phase that follows; DONE after rupture and when the sphere stays."""
+    """Return the phase that follows; DONE after rupture and when the sphere remains stuck."""
     if which != PASSAGE or phase == BRIDGE:
         return DONE
     if phase == ENTRY:

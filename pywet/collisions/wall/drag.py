@@ -7,7 +7,7 @@ import math
 from numba import njit
 
 GAP_MIN = 0.5e-6
-"""Smallest gap of the viscous forces [m], the roughness (text after (28))."""
+"""Smallest gap of the viscous forces [m]: the roughness (text after (28))."""
 
 
 @njit(error_model="numpy")

@@ -1,7 +1,7 @@
 """The force balance as numbers: parameters, right-hand side and event functions of each phase, compiled for every integrator.
 
 State, per unit of effective mass: h gap [m], u normal velocity [m/s], s slip of the contact point since touch [m], v tangential
-velocity [m/s], w = ωR [m/s], and the works taken out so far by contact, viscous, capillary force and gravity [J/kg].
+velocity [m/s], w = ωR [m/s], and the energy removed so far by contact, viscous force, capillary force and gravity [J/kg].
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from pywet.laws import toroid
 from pywet.util.machine_code import njit as cached_njit
 
 ENTRY, CONTACT, LEAVING, BRIDGE, DONE = 1, 2, 3, 4, 0
-"""Phases I to IV, and none."""
+"""Phases I to IV, and the end."""
 H, U, S, V, W, WORK = 0, 1, 2, 3, 4, 5
 SIZE = 9
 CREEP = 1e-3
-"""A sphere in the film creeps when the net force is below this share of its weight."""
+"""Net force over the weight below which a sphere in the film creeps."""
 REST = 1e-6
-"""Velocity, over that of impact, below which a sphere without gravity counts as stopped; energy: its square."""
+"""Velocity over the impact velocity below which a sphere without gravity counts as stopped; for energies its square."""
 
 
 MISPRINTS = ("shear_modulus", "drag", "gap", "goldman_signs", "suction_sign", "neck_radius", "volume_factors")
@@ -35,13 +35,16 @@ READINGS: dict[str, tuple[str, str]] = {
     "rupture_from": ("film", "wall"),
     "capillary": ("bridge", "film_and_bridge"),
 }
-"""Doubtful place of the paper (docs/wall_collision.md) -> the reading that is the default, the other one."""
+"""Ambiguity of the paper (docs/wall_collision.md) -> the default reading, the other one."""
 Other: Any = namedtuple("Other", READINGS)  # type: ignore[misc]
-"""Return whether the other reading of each place is taken."""
+"""Flags of the ambiguities for which the other reading is selected."""
 
 
 class Parameters(NamedTuple):
-    """One collision in SI units; `mass` is that of the pair, `radius` the sphere's, `reduced` R* (see docs/wall_collision.md)."""
+    """Parameters of one collision in SI units (docs/wall_collision.md).
+
+    `mass` is that of the pair, `radius` the sphere's, `reduced` R*.
+    """
 
     mass: float
     radius: float
@@ -60,25 +63,25 @@ class Parameters(NamedTuple):
     contact_angle: float
     half_filling: float
     other: Any
-    """`Other`."""
+    """Selected readings, see `Other`."""
 
 
 @njit(error_model="numpy")
 def contact_line(h: float, p: Parameters) -> tuple[float, float, float]:
-    """Height of the contact line above the film, its radius, and the angle φ + θ, at gap h."""
+    """Return the height of the contact line above the film, its radius, and the angle φ + θ, at gap h."""
     height = h + p.radius * (1.0 - math.cos(p.half_filling)) - p.layer
     return height, p.radius * math.sin(p.half_filling), p.half_filling + p.contact_angle
 
 
 @njit(error_model="numpy")
 def viscous_gap(h: float, p: Parameters) -> float:
-    """Gap of the viscous laws, bounded below by the roughness; printed: δ_l − y with y the centre's height."""
+    """Return the gap of the viscous laws, bounded below by the roughness; as printed: δ_l − y with y the centre's height."""
     return max(p.layer - h - p.radius if p.other.gap else h, drag.GAP_MIN)
 
 
 @njit(error_model="numpy")
 def viscous_normal(h: float, u: float, p: Parameters) -> float:
-    """The larger of drag and lubrication [N], against u."""
+    """Return the larger of drag and lubrication [N], which acts against u."""
     speed = abs(u)
     sine = math.sin(p.half_filling)
     far = drag.unbounded(speed, p.radius * sine, p.viscosity, p.density)
@@ -89,7 +92,7 @@ def viscous_normal(h: float, u: float, p: Parameters) -> float:
 
 @cached_njit(error_model="numpy", cache=True)
 def bridge_volume(h: float, p: Parameters) -> float:
-    """Volume of the bridge at gap h [m3]; frozen: that at film exit."""
+    """Return the volume of the bridge at gap h [m3]; reading `frozen`: that at film exit."""
     height = (0.0 if p.other.bridge_volume else h - p.layer) + p.radius * (1.0 - math.cos(p.half_filling))
     angle = p.half_filling + p.contact_angle
     return toroid.volume(height, p.radius, p.half_filling, angle, p.other.neck_radius, p.other.volume_factors)
@@ -97,14 +100,14 @@ def bridge_volume(h: float, p: Parameters) -> float:
 
 @njit(error_model="numpy")
 def attraction(h: float, surface_tension: float, p: Parameters) -> float:
-    """Capillary attraction at gap h [N]."""
+    """Return the capillary attraction at gap h [N]."""
     height, rim, angle = contact_line(h, p)
     return toroid.attraction(height, rim, angle, surface_tension, p.other.neck_radius, p.other.suction_sign)
 
 
 @njit(error_model="numpy")
 def contact_forces(state: np.ndarray, p: Parameters) -> tuple[float, float]:
-    """(normal, tangential) contact force [N]."""
+    """Return the (normal, tangential) contact force [N]."""
     overlap = -state[H]
     normal = contact.normal_force(overlap, -state[U], p.stiffness, p.damping)
     limit = p.friction * max(normal, 0.0)
@@ -114,7 +117,7 @@ def contact_forces(state: np.ndarray, p: Parameters) -> tuple[float, float]:
 
 @cached_njit(error_model="numpy", cache=True)
 def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None:
-    """Time derivative of the state into `out`; the powers are per unit of effective mass, positive when energy is lost."""
+    """Write the time derivative of the state to `out`; powers are per unit of effective mass, positive for energy loss."""
     h, u, v, w = state[H], state[U], state[V], state[W]
     normal = tangential = normal_viscous = along = moment = capillary = 0.0
     weight = p.mass * p.gravity
@@ -145,9 +148,9 @@ def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None
 
 @cached_njit(error_model="numpy", cache=True)
 def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
-    """(passage, stop, rest): each ends the phase when it rises through zero.
+    """Return (passage, stop, rest): each ends the phase when it rises through zero.
 
-    The stop of a turning sphere and the rest of one that only comes to rest in the limit mean that it cannot get away.
+    A stop (the outward velocity falls to zero) or rest (reached only in the limit) means that the sphere cannot escape.
     """
     h, u = state[H], state[U]
     if phase == ENTRY:
@@ -161,7 +164,7 @@ def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, 
 
 @njit(error_model="numpy")
 def lubrication_loss(h: float, to: float, p: Parameters) -> float:
-    """Velocity that lubrication alone takes between gaps h and `to` [m/s]; drag and gravity on the way out add to it."""
+    """Return the velocity that lubrication alone removes between gaps h and `to` [m/s]; drag and gravity add to it."""
     near, far = min(h, to), max(h, to)
     floor = drag.GAP_MIN
     path = math.log(max(far, floor) / max(near, floor)) + (min(far, floor) - min(max(near, 0.0), floor)) / floor
@@ -170,7 +173,7 @@ def lubrication_loss(h: float, to: float, p: Parameters) -> float:
 
 @njit(error_model="numpy")
 def entry_rest(h: float, u: float, p: Parameters) -> float:
-    """Phase I: too little energy to climb out again, too slow to reach the wall by inertia, and creeping (or at rest)."""
+    """Return the event of rest in phase I: too little energy to leave, too slow to reach the wall, and creeping or at rest."""
     slow = abs(u) / lubrication_loss(h, 0.0, p) - 1.0 if h > 0.0 else 1.0
     still = abs(u) / (REST * p.speed) - 1.0
     if p.gravity == 0.0:
@@ -183,7 +186,7 @@ def entry_rest(h: float, u: float, p: Parameters) -> float:
 
 @njit(error_model="numpy")
 def leaving_rest(h: float, u: float, p: Parameters) -> float:
-    """Phase III without gravity: so slow that lubrication holds the sphere, and practically at rest."""
+    """Return the event of rest in phase III without gravity: lubrication holds the sphere, and it is practically at rest."""
     if p.gravity > 0.0:
         return -1.0
     slow = u / max(lubrication_loss(h, p.layer, p), 1e-300) - 1.0
@@ -192,7 +195,7 @@ def leaving_rest(h: float, u: float, p: Parameters) -> float:
 
 @njit(error_model="numpy")
 def contact_end(state: np.ndarray, p: Parameters) -> float:
-    """Phase II ends at zero overlap (or at zero force, an option) on the way out."""
+    """Return the event that ends phase II: zero overlap (or zero force, an option) during rebound."""
     if state[U] <= 0.0 or not p.other.contact_end:
         return state[H]
     return -contact_forces(state, p)[0] if state[H] < 0.0 else 1.0
@@ -200,7 +203,7 @@ def contact_end(state: np.ndarray, p: Parameters) -> float:
 
 @njit(error_model="numpy")
 def contact_rest(h: float, u: float, p: Parameters) -> float:
-    """Phase II: the energy above that of lying still is spent (damped beyond turning; a turning sphere stops before)."""
+    """Return the event of rest in phase II: the energy above that at static rest is dissipated."""
     depth = max(-h, 0.0)
     spring = p.stiffness / p.mass
     energy = 0.5 * u * u + 0.4 * spring * depth * depth * math.sqrt(depth)
@@ -212,7 +215,7 @@ def contact_rest(h: float, u: float, p: Parameters) -> float:
 
 @cached_njit(error_model="numpy", cache=True)
 def rupture(h: float, u: float, p: Parameters) -> float:
-    """Phase IV: length beyond that of rupture [m], or attraction gone (the neck of the toroid closes)."""
+    """Return the event of phase IV: length beyond the rupture length [m], or zero attraction (the neck of the toroid closes)."""
     length = toroid.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)
     beyond = h - (0.0 if p.other.rupture_from else p.layer) - length
     if p.other.suction_sign:

@@ -1,4 +1,4 @@
-"""The input of `pywet collide wall`: typed, checked, with one sentence for a mistake; becomes `Parameters` in SI units."""
+"""The input of `pywet collide wall`: typed and checked, with one sentence per mistake; converted to `Parameters` in SI units."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ Poisson = Annotated[float, Field(gt=-1, le=0.5)]
 Restitution = Annotated[float, Field(ge=0, le=1)]
 Integrator = Literal["compiled", "DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA"]
 RTOL = 1e-9
-"""Default relative tolerance; docs/wall_collision.md says why."""
+"""Default relative tolerance; docs/wall_collision.md gives the reason."""
 STEEPEST_DEG = 170.0
 
 
 class Wall(Excusable):
-    """An elastic half-space that does not move."""
+    """A rigidly fixed elastic half-space."""
 
     youngs_modulus_Pa: Positive
     poisson_ratio: Poisson
 
 
 class Partner(Wall):
-    """A free sphere at rest in place of the wall."""
+    """A free sphere at rest that replaces the wall."""
 
     radius_m: Annotated[float, Field(gt=0, le=1)]
     density_kg_per_m3: Positive
@@ -74,14 +74,17 @@ _Readings: Any = create_model(
 
 
 class Readings(_Readings):  # type: ignore[misc]
-    """Chosen reading of each ambiguity of the paper; None: that of the variant."""
+    """Selected reading of each ambiguity of the paper; None: that of the variant."""
 
 
 VARIANTS = {
     name: Readings.model_validate({k: name if k in MISPRINTS else default for k, (default, _) in READINGS.items()})
     for name in ("mended", "as_printed")
 }
-"""All equations mended, or as the paper (or its scan) has them; readings that are no misprints are the same in both."""
+"""Return the readings of a variant: all equations corrected, or as printed in the paper (or its scan).
+
+Readings that are no misprints are the same in both.
+"""
 
 
 class Problem(Strict):
@@ -115,12 +118,12 @@ class Problem(Strict):
         return self
 
     def chosen(self) -> Readings:
-        """The readings of the variant, with those named one by one in their place."""
+        """Return the readings of the variant, except those selected individually."""
         return VARIANTS[self.variant].model_copy(update=self.readings.model_dump(exclude_none=True))
 
     @property
     def tangential_velocity(self) -> float:
-        """Tangential velocity before the collision [m/s]: v_n tan(angle)."""
+        """Return the tangential velocity before the collision [m/s]: v_n tan(angle)."""
         return self.normal_velocity_m_per_s * math.tan(math.radians(self.angle_deg))
 
     @property
@@ -129,7 +132,7 @@ class Problem(Strict):
         return _mass(self.particle)
 
     def parameters(self) -> Parameters:
-        """The numbers that the force balance needs."""
+        """Return the parameters of the force balance."""
         body = self.wall or self.partner
         assert body is not None
         particle, liquid, chosen = self.particle, self.liquid or NO_LIQUID, self.chosen().model_dump()

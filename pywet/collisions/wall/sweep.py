@@ -1,4 +1,4 @@
-"""Input files of `pywet collide wall`: one collision, or a sweep where lists stand in place of numbers."""
+"""Input files of `pywet collide wall`: one collision, or a sweep with lists in place of numbers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pywet.errors import PywetError
 from pywet.util.files import read_json
 
 Report = Callable[[int, int], None]
-"""Called with how many collisions are done, and of how many."""
+"""Progress callback, called with the numbers of finished and of all collisions."""
 MOST = 1_000_000
 RESULTS = (
     "e_n", "e_t", "e_omega", "stuck", "v_n_out", "v_t_out", "omega_out", "rupture_length_m", "bridge_volume_m3", "duration_s",
@@ -34,7 +34,7 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def swept(content: dict[str, Any], path: tuple[str, ...] = ()) -> list[tuple[tuple[str, ...], list[Any]]]:
-    """Places of the lists in an input, in the order of the file: (path of keys, values)."""
+    """Return the lists in an input, in the order of the file: (path of keys, values)."""
     places: list[tuple[tuple[str, ...], list[Any]]] = []
     for key, value in content.items():
         if isinstance(value, dict):
@@ -50,7 +50,7 @@ def swept(content: dict[str, Any], path: tuple[str, ...] = ()) -> list[tuple[tup
 
 
 def combinations(content: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Each combination of the lists' values: (what was chosen by dotted key, the input with it)."""
+    """Yield each combination of the lists' values: (values by dotted key, the input with them)."""
     places = swept(content)
     for chosen in itertools.product(*(values for _, values in places)):
         given = copy.deepcopy(content)
@@ -65,7 +65,7 @@ def combinations(content: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict
 def table(
     content: dict[str, Any], where: str = "the input", *, threads: int = 2, report: Report = lambda done, total: None
 ) -> pd.DataFrame:
-    """One row per combination: the swept values, the results, the energies [J]; a refused one has its sentence in `refused`."""
+    """Return one row per combination: swept values, results, energies [J]; for a refused one the reason in `refused`."""
     count = math.prod(len(values) for _, values in swept(content))
     if count > MOST:
         raise PywetError(
@@ -82,7 +82,7 @@ def table(
 def collide_all(
     problems: Sequence[tuple[dict[str, Any], Problem]], *, threads: int, report: Report = lambda done, total: None
 ) -> pd.DataFrame:
-    """The table of given problems; collisions run next to each other in `threads` (the compiled ones do not hold the lock)."""
+    """Return the table of given problems; collisions run in parallel `threads` (compiled code releases the global lock)."""
     rows = []
     with ThreadPoolExecutor(threads) as pool:
         for row in pool.map(_row, problems, chunksize=16):
@@ -102,5 +102,5 @@ def _row(pair: tuple[dict[str, Any], Problem]) -> dict[str, Any]:
 
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """The table as plain rows; None where there is no number."""
+    """Return the table as plain rows, with None for missing numbers."""
     return frame.astype(object).where(frame.notna(), None).to_dict(orient="records")  # type: ignore[return-value]

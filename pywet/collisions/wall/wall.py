@@ -1,9 +1,10 @@
 """One wet collision of a sphere with a wall (or a free sphere): coefficients of restitution, energy budget, events.
 
-The budget is a check: kinetic energy comes from the velocities, the works are quadratures of their own along the path. Where
-it does not close to CLOSURE of the initial energy the tolerance is tightened until it does. At very low velocities gravity and
-capillarity turn over so much more than the initial energy that double precision cannot hold that digit; then CLOSURE of the
-largest energy turned over is asked for, and a collision that does not reach it is refused.
+The budget is a check: kinetic energy follows from velocities, the work terms from separate quadratures along the
+path. If it does not close to CLOSURE of the initial energy, the tolerance is tightened until it does. At very low
+velocities gravity and capillarity exchange so much more than the initial energy that double precision is
+insufficient; then closure to CLOSURE of the largest energy exchanged is required, and a collision that does not reach
+it is refused.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ CLOSURE = 1e-8
 """Largest residual of the energy budget over the initial energy."""
 TIGHTEST = 1e-14
 KINDS = {ENTRY: "contact", CONTACT: "lift_off", LEAVING: "film_exit", BRIDGE: "rupture"}
-"""Phase -> what ends it, unless the sphere stays."""
+"""Phase -> event that ends it, unless the sphere remains stuck."""
 
 
 def start(problem: Problem, p: Parameters) -> np.ndarray:
-    """The state at entry (dry: at touch)."""
+    """Return the state at entry (dry: at touch)."""
     state = np.zeros(SIZE)
     state[H], state[U] = p.layer, -p.speed
     state[V] = problem.tangential_velocity
@@ -45,7 +46,7 @@ def integrate(p: Parameters, state: np.ndarray, rtol: float, integrator: str) ->
 
 
 def energy(state: np.ndarray) -> float:
-    """Kinetic energy per unit of mass [J/kg]: ½ u² + ½ v² + ½ (2/5) w²."""
+    """Return the kinetic energy per unit of mass [J/kg]: ½ u² + ½ v² + ½ (2/5) w²."""
     return float(0.5 * (state[U] ** 2 + state[V] ** 2 + 0.4 * state[W] ** 2))
 
 
@@ -57,7 +58,7 @@ def budget(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
 
 
 def collide(problem: Problem) -> dict[str, Any]:
-    """Run a collision; the keys are those of docs/wall_collision.md. Raises `PywetError` where it cannot be done."""
+    """Run a collision and return the keys listed in docs/wall_collision.md. Raises `PywetError` if it cannot be computed."""
     p = problem.parameters()
     state, rtol = start(problem, p), problem.rtol
     best: tuple[Course, float] | None = None
@@ -88,7 +89,7 @@ def _refusal(problem: Problem, code: int, left: float) -> str:
 
 
 def outcome(problem: Problem, p: Parameters, first: np.ndarray, raw: Course, rtol: float) -> dict[str, Any]:
-    """The answer as plain data."""
+    """Return the answer as plain data."""
     end, in_bridge = raw.state, raw.log[-1][1] == BRIDGE
     stuck = raw.log[-1][2] != 1
     volume = float(forces.bridge_volume(end[H], p)) if in_bridge else None
@@ -120,7 +121,7 @@ def _energies(mass: float, first: np.ndarray, end: np.ndarray) -> dict[str, floa
 
 
 def _ratio(after: float, before: float) -> float | None:
-    """Coefficient of restitution; None where there was nothing (or nothing to speak of) before."""
+    """Return a coefficient of restitution; None if the initial velocity is zero or negligible."""
     with np.errstate(all="ignore"):
         ratio = np.divide(after, before)
     return float(ratio) if np.isfinite(ratio) else None

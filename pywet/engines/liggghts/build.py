@@ -21,15 +21,15 @@ ENGINE_VERSION = "3.8.0"
 SOURCES = Path(__file__).parent / "plugin"
 FLAGS = ["-std=c++17", "-O3", "-fPIC", "-shared", "-w", "-DOMPI_SKIP_MPICXX"]
 LOOPS = ["-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
-"""Liberties that loops need to become vector instructions, and none that changes a bit of a result."""
+"""Compiler options that vectorised loops require and that change no bit of a result."""
 EXTRA = shlex.split(os.environ.get("PYWET_CXXFLAGS", ""))
-"""More words for the compiler, such as those of a sanitizer; a plugin built with them is another library of the cache."""
+"""Additional compiler options, such as those of a sanitizer; a plugin built with them is cached separately."""
 VISIBILITY = ["-fvisibility=hidden", "-fvisibility-inlines-hidden"]
 INCLUDE = Path("/usr/include/liggghts")
 
 
 def engine_version() -> str:
-    """Version of the installed engine library, checked against the one this plugin is written for."""
+    """Return the version of the installed engine library, checked against the supported one."""
     version = process.package_version("libliggghts-dev")
     if version is None:
         raise EngineError(
@@ -46,12 +46,12 @@ def engine_version() -> str:
 
 
 def source_hash() -> str:
-    """Hash over the sources, the flags and the versions of engine and compiler: the name of the cached library."""
+    """Hash the sources, the flags and the versions of engine and compiler: the name of the cached library."""
     return hash_of(sorted(SOURCES.glob("*")), engine_version(), process.package_version("libopenmpi-dev") or "")
 
 
 def hash_of(sources: list[Path], *versions: str) -> str:
-    """Hash of source files and versions, with those of flags and compiler."""
+    """Hash source files and versions, with flags and compiler."""
     digest = hashlib.sha256()
     for path in sources:
         digest.update(path.name.encode() + path.read_bytes())
@@ -61,7 +61,7 @@ def hash_of(sources: list[Path], *versions: str) -> str:
 
 
 def compiler_version() -> str:
-    """First line of `g++ --version`."""
+    """Return the first line of `g++ --version`."""
     if shutil.which("g++") is None or shutil.which("mpicxx") is None:
         raise EngineError(
             "no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`",
@@ -76,7 +76,7 @@ def cached() -> Path:
 
 
 def plugin_path() -> Path:
-    """The plugin, built where it is not yet whole in the cache (about five seconds)."""
+    """Return the path of the plugin, built if it is not in the cache (about five seconds)."""
     target = cached()
     if not caches.whole(target):
         _compile(target)
@@ -91,7 +91,7 @@ def _compile(target: Path) -> None:
 
 
 def compile_to(target: Path, before: list[str], sources: list[Path], after: list[str], of: str) -> None:
-    """Compile sources into a sealed library of the cache; compiler's words before and after them, `of` an engine's headers."""
+    """Compile sources into a sealed library of the cache; compiler arguments before and after them, `of` an engine's headers."""
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         built = Path(folder) / target.name
         command = ["g++", *FLAGS, *LOOPS, *EXTRA, *VISIBILITY, *before, *map(str, sources), "-o", str(built), *after]

@@ -1,10 +1,11 @@
 """Checkpoints of a run: completeness, choice of the one to resume from, truncation of the logs to it.
 
-`engine.partial/checkpoint/` holds `engine.<step>` (LIGGGHTS' restart file: spheres, contact histories, mesh positions), in a
-run with the plugin `state.<step>` (its films, bridges, springs, work done, forces), and `sums.<step>.json`: sizes and check
-sums of both and of all that the logs held up to that step, written last, by the process that watches the engine. Only what has
-sums, and is as they say, is gone on from. `engine.partial/fingerprint.json` says which scene it belongs to; `finished.json` that
-the engine came to its end, with the sums of all logs.
+`engine.partial/checkpoint/` holds `engine.<step>` (LIGGGHTS' restart file: spheres, contact histories, mesh
+positions), in a run with the plugin `state.<step>` (its films, bridges, springs, work done, forces), and
+`sums.<step>.json`: sizes and check sums of both and of the logs up to that step, written last, by the
+process that monitors the engine. A run resumes only from files that agree with their sums.
+`engine.partial/fingerprint.json` identifies the scene; `finished.json` marks that the engine has finished, with the
+sums of all logs.
 """
 
 from __future__ import annotations
@@ -30,18 +31,18 @@ from pywet.util.files import read_json, write_json
 
 FOLDER = "checkpoint"
 PARTIAL = ".partial"
-"""Ending of what may not be whole yet."""
+"""Suffix of files that may be incomplete."""
 FINGERPRINT = "fingerprint.json"
 FINISHED = "finished.json"
 SUM = "own"
-"""Key of the check sum of a JSON file in itself."""
+"""Key of the check sum of a JSON file within itself."""
 LOG = "log.liggghts"
 MESSAGES_B = 65536
-"""More than all that the engine says when it is set up again at a checkpoint."""
+"""Upper bound on the engine's messages when it is set up again at a checkpoint."""
 KEPT = 2
-"""Checkpoints that are stored."""
+"""Number of stored checkpoints."""
 WRITTEN_S = 10.0
-"""Time without a change after which a restart file is no longer being written [s]; not by the clock, which may be set."""
+"""Time [s] without a change, by a monotonic clock, after which a restart file counts as completely written."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Checkpoint:
 
 
 def fingerprint(run_dir: Path, scene: EngineScene, *parts: str) -> str:
-    """Hash of everything a run follows from: scene, spheres, walls, films, laws, program, and `parts` (plugin, deck lines)."""
+    """Hash everything a run depends on: scene, spheres, walls, films, laws, program, and `parts` (plugin, deck lines)."""
     digest = hashlib.sha256()
     if scene.blocks:  # a run of more blocks resumes from the checkpoints of one of fewer
         digest.update(scene.of_blocks(1).model_dump_json().encode())
@@ -84,7 +85,7 @@ def start(folder: Path, mark: str) -> None:
 
 
 def belongs(folder: Path, mark: str) -> bool:
-    """Return whether a folder holds a run of the scene with this fingerprint."""
+    """Return whether a folder contains a run of the scene with this fingerprint."""
     try:
         return bool(read_json(folder / FINGERPRINT, "") == {"fingerprint": mark})
     except PywetError:
@@ -92,22 +93,22 @@ def belongs(folder: Path, mark: str) -> bool:
 
 
 def disown(folder: Path) -> None:
-    """Mark the folder so that the next call starts again, since a run cannot be resumed from it."""
+    """Mark the folder so that the next call starts from the beginning, since its run cannot be resumed."""
     (folder / FINGERPRINT).unlink(missing_ok=True)
 
 
 def finish(folder: Path, sums: logs.Sums, account: dict[str, Any]) -> None:
-    """Note that the engine came to its end: all that is left to do is to collect."""
+    """Record that the engine has finished, so that only the collection of tables remains."""
     write_signed(folder / FINISHED, {"logs": sums, "account": account})
 
 
 def reopen(folder: Path) -> None:
-    """Have a run that came to its end resume from its last checkpoint, since more of it is wanted."""
+    """Make a finished run resume from its last checkpoint, to extend it."""
     (folder / FINISHED).unlink(missing_ok=True)
 
 
 def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None]:
-    """Account of a run that came to its end with all its logs, else None; and a phrase where they are no longer whole."""
+    """Return the account of a finished run with all its logs, else None; and a phrase if logs are damaged."""
     if not belongs(folder, mark) or not (folder / FINISHED).exists():
         return None, None
     try:
@@ -122,7 +123,7 @@ def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None
 def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
     """The latest complete checkpoint of the same scene; None if there is none.
 
-    And a phrase for each later one that is passed over because something of it is missing or damaged.
+    Also return a phrase for each later one that is skipped because a part of it is missing or damaged.
     """
     passed: list[str] = []
     if not belongs(folder, mark):
@@ -137,7 +138,7 @@ def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
 
 
 def _read(folder: Path, step: int) -> Checkpoint | str:
-    """A checkpoint, or what is wrong with it."""
+    """Return a checkpoint, or a phrase on what is wrong with it."""
     path = folder / FOLDER / f"sums.{step}.json"
     if not path.exists():
         return "without check sums"
@@ -154,12 +155,12 @@ def _read(folder: Path, step: int) -> Checkpoint | str:
 
 
 def write_signed(path: Path, content: dict[str, Any]) -> None:
-    """Write a JSON file with its own check sum: a changed number of an empty log would be noticed by nothing else."""
+    """Write a JSON file with its own check sum, the only protection of a number that describes an empty log."""
     write_json(path, {**content, SUM: _sum(content)})
 
 
 def _read_signed(path: Path) -> dict[str, Any]:
-    """Content of such a file; PywetError where it is not what was written."""
+    """Return the content of a file of `write_signed`; PywetError if it has changed."""
     content = read_json(path, "")
     if not isinstance(content, dict) or content.pop(SUM, None) != _sum(content):
         raise PywetError(f"{path} was changed", code="checkpoint.changed", where=path)
@@ -180,7 +181,7 @@ def _files(folder: Path, ending: str = "") -> list[tuple[str, int, Path]]:
 
 
 def last_step(folder: Path) -> int:
-    """Last step that the engine has shown; reads the end of its messages, which unlike its log are written line by line."""
+    """Return the last step in the engine's messages, which are written line by line, unlike its log."""
     path = folder / OUTPUT
     if not path.exists():
         return 0
@@ -192,8 +193,10 @@ def last_step(folder: Path) -> int:
 
 
 def cut_back(folder: Path, point: Checkpoint) -> None:
-    """Take everything after the checkpoint out of the logs; the engine writes the trajectory's frame at it again, unless spheres
-    of that frame were retired."""
+    """Remove everything after the checkpoint from the logs.
+
+    The engine rewrites the trajectory's frame of that step, unless spheres of that frame were retired.
+    """
     for path in logs.files(folder):
         with open(path, "r+b") as file:
             file.truncate(point.logs.get(path.name, (0, 0))[0])
@@ -209,13 +212,13 @@ def cut_back(folder: Path, point: Checkpoint) -> None:
 
 
 def unread(folder: Path) -> bool:
-    """Return whether the engine has begun but not got beyond reading its restart file."""
+    """Return whether the engine has started but not finished reading its restart file."""
     log = folder / LOG
     return log.exists() and "\nneighbor " not in log.read_text(errors="replace")
 
 
 def drop(folder: Path, point: Checkpoint) -> None:
-    """Never go on from a checkpoint again."""
+    """Exclude a checkpoint from any further resumption."""
     (folder / FOLDER / f"sums.{point.step}.json").unlink()
     point.engine.unlink()
 
@@ -261,7 +264,7 @@ class Recorder:
             self._prune()
 
     def finish(self) -> logs.Sums:
-        """Sums of all logs after the engine's end; PywetError where they do not hold what was planned."""
+        """Return the sums of all logs after the engine's end; PywetError if the logs are incomplete."""
         found = logs.extended(self.folder, self.logs, self.end, self.planned[self.framed :], self.end)
         if not isinstance(found, str):
             sizes = {path.name: path.stat().st_size for path in logs.files(self.folder)}

@@ -1,8 +1,8 @@
 """Convert the raw files of a finished run into tables; a kill at any moment neither loses nor mixes data.
 
-Tables are made in `engine.partial/tables`, then what an earlier run left is removed, the tables take their places,
-`engine.partial` becomes `engine`, and only then the raw files go. Until that last name everything can be done again from the
-raw files. `engine/tables.json` says which tables belong to the run.
+Tables are made in `engine.partial/tables`, then those of an earlier run are removed, the new ones are moved to their
+paths, `engine.partial` is renamed `engine`, and only then are the raw files deleted. Until that renaming everything
+can be repeated from the raw files. `engine/tables.json` lists the tables of the run.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TRAJECTORY = ["id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
 def make(scene: EngineScene, folder: Path) -> tuple[int, float | None]:
     """Write all tables into `folder`/tables; returns the number of spheres and (moist) the ledger's error.
 
-    Raises `NotWhole` where the raw files do not hold what was planned.
+    Raises `NotWhole` if the raw files are incomplete.
     """
     made = folder / TABLES
     shutil.rmtree(made, ignore_errors=True)
@@ -62,7 +62,7 @@ def make(scene: EngineScene, folder: Path) -> tuple[int, float | None]:
 
 
 def _empty(scene: EngineScene, trajectory: pd.Series, gone: np.ndarray | None) -> np.ndarray:
-    """Output steps from that on at which the last sphere left: the engine writes no row of them."""
+    """Return the output steps from the removal of the last sphere on, for which the engine writes no rows."""
     outputs = np.array(scene.output_steps, dtype=np.int64)
     if not scene.outlets or gone is None or len(gone) < int((trajectory == 0).sum()):
         return outputs[:0]
@@ -83,7 +83,7 @@ def planned(steps: pd.Series, scene: EngineScene, what: str) -> None:
 
 
 def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> None:
-    """The run is whole: its tables take the places of an earlier run's, its folder gets its name, the raw files go."""
+    """Publish a complete run: its tables replace an earlier run's, its folder is renamed, the raw files are deleted."""
     made = folder / TABLES
     sums = {str(path.relative_to(made)): logs.checked(path) for path in sorted(made.rglob("*.parquet"))}
     write_json(folder / "run.json", info)
@@ -100,7 +100,7 @@ def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> 
 
 
 def tidy(engine: Path) -> None:
-    """Remove what only a run under way needs; may be done again."""
+    """Remove files that only an unfinished run needs; may be repeated."""
     shutil.rmtree(engine / checkpoint.FOLDER, ignore_errors=True)
     for path in (*logs.files(engine), engine / checkpoint.FINISHED, engine / checkpoint.FINGERPRINT):
         path.unlink(missing_ok=True)
@@ -115,7 +115,7 @@ def belongs(run_dir: Path, mark: str) -> bool:
 
 
 def finished_run(run_dir: Path, mark: str) -> dict[str, Any] | None:
-    """run.json of a finished run of this scene, if all its tables are as they were made; else None."""
+    """Return run.json of a finished run of this scene if all its tables are unchanged; else None."""
     if not belongs(run_dir, mark):
         return None
     try:
@@ -140,7 +140,7 @@ def mesh_translations(scene: EngineScene, wall: WallMesh) -> Floats:
 
 
 def read_trajectory(path: Path, time_step: float) -> pd.DataFrame:
-    """The engine's text dump as a table: step, time, id, type, x … wz."""
+    """Read the engine's text dump as a table: step, time, id, type, x … wz."""
     return pd.concat(list(_trajectory(path, time_step)), ignore_index=True)
 
 
@@ -158,6 +158,6 @@ def _trajectory(path: Path, time_step: float) -> Iterator[pd.DataFrame]:
 
 
 def steps_of(path: Path) -> pd.Series:
-    """The steps of a table that was just made."""
+    """Return the steps of a new table."""
     steps: pd.Series = pd.concat(list(read_parts(path, ["step"])))["step"]
     return steps

@@ -10,7 +10,7 @@ from pywet.scene import ContactPair, EngineScene
 
 
 def words(scene: EngineScene, cohesion: str = "") -> str:
-    """The contact model of pairs and walls; `cohesion`: words of a stock cohesion model."""
+    """Return the contact model of pairs and walls; `cohesion`: arguments of a stock cohesion model."""
     normal = "hooke/stiffness" if scene.hertz is None else "hertz"
     friction = "history" if scene.effects.tangential_history else "no_history"
     rolling = " rolling_friction cdt" if scene.effects.rolling else ""
@@ -18,7 +18,7 @@ def words(scene: EngineScene, cohesion: str = "") -> str:
 
 
 def settings(scene: EngineScene, cohesive: bool) -> str:
-    """Settings of the contact model; the tangential dashpot of a Hertz contact is on, which is the engine's default."""
+    """Return the settings of the contact model; the tangential dashpot of a Hertz contact is on, the engine's default."""
     if scene.hertz is not None:
         return " tangential_damping on"
     damped = "off" if scene.effects.tangential_history else "on"
@@ -37,16 +37,16 @@ def of_materials(scene: EngineScene) -> dict[str, str]:
 
 
 def sliding_drag(m_eff: float, time_step: float) -> float:
-    """Drag [kg/s] of friction without memory: force min(c v, mu F_n) against the slip v.
+    """Return the drag [kg/s] of history-free friction: force min(c v, mu F_n) against the slip v.
 
-    c = m_eff/(28 dt) is half of what a dense packing bears at that step, with spin (c < 2/7 m_eff/(4 dt)); a sphere at rest on a
-    slope then creeps at about mu g 28 dt, some tenths of a millimetre per second.
+    c = m_eff/(28 dt) is half of the stable value for a dense packing at that step, with spin (c < 2/7 m_eff/(4 dt));
+    a sphere at rest on a slope then creeps at about mu g 28 dt, some tenths of a millimetre per second.
     """
     return m_eff / (28.0 * time_step)
 
 
 def property_matrices(scene: EngineScene) -> dict[str, str]:
-    """Per-pair engine properties; the walls are the last atom type. Rolling friction [m] is divided by the engine's r_red."""
+    """Return the engine's properties by pair of types; walls are the last type. Rolling friction [m] is divided by r_red."""
     n = len(scene.classes) + 1
     values: dict[str, NDArray[np.float64]] = {}
     for pair in scene.pairs:
@@ -64,7 +64,7 @@ def property_matrices(scene: EngineScene) -> dict[str, str]:
 
 
 def _springs(scene: EngineScene, pair: ContactPair) -> dict[str, float]:
-    """Linear springs and dashpots of a pair of types."""
+    """Return the linear springs and dashpots of a pair of types."""
     m_eff, k = contact.pair_mass(scene.classes, pair), pair.normal_stiffness_N_per_m
     return {
         "kn": k,

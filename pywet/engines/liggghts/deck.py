@@ -25,16 +25,19 @@ from pywet.util.files import atomic_write, read_table
 
 TEMPLATES = place("liggghts_inputs")
 FILM_GROWTH = 2.5
-"""The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
+"""Growth of the films on the smallest spheres that the neighbour list allows for (other sizes: same ratio to r)."""
 
 
 FALLING, SKIN = 2.0, 3.6
-"""Speed [m/s] of the spheres that have most lists made, and the skin over the root of their way in a step times the largest
-diameter; measured, docs/engine.md."""
+"""Speed [m/s] of the spheres that cause most lists, and the factor of the skin.
+
+The skin is this factor times the square root of their displacement per step times the largest diameter; measured,
+docs/engine.md.
+"""
 FASTEST = 5.0
-"""Speed [m/s] up to which a stretched bridge is within the ghost cut-off of its ranks; beyond, the run stops and says so."""
+"""Largest speed [m/s] at which a stretched bridge is within the ghost cut-off; beyond it the run stops with a message."""
 IDS_A_LINE = 100
-"""Numbers of spheres in one line of the engine's script."""
+"""Number of sphere ids in one line of the engine's script."""
 
 
 def attached(scene: EngineScene) -> bool:
@@ -50,13 +53,13 @@ def continues(scene: EngineScene) -> bool:
 
 
 def touched(scene: EngineScene) -> list[str]:
-    """Walls whose contacts the engine makes itself; the plugin makes those with analytic wires and, with `planes`, all others."""
+    """Return the walls whose contacts the engine computes; the plugin has those with analytic wires and, with `planes`, all."""
     plugin = attached(scene) and scene.contacts == "planes"
     return [w.name for w in scene.walls if not (plugin or w.prisms)]
 
 
 def film_factor(scene: EngineScene) -> float:
-    """Return the range of the neighbour list beyond touch, in radii, within which films can touch; 1 for a dry scene."""
+    """Return the range, in radii, within which the neighbour list includes touching films; 1 for a dry scene."""
     if not scene.effects.bridges or scene.liquid is None:
         return 1.0
     smallest = min(c.radius_m for c in scene.classes)
@@ -69,7 +72,7 @@ def listed(scene: EngineScene) -> float:
 
 
 def longest_bridge(scene: EngineScene) -> float:
-    """Upper bound of a bridge's length [m] by the scene's rupture laws: V* = 0.5, the two largest spheres, drawn at 5 m/s."""
+    """Return an upper bound of a bridge's length [m] for the rupture laws: V* = 0.5, the two largest spheres, 5 m/s."""
     if not scene.effects.bridges or scene.liquid is None or scene.effects.rupture is None:
         return 0.0
     r = max(c.radius_m for c in scene.classes)
@@ -83,10 +86,10 @@ def longest_bridge(scene: EngineScene) -> float:
 
 
 def skin(scene: EngineScene) -> float:
-    """Skin [m] of the neighbour list: it is made again when a sphere has moved by half of it.
+    """Return the skin [m] of the neighbour list, which is rebuilt when a sphere has moved by half of it.
 
-    A thick one is made again seldom, a thin one holds few pairs; of c1 d^3/(s/way) + c2 d^2 s the least is at a multiple of
-    sqrt(d way), with the way of a falling sphere in a step.
+    With a thick skin it is rebuilt rarely, with a thin one it has few pairs; c1 d^3/(s/way) + c2 d^2 s is
+    smallest at a multiple of sqrt(d way), with the displacement `way` of a falling sphere per step.
     """
     smallest, largest = (f(c.radius_m for c in scene.classes) for f in (min, max))
     return min(max(0.4 * smallest, SKIN * (2.0 * largest * FALLING * scene.time_step_s) ** 0.5), 1.2 * smallest)
@@ -102,7 +105,7 @@ def checkpoints(scene: EngineScene) -> list[int]:
 
 
 def movers(scene: EngineScene) -> list[dict[str, str]]:
-    """Three viblin movers per vibrating mesh, one rotation per turning mesh."""
+    """Return three viblin movers per vibrating mesh, one rotation per turning mesh."""
     fixes = []
     for wall in scene.walls:
         way = scene.motion_of(wall)
@@ -119,7 +122,7 @@ def movers(scene: EngineScene) -> list[dict[str, str]]:
 
 
 def mesh_style(scene: EngineScene, wall: WallMesh) -> str:
-    """A moving wall of a moist scene keeps the sum of the engine's contact forces, from which its work follows."""
+    """Return the style of a wall; a moving wall of a moist scene stores the sum of contact forces, for the work of the wall."""
     if (
         not (scene.effects.bridges and scene.effects.wall_films)
         or wall.motion == "fixed"
@@ -159,7 +162,7 @@ def runs(scene: EngineScene, done: int = 0) -> list[Run]:
 
 
 def retirement(ids: Iterable[int]) -> list[str]:
-    """Lines that take spheres out of the engine after a run."""
+    """Return lines that remove spheres from the engine after a run."""
     words = [str(number) for number in ids]
     if not words:
         return []
@@ -168,7 +171,7 @@ def retirement(ids: Iterable[int]) -> list[str]:
 
 
 def write_data(scene: EngineScene, spheres: pd.DataFrame, path: Path) -> None:
-    """The engine's data file: box and spheres (id, type, diameter, density, position), velocities where given."""
+    """Write the engine's data file: box and spheres (id, type, diameter, density, position), velocities if given."""
     inside = np.ones(len(spheres), dtype=bool)
     for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
         inside &= (spheres[axis] > low) & (spheres[axis] < high) | (spheres[axis] == low) & (axis == scene.periodic)
@@ -196,7 +199,7 @@ def write_data(scene: EngineScene, spheres: pd.DataFrame, path: Path) -> None:
 
 
 def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> str:
-    """The file of a mesh; where the plugin makes the contacts, one triangle that shows how it moves."""
+    """Write the file of a mesh; if the plugin computes the contacts, one triangle that moves like the wall."""
     if not wall.prisms:
         return from_folder(run_dir / wall.stl, folder)
     name = f"{wall.name}.moves.stl"
@@ -217,7 +220,7 @@ def from_folder(path: Path, folder: Path) -> str:
 
 
 class Cohesion(NamedTuple):
-    """A stock cohesion model: words in the styles of pairs and walls, lines before these and at the end of the set-up."""
+    """A stock cohesion model: arguments in the styles of pairs and walls, lines before these and at the end of the set-up."""
 
     words: str = ""
     before: str = ""
@@ -239,10 +242,11 @@ def write_deck(
     cohesion: Cohesion = NO_COHESION,
     ranks: int = 1,
 ) -> None:
-    """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes.
+    """Write data file and scripts into `folder`.
 
-    `cohesion` is a stock model of the program's own, for comparisons.
-    With `resume` the deck starts from the engine's restart file and goes on with what is left of the run.
+    `extra` lines and the group `integrate` are used by driven small scenes. `cohesion` is a stock cohesion model,
+    for comparisons. With `resume` the deck starts from the engine's restart file and contains the rest of the
+    run.
     """
     every, done = scene.output_every, resume.step if resume else 0
     environment = jinja2.Environment(

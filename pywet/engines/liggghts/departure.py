@@ -1,4 +1,4 @@
-"""Find where a sphere left the simulated box from the last output that contains it, since the engine reports no position."""
+"""Find where a sphere left the simulated box from the last output that contains it; the engine reports no position."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pywet.util.files import read_table
 
 KEEP = "expected walls or a tray that keep it, or a smaller time step"
 SAMPLES = 2000
-"""Places on the path of a sphere from its last output to the next."""
+"""Number of points on the path of a sphere from its last output to the next."""
 
 
 def departure(scene: EngineScene, folder: Path, sphere: int | None) -> str:
-    """End a sentence with sphere, position and face of the first to leave, if no `sphere` is known; empty without an output."""
+    """Complete a sentence with sphere, position and face of the first to leave, if `sphere` is None; empty without an output."""
     rows = _last_frame(folder / "trajectory.txt")
     if not len(rows):
         rows = _at_start(folder.parent / scene.spheres_file)
@@ -45,7 +45,7 @@ def departure(scene: EngineScene, folder: Path, sphere: int | None) -> str:
 
 
 def _at_start(path: Path) -> np.ndarray:
-    """Rows of all spheres at the start of the run: id, type, position, velocity."""
+    """Return the rows of all spheres at the start of the run: id, type, position, velocity."""
     if not path.exists():
         return np.zeros((0, 8))
     columns = ["id", "type", "x", "y", "z", "vx", "vy", "vz"]
@@ -53,7 +53,7 @@ def _at_start(path: Path) -> np.ndarray:
 
 
 def _last_frame(path: Path) -> np.ndarray:
-    """Rows of the last whole frame of a text dump that holds all spheres: id, type, x, y, z, vx, vy, vz and more."""
+    """Return the rows of the last complete frame of a text dump with all spheres: id, type, x, y, z, vx, vy, vz and more."""
     try:
         frames = [block.splitlines() for block in path.read_text(errors="replace").split("ITEM: TIMESTEP\n")[1:]]
         all_spheres = int(frames[0][2])

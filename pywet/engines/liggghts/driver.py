@@ -2,7 +2,7 @@
 
 A dry scene runs on the stock program; a moist one, or one whose wires are analytic, in worker.py with the plugin. Everything is
 written into `engine.partial` first and renamed when the run is complete, so a failed run never looks like a finished one.
-Where `engine.partial` holds a whole checkpoint of the same scene, the run resumes from there.
+If `engine.partial` contains a complete checkpoint of the same scene, the run resumes from there.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pywet.util.notices import notice
 PROGRAM = "liggghts"
 MPIRUN = ("mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe")
 DIES_WITH_MPIRUN = ("setpriv", "--pdeathsig", "KILL")
-"""Of util-linux: without it ranks of the stock program write on for a second after mpirun was killed."""
+"""Command of util-linux without which ranks of the stock program continue for a second after mpirun was killed."""
 
 
 @dataclass(frozen=True)
@@ -46,21 +46,21 @@ class RunInfo:
     engine_version: str
     plugin_hash: str | None
     resumed_at_step: int | None
-    """Checkpoint this run went on from; None when it began at the start. `wall_s` counts from there."""
+    """Step of the checkpoint from which this run resumed; None if it started from the beginning. `wall_s` counts from there."""
     ledger_error: float | None
     """|Σ films + Σ bridges + Σ walls + left − initial| / initial, the largest over all outputs; None for a dry run."""
     engine: str = "LIGGGHTS"
     cpu_s: float = 0.0
     """Processor time of the engine's process (with more ranks: of all of them)."""
     loop_cpu_s: float | None = None
-    """The same for the time steps alone, without Python's start and the compilation of laws; None where not known."""
+    """Processor time of the time steps alone, without Python's start and the compilation of laws; None if not known."""
     peak_memory_B: int | None = None
-    """Largest resident memory of the engine's process (of one rank: not known with more)."""
+    """Largest resident memory of the engine's process (not known for several ranks)."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One call: what is to be run, where and how."""
+    """Parameters of one call: what is to be run, where and how."""
 
     scene: EngineScene
     run_dir: Path
@@ -89,10 +89,11 @@ def run(
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
     Raises `PywetError` for a time step that would be unstable, unless `allow_unstable`.
-    `extra` deck lines and the `integrate` group serve driven small scenes (two bodies at constant speed); `launch` starts the
-    engine's process and waits for it. With `keep` a finished run of the same scene there, all its tables as they were made, is
-    not simulated again. `mpi` are the words before `-n RANKS` that start the ranks in a cluster's job over several nodes.
-    `extend` gets the engine's folder and the scene at the engine's end, and returns the scene with more blocks, or None.
+    `extra` deck lines and the `integrate` group are used by driven small scenes (two bodies at constant speed);
+    `launch` starts the engine's process and waits for it. With `keep` a finished run of the same scene with unchanged
+    tables is not repeated. `mpi` is the command before `-n RANKS` that starts the ranks in a cluster's job over several
+    nodes. `extend` is called with the engine's folder and the scene at the engine's end, and returns the scene with more
+    blocks, or None.
     """
     run_dir = Path(run_dir).resolve()
     with alone(run_dir):
@@ -129,7 +130,7 @@ def run(
 
 
 def _together(account: dict[str, Any], more: dict[str, Any]) -> dict[str, Any]:
-    """Account of a run and of the blocks by which it was extended."""
+    """Combine the account of a run with that of the blocks by which it was extended."""
     sums = {
         key: None if account[key] is None or more[key] is None else account[key] + more[key]
         for key in ("wall_s", "cpu_s", "loop_cpu_s")
@@ -139,7 +140,7 @@ def _together(account: dict[str, Any], more: dict[str, Any]) -> dict[str, Any]:
 
 
 def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
-    """Run the engine from the latest intact checkpoint, or from the start; return what only this process knows about it."""
+    """Run the engine from the latest intact checkpoint, or from the start; return data that only this process knows."""
     scene, folder = task.scene, task.folder
     run_folder.refuse_foreign(task.run_dir, "engine")
     point = _begin(task, passed)
@@ -173,7 +174,7 @@ def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
 
 
 def _collect(task: Task, known: dict[str, Any]) -> RunInfo:
-    """Tables and run.json of a run whose engine came to its end."""
+    """Make the tables and run.json of a run whose engine has finished."""
     try:
         spheres, error = collecting.make(task.scene, task.folder)
     except NotWhole:
@@ -185,7 +186,7 @@ def _collect(task: Task, known: dict[str, Any]) -> RunInfo:
 
 
 def _loop_cpu(folder: Path, scene: EngineScene, usage: Usage) -> float | None:
-    """Processor time of the steps: the worker's own account; the stock program starts within hundredths of a second."""
+    """Return the processor time of the steps: the worker's own record; for the stock program nearly all of its time."""
     if not deck.attached(scene):
         return usage.cpu_s
     pieces = read_if_there(folder / LOOP_TIME) or []
@@ -193,9 +194,9 @@ def _loop_cpu(folder: Path, scene: EngineScene, usage: Usage) -> float | None:
 
 
 def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
-    """A folder ready for the engine: cut back to the latest whole checkpoint of the same scene, or a new one.
+    """Prepare a folder for the engine: truncated to the latest complete checkpoint of the same scene, or a new one.
 
-    What is refused here (spheres, laws) leaves a run under way in the folder as it was.
+    A refusal here (spheres, laws) leaves an unfinished run in the folder unchanged.
     """
     scene, folder = task.scene, task.folder
     point, damaged = checkpoint.find(folder, task.mark)

@@ -1,8 +1,8 @@
-"""How the box is shared among ranks: columns of equal width in x and in y, chosen from where the spheres are, at the start and
-at each checkpoint of a run with the plugin.
+"""Domain decomposition into columns of equal width in x and in y, chosen from the positions of the spheres.
 
-The engine cuts evenly and, left alone, makes the shortest cuts: across the longer side of the box. Where a slide is drawn out to
-one side of a tower, all spheres are then on one rank.
+They are chosen at the start and at each checkpoint of a run with the plugin. By default the engine divides evenly
+with the shortest cuts, across the longer side of the box. If a slide is drawn out to one side of a tower, all spheres
+are then on one rank.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike
 from pywet.scene import EngineScene
 
 RESOLVED = 20
-"""Grids are equally good where the spheres of their fullest columns differ by less than the mean over this."""
+"""Grids count as equally good if the spheres of their fullest columns differ by less than the mean divided by this."""
 
 
 def fullest(scene: EngineScene, xy: ArrayLike, columns: tuple[int, int]) -> float:
-    """Spheres in the fullest column over the mean of all."""
+    """Return the number of spheres in the fullest column over the mean of all columns."""
     places = np.asarray(xy, dtype=float).reshape(-1, 2)
     low, high = (np.asarray(corner[:2]) for corner in (scene.box_low_m, scene.box_high_m))
     at = np.clip(np.floor((places - low) / (high - low) * columns).astype(int), 0, np.asarray(columns) - 1)
@@ -30,7 +30,7 @@ def fullest(scene: EngineScene, xy: ArrayLike, columns: tuple[int, int]) -> floa
 
 
 def chosen(scene: EngineScene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
-    """Columns in x and in y: those whose fullest has fewest spheres, of equally good ones those with the shortest cuts."""
+    """Return the columns in x and y whose fullest has fewest spheres; of equally good ones, those with the shortest cuts."""
     width, depth = (scene.box_high_m[k] - scene.box_low_m[k] for k in (0, 1))
 
     def price(columns: tuple[int, int]) -> tuple[int, float]:

@@ -1,6 +1,6 @@
-"""Inputs of a moist run and its replay besides the scene: transfer tables, constants of the laws, the laws' own tables.
+"""Inputs of a moist run and its replay in addition to the scene: transfer tables, constants of the laws, the laws' own tables.
 
-A law's table is solved here once, with progress, and stored in the cache.
+A law's table is computed here once, with progress messages, and cached.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def write_inputs(scene: EngineScene, run_dir: Path) -> None:
 
 
 def meta(scene: EngineScene, output_steps: list[int]) -> dict[str, Any]:
-    """Numbers for the replay in addition to the tables."""
+    """Return the constants for the replay in addition to the tables."""
     liquid = scene.liquid
     assert liquid is not None
     return {
@@ -52,7 +52,7 @@ def meta(scene: EngineScene, output_steps: list[int]) -> dict[str, Any]:
 
 
 def prepare_laws(scene: EngineScene) -> None:
-    """Tables of all laws of the scene that need one."""
+    """Prepare the tables of all laws of the scene that need one."""
     with bar("exact bridge tables (kept for later runs)") as move:
         for kind in SLOTS:
             if kind in scene.effects.laws:
@@ -60,7 +60,7 @@ def prepare_laws(scene: EngineScene) -> None:
 
 
 def transfer_tables(scene: EngineScene) -> pd.DataFrame:
-    """Transfer ratios T_i(V*) of every pair of types, and of every type with every group of wall parts.
+    """Return the transfer ratios T_i(V*) of every pair of types, and of every type with every group of wall parts.
 
     Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
     """

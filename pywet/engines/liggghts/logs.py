@@ -16,21 +16,21 @@ from pywet.schema import RAW
 TRAJECTORY = "trajectory.txt"
 DUMPS = (TRAJECTORY, *(f"{name}.txt" for name in (windows.STATES, *windows.SPRINGS)))
 HEAD = 9
-"""Lines before the rows of a dump's frame."""
+"""Number of lines before the rows of a dump's frame."""
 BLOCK = 1 << 20
 
 Sums = dict[str, tuple[int, int]]
-"""File, by its path in the engine's folder -> bytes from its start and their CRC-32."""
+"""File, by its path in the engine's folder -> number of bytes from its start and their CRC-32."""
 
 
 def files(folder: Path) -> list[Path]:
-    """The raw files there are, of all ranks."""
+    """Return the existing raw files of all ranks."""
     dumps = [path for name in DUMPS if (path := folder / name).exists()]
     return dumps + [path for name in RAW for path in sorted(folder.glob(f"{name}.*.bin"))]
 
 
 def checked(path: Path, start: int = 0, end: int | None = None, before: int = 0) -> tuple[int, int]:
-    """Bytes and CRC-32 of a file up to `end` (None: all of it), where `before` is the sum of its first `start` bytes."""
+    """Return bytes and CRC-32 of a file up to `end` (None: all of it); `before` is the CRC-32 of its first `start` bytes."""
     with open(path, "rb") as file:
         file.seek(start)
         while block := file.read(BLOCK if end is None else min(BLOCK, end - start)):
@@ -39,7 +39,7 @@ def checked(path: Path, start: int = 0, end: int | None = None, before: int = 0)
 
 
 def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:
-    """Name the first file whose content has changed since its digest was computed; logs may have been `appended` to since."""
+    """Name the first file whose content has changed since its checksum; content `appended` to logs is allowed if so stated."""
     for name, (size, sum_then) in sums.items():
         path = folder / name
         if appended and size == 0:
@@ -56,7 +56,7 @@ def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:
 def extended(folder: Path, sums: Sums, last: int, frames: list[int], last_frame: int) -> Sums | str:
     """Extend earlier digests to all logs up to step `last`, of the trajectory up to `last_frame`.
 
-    `frames` are the steps that the trajectory must have gained. Where it has not, or a log became shorter, a phrase says so.
+    `frames` are the steps that the trajectory must have gained. If it has not, or if a log became shorter, a phrase is returned.
     """
     grown = {}
     for path in files(folder):

@@ -1,6 +1,6 @@
 """ctypes interface of the plugin: passes liquid, laws, transfer tables, walls and films of a scene to it.
 
-Python's integers and truth values are C's int to ctypes as they are; all others are converted here.
+ctypes converts Python's integers and booleans to C's int; all other types are converted here.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SLOTS = {
 
 
 NEWCOMER = np.dtype([("id", "<i4"), ("type", "<i4"), ("radius", "<f8"), ("mass", "<f8"), ("x", "<f8", 3)])
-"""A sphere of a script's engine: number, atom type, radius [m], mass [kg], centre [m]."""
+"""Record of a sphere in a script's engine: number, atom type, radius [m], mass [kg], centre [m]."""
 
 
 def _doubles(values: Any) -> Any:
@@ -49,7 +49,7 @@ def _ints(values: Any) -> Any:
 
 
 def _at(address: int, count: int, kind: np.dtype) -> np.ndarray:
-    """An array of the plugin's own."""
+    """Return a view of an array in the plugin's memory."""
     memory: Any = (C.c_char * (count * kind.itemsize)).from_address(address)
     return np.frombuffer(memory, kind)
 
@@ -59,7 +59,7 @@ def _pointer(array: np.ndarray) -> C.c_void_p:
 
 
 class Plugin:
-    """The loaded plugin, that of LIGGGHTS or another's with its version. Load the engine's library with RTLD_GLOBAL before."""
+    """The loaded plugin for LIGGGHTS or another engine. The engine's library must already be loaded with RTLD_GLOBAL."""
 
     def __init__(self, path: Path | None = None, version: str | None = None) -> None:
         self._library = C.CDLL(str(path or plugin_path()), mode=C.RTLD_GLOBAL)
@@ -88,7 +88,7 @@ class Plugin:
     def configure(
         self, scene: EngineScene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
     ) -> None:
-        """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene analytic wires and feed."""
+        """Pass everything but the logs: liquid, types, laws, transfer tables, walls, films; if dry, analytic wires and feed."""
         check_tables(scene, spheres, tables, nodes)
         liquid, moist = scene.liquid, scene.effects.bridges
         sigma, eta = (liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s) if liquid and moist else (0.0, 0.0)
@@ -106,7 +106,7 @@ class Plugin:
             if groups or faces or wall.prisms or continues(scene):
                 self._add_mesh(wall, nodes[wall.name], groups)
             if wall.prisms:
-                self._add_prisms(k, wall, nodes[wall.name])
+                self._add_analytic_wires(k, wall, nodes[wall.name])
         ids, types = _ints(spheres["id"]), _ints(spheres["type"])
         self._library.pywet_set_spheres(len(ids), _pointer(ids), _pointer(types), _pointer(films))
         if scene.is_fed:
@@ -158,7 +158,7 @@ class Plugin:
             self._library.pywet_set_transfer(kind, type_i, other, _pointer(nodes), _pointer(values), len(values))
 
     def _add_mesh(self, wall: WallMesh, nodes: np.ndarray, groups: dict[tuple[float, float], int]) -> None:
-        """Hand over a mesh; without `groups` there are no films on it and its parts are left out."""
+        """Pass a mesh to the plugin; without `groups` it has no films, and its parts are omitted."""
         corners, part = _doubles(nodes.reshape(-1, 9)), _ints(wall.triangle_part)
         if len(corners) != len(part):
             raise PywetError(
@@ -171,8 +171,8 @@ class Plugin:
         mesh = wall.name.encode(), len(part), _pointer(corners), _pointer(part), *parts
         self._check(self._library.pywet_add_mesh(*mesh, 1 if wall.prisms else len(part)))
 
-    def _add_prisms(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
-        """Register the parts of the mesh that was added last as analytic wires; `number` is that of the wall in the scene."""
+    def _add_analytic_wires(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
+        """Register the parts of the last added mesh as analytic wires; `number` is that of the wall in the scene."""
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
             of_part = np.flatnonzero(part == p)
@@ -185,20 +185,21 @@ class Plugin:
             self._library.pywet_add_prism(number, first, analytic_wire.axis, *ends, len(section), _pointer(section))
 
     def set_output(self, steps: Iterable[int], windows: Iterable[tuple[int, int]]) -> None:
-        """Steps at which snapshots and the ledger are written; half-open windows of steps of the contact log."""
+        """Set the steps of snapshots and ledger, and half-open windows of steps for the contact log."""
         at = np.ascontiguousarray(sorted(steps), dtype=np.int64)
         first = np.ascontiguousarray([w[0] for w in windows], dtype=np.int64)
         last = np.ascontiguousarray([w[1] for w in windows], dtype=np.int64)
         self._library.pywet_set_output(len(at), _pointer(at), len(first), _pointer(first), _pointer(last))
 
     def attach(self, engine: C.c_void_p, folder: Path, fix: str = "pywet") -> None:
-        """Hook the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""
+        """Attach the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""
         self._check(self._library.pywet_attach(engine, fix.encode(), os.fsencode(folder)))
 
     def know_script(self, engine: C.c_void_p, asked: Callable[[bytes], None]) -> Any:
-        """Make the fix style `pywet` known to the engine; keep what is returned as long as that lives.
+        """Register the fix style `pywet` in the engine; the returned object must live as long as the engine.
 
-        `asked` is called with `line` where the engine comes to it, `run` before every run, `begin` once the first one is set up.
+        `asked` is called with `line` when the engine reads the fix, `run` before every run, `begin` once the
+        first one is set up.
         """
         callback = C.CFUNCTYPE(None, C.c_char_p)(asked)
         self._library.pywet_know_script(engine, callback)
@@ -210,13 +211,13 @@ class Plugin:
         return bytes(self._library.pywet_script_state())
 
     def script_spheres(self, count: int) -> np.ndarray:
-        """Spheres that the engine holds, as `NEWCOMER`."""
+        """Return the spheres in the engine as records `NEWCOMER`."""
         rows = np.zeros(count, NEWCOMER)
         self._library.pywet_script_spheres(_pointer(rows))
         return rows
 
     def script_triangles(self, mesh: str, count: int) -> np.ndarray:
-        """Corners of a mesh's triangles as they are now, (count, 3, 3) [m]."""
+        """Return the current corners of a mesh's triangles, (count, 3, 3) [m]."""
         corners = np.zeros((count, 3, 3))
         self._library.pywet_script_triangles(mesh.encode(), _pointer(corners))
         return corners
@@ -240,7 +241,7 @@ class Plugin:
         self._check(self._library.pywet_resume_script(_pointer(numbers), count))
 
     def add_classes(self, scene: EngineScene, known: int, tables: pd.DataFrame) -> None:
-        """Register the classes of a scene that are not known yet, with the transfer tables of all."""
+        """Register new classes of a scene, with the transfer tables of all classes."""
         for c in scene.classes[known:]:
             self._library.pywet_add_type(C.c_double(c.radius_m), C.c_double(c.contact_angle_rad))
         self._set_transfer(tables)
@@ -253,7 +254,7 @@ class Plugin:
         self._library.pywet_set_reach(C.c_double(skin), C.c_double(thickest))
 
     def resume(self, state: Path) -> None:
-        """Go on from a checkpoint's state file."""
+        """Resume from a checkpoint's state file."""
         self._check(self._library.pywet_resume(os.fsencode(state)))
 
     def wait(self) -> None:
@@ -272,7 +273,7 @@ class Plugin:
         return dict(zip(names, most, strict=True))
 
     def finish(self) -> None:
-        """Close the logs and end MPI; the last call of a worker."""
+        """Close the logs and end MPI, as the last call of a worker."""
         self._library.pywet_finish()
 
 
@@ -282,7 +283,7 @@ def in_use(law: registry.Law) -> tuple[Any, ...]:
 
 
 def angle_pairs(scene: EngineScene) -> set[tuple[float, float]]:
-    """Pairs of contact angles (smaller body, larger body) of all possible bridges [rad]."""
+    """Return the pairs of contact angles (smaller body, larger body) of all possible bridges [rad]."""
     pairs = {(a.contact_angle_rad, wall.contact_angle_rad) for a in scene.classes for wall in scene.walls}
     for a in scene.classes:
         pairs |= {(a.contact_angle_rad, b.contact_angle_rad) for b in scene.classes if a.radius_m <= b.radius_m}

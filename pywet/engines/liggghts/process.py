@@ -15,12 +15,12 @@ from pywet.errors import StoppedRun, child_data
 from pywet.scene import EngineScene
 
 LOOP_TIME = "loop_cpu_s.json"
-"""File in which a moist run's first rank leaves the processor time of each piece and of the checkpoint after it [s]."""
+"""File in which a moist run's first rank stores the processor time of each piece and of the checkpoint after it [s]."""
 LOGS = (OUTPUT, LOG)
 LAUNCH = re.compile(r"^srun: error: (.* launch failed: .*)", re.MULTILINE)
-"""What srun says of ranks that no node started; after it come the ranks that it then killed elsewhere."""
+"""Message of srun about ranks that could not be started; messages about other killed ranks follow it."""
 LARGEST_LOG = 50_000_000
-"""Bytes at which a log shows an engine that writes without end: a run of any length writes some hundred lines."""
+"""Bytes of a log that indicate an engine in an endless output loop: a normal log has some hundred lines."""
 
 
 def execute(
@@ -59,7 +59,7 @@ def _too_large(folder: Path) -> list[Path]:
 
 
 def _refuse_flood(folder: Path, scene: EngineScene) -> None:
-    """End a run whose engine writes messages without end."""
+    """End a run whose engine prints messages in an endless loop."""
     for path in _too_large(folder):
         with open(path, "rb") as log:
             message = log.read(4096).decode(errors="replace").strip().splitlines()
@@ -94,7 +94,7 @@ def stopped(
 
 
 def _reason(folder: Path, returncode: int) -> str:
-    """The engine's last words, without the places in its sources."""
+    """Return the engine's last messages, without positions in its source code."""
     text = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), returncode)
     text = re.sub(r"\s*\(\.\./\S+\)|\s*\(\S+\.(cpp|h):\d+\)", "", text)
     if "Lost atoms" in text:

@@ -1,4 +1,4 @@
-"""The plugin's state of a checkpoint (checkpoint.cpp): which spheres the engine holds, where they are, which are retired."""
+"""The plugin's state of a checkpoint (checkpoint.cpp): spheres in the engine, their positions, and retired spheres."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from pywet.errors import FileError, shown
 
 HEAD_B = 104
-"""Bytes before the number of spheres."""
+"""Number of bytes before the number of spheres."""
 COUNT = np.dtype("<i8")
 SPHERE = np.dtype([("id", "<i8"), ("place", "<f8", (2,)), ("rest", "<f8", (12,))])
 
 
 def count(state: Path) -> int:
-    """Number of spheres that are in the engine from the checkpoint on."""
+    """Return the number of spheres in the engine from the checkpoint on."""
     return int(_numbers(state, HEAD_B, 1)[0])
 
 
 def places(state: Path) -> np.ndarray:
-    """Position of these spheres in the plan view, (n, 2)."""
+    """Return the positions of these spheres in plan view, (n, 2)."""
     return np.asarray(_numbers(state, HEAD_B + 8, count(state), SPHERE)["place"])
 
 
 def retired(state: Path) -> np.ndarray:
-    """Numbers of all spheres retired until the checkpoint and at it, in order."""
+    """Return the ids of all spheres retired up to the checkpoint, in order."""
     start = HEAD_B + 8 + count(state) * SPHERE.itemsize
     return _numbers(state, start + 8, int(_numbers(state, start, 1)[0]))
 

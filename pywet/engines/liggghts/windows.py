@@ -1,6 +1,6 @@
 """Motion, forces and contact springs of all spheres in each step of the sampling windows: deck lines and tables.
 
-The engine's own dumps, made only in the windows; without `output.window_trajectories` the deck holds none of it.
+They are dumps of the engine, made only in the windows; without `output.window_trajectories` the deck contains none.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ COLUMNS: dict[str, list[str]] = {
     "pair_springs": ["i", "j", "image", "sx", "sy", "sz"],
     "wall_springs": ["mesh", "triangle", "i", "sx", "sy", "sz"],
 }
-"""Columns of each dump: position, velocity, spin at the end of the step, force and torque in it; spring of each dry contact."""
+"""Columns of each dump: position, velocity and spin after the step, force and torque in it; displacement of dry contacts."""
 NEVER = 9.0e15
 
 
 def next_step(windows: list[tuple[int, int]]) -> list[str]:
-    """The engine's formula for the step after `step` at which to write, as terms to be added up: it cuts long lines."""
+    """Return the engine's formula for the next output step after `step`, as terms, because it truncates long lines."""
     terms, before = [], -1
     for first, last in windows:
         terms.append(f"(step>={before})*(step<{first})*{first}+(step>={first})*(step<{last - 1})*(step+1)")
@@ -59,7 +59,7 @@ def deck_lines(scene: EngineScene, touched: Sequence[str]) -> dict[str, Any] | N
 
 
 def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
-    """All frames of one of the engine's text dumps, with a column `step`."""
+    """Read all frames of one of the engine's text dumps, with a column `step`."""
     return pd.concat(list(dump_parts(path, columns)), ignore_index=True)
 
 
@@ -93,7 +93,7 @@ def dump_parts(path: Path, columns: list[str], most_bytes: int = 1 << 25) -> Ite
 
 
 def _frames(text: bytearray, steps: list[int], counts: list[int], columns: list[str]) -> pd.DataFrame:
-    """The rows of some frames as a table."""
+    """Return the rows of some frames as a table."""
     if not text:
         return pd.DataFrame({"step": np.zeros(0, dtype=np.int64), **{c: np.zeros(0) for c in columns}})
     end = ["end of line"] if text.endswith(b" \n") else []
@@ -108,7 +108,10 @@ def _frames(text: bytearray, steps: list[int], counts: list[int], columns: list[
 
 
 def wall_springs(scene: EngineScene, folder: Path, touched: Sequence[str]) -> pd.DataFrame:
-    """Springs of contacts with walls: the engine's with those `touched`, meshes numbered as in the scene, and the plugin's."""
+    """Return the tangential displacements of wall contacts, of the engine for `touched` walls and of the plugin.
+
+    Meshes are numbered as in the scene.
+    """
     path, springs = folder / "wall_springs.txt", []
     if path.exists():
         meshes = np.array([k for k, w in enumerate(scene.walls) if w.name in touched])
@@ -123,7 +126,7 @@ def wall_springs(scene: EngineScene, folder: Path, touched: Sequence[str]) -> pd
 def collect(scene: EngineScene, folder: Path, history: Path, touched: Sequence[str], end: float = math.inf) -> None:
     """Turn the dumps in `folder` into `history`/window_<name>.parquet; `touched` as in `deck_lines`.
 
-    From step `end` on no sphere is left.
+    From step `end` on no spheres remain.
     """
     plugin = scene.effects.tangential_history and len(touched) < len(scene.walls)
     for name in (STATES, *SPRINGS) if schedule.recorded(scene) else ():

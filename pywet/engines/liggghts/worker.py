@@ -1,6 +1,6 @@
 """Run one deck with the plugin in this process: engine library, plugin, compiled laws. Started by driver.py.
 
-A child process because an engine error ends in MPI_Abort, which kills the process it happens in. Under `mpirun -np N` each
+It is a child process because an engine error ends in MPI_Abort, which kills its process. Under `mpirun -np N` each
 rank runs this program.
 """
 
@@ -30,11 +30,11 @@ from pywet.util.files import read_parts, read_table, write_json
 
 LIBRARY = "libliggghts.so.3"
 LINE_BUFFERED = 1
-"""_IOLBF of setvbuf(3)."""
+"""Constant _IOLBF of setvbuf(3)."""
 
 
 def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Corner points per mesh, (n, 9), in file order."""
+    """Return the corner points of each mesh, (n, 9), in file order."""
     columns = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
     return {str(name): rows[columns].to_numpy(float) for name, rows in triangles.groupby("mesh", sort=False)}
 
@@ -45,7 +45,7 @@ def part_by_part(path: Path, *columns: str) -> pd.DataFrame:
 
 
 def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
-    """Read the scene, set the engine up, attach the plugin, run what is left after the checkpoint at step `done` (0: all)."""
+    """Read the scene, set up the engine, attach the plugin, and run the steps after the checkpoint at step `done` (0: all)."""
     scene = EngineScene.read(run_dir / "scene.json")
     history = run_dir / "history"
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
@@ -59,9 +59,9 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
     library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
 
     def begin(script: bytes, step: int) -> None:
-        """Set up engine and plugin; at a checkpoint of an uninterrupted run in the same manner as where a run resumes.
+        """Set up engine and plugin; at a checkpoint of an uninterrupted run in the same manner as when a run resumes.
 
-        The tables are read again: a rank keeps nothing of the whole bed.
+        The tables are read again, because a rank stores no data of the whole bed.
         """
         spheres = part_by_part(history / "spheres.parquet", "id", "type", "film")
         nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
@@ -107,7 +107,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
 
 
 def name_checkpoint(step: int) -> None:
-    """Give both files of a checkpoint their names, now that both are whole; the first rank does it."""
+    """Rename both files of a checkpoint, now that they are complete; only the first rank does this."""
     if plugin_rank() != 0:
         return
     engine, state = (Path(saved(name, step, whole=False)) for name in ("engine", "state"))
@@ -133,7 +133,10 @@ def plugin_rank() -> int:
 
 
 def main() -> int:
-    """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER STEP RANKS`; STEP of the checkpoint to go on from, or 0."""
+    """Run a deck as `python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER STEP RANKS`.
+
+    STEP is that of the checkpoint to resume from, or 0.
+    """
     die_with_parent()
     with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
         run_dir, folder, done, ranks = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path, STEP=int, RANKS=int)

@@ -1,1 +1,1 @@
-"""The second engine: YADE, run as a program, on the same scenes as LIGGGHTS. For comparison, not for production."""
+"""YADE as a second engine, run as a program, on the same scenes as LIGGGHTS. For comparison, not for production."""

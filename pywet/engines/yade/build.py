@@ -10,19 +10,19 @@ from pywet.engines.liggghts import build
 from pywet.util import caches
 
 PROGRAM = ("YADE", "2023.02a", "make peers")
-"""Its name, its version, and what installs it."""
+"""Name and version of the program, and the command that installs it."""
 SOURCES = Path(__file__).parent / "plugin"
 PACKAGES = ["/usr/lib/x86_64-linux-gnu/yade-double/py", "/usr/lib/python3/dist-packages"]
-"""Folders of its modules, and of those that they import."""
+"""Folders of YADE's modules, and of those that they import."""
 
 
 def engine_version() -> str:
-    """Version of Debian's package; `EngineError` where it is missing or another."""
+    """Return the version of Debian's package; `EngineError` if it is missing or unsupported."""
     return process.installed(*PROGRAM)
 
 
 def plugin_path() -> Path:
-    """The plugin, built where it is not yet whole in the cache (half a minute)."""
+    """Return the path of the plugin, built if it is not in the cache (half a minute)."""
     version, host = engine_version(), [*sorted(SOURCES.glob("*")), OTHER / "contacts.cpp", OTHER / "meshes.cpp"]
     not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in host))}
     shared = sorted(set(build.SOURCES.glob("*")) - not_here)

@@ -1,8 +1,8 @@
 """The scene's dry contacts in the terms of YADE's linear spring and dashpot (`FrictViscoMat`, `…_CundallStrackVisco`).
 
-Stiffnesses and friction are given per pair of materials. Damping is not: YADE takes 2 √(m_eff k_n) times the mean of the two
-materials' fractions β of critical damping. One β per sphere class and one for the walls are found by least squares so that
-each pair gets the damping [kg/s] that LIGGGHTS gets, `leapfrog_damping`; what is left over is checked.
+Stiffnesses and friction are given per pair of materials. Damping is not: YADE uses 2 √(m_eff k_n) times the mean of
+the two materials' fractions β of critical damping. One β per sphere class and one for the walls are fitted by least
+squares so that each pair has the damping [kg/s] used in LIGGGHTS, `leapfrog_damping`; the residual is checked.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ from pywet.laws.contact import leapfrog_damping, pair_mass
 from pywet.scene import EngineScene
 
 LARGEST_MISS = 0.02
-"""Relative error of a pair's damping up to which a scene is run; it changes a restitution of 0.8 by 0.004."""
+"""Largest relative error of a pair's damping for which a scene is run; it changes a restitution of 0.8 by 0.004."""
 
 
 def contacts(scene: EngineScene) -> dict[str, Any]:
-    """Numbers for YADE; PywetError where no damping shares reproduce the scene's coefficients of restitution.
+    """Return the contact parameters for YADE; PywetError if no damping shares reproduce the scene's coefficients of restitution.
 
-    For each of `pairs` of material numbers (0: the walls) its normal `stiffness` [N/m], the `ratio` of the tangential one to it
-    and its `friction`; `damping_share`: β of the walls, then of each class; `largest_miss`: largest relative error of a damping.
+    For each of `pairs` of material numbers (0: the walls) its normal `stiffness` [N/m], the `ratio` of the
+    tangential one to it and its `friction`; `damping_share`: β of the walls, then of each class; `largest_miss`:
+    largest relative error of the damping.
     """
     wanted = []
     for pair in scene.pairs:
@@ -51,7 +52,7 @@ def contacts(scene: EngineScene) -> dict[str, Any]:
 
 
 def _shares(scene: EngineScene, wanted: Floats) -> tuple[Floats, float]:
-    """β of walls and classes with (β_a + β_b)/2 = wanted of the pair (a, b), and the largest relative error."""
+    """Return β of walls and classes with (β_a + β_b)/2 = wanted of the pair (a, b), and the largest relative error."""
     matrix = np.zeros((len(scene.pairs), len(scene.classes) + 1))
     for row, pair in enumerate(scene.pairs):
         matrix[row, pair.a] += 0.5

@@ -1,7 +1,8 @@
 """Run a prepared scene in YADE with the plugin and write the same tables as a run in LIGGGHTS.
 
-Contacts, neighbours and integration are YADE's; bridges, films and rolling resistance the plugin's. Everything is written into
-`engine.partial` first and renamed when the run is complete. A run has one process and does not resume.
+YADE computes contacts, neighbours and integration; the plugin computes bridges, films and rolling resistance.
+Everything is written into `engine.partial` first and renamed when the run is complete. A run has one process and does
+not resume.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ from pywet.util.files import read_table, write_json
 
 WORKER = ["-m", worker.__name__]
 SKIN = 0.1
-"""Margin of the bodies' boxes over the smallest radius, between two sorts of the collider; of 0.3, 0.1 and 0.03 the quickest."""
+"""Margin of the bodies' boxes over the smallest radius, between two sorts of the collider; the fastest of 0.3, 0.1 and 0.03."""
 
 
 def run(run_dir: Path, progress: bool = True, *, driven: tuple[int, ...] = (), allow_unstable: bool = False) -> RunInfo:
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
-    Raises `PywetError` where YADE is missing, of another version, or cannot do what the scene asks for; `driven`: spheres held at
-    their velocity.
+    Raises `PywetError` if YADE is missing, of another version, or does not support the scene; `driven`: spheres
+    with prescribed velocity.
     """
     run_dir = Path(run_dir).resolve()
     scene = EngineScene.read(run_dir / "scene.json")
@@ -51,7 +52,7 @@ def run(run_dir: Path, progress: bool = True, *, driven: tuple[int, ...] = (), a
 
 
 def refuse(scene: EngineScene) -> None:
-    """PywetError in one sentence for what YADE cannot do as this scene has it."""
+    """Raise a PywetError in one sentence for what YADE does not support in this scene."""
     reasons = []
     if scene.removes:
         reasons.append("taking spheres out of a run (`retire`, outlets)")
@@ -74,7 +75,7 @@ def refuse(scene: EngineScene) -> None:
 
 
 def build_task(scene: EngineScene, run_dir: Path) -> dict[str, Any]:
-    """The scene as plain numbers for in_yade.py, walls cut into convex solids; without contacts."""
+    """Return the scene as plain numbers for in_yade.py, with walls divided into convex solids; without contacts."""
     spheres = read_table(run_dir / scene.spheres_file)
     names = ["id", "type", *"xyz", "vx", "vy", "vz", "wx", "wy", "wz"]
     for name in names:
@@ -113,7 +114,7 @@ def _solid(path: Path, name: str) -> list[list[list[float]]]:
 
 
 def execute(run_dir: Path, scene: EngineScene, task: dict[str, Any], progress: bool) -> RunInfo:
-    """Run a task in engine.partial and make its tables; with bridges of YADE's own (`liquid`) those of a dry scene."""
+    """Run a task in engine.partial and make its tables; with YADE's own bridges (`liquid`), those of a dry scene."""
     version, plugin = build.engine_version(), build.plugin_path()
     scene = worker.as_yade_has_it(scene, task)
     folder = run_dir / "engine.partial"
@@ -139,7 +140,7 @@ def execute(run_dir: Path, scene: EngineScene, task: dict[str, Any], progress: b
 
 
 def _watch(run_dir: Path, folder: Path, scene: EngineScene, progress: bool) -> Usage:
-    """Start the worker and report its progress to its end."""
+    """Start the worker and report its progress until it ends."""
     command = [sys.executable, "-P", *WORKER, str(run_dir), str(folder)]
     with progress_bar(scene, progress) as report:
         status, usage = attend(

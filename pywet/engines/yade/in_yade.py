@@ -1,4 +1,4 @@
-"""Create the bodies and engines of a scene in YADE from plain numbers. Imported by the worker where YADE is installed."""
+"""Create the bodies and engines of a scene in YADE from plain numbers. Imported by the worker if YADE is installed."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from yade import (  # type: ignore[import-not-found]
 )
 
 Task = dict[str, Any]
-"""What driver.build_task makes."""
+"""Task as made by driver.build_task."""
 
 
 def materials(task: Task) -> list[int]:
-    """Numbers of YADE's materials: the walls', then each class's."""
+    """Return the numbers of YADE's materials: that of the walls, then of each class."""
     dry, liquid, found = task["contacts"], task["liquid"], []
     for k, density in enumerate([1000.0, *task["density"]]):
         if liquid:
@@ -55,7 +55,7 @@ def materials(task: Task) -> list[int]:
 
 
 def matches(task: Task, kinds: list[int], values: list[float]) -> Any:
-    """A table per pair of materials."""
+    """Return a table of values per pair of materials."""
     rows = [(kinds[a], kinds[b], float(v)) for (a, b), v in zip(task["contacts"]["pairs"], values, strict=True)]
     return MatchMaker(matches=rows, val=float("nan"), algo="val")
 
@@ -74,7 +74,7 @@ def laws(task: Task, kinds: list[int]) -> tuple[Any, Any]:
 
 
 def bodies(task: Task, kinds: list[int]) -> tuple[list[int], dict[str, list[int]]]:
-    """Spheres, in order, and walls by name: YADE's numbers of them."""
+    """Create the bodies and return YADE's ids of the spheres, in order, and of the walls by name."""
     spheres = []
     for row in task["spheres"]:
         kind = int(row[1])
@@ -95,7 +95,7 @@ def bodies(task: Task, kinds: list[int]) -> tuple[list[int], dict[str, list[int]
 
 
 def movers(task: Task, walls: dict[str, list[int]]) -> list[Any]:
-    """Engines that set the walls' velocities."""
+    """Return engines that set the walls' velocities."""
     found = []
     for name, v in task["vibrates"].items():
         # the velocity a cos is the engine's -A sin with the phase less a quarter; it moves the walls to the end of the step
@@ -146,7 +146,7 @@ def build(task: Task, command: str) -> tuple[list[int], dict[str, list[int]], An
 
 
 def bridges() -> list[dict[str, Any]]:
-    """Active bridges of YADE's own law at the end: volume, gap, whether it is to a wall, its rupture distance."""
+    """Return the active bridges of YADE's own law at the end: volume, gap, whether it is to a wall, its rupture distance."""
     found = []
     for i in O.interactions:
         if i.isReal and i.phys.liqBridgeCreated:

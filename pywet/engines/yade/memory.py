@@ -1,7 +1,7 @@
 """Memory layout of YADE's data for the plugin, since Debian's package has no headers. Runs inside YADE.
 
-What is assumed of the objects of this version is compared with what YADE itself says of a made-up scene, before any run: where it
-differs, or cannot be read at all, the run is refused.
+Before any run the assumed layout of this version is checked by a test scene: if its values differ from those that
+YADE's Python interface returns, or cannot be read, the run is refused.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ LAYOUT = {
     "bodies": 88, "geometry": 112, "physics": 128,  # of an Interaction
     "normal": 32, "depth": 160,  # of a ScGeom
 }  # fmt: skip
-"""Bytes from an object's start, in the order of the host's struct Layout."""
+"""Offsets in bytes from an object's start, in the order of the host's struct Layout."""
 FIRST, SECOND = 40, 16
-"""Bytes from a Python object of YADE to an address, and from there to that of the C++ object."""
+"""Offsets in bytes from a Python object of YADE to a pointer, and from its target to the pointer to the C++ object."""
 
 
 class Layout(C.Structure):
-    """The host's struct of the same name."""
+    """Memory offsets passed to the plugin, as struct Layout in yade's host sources."""
 
     _fields_ = [(name, C.c_int64) for name in LAYOUT]
 
 
 class Given(C.Structure):
-    """The host's struct of the same name, plugin/host.h."""
+    """Data of YADE passed to the plugin, as struct Given in plugin/host.h."""
 
     _fields_ = [
         *((name, C.c_int64) for name in ("spheres", "walls", "bodies", "types", "every")),
@@ -49,7 +49,7 @@ class Given(C.Structure):
 
 
 def read(address: int, kind: str, count: int = 1) -> list[Any]:
-    """Numbers at an address of this process; `EngineError` where there is no memory."""
+    """Read numbers at an address of this process; `EngineError` if there is no memory."""
     try:
         with open("/proc/self/mem", "rb", 0) as memory:
             return list(struct.unpack(f"{count}{kind}", os.pread(memory.fileno(), 8 * count, address)))
@@ -97,7 +97,7 @@ def check() -> None:
 
 
 def touch() -> None:
-    """The made-up scene, a step on."""
+    """Advance the test scene by one step."""
     import yade
     from yade import O, Vector3, polyhedra_utils, utils
 
@@ -123,7 +123,7 @@ def touch() -> None:
 
 
 def compare(what: str, at: int, values: dict[str, Any]) -> None:
-    """Refuse an object that does not hold these numbers where they are assumed to be."""
+    """Refuse an object that does not contain these numbers at the assumed offset."""
     for name, numbers in values.items():
         _same(f"{name} of a {what}", read(at + LAYOUT[name], DOUBLES, len(numbers)), list(numbers))
 

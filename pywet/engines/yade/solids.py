@@ -1,9 +1,9 @@
 """Walls for YADE: every closed surface cut into convex solids.
 
-YADE's facets are counted one by one: a sphere on the edge that two of them share, flat or convex, gets both their forces
-(measured: twice the stiffness and damping). Most contacts with a wire of six sides are on edges. A convex polyhedron is one
-body and gives one contact, as LIGGGHTS gives for a closed mesh. Wires, plates and boxes are convex as they are; tubes and
-bins are cut into the pieces between faces that look away from each other, which fit together at the mitres without rest.
+YADE treats facets individually: a sphere on the edge that two of them share, flat or convex, has contacts with both
+(measured: twice the stiffness and damping). Most contacts with a wire of six sides are on edges. A convex polyhedron
+is one body with one contact, as in LIGGGHTS for a closed mesh. Wires, plates and boxes are already convex; tubes and
+bins are cut into the pieces between opposite faces, which fit together at the mitres without gaps.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ class Face:
 
     @property
     def centre(self) -> Floats:
-        """Mean of the different corners (3,) [m]."""
+        """Return the mean of the distinct corners (3,) [m]."""
         return np.asarray(np.unique(np.round(self.points, 9), axis=0).mean(axis=0))
 
 
 def convex_pieces(surface: Surface) -> list[Floats]:
     """Corner points (n, 3) [m] of convex solids that together fill the closed surface.
 
-    PywetError where they do not: a solid with other than convex parts between parallel faces is beyond this method.
+    PywetError if they do not: this method does not support solids other than convex parts between parallel faces.
     """
     pieces: list[Floats] = []
     count, body = surface.components()
@@ -61,7 +61,7 @@ def convex_pieces(surface: Surface) -> list[Floats]:
 
 
 def _pieces(corners: Floats) -> list[Floats]:
-    """A convex solid as it is, another one cut between opposite faces."""
+    """Return a convex solid as it is, another one cut between opposite faces."""
     points = np.unique(corners.reshape(-1, 3), axis=0)
     if abs(ConvexHull(points).volume - enclosed(corners)) < 1e2 * SAME * enclosed(corners):
         return [points]
@@ -90,7 +90,7 @@ def _behind(faces: list[Face], k: int) -> int | None:
 
 
 def _faces(corners: Floats) -> list[Face]:
-    """Join triangles that lie in one plane to faces."""
+    """Join coplanar triangles to faces."""
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.linalg.norm(cross, axis=1)
     normal = cross / (2.0 * area[:, None])

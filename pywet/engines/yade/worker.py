@@ -1,6 +1,6 @@
 """Run one task with the plugin in this process: YADE's modules, plugin, compiled laws. Started by driver.py.
 
-YADE's packages are Debian's, and come after those of this program: nothing of theirs takes the place of one of ours.
+YADE's packages are Debian's and come last in the search path, so that none replaces a package of this program.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from pywet.scene import Effects, EngineScene
 from pywet.util.files import read_json, read_table, write_json
 
 HOOK = "pywet_step()"
-"""What YADE calls in every step."""
+"""Python command that YADE calls in every step."""
 
 
 class Host:
-    """The plugin's host, which reads and writes the memory of YADE's objects."""
+    """The plugin's host, which accesses the memory of YADE's objects."""
 
     def __init__(
         self, scene: EngineScene, task: dict[str, Any], spheres: list[int], walls: dict[str, list[int]]
@@ -82,7 +82,7 @@ class Host:
 
 
 def rolling(scene: EngineScene) -> np.ndarray:
-    """Torque of rolling resistance over the overlap [N], of each type and each partner's; 0: a wall."""
+    """Return the torque of rolling resistance over the overlap [N], for each type and each partner; 0: a wall."""
     table = np.zeros((len(scene.classes) + 1,) * 2)
     for p in scene.pairs:
         table[p.a, p.b] = table[p.b, p.a] = p.rolling_friction_m * p.normal_stiffness_N_per_m
@@ -90,7 +90,7 @@ def rolling(scene: EngineScene) -> np.ndarray:
 
 
 def as_yade_has_it(scene: EngineScene, task: dict[str, Any]) -> EngineScene:
-    """The scene with all contacts by YADE; without liquid where YADE's own bridges are tried."""
+    """Return the scene with all contacts computed by YADE; without liquid if YADE's own bridges are tested."""
     walls = tuple(wall.model_copy(update=dict(prisms=False)) for wall in scene.walls)
     changed: dict[str, Any] = {"walls": walls, "contacts": "stock"}
     if task["liquid"]:
@@ -99,7 +99,7 @@ def as_yade_has_it(scene: EngineScene, task: dict[str, Any]) -> EngineScene:
 
 
 def reach_yade() -> None:
-    """Make YADE's modules importable; `EngineError` where this Python cannot have them."""
+    """Make YADE's modules importable; `EngineError` if this Python cannot load them."""
     sys.path += build.PACKAGES
     try:
         import yade  # noqa: F401
@@ -155,7 +155,7 @@ def run(run_dir: Path, folder: Path) -> None:
 
 
 def main() -> int:
-    """`python -m pywet.engines.yade.worker RUN_DIR ENGINE_FOLDER`, in that folder."""
+    """Run a task as `python -m pywet.engines.yade.worker RUN_DIR ENGINE_FOLDER`, in that folder."""
     die_with_parent()
     with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
         run_dir, folder = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path)

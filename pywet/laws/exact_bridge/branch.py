@@ -1,8 +1,9 @@
 """Follow the stable branch of a bridge: Newton's method, continuation in volume and separation, the limit of stability.
 
-The branch starts at touching bodies and ends at the first zero of the Jacobian's determinant: a fold, or for equal bodies of
-large contact angle the loss of symmetry shortly before it. A negative r_j is a hollow (its φ_j is negative too): tables need
-points a little beyond the plate. All compiled; the user's functions are in `bridge.py`.
+The branch starts at touching bodies and ends at the first zero of the Jacobian's determinant: a fold, or for equal
+bodies of large contact angle the loss of symmetry shortly before it. A negative r_j is a concave body (its φ_j is
+negative too), because tables need points slightly beyond the plate. All functions are compiled; the public ones are
+in `bridge.py`.
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ from pywet.laws.exact_bridge.meridian import (
 )
 
 FOLD, ASYMMETRY, LOST = 0, 1, 2
-"""How a branch ended; LOST: the continuation failed."""
+"""Ends of a branch; LOST: the continuation failed."""
 MOST_POINTS = 400
 FIRST_VOLUME = 1e-9
-"""Volume in units of the smaller radius cubed from which the march in volume starts."""
+"""Volume over the cube of the smaller radius from which the continuation in volume starts."""
 
 
 @jit
 def scales(y: Floats) -> Floats:
-    """Natural size of each unknown near y, so that steps are relative."""
+    """Return the natural size of each unknown near y, so that steps are relative."""
     d = np.abs(y)
     d[CURVATURE] = max(d[CURVATURE], 1.0 / d[LENGTH])
     d[GAP] = d[LENGTH]
@@ -42,7 +43,7 @@ def scales(y: Floats) -> Floats:
 
 @jit
 def jacobian(y: Floats, c: Case, d: Floats) -> Floats:
-    """4 × 5 matrix of the residual's derivatives by the unknowns in units of d, central differences."""
+    """Return the 4 × 5 matrix of the residual's derivatives by the unknowns in units of d, central differences."""
     matrix, trial = np.zeros((4, 5)), y.copy()
     for k in range(4):
         step = 3e-6 * d[k]
@@ -57,7 +58,7 @@ def jacobian(y: Floats, c: Case, d: Floats) -> Floats:
 
 @jit
 def solved(matrix: Floats, right: Floats) -> Floats:
-    """Solution of a linear system; nan where it has none."""
+    """Solve a linear system; nan if it is singular."""
     answer = np.full(right.size, math.nan)
     if math.isfinite(matrix.sum()):
         try:
@@ -75,9 +76,9 @@ def outside(y: Floats, c: Case) -> bool:
 
 @jit
 def correct(y: Floats, c: Case, tangent: Floats, most: int) -> int:
-    """Newton's method on the bridge at fixed separation (tangent of size 0) or across the plane normal to `tangent`.
+    """Solve the bridge by Newton's method at fixed separation (tangent of size 0) or in the plane normal to `tangent`.
 
-    Changes y in place; returns the iterations used, −1 when it did not converge.
+    Changes y in place; returns the iterations used, −1 without convergence.
     """
     n = 4 if tangent.size == 0 else 5
     d, last = scales(y), math.inf
@@ -104,7 +105,7 @@ def correct(y: Floats, c: Case, tangent: Floats, most: int) -> int:
 
 @jit
 def guess(c: Case) -> Floats:
-    """Toroidal ring between touching bodies, good for small volumes."""
+    """Return the toroidal ring between touching bodies as a first guess, good for small volumes."""
     plate = math.isinf(c.rj)
     reduced = c.ri if plate else c.ri * c.rj / (c.ri + c.rj)
     rho = (4.0 * reduced * c.volume / math.pi) ** 0.25
@@ -119,7 +120,7 @@ def guess(c: Case) -> Floats:
 
 @jit
 def touching(c: Case) -> tuple[bool, Floats]:
-    """The bridge between touching bodies, by a march in volume from a thin ring."""
+    """Compute the bridge between touching bodies by continuation in volume from a thin ring."""
     none, factor = np.empty(0), 4.0
     v = min(c.volume, FIRST_VOLUME * min(c.ri, abs(c.rj)) ** 3)
     first = of_volume(c, v)
@@ -147,10 +148,11 @@ def of_volume(c: Case, volume: float) -> Case:
 
 @jit
 def tangent_of(y: Floats, c: Case, before: Floats) -> tuple[Floats, float]:
-    """Unit tangent of the branch in scaled unknowns, pointing like `before`, and a second indicator of stability.
+    """Return the unit tangent of the branch in scaled unknowns, oriented like `before`, and a second indicator of stability.
 
-    The bridge becomes unstable where either changes sign: the tangent's share of separation, which stops growing at a fold, or
-    the second, the determinant, which sees a jump over a fold; for equal bodies the loss of symmetry.
+    The bridge becomes unstable where either changes sign: the tangent's component of separation, which is zero at
+    a fold, or the second, the determinant, which detects a step across a fold; for equal bodies it is the loss of
+    symmetry.
     """
     matrix, right = np.empty((5, 5)), np.zeros(5)
     matrix[:4] = jacobian(y, c, scales(y))
@@ -164,7 +166,7 @@ def tangent_of(y: Floats, c: Case, before: Floats) -> tuple[Floats, float]:
 
 @jit
 def step_along(y: Floats, size: float, tangent: Floats, c: Case) -> tuple[int, Floats, Floats, float]:
-    """One predicted and corrected step of the continuation: iterations (−1: it failed), its end, `tangent_of` there."""
+    """Make one predicted and corrected step of the continuation: iterations (−1: failed), its end, `tangent_of` there."""
     trial = y + size * tangent * scales(y)
     used = -1 if outside(trial, c) else correct(trial, c, tangent, 8)
     turned, second = tangent_of(trial, c, tangent) if used >= 0 else (tangent, 0.0)
@@ -173,9 +175,9 @@ def step_along(y: Floats, size: float, tangent: Floats, c: Case) -> tuple[int, F
 
 @jit
 def trace(y0: Floats, c: Case, stop: float) -> tuple[int, Floats]:
-    """Points of the branch from y0 (touching) to its limit of stability, or to the first point beyond separation `stop`.
+    """Return points of the branch from y0 (touching) to its limit of stability, or to the first point beyond separation `stop`.
 
-    Returns how it ended and an array of points; the last point is the limit itself unless it stopped earlier.
+    The first result is how it ended; the last point is the limit itself unless it stopped earlier.
     """
     points = np.empty((MOST_POINTS, 5))
     points[0] = y0
@@ -216,14 +218,14 @@ def trace(y0: Floats, c: Case, stop: float) -> tuple[int, Floats]:
 
 @jit
 def follow(c: Case, stop: float) -> tuple[int, Floats]:
-    """The branch of a bridge from touching bodies, as `trace` gives it."""
+    """Return the branch of a bridge from touching bodies, in the form of `trace`."""
     ok, y = touching(c)
     return trace(y, c, stop) if ok else (LOST, y.reshape(1, 5))
 
 
 @jit
 def _limit(y: Floats, size: float, tangent: Floats, c: Case, sign: float) -> tuple[Floats, Floats]:
-    """The last stable point between y and one step further, by bisection on the step, and the tangent there."""
+    """Return the last stable point between y and the next step, by bisection on the step, and the tangent there."""
     low, high = 0.0, size
     best, best_tangent = y.copy(), tangent.copy()
     while high - low > 1e-12 + 1e-11 * size:
@@ -238,9 +240,9 @@ def _limit(y: Floats, size: float, tangent: Floats, c: Case, sign: float) -> tup
 
 @jit
 def between(left: Floats, right: Floats, gap: float, last: float, c: Case) -> tuple[bool, Floats]:
-    """The bridge at a separation between two neighbouring points of a branch that ends at separation `last`.
+    """Solve the bridge at a separation between two neighbouring points of a branch that ends at separation `last`.
 
-    Starts from interpolation in √(last − S), the shape of a fold.
+    The start is interpolated in √(last − S), the shape of a fold.
     """
     if right[GAP] == gap:
         return True, right.copy()

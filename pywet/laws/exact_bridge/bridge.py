@@ -1,4 +1,4 @@
-"""The exact bridge for users: force, angles, neck, stability, rupture distance and split of one bridge.
+"""Public interface to the exact bridge: force, angles, neck, stability, rupture distance and split of one bridge.
 
 Two spheres or a sphere and a plate (radius infinite), contact angles from 0 to below 90°, no gravity, axisymmetric. Overlapping
 bodies count as touching. Tables for engines are in `table.py`.
@@ -63,7 +63,7 @@ class Bodies:
 
     @property
     def unit(self) -> float:
-        """Length the equations are solved in: the smaller radius."""
+        """Return the unit of length of the equations: the smaller radius."""
         return min(self.radius_i, self.radius_j)
 
     def holding(self, volume: float) -> Case:
@@ -75,7 +75,7 @@ class Bodies:
 
 @dataclass(frozen=True)
 class Bridge:
-    """A bridge in equilibrium; `state` holds the unknowns of `meridian.py` in units of the smaller radius."""
+    """A bridge in equilibrium; `state` contains the unknowns of `meridian.py` in units of the smaller radius."""
 
     bodies: Bodies
     volume: float
@@ -83,50 +83,50 @@ class Bridge:
 
     @property
     def case(self) -> Case:
-        """Dimensionless problem that this bridge solves."""
+        """Return the dimensionless problem that this bridge solves."""
         return self.bodies.holding(self.volume)
 
     @property
     def separation(self) -> float:
-        """Separation of the surfaces [m]."""
+        """Return the separation of the surfaces [m]."""
         return float(self.state[GAP]) * self.bodies.unit
 
     def force(self, surface_tension: float) -> float:
-        """Attraction [N]: 2πσ (r cos α − H r²), the same at every section."""
+        """Return the attraction [N]: 2πσ (r cos α − H r²), the same at every section."""
         return 2.0 * math.pi * surface_tension * start(self.state, self.case)[3] * self.bodies.unit
 
     @property
     def half_filling_angles(self) -> tuple[float, float]:
-        """Half-filling angles [rad]; nan on a plate."""
+        """Return the half-filling angles [rad]; nan on a plate."""
         plate = math.isinf(self.bodies.radius_j)
         return float(self.state[PHI_I]), math.nan if plate else float(self.state[PHI_J])
 
     @property
     def contact_radii(self) -> tuple[float, float]:
-        """Radii of the two contact lines [m]."""
+        """Return the radii of the two contact lines [m]."""
         c, unit = self.case, self.bodies.unit
         return contact(self.state[PHI_I], c.ri, c.ti)[0] * unit, contact(self.state[PHI_J], c.rj, c.tj)[0] * unit
 
     @property
     def mean_curvature(self) -> float:
-        """Mean curvature H [1/m]; the liquid's pressure exceeds the gas's by 2σH."""
+        """Return the mean curvature H [1/m]; the liquid's pressure exceeds the gas's by 2σH."""
         return float(self.state[CURVATURE]) / self.bodies.unit
 
     @property
     def neck_radius(self) -> float:
-        """Smallest radius between the contact lines [m]."""
+        """Return the smallest radius between the contact lines [m]."""
         w0, w1, w2, _ = start(self.state, self.case)
         t = neck_position(self.state, self.case)
         return math.sqrt(square(t, self.state[CURVATURE], w0, w1, w2)) * self.bodies.unit
 
     @property
     def parts(self) -> tuple[float, float]:
-        """Liquid on either side of the narrowest section [m3]."""
+        """Return the liquid on either side of the narrowest section [m3]."""
         share = parts(self.state, self.case)
         return share[0] * self.bodies.unit**3, share[1] * self.bodies.unit**3
 
     def meridian(self, points: int = 201) -> tuple[Floats, Floats, Floats]:
-        """z from the contact line on body i [m], r [m], angle α between tangent and axis [rad]; each (points,)."""
+        """Return z from the contact line on body i [m], r [m], angle α between tangent and axis [rad]; each (points,)."""
         w0, w1, w2, f = start(self.state, self.case)
         h = self.state[CURVATURE]
         rows = []
@@ -147,12 +147,12 @@ class Rupture:
 
     @property
     def separation(self) -> float:
-        """Rupture distance [m]."""
+        """Return the rupture distance [m]."""
         return self.bridge.separation
 
     @property
     def transfer_ratio(self) -> float:
-        """Part of the liquid on body i's side of the narrowest section; 1/2 for equal bodies."""
+        """Return the share of the liquid on body i's side of the narrowest section; 1/2 for equal bodies."""
         i, j = self.bridge.parts
         return i / (i + j)
 
@@ -231,7 +231,7 @@ def solve_many(
 
 
 def _at(points: Floats, gap: float, bodies: Bodies, volume: float) -> Bridge | None:
-    """The bridge at a separation in units, from the points of its branch; None beyond their end."""
+    """Return the bridge at a scaled separation from the points of its branch; None beyond their end."""
     if points[-1, GAP] < gap:
         return None
     if gap == 0.0:

@@ -1,4 +1,4 @@
-"""Position at which a bridge ruptures, and the liquid that stays on either side. Compiled; lengths in any one unit."""
+"""Position at which a bridge ruptures, and the liquid that remains on either side; compiled, lengths in any one unit."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from pywet.laws.exact_bridge.meridian import (
 )
 
 LOOKS = 64
-"""Sections of the meridian that are compared to find the narrowest."""
+"""Number of sections of the meridian compared to find the narrowest."""
 
 
 @jit
 def neck_position(y: Floats, c: Case) -> float:
-    """Arc length of the narrowest section; the narrower contact line where the profile has no minimum between them."""
+    """Return the arc length of the narrowest section; that of the narrower contact line if there is no minimum between."""
     h, t = y[CURVATURE], y[LENGTH]
     w0, w1, w2, _ = start(y, c)
     # a meridian that meets a body beyond its equator widens before it narrows
@@ -46,7 +46,7 @@ def neck_position(y: Floats, c: Case) -> float:
 
 @jit
 def cap_part(angle: float, radius: float, theta: float, depth: float) -> float:
-    """Volume of a body between its contact plane and a plane `depth` further into the bridge."""
+    """Return the volume of a body between its contact plane and a plane `depth` further into the bridge."""
     if math.isinf(radius) or depth <= 0.0:
         return 0.0
     _, _, _, height, cap = contact(angle, radius, theta)
@@ -56,7 +56,7 @@ def cap_part(angle: float, radius: float, theta: float, depth: float) -> float:
 
 @jit
 def parts(y: Floats, c: Case) -> tuple[float, float]:
-    """Liquid on either side of the plane through the narrowest section, bodies taken out."""
+    """Return the liquid on either side of the plane through the narrowest section, without the bodies."""
     h, t = y[CURVATURE], y[LENGTH]
     w0, w1, w2, f = start(y, c)
     length, whole = integrals(t, h, w0, w1, w2, f)

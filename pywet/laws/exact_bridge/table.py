@@ -1,13 +1,14 @@
 """The exact force, rupture distance and split as tables over radius ratio, volume and separation, per pair of contact angles.
 
-Axes, equally spaced: x = ln V*, V* = V/r_eff³ with r_eff the harmonic mean (2 r at a plate); u = √(1 − S/S_rup), in which the
-fold is smooth; y = (q − q*(x))^(1/3) with q the smaller over the larger radius (0: plate). At q* size and wetting balance, and
-the bridge is undecided at which body it breaks (equal bodies: q* = 1); there S_rup has a cusp |q − q*|^(2/3) and the split an
-infinite slope, both smooth in y. Tabulated are S_rup/(r_eff √V*), the part of the liquid the smaller body keeps, and G = F/F_0
-with F_0 = π σ r_eff (cos θ_s + cos θ_l)/(1 + S/(2d)), the law `lambert`, which is exact for little liquid. Contact angles are
-not interpolated: a scene has few of them.
+Axes, equally spaced: x = ln V*, V* = V/r_eff³ with r_eff the harmonic mean (2 r at a plate); u = √(1 − S/S_rup), in
+which the fold is smooth; y = (q − q*(x))^(1/3) with q the smaller over the larger radius (0: plate). At q* size and
+wetting balance, and the bridge may break at either body (equal bodies: q* = 1); there S_rup has a cusp |q − q*|^(2/3)
+and the split an infinite slope, both smooth in y. The tables contain S_rup/(r_eff √V*), the share of the liquid that
+remains on the smaller body, and G = F/F_0 with F_0 = π σ r_eff (cos θ_s + cos θ_l)/(1 + S/(2d)), the law `lambert`,
+which is exact for little liquid. Contact angles are not interpolated: a scene has few of them.
 
-Tables are made once and stored in the user's cache; the compiled interpolation for engines is in `pywet/laws/young_laplace.py`.
+Tables are computed once and stored in the user's cache; the compiled interpolation for engines is in
+`pywet/laws/young_laplace.py`.
 """
 
 from __future__ import annotations
@@ -33,13 +34,13 @@ from pywet.util.machine_code import numba
 
 Y_NODES, X_NODES, U_NODES = 81, 55, 25
 SOLVED, EXACT, FURTHEST, DEEPEST = 0.5, 0.15, 0.4, 0.6
-"""How far outside 0 … 1 q* is solved for, is stored as it is, may go, and how far q itself may go."""
+"""Distances outside 0 … 1: up to which q* is solved, up to which it is stored unchanged, its limit, and the limit of q itself."""
 BEYOND, BESIDE = 4, 3
-"""Nodes of y solved beyond q = 0 and q = 1, and nodes of x whose ranges are shared, because the spline reaches that far."""
+"""Nodes of y solved beyond q = 0 and q = 1, and neighbouring nodes of x with joined ranges, needed by the spline."""
 X_FIRST, X_LAST = math.log(1e-9), math.log(0.5)
-"""Range of ln V*; below it the scaled quantities keep their value at its lower end, above it the volume counts as 0.5 r_eff³."""
+"""Range of ln V*; below it the scaled quantities equal those at its lower end, above it the volume is limited to 0.5 r_eff³."""
 VERSION = 1
-"""Part of the cache's key; to be raised with any change of the numbers beyond the round-off of a solution (1e-9)."""
+"""Version in the cache's key; to be increased with any change of the numbers beyond the round-off of a solution (1e-9)."""
 NAMES = ("balance", "rupture", "share", "ratio")
 
 
@@ -50,17 +51,17 @@ class Table:
     theta_small: float
     theta_large: float
     balance: Floats
-    """q*, shape (X,)."""
+    """Balanced radius ratio q*, shape (X,)."""
     rupture: Floats
-    """S_rup/(r_eff √V*), shape (Y, X)."""
+    """Scaled rupture distance S_rup/(r_eff √V*), shape (Y, X)."""
     share: Floats
-    """Part of the liquid the smaller body keeps, shape (Y, X)."""
+    """Share of the liquid that remains on the smaller body, shape (Y, X)."""
     ratio: Floats
-    """F/F_0, shape (Y, X, U)."""
+    """Scaled force F/F_0, shape (Y, X, U)."""
 
 
 def axis(balance: Floats) -> Floats:
-    """Nodes of y: all that 0 ≤ q ≤ 1 takes at any volume, and a few beyond."""
+    """Return the nodes of y: all values for 0 ≤ q ≤ 1 at any volume, and a few beyond."""
     first, last = np.cbrt(-balance).min(), np.cbrt(1.0 - balance).max()
     step = (last - first) / (Y_NODES - 1 - 2 * BEYOND)
     y: Floats = first + step * (np.arange(Y_NODES) - BEYOND)
@@ -68,9 +69,10 @@ def axis(balance: Floats) -> Floats:
 
 
 def needed(balance: Floats) -> list[tuple[int, int]]:
-    """Half-open ranges of nodes of y that matter at each node of x.
+    """Return half-open ranges of the nodes of y needed at each node of x.
 
-    Beyond the plate q = q* + y³ is negative: the larger body is a hollow. Beyond q = 1 the "smaller" body is the larger.
+    Beyond the plate q = q* + y³ is negative: the larger body is concave. Beyond q = 1 the "smaller" body is the
+    larger.
     """
     y3 = axis(balance) ** 3
     ends = [np.flatnonzero((b + y3 > -1e-9) & (b + y3 < 1.0 + 1e-9))[[0, -1]] for b in balance]
@@ -84,23 +86,23 @@ def needed(balance: Floats) -> list[tuple[int, int]]:
 
 
 def volumes() -> Floats:
-    """V* at the nodes of x."""
+    """Return V* at the nodes of x."""
     return np.exp(np.linspace(X_FIRST, X_LAST, X_NODES))
 
 
 neck_force = numba.njit(error_model="numpy")(lambert.python)
-"""F_0."""
+"""Force scale F_0 of the law `lambert`."""
 
 
 @jit
 def case_of(q: float, v_star: float, ti: float, tj: float, symmetric: bool) -> Case:
-    """Define the bridge between radii 1 and 1/q."""
+    """Return the case of a bridge between radii 1 and 1/q."""
     return Case(v_star * (2.0 / (1.0 + q)) ** 3, 1.0, math.inf if q == 0.0 else 1.0 / q, ti, tj, symmetric)
 
 
 @jit
 def leans(q: float, v_star: float, ti: float, tj: float) -> float:
-    """Positive where the smaller body's contact line outgrows the other's as the bridge breaks, 0 where that is not known."""
+    """Return a positive number if the smaller body's contact line outgrows the other's at rupture; 0 if not known."""
     kind, points = branch.follow(case_of(q, v_star, ti, tj, q == 1.0 and ti == tj), math.inf)
     if kind == branch.LOST:
         return 0.0
@@ -112,7 +114,7 @@ def leans(q: float, v_star: float, ti: float, tj: float) -> float:
 
 @jit
 def balance_at(v_star: float, ti: float, tj: float) -> float:
-    """q* of a volume, by bisection; nan where the bridge always breaks at the same body."""
+    """Return q* of a volume, by bisection; nan if the bridge always breaks at the same body."""
     low, high = -SOLVED, 1.0 + SOLVED
     at_low, at_high = leans(low, v_star, ti, tj), leans(high, v_star, ti, tj)
     while at_low == 0.0 and low < -0.01:  # no such bridge in so deep a hollow
@@ -133,7 +135,7 @@ def balance_at(v_star: float, ti: float, tj: float) -> float:
 
 
 def balances(theta_small: float, theta_large: float) -> Floats:
-    """q* at the nodes of x: solved where it lies inside the reach, from there smoothly on to its ends."""
+    """Return q* at the nodes of x: solved within the solvable range, extended smoothly from there to its ends."""
     v_star = volumes()
     if theta_small == theta_large:
         return np.ones(X_NODES)
@@ -149,14 +151,14 @@ def balances(theta_small: float, theta_large: float) -> Floats:
 
 
 def _saturate(excess: Floats) -> Floats:
-    """The identity up to EXACT, from there smoothly (twice continuously differentiable) towards FURTHEST."""
+    """Return the argument up to EXACT, and from there a smooth (twice differentiable) approach to FURTHEST."""
     margin = FURTHEST - EXACT
     return np.where(excess <= EXACT, excess, EXACT + margin * np.tanh((excess - EXACT) / margin))
 
 
 @jit
 def fill(q: float, v_star: float, ti: float, tj: float, u: Floats, ratio: Floats) -> tuple[float, float]:
-    """Force ratios over u for one radius ratio and volume; returns scaled rupture distance and share, nan when lost."""
+    """Return force ratios over u for one radius ratio and volume, scaled rupture distance and share; nan after a failure."""
     c, r = case_of(q, v_star, ti, tj, q == 1.0 and ti == tj), 2.0 / (1.0 + q)
     kind, points = branch.follow(c, math.inf)
     if kind == branch.LOST:
@@ -210,7 +212,7 @@ def build(theta_small: float, theta_large: float, progress: Callable[[int, int],
 
 
 def _continue(values: Floats, first: int, end: int) -> None:
-    """Carry on a parabola into the nodes that are not needed, so that the spline inside feels nothing."""
+    """Extrapolate a parabola into the nodes that are not needed, so that they do not disturb the spline inside."""
     for m in range(first - 1, -1, -1):
         values[m] = 3.0 * values[m + 1] - 3.0 * values[m + 2] + values[m + 3] if m > first - 4 else values[m + 1]
     for m in range(end, len(values)):
@@ -230,9 +232,10 @@ def _read(path: Path) -> list[Floats] | None:
 
 
 def load(theta_small: float, theta_large: float, progress: Callable[[int, int], None] | None = None) -> Table:
-    """The table from the cache, or built now and stored there; a damaged file is replaced.
+    """Return the table from the cache, or compute and store it; a damaged file is replaced.
 
-    Angles that differ by less than 5e-13 rad, as those do that were degrees once, share one table: its error is 1e-9.
+    Angles that differ by less than 5e-13 rad, such as by conversion from degrees, share one table: its error is
+    1e-9.
     """
     angles = f"{theta_small:.12f} {theta_large:.12f}"
     key = f"{VERSION} {Y_NODES} {X_NODES} {U_NODES} {BEYOND} {BESIDE} {X_FIRST!r} {X_LAST!r} {angles}"

@@ -76,7 +76,7 @@ def test_a_wall_has_one_motion() -> None:
     assert "at most one of vibrates, turns, moves, removed" in refusal(walls=[{"name": "a", "block": block, **ways}])
 
 
-def test_rolling_friction_without_unit_is_the_engines_own_number() -> None:
+def test_dimensionless_rolling_friction_is_the_number_of_the_engine() -> None:
     """Times r_red: 0.75 mm of two spheres of 3 mm, 1.5 mm at a wall; the deck holds the number itself again."""
     glass = {"glass": {"density_kg_per_m3": 2500, "rolling_friction": 0.1}}
     walls = [{"name": "floor", "block": {"low_mm": (-30, -30, -5), "high_mm": (30, 30, -2)}}]

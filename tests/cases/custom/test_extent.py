@@ -90,7 +90,7 @@ def test_a_paddle_about_a_tilted_axis_reaches_as_far_as_it_is_long_over_the_root
     v=st.tuples(*[st.floats(-1.0, 1.0)] * 3), speed=st.floats(0.01, 5.0), gravity=st.tuples(*[st.floats(-9.81, 9.81)] * 3),
     duration=st.floats(0.01, 2.0),
 )  # fmt: skip
-def test_room_for_what_is_thrown(v: Any, speed: float, gravity: Any, duration: float) -> None:
+def test_margin_for_thrown_spheres(v: Any, speed: float, gravity: Any, duration: float) -> None:
     """Thrown anywhere at twice the wall's speed or slower, a sphere stays within until it is as low as it began."""
     start = 2.0 * speed * np.array(v) / max(1.0, math.hypot(*v))
     below, above = extent.thrown(speed, gravity, duration)
@@ -100,7 +100,7 @@ def test_room_for_what_is_thrown(v: Any, speed: float, gravity: Any, duration: f
             assert (way >= -below * (1 + 1e-9) - 1e-12).all() and (way <= above * (1 + 1e-9) + 1e-12).all()
 
 
-def test_room_for_what_is_thrown_is_bounded_by_the_cells_of_the_box() -> None:
+def test_margin_for_thrown_spheres_is_bounded_by_the_cells_of_the_box() -> None:
     """A wall of 100 m/s would throw 2 km high."""
     below, above = extent.thrown(100.0, (0.0, 0.0, -9.81), 1e3)
     low, high = extent.with_margin(np.zeros(3), np.full(3, 0.05), below, above, 0.003)

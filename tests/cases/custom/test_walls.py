@@ -65,7 +65,7 @@ def test_an_stl_file_is_read_in_its_unit() -> None:
     assert enclosed(metres.corners) == pytest.approx(1e9 * enclosed(surface.corners), rel=1e-5)
 
 
-def test_a_removed_wall_is_drawn_out_of_its_own_place() -> None:
+def test_a_removed_wall_leaves_its_initial_position() -> None:
     corners = np.array([[0.0, 0, 0], [0.03, 0, 0], [0.03, 0.01, 0]])
     slide = Removed(at_s=0.1, towards=(2, 0, 0), speed_m_per_s=0.5).engine_motion(corners)
     assert slide.velocity_m_per_s == (0.5, 0.0, 0.0) and slide.opens_at_s == 0.1

@@ -79,7 +79,7 @@ def test_coordination_by_hand() -> None:
     assert bodies.coordination(1.01 * at, np.ones(4)) == 0.0 and bodies.coordination(1.01 * at, np.ones(4), 0.03) == 1.5
 
 
-def test_a_scene_with_films_of_their_own_and_with_fewer_spheres(tmp_path: Path) -> None:
+def test_a_scene_with_films_by_sphere_and_with_fewer_spheres(tmp_path: Path) -> None:
     """A film that is given is started from, the others from the scene's thickness; what is left is numbered again."""
     spheres = [
         small.Sphere(k, (4.0 * R * n, 0.0, 0.0), film=f) for n, (k, f) in enumerate(((1, 3e-11), (2, None), (2, 0.0)))

@@ -89,7 +89,7 @@ def test_a_wall_film_thickened_by_a_drop_is_seen_at_once(tmp_path: Path) -> None
     assert events["step"].to_list() == [drops["step"].iloc[0] + 1] and events["partner_kind"].iloc[0] == LARGE_WALL
 
 
-def test_drops_and_bridges_each_at_their_own_steps(tmp_path: Path) -> None:
+def test_drops_and_bridges_at_separate_steps(tmp_path: Path) -> None:
     """Drops are looked for every 45 steps, bridges act at even ones: the replay books both as they are logged, to round-off."""
     made = beds.prepare(tmp_path, beds.bed((5, 5, 4)), 900, effects=DRIPPING, liquid=SOAPY)
     scene = EngineScene(**{**made.model_dump(), "bridges_every": 2})

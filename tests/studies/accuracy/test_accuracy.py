@@ -100,7 +100,7 @@ def test_laws_are_as_far_from_the_exact_bridge_as_the_law_comparison_says() -> N
     assert bodies.law_errors(Setting(capillary="willett"))["law_force"] < 0.05
 
 
-def test_a_shift_that_all_seeds_share_is_resolved_and_one_within_chance_is_not() -> None:
+def test_a_shift_that_all_seeds_share_is_resolved_and_one_within_the_scatter_is_not() -> None:
     """And nothing is said of a setting whose finest level was not run."""
     for noise, resolved in ((1e-4, True), (0.1, False)):
         found = errors.errors(synthetic(offset=0.05, noise=noise), "quick")
@@ -110,7 +110,7 @@ def test_a_shift_that_all_seeds_share_is_resolved_and_one_within_chance_is_not()
         assert set(found["knob"]) == {"stiffness"}
 
 
-def test_the_finest_level_has_no_error_and_bitwise_equal_runs_no_chance() -> None:
+def test_the_finest_level_has_no_error_and_bitwise_equal_runs_no_scatter() -> None:
     found = errors.errors(synthetic(offset=0.05, noise=0.0), "quick").set_index(["level", "quantity"])
     assert (found.loc[0.03, ["value", "limit"]] == 0.0).all(axis=None)
     assert (found.loc[[(0.01, "retained_end")], ["value", "limit"]] == 0.0).all(axis=None)

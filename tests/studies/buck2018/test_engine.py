@@ -64,7 +64,7 @@ def test_each_step_from_the_model_to_the_engine(tmp_path: Path) -> None:
     for name, reading in (("bridge_volume", "frozen"), ("rupture_from", "wall"), ("capillary", "film_and_bridge")):
         changed[name] = reading
         steps.append(wall.collide(case.model_copy(update={"readings": Readings.model_validate(changed)}))["e_n"])
-    steps += [twin.normal_coefficient(case), engine.throw(case, tmp_path).e_n]
+    steps += [twin.normal_coefficient(case), engine.impact(case, tmp_path).e_n]
     assert steps[-1] == pytest.approx(steps[-2], abs=1e-3)
     assert steps[1] - steps[0] == pytest.approx(0.044, abs=1e-3)
     assert np.abs(np.diff(steps[1:])).max() < 0.01
@@ -76,7 +76,7 @@ def test_dry_and_oblique_inside_the_engine(tmp_path: Path) -> None:
     contact); the tangential impulse within 3 %, since a Hertzian contact pulls at its end and a linear one is cut off there.
     """
     case = problem(ALUMINA, angle_deg=60.0, omega_rad_per_s=-300.0, gravity_m_per_s2=0.0)
-    inside, model = engine.throw(case, tmp_path), wall.collide(case)
+    inside, model = engine.impact(case, tmp_path), wall.collide(case)
     assert inside.e_n == pytest.approx(model["e_n"], rel=0.01)
     before = case.tangential_velocity
     assert inside.v_t - before == pytest.approx(model["v_t_out"] - before, rel=0.03)

@@ -111,7 +111,7 @@ def test_mistakes_are_sentences_before_anything_runs(tmp_path: Path, change: dic
     assert re.search(words, " ".join(done.output.split())), done.output
 
 
-def test_a_combination_has_its_own_configuration(tmp_path: Path) -> None:
+def test_each_combination_has_a_configuration(tmp_path: Path) -> None:
     """At full scale with the campaign's springs for the aperture, 0.1 and 0.03 of the paper's."""
     runs = screening_runs.Runs(asked(), ROOT / "config", tmp_path)
     place = {"sieve": 185.0, "film": "wall"}
