@@ -160,7 +160,7 @@ def _liquid(runs: seeds.Runs) -> str:
     names |= class_titles(run.scene)
     order = sorted(reservoirs, key=lambda c: -table[c].to_numpy(dtype=float).max())
     few, rest = (order, []) if len(order) <= LARGEST + 1 else (order[:LARGEST], order[LARGEST:])
-    shown = {str(c): _holder(str(c), names) for c in few} | ({OTHERS: f"{len(rest)} others"} if rest else {})
+    shown = {str(c): _reservoir_name(str(c), names) for c in few} | ({OTHERS: f"{len(rest)} others"} if rest else {})
     tables = [of.liquid.assign(**{OTHERS: of.liquid[rest].sum(axis=1)}) for of in runs]
     tables = [of.assign(**{c: 1e9 * of[c] for c in [*few, OTHERS, "initial_m3"]}) for of in tables]
     if run.scene.is_fed:
@@ -175,7 +175,7 @@ def _liquid(runs: seeds.Runs) -> str:
         return seeds.over(values, 4 if of is None else 3)
 
     by_end = sorted([*reservoirs, "left_m3"], key=lambda c: -table[c].to_numpy(dtype=float)[-1])
-    rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in by_end]
+    rows = [[_reservoir_name(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in by_end]
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
 
