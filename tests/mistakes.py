@@ -30,7 +30,7 @@ from pywet.compare import command as compare_command
 from pywet.compare import digest, quantities, verdict
 from pywet.cost import choice, knobs
 from pywet.engines import process
-from pywet.engines.liggghts import build, checkpoint, deck, windows
+from pywet.engines.liggghts import build, checkpoint, deck, windows, worker
 from pywet.engines.liggghts import process as engine_process
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.yade import worker as yade_worker
@@ -189,6 +189,19 @@ def no_windows(folder: Path) -> None:
         windows.collect(synthetic.scene(), written(folder, "", "states.txt").parent, folder / "history", [])
 
 
+def half_written(folder: Path, spheres: int) -> None:
+    """A checkpoint whose file by the engine holds so many of two spheres."""
+    path = folder / worker.saved("engine", 100, whole=False)
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"restart")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(worker, "plugin_rank", lambda: 0)
+        patch.setattr(worker.state_file, "count", lambda _: 2)
+        patch.setattr(worker, "holds", lambda _, count: count == spheres)
+        worker.name_checkpoint(100)
+
+
 def ended(folder: Path) -> None:
     """A script whose engine a signal ended before its first table."""
     path = scripts.write(folder)
@@ -228,6 +241,8 @@ def mistakes() -> dict[str, Call]:
         "case.no_spheres": lambda _: numbers.class_groups([], [], None, 1.0, surroundings),
         "checkpoint.changed": lambda folder: checkpoint._read_signed(written(folder, "{}")),
         "compare.groups": lambda _: compare_command._groups([], [], []),
+        "checkpoint.unwritten": lambda folder: half_written(folder, 0),
+        "engine.left_box": lambda folder: half_written(folder, 1),
         "compare.across": lambda _: quantities.unlike(quantities.facts(scene), scene, ["moisture"]),
         "compare.no_results": without_results,
         "compare.no_run": lambda folder: compare_command._against([], folder / "digest.json"),

@@ -40,7 +40,7 @@ OF_MACHINE = {"ranks", "packing.memory"}
 CODED = re.compile(r"[a-z]+\.[a-z_]+")
 KINDS = {"NotComparable", *(n for n, k in vars(errors).items() if isinstance(k, type) and issubclass(k, PywetError))}
 ELSEWHERE = {
-    "checkpoint.unwritten": "tests/reliability/test_full_disk.py", "digest.out": "tests/compare/test_compare.py",
+    "digest.out": "tests/compare/test_compare.py",
     "lammps.refused": "tests/engines/test_lammps.py", "scene.objections": "tests/cases/custom",
 }  # fmt: skip
 """Code -> the test that provokes it and cannot assert it: it reads the messages of another process, or a page."""

@@ -225,7 +225,7 @@ def test_a_sphere_that_leaves_at_a_checkpoint_says_so_in_words_that_the_user_has
     entry = {"material": "glass", "diameter_mm": 3, "name": "up", "at_mm": [(0, 0, 2)], "velocity_m_per_s": (0, 0, 3)}
     given = scene(folder, [{"name": "step", "block": {"low_mm": (-5, -5, -5), "high_mm": (5, 5, 0)}}], [],
                   spheres=[entry], duration_s=0.05)  # fmt: skip
-    with raises_code("engine.left_box", says="through the upper z face") as reported:
+    with raises_code("engine.stopped", says="through the upper z face") as reported:
         pywet.run(given, tmp_path)
     assert "disk" not in str(reported.value) and "enlarge the box" not in str(reported.value)
 
