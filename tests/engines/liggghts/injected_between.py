@@ -133,7 +133,7 @@ OF_DROPS: dict[str, tuple[str, str, str]] = {
     "films feel more": (DRIPPING, "felt_force", "force felt by a sampled film: it is"),
     "one sphere never drips": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is left out"),
     "drops a tenth large": (DRIPPING, "felt_drops", "drop of a sampled sphere: it is 1.1 times"),
-    "films forget with a drop": (DRIPPING, "felt_force", "force felt by a sampled film: "),
+    "films forget with a drop": (DRIPPING, "felt_force", "drop of a sampled sphere: it is left out"),
 }  # fmt: skip
 FAULTS = {**FORCES, **WORKS, **OF_WIRES, **OF_DROPS}
 """Fault -> scene, quantity in which it must show, words of the sentence that names it."""
