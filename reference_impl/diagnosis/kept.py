@@ -274,4 +274,4 @@ def rows_missing(run: Run) -> Iterator[Link]:
     wall = (table["partner_kind"] != 0).to_numpy()
     marks = {"between spheres": ~wall, "at walls": wall}
     yield Link("contact_rows", "contact log", table, lacking, 0.0 * one, one, suspects, 0.0, marks=marks,
-               says=lambda _: "rows of bridges that stand are missing")  # fmt: skip
+               says=lambda _: "rows of active bridges are missing")  # fmt: skip

@@ -20,7 +20,7 @@ LEAST = 1e-3
 TURNED = 0.5
 """Part of a vector across the expected one from which on its direction is another."""
 FOLLOWS = 0.7
-"""Rank correlation from which on a deviation is said to depend on a logged value."""
+"""Rank correlation from which on a deviation is reported to depend on a logged value."""
 FEW = 20
 """Records from which a correlation may be estimated."""
 HALF = 0.5
