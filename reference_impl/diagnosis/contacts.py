@@ -100,7 +100,7 @@ def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
 
     def says(rows: Floats) -> str:
         at = float(np.median((c.gap / far)[rows]))
-        return f"it is made too late: a bridge still stands at {at:.4g} of its limit in the median"
+        return f"it is made too late: a bridge is still active at {at:.4g} of its limit in the median"
 
     return Link(
         "standing_beyond_limit", "rupture", c.table, stands, 0.0 * one, one, suspects, marks=marks(c), says=says

@@ -42,9 +42,9 @@ def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
         ({"event_triangle", "event_part"}, lambda: [triangles(part, "event")]),
         ({"snapshot_triangle"}, lambda: [triangles(part, "snapshot")]),
         ({"snapshot_ends", "snapshot_separation", "event_separation"}, lambda: list(ends(part))),
-        ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(links_works.works(run))),
-        ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
         ({f"between_{n}" for n in ("capillary", "drag", "momentum")}, lambda: list(between.links(run))),
+        ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
+        ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(links_works.works(run))),
         ({"felt_force", "felt_drops"}, lambda: list(felt_films(run))),
         ({"contact_rows"}, lambda: list(rows_missing(run))),
         ({"time"}, lambda: [times(run, setup)]),
@@ -274,4 +274,4 @@ def rows_missing(run: Run) -> Iterator[Link]:
     wall = (table["partner_kind"] != 0).to_numpy()
     marks = {"between spheres": ~wall, "at walls": wall}
     yield Link("contact_rows", "contact log", table, lacking, 0.0 * one, one, suspects, 0.0, marks=marks,
-               says=lambda _: "rows of bridges that stand are missing")  # fmt: skip
+               says=lambda _: "rows of active bridges are missing")  # fmt: skip

@@ -20,7 +20,7 @@ LEAST = 1e-3
 TURNED = 0.5
 """Part of a vector across the expected one from which on its direction is another."""
 FOLLOWS = 0.7
-"""Rank correlation from which on a deviation is said to depend on a logged value."""
+"""Rank correlation from which on a deviation is reported to depend on a logged value."""
 FEW = 20
 """Records from which a correlation may be estimated."""
 HALF = 0.5
@@ -45,8 +45,10 @@ def described(
     with np.errstate(all="ignore"):
         every = (one * two).sum(axis=1) / (two**2).sum(axis=1)
         across = np.linalg.norm(one - every[:, None] * two, axis=1) / np.linalg.norm(one, axis=1)
-    if not np.isfinite(every).any():
-        return f"it is {float(np.median(np.linalg.norm(one, axis=1))):.4g} where zero is expected"
+    nothing = ~np.isfinite(every)
+    if nothing.mean() > HALF:
+        given = f"it is {float(np.median(np.linalg.norm(one[nothing], axis=1))):.4g} where zero is expected"
+        return given + ("" if nothing.all() else f", in {nothing.sum()} records") + alone(one - two)
     if logged.ndim > 1 and _middle(across) > TURNED:
         words = _components(one, two) or "its direction is not the expected one"
     else:
@@ -76,7 +78,8 @@ def alone(rest: Floats) -> str:
 def _amount(one: Floats, two: Floats, every: Floats) -> tuple[str, bool]:
     """The factor, the constant amount or the range of factors; and whether one number describes all records."""
     low, middle, high = np.quantile(every[np.isfinite(every)], [0.25, 0.5, 0.75])
-    if high - low <= max(NARROW * abs(middle - 1.0), LEAST * (abs(middle - 1.0) > NEAR)):
+    left = np.median(np.linalg.norm(one - middle * two, axis=1)) <= HALF * np.median(np.linalg.norm(one - two, axis=1))
+    if left and high - low <= max(NARROW * abs(middle - 1.0), LEAST * (abs(middle - 1.0) > NEAR)):
         apart = middle - 1.0
         words = f"{middle:.6g}" if abs(apart) > 1e-4 else f"1 {'+' if apart > 0.0 else '-'} {abs(apart):.2g}"
         return f"it is {words} times what is expected", True
@@ -86,7 +89,8 @@ def _amount(one: Floats, two: Floats, every: Floats) -> tuple[str, bool]:
             return f"it is off by {by:+.4g} in every record", True
     if abs(middle - 1.0) >= NEAR:
         return f"it is {middle:.3g} times what is expected (middle half of the records {low:.3g} to {high:.3g})", False
-    typical = float(np.median(np.linalg.norm(one - two, axis=1) / np.maximum(np.linalg.norm(two, axis=1), 1e-300)))
+    size = np.maximum(np.linalg.norm(one, axis=1), np.linalg.norm(two, axis=1))
+    typical = float(np.median(np.linalg.norm(one - two, axis=1) / np.maximum(size, 1e-300)))
     side = "too large" if low > 1.0 else "too small" if high < 1.0 else "off to both sides"
     return f"it is {side} by {typical:.2g} of its value", False
 

@@ -41,7 +41,7 @@ compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {dis
 """
 NOTICED = ("replay", "program", "tests")
 NAMES = ("crash", *NOTICED, "equivalent", "open")
-ENGINE = ("plugin", "laws")
+ENGINE = ("engines/liggghts/plugin/", "laws/")
 OF_NO_CONTACT = ("scene: ", "results: ", "energy ", "sum of the works", "count in the ledger", "work in a window")
 """Begins a message on what belongs to no contact."""
 KIND = re.compile(r"between (unequal )?spheres|at (large )?walls|at wires|contacts at \w+")
@@ -68,12 +68,12 @@ def page(rows: list[dict[str, str]]) -> str:
         counts = " | ".join(str(of[name]) for name in NAMES)
         all_faults = noticed + of["open"]
         table.append(f"| {module} | {len(tried)} | {counts} | {noticed} of {all_faults} |")
-    engine = [r["said"] for r in distinct if r["by"] == "replay" and r["room"] in ENGINE]
-    contact = [said for said in engine if not said.startswith(OF_NO_CONTACT)]
+    engine = [r["said"] for r in distinct if r["by"] == "replay" and r["file"].startswith(ENGINE)]
+    contact = [message for message in engine if not message.startswith(OF_NO_CONTACT)]
     return HEAD.format(
         messages=len(contact),
         of_engine=len(engine),
-        kinds=sum(bool(KIND.search(said)) for said in contact),
+        kinds=sum(bool(KIND.search(message)) for message in contact),
         count=len(rows),
         distinct=len(distinct),
         faults=all_faults,

@@ -154,7 +154,7 @@ def test_residuals_say_which_part_and_at_which_kind_of_contact() -> None:
     assert found.known.startswith("thing (at wires, in 100 of 200 records, the first at step 0 ()")
 
 
-def test_what_no_equation_speaks_of_is_said_by_its_worst_record() -> None:
+def test_what_no_equation_contains_is_described_by_its_worst_record() -> None:
     """Of several quantities those that are beyond their limits first; the others follow."""
     steps = pd.DataFrame({"step": [10, 20], "i": [1, 2], "partner_kind": [0, 1]})
     one = np.ones(2)
