@@ -148,7 +148,7 @@ def test_the_scene_fills_the_picture(run: Path, name: str, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("seed", range(40))
 def test_what_is_framed_is_in_the_picture(run: Path, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Boxes up to five times as long as wide, by a pinhole camera of the test's own: inside the margins, and up to two of them."""
+    """Boxes up to five times as long as wide, by the test's pinhole camera: inside the margins, and up to two of them."""
     draw = np.random.default_rng(seed)
     points = draw.uniform(-1.0, 1.0, 3) + draw.uniform(-1, 1, (50, 3)) * 10.0 ** draw.uniform(-1.7, -1.0, 3)
     monkeypatch.setattr(render, "_worth_seeing", lambda *_: points)
