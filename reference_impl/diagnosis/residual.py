@@ -81,7 +81,8 @@ def _amount(one: Floats, two: Floats, every: Floats) -> tuple[str, bool]:
     left = np.median(np.linalg.norm(one - middle * two, axis=1)) <= HALF * np.median(np.linalg.norm(one - two, axis=1))
     if left and high - low <= max(NARROW * abs(middle - 1.0), LEAST * (abs(middle - 1.0) > NEAR)):
         apart = middle - 1.0
-        words = f"{middle:.6g}" if abs(apart) > 1e-4 else f"1 {'+' if apart > 0.0 else '-'} {abs(apart):.2g}"
+        digits = 4 if abs(apart) > NEAR else 6
+        words = f"{middle:.{digits}g}" if abs(apart) > 1e-4 else f"1 {'+' if apart > 0.0 else '-'} {abs(apart):.2g}"
         return f"it is {words} times what is expected", True
     if one.shape[1] == 1:
         first, by, last = np.quantile(one - two, [0.25, 0.5, 0.75])
