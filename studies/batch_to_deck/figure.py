@@ -1,7 +1,7 @@
 """Draw the figure of docs/screens.md from docs/batch_to_deck.csv: `python -m studies.batch_to_deck.figure [TABLE.csv]`.
 
-With a table of `pywet kinetics BATCH... --deck DECK --out TABLE.csv` it is stored in docs/batch_to_deck.csv first. The runs are those
-of batch.yaml (`--seeds 3`) and deck.yaml.
+With a table of `pywet kinetics BATCH... --deck DECK --out TABLE.csv` it is stored in docs/batch_to_deck.csv first. The runs are
+those of batch.yaml (`--seeds 3`) and deck.yaml.
 """
 
 from __future__ import annotations
@@ -37,7 +37,9 @@ def draw(table: pd.DataFrame) -> None:
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(4.8, 3.2), constrained_layout=True)
         t, low, high = (100.0 * table[c].to_numpy(dtype=float) for c in ("T", "T_low", "T_high"))
-        axes.errorbar(ratio, t, np.maximum([t - low, high - t], 0.0), marker="o", color=COLOURS[0], capsize=2, label="simulated")
+        axes.errorbar(
+            ratio, t, np.maximum([t - low, high - t], 0.0), marker="o", color=COLOURS[0], capsize=2, label="simulated"
+        )
         for k, (way, label) in enumerate(WAYS.items(), start=1):
             mean, half = (100.0 * table[c].to_numpy(dtype=float) for c in (way, f"{way}_half"))
             axes.errorbar(ratio + 0.008 * k, mean, half, marker="s", ls="--", color=COLOURS[k], capsize=2, label=label)
