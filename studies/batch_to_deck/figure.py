@@ -1,7 +1,7 @@
 """Draw the figure of docs/screens.md from docs/batch_to_deck.csv: `python -m studies.batch_to_deck.figure [TABLE.csv]`.
 
-With a table of `pywet kinetics BATCH... --deck DECK --out TABLE.csv` it is stored in docs/batch_to_deck.csv first. The runs are those
-of batch.yaml (`--seeds 3`) and deck.yaml.
+With a table of `pywet kinetics BATCH... --deck DECK --out TABLE.csv` it is stored in docs/batch_to_deck.csv first. The runs are
+those of batch.yaml (`--seeds 3`) and deck.yaml.
 """
 
 from __future__ import annotations
