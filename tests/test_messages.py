@@ -184,7 +184,7 @@ def rendered() -> dict[str, str]:
     return found
 
 
-def test_every_error_has_a_code_of_its_own() -> None:
+def test_every_error_has_a_distinct_code() -> None:
     """It is written where the error is made, passed on (`code=code`), or that of another error (`**error.data`)."""
     without = [
         f"{module}:{call.lineno}" for module, call in calls()
