@@ -10,6 +10,7 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any, Literal
 
 import numpy as np
@@ -59,8 +60,9 @@ def refuse_beyond_memory(count: int, where: str, cure: str) -> None:
     """Refuse more spheres than fit into this machine's memory, before it is allocated."""
     there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if count * SPHERE_B > there:
+        many = Decimal(count)  # a float cannot hold any number of digits
         raise PywetError(
-            f"{where}: {count:.3g} spheres need at least {count * SPHERE_B / 1e9:.3g} GB of memory, this machine has "
+            f"{where}: {many:.3g} spheres need at least {many * SPHERE_B / 10**9:.3g} GB of memory, this machine has "
             f"{there / 1e9:.3g} GB; {cure}",
             code="packing.memory", given=count,
         )  # fmt: skip

@@ -86,8 +86,14 @@ def test_a_damaged_file_is_read_or_refused_in_a_sentence(name: str, count: int, 
 
 
 @pytest.mark.parametrize(
-    ("file", "seeds"), [("films.parquet", (1110, 1446)), ("wall_films.parquet", (1297,)), ("ledger.parquet", (1476,))]
+    ("name", "file", "seeds"),
+    [
+        ("tables of a run", "films.parquet", (1110, 1446)),
+        ("tables of a run", "wall_films.parquet", (1297,)),
+        ("tables of a run", "ledger.parquet", (1476,)),
+        ("YAML of a scene", "repose.yaml", (9479,)),
+    ],
 )
-def test_files_that_once_ended_otherwise(file: str, seeds: tuple[int, ...], tmp_path: Path) -> None:
-    """Films and ledgers of 1e308 m3, whose sums overflowed in the summary."""
-    assert tried("tables of a run", tmp_path, seeds, file)["refused"] == len(seeds)
+def test_files_that_once_ended_otherwise(name: str, file: str, seeds: tuple[int, ...], tmp_path: Path) -> None:
+    """Films and ledgers of 1e308 m3, whose sums overflowed in the summary; a count of more digits than a float can hold."""
+    assert tried(name, tmp_path, seeds, file)["refused"] == len(seeds)
