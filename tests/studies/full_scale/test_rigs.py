@@ -136,3 +136,22 @@ def test_the_page_names_the_statements_that_any_run_confirms() -> None:
     shipped = {s.number for s in STATEMENTS if s.cases and judge(s, campaign).verdict == "confirmed"}
     assert gained == set(any_run) - none - shipped
     assert f"confirm {len(shipped)}; {len(gained)} others" in sentence
+
+
+def test_three_seeds_on_200_mm_decide_statement_7() -> None:
+    """The fifth paragraph of the page."""
+    (statement,) = (s for s in STATEMENTS if s.number == 7)
+    answer = judge(statement, FOUND["sieve200"])
+    campaign = judge(statement, variants(ROOT / rigs.CAMPAIGN)[""])
+    assert (campaign.verdict, answer.verdict) == ("inconclusive", "not confirmed")
+    first = answer.values[0]
+    assert len(first) == 3 and f"{sum(first) / 3:.4f}" == "-0.0003" and max(map(abs, first)) < 0.0013
+
+
+def test_what_other_cases_say_of_films_of_whole_walls_and_of_equation_14() -> None:
+    """Verdicts of the page on 200 mm: cases 2, 3 and 11 with films of whole walls, case 3 with equation (14) as printed."""
+    walls = {s.number: judge(s, FOUND["sieve200_wall"]) for s in STATEMENTS if s.cases}
+    assert {walls[n].verdict for n in (23, 24, 25, 26, 29, 31)} == {"confirmed"}
+    assert {walls[n].verdict for n in (17, 30)} == {"not confirmed"} and f"{walls[30].values[0][0]:.3f}" == "0.994"
+    (statement,) = (s for s in STATEMENTS if s.number == 17)
+    assert judge(statement, FOUND["sieve200_printed"]).verdict == "not confirmed"
