@@ -269,11 +269,11 @@ def side_by_side(
         showing.need_run(folder)
     with run_lock.reading(*run_dirs):
         page = viewer.html(run_dirs)
-    if to is not None:
-        with atomic_write(to) as temporary:
-            temporary.write_text(page, encoding="utf-8")
-        tell(f"{to} ({to.stat().st_size / 1e6:.1f} MB)")
-        return
+        if to is not None:
+            with atomic_write(to) as temporary:
+                temporary.write_text(page, encoding="utf-8")
+            tell(f"{to} ({to.stat().st_size / 1e6:.1f} MB)")
+            return
     showing.serve(viewer.Server(page, port))
 
 

@@ -38,18 +38,18 @@ def compare(
         if against is not None:
             return _against(runs, against)
         left, right = _groups(runs, a, b)
-        with run_lock.reading(*left, *right):
+        with run_lock.reading(*left, *right):  # until all is written: a figure reads the runs again
             comparison = verdict.compare(left, right, force, across)
+            if json_file is not None:
+                write_json(json_file, asdict(comparison))
+            show(comparison)
+            if plot is not None:
+                from pywet.report import bands
+
+                typer.echo(f"{bands.write(plot, {f'A {left[0].name}': left, f'B {right[0].name}': right})}")
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE
-    if json_file is not None:
-        write_json(json_file, asdict(comparison))
-    show(comparison)
-    if plot is not None:
-        from pywet.report import bands
-
-        typer.echo(f"{bands.write(plot, {f'A {left[0].name}': left, f'B {right[0].name}': right})}")
     return DIFFERENT if comparison.different else SAME
 
 
@@ -153,8 +153,8 @@ def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
         message = f"pywet digest {' '.join(map(str, folders))}"
         with run_lock.reading(*paths):
             stored = digest.of_runs(out_file.stem, message, paths)
+            typer.echo(f"{digest.save(stored, out_file)}: {len(stored.numbers)} numbers of {stored.runs} runs")
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE
-    typer.echo(f"{digest.save(stored, out_file)}: {len(stored.numbers)} numbers of {stored.runs} runs")
     return SAME
