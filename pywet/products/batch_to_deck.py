@@ -56,8 +56,9 @@ def tracer(flow: streams.Streams, folder: Path) -> Floats:
     if not left or len(overs) < TRACER * left:
         raise PywetError(
             f"{shown(folder)}: {len(overs)} of the {left} spheres of the coarsest class that left went to the overs; expected at "
-            f"least {100 * TRACER:g} %, so that their residence times are those of what does not pass"
-        )
+            f"least {100 * TRACER:g} %, so that their residence times are those of what does not pass",
+            code="kinetics.no_tracer", where=folder,
+        )  # fmt: skip
     return (overs["left_s"] - overs["entered_s"]).to_numpy(dtype=float)
 
 
@@ -100,8 +101,9 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
     if not rows:
         raise PywetError(
             f"{shown(folder)}: none of its classes, {', '.join(c.name for c in run.scene.classes)}, is in the batches; expected "
-            "classes of the same names"
-        )
+            "classes of the same names",
+            code="kinetics.other_classes", where=folder,
+        )  # fmt: skip
     return pd.DataFrame(rows)
 
 

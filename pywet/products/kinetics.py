@@ -130,8 +130,9 @@ def _of_outlets(run: RunDir) -> pd.DataFrame:
     if scene.insertion_s or overs:
         given = "inserts spheres during the run" if scene.insertion_s else f"loses {overs} spheres with the overs"
         raise PywetError(
-            f"{shown(run.path)} {given}; expected a batch: all spheres there from the start, a wall at the end of the deck"
-        )
+            f"{shown(run.path)} {given}; expected a batch: all spheres there from the start, a wall at the end of the deck",
+            code="kinetics.no_batch", where=run.path,
+        )  # fmt: skip
     times = streams.edges(scene, scene.duration_s)
     found = {"time_s": times}
     for kind in scene.classes:

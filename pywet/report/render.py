@@ -127,9 +127,10 @@ def telling_step(run: RunDir) -> int:
     """The output step at which a third of what passes or leaves has done so; if nothing does, the last with spheres."""
     line = run.timeline
     passed = (line.passed | (line.entered & ~line.present)).sum(axis=1)
+    last = int(max(np.flatnonzero(line.present.any(axis=1)), default=len(passed) - 1))
     if not passed[-1]:
-        return int(line.steps[max(np.flatnonzero(line.present.any(axis=1)), default=-1)])
-    return int(line.steps[int(np.argmax(passed >= passed[-1] / 3.0))])
+        return int(line.steps[last])
+    return int(line.steps[min(int(np.argmax(passed >= passed[-1] / 3.0)), last)])
 
 
 def draw(run: RunDir, step: int, picture: Path) -> None:

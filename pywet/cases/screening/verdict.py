@@ -74,7 +74,8 @@ def check_result(run_dir: Path) -> CheckResult:
         return CheckResult("–", "", "Its checks agree; nothing of it could be replayed.")
     if left := not_checked(dict(replay)):
         nothing = "".join(f"; nothing compared: {sentence}" for sentence in nothing_compared(dict(replay)))
-        return CheckResult("in part", "fair", f"Recomputed and agrees; {len(left)} points were not checked{nothing}.")
+        points = "1 point was" if len(left) == 1 else f"{len(left)} points were"
+        return CheckResult("in part", "fair", f"Recomputed and agrees; {points} not checked{nothing}.")
     return CheckResult("yes", "good", "Its checks, its liquid ledger and the independent replay agree.")
 
 

@@ -122,12 +122,12 @@ def test_what_films_of_whole_walls_gain() -> None:
 
 
 def test_the_page_names_the_statements_that_any_run_confirms() -> None:
-    """Every statement is in one of three groups: confirmed by the campaign, by a rig only, by none."""
+    """Every statement is in one of three groups: confirmed by the campaign, by a reading, by none."""
     campaign, rigs_and_dry = variants(ROOT / rigs.CAMPAIGN)[""], rigs.with_dry(FOUND)
     any_run = {
         s.number: {judge(s, runs).verdict for runs in (campaign, *rigs_and_dry.values())} for s in STATEMENTS if s.cases
     }
-    sentence = rigs.any_reading(rigs_and_dry, campaign)
+    sentence = next(line for line in (ROOT / rigs.PAGE).read_text().splitlines() if "campaign's runs confirm" in line)
     none = {int(n) for n in sentence.partition("No run confirms ")[2].rstrip(".").split(", ")}
     assert none == {n for n, verdicts in any_run.items() if "confirmed" not in verdicts}
     gained = {
