@@ -51,7 +51,8 @@ mm. With neither diameter are glass and POM similar.
 
 **Equation (14) as printed** (`printed`: the eight moist cases on 8 mm, on 185 mm; dry cases are unaffected) slows POM
 and confirms fewer statements: 30 is gained, 11 and 34 are lost, and 7, 12, 17, 21 and 26 remain not confirmed. In case 2 less
-than 1 % of the undersize is left after 10.5 s instead of 8.2 s. On 200 mm (case 3) statement 17 is not confirmed either.
+than 1 % of the undersize is left after 10.5 s instead of 8.2 s. On 200 mm (cases 3 and 12)
+statements 17 and 21 are not confirmed either.
 
 **Films of whole walls** with the transfer ratio at a tenth of the rupture distance (`wall`) raise in case 2 the liquid of the
 apparatus from 0.41 to 0.79 of that of the coarse material on 200 mm, from 0.37 to 0.69 on 185 mm: statement 26, which no other
