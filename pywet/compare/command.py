@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 
@@ -34,22 +35,23 @@ def compare(
     plot: Path | None = None,
 ) -> int:
     """Compare, print the result and return the exit code."""
-    try:
-        if against is not None:
-            return _against(runs, against)
-        left, right = _groups(runs, a, b)
-        with run_lock.reading(*left, *right):  # until all is written: a figure reads the runs again
+    with ExitStack() as held:  # until all is written: a figure reads the runs again
+        try:
+            if against is not None:
+                return _against(runs, against)
+            left, right = _groups(runs, a, b)
+            held.enter_context(run_lock.reading(*left, *right))
             comparison = verdict.compare(left, right, force, across)
-            if json_file is not None:
-                write_json(json_file, asdict(comparison))
-            show(comparison)
-            if plot is not None:
-                from pywet.report import bands
+        except PywetError as error:
+            err.print(str(error), style="red", soft_wrap=True, markup=False)
+            return NOT_COMPARABLE
+        if json_file is not None:
+            write_json(json_file, asdict(comparison))
+        show(comparison)
+        if plot is not None:
+            from pywet.report import bands
 
-                typer.echo(f"{bands.write(plot, {f'A {left[0].name}': left, f'B {right[0].name}': right})}")
-    except PywetError as error:
-        err.print(str(error), style="red", soft_wrap=True, markup=False)
-        return NOT_COMPARABLE
+            typer.echo(f"{bands.write(plot, {f'A {left[0].name}': left, f'B {right[0].name}': right})}")
     return DIFFERENT if comparison.different else SAME
 
 
@@ -153,8 +155,9 @@ def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
         message = f"pywet digest {' '.join(map(str, folders))}"
         with run_lock.reading(*paths):
             stored = digest.of_runs(out_file.stem, message, paths)
-            typer.echo(f"{digest.save(stored, out_file)}: {len(stored.numbers)} numbers of {stored.runs} runs")
+            written = digest.save(stored, out_file)
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE
+    typer.echo(f"{written}: {len(stored.numbers)} numbers of {stored.runs} runs")
     return SAME
