@@ -27,8 +27,9 @@ class Regions:
     """Id -> step at which a sphere enters."""
     stay: bool = False
     below: float = 1.0
+    size: float = 0.0
     slower: float = 1.0
-    """Scale of positions [m] and speeds [m/s]."""
+    """Scale of positions [m], below + size, and of speeds [m/s]."""
 
     def numbers(self, x: Floats, margin: float) -> Floats:
         """Return for each outlet a row of the centres that it contains; with `margin` those that it may contain, by rounding."""

@@ -41,10 +41,12 @@ class Rule:
     steps: Floats
     stay: bool = True
     """Whether later outputs contain retired spheres."""
+    size: float = 1.0
+    """Length that positions are compared with: the depth below the plane of the bin, as the limit itself may lie at z = 0."""
 
     def holds(self, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
         """Return which spheres satisfy the rule; with `margin` which may satisfy it, by rounding (negative: certainly)."""
-        return (x[:, 2] < self.below + margin * abs(self.below)) & (length(v) < self.slower * (1.0 + margin))
+        return (x[:, 2] < self.below + margin * (abs(self.below) + self.size)) & (length(v) < self.slower * (1.0 + margin))
 
     def entered(self, ids: pd.Series) -> Floats:
         """Return the step from which each sphere may be retired."""
@@ -70,7 +72,7 @@ def rule(folder: Path) -> Rule | outlets.Regions | None:
         return outlets.of(folder, at[~inside])
     depth = DIAMETERS * 2.0 * max(c["radius_m"] for c in scene["classes"])
     g = abs(scene["gravity_m_per_s2"][2])
-    return Rule(float(scene["bin_z_m"]) - depth, math.sqrt(2.0 * g * RISE * depth), at[~inside])
+    return Rule(float(scene["bin_z_m"]) - depth, math.sqrt(2.0 * g * RISE * depth), at[~inside], size=depth)
 
 
 def whole(folder: Path) -> int:
@@ -117,7 +119,7 @@ def nowhere(count: int) -> Floats:
 SCALES = {
     "retired_who": ("spheres that do not qualify", 0.0),
     "retired_missed": ("spheres that qualify and stay", 0.0),
-    "retired_place": ("height of the limit", 1e-12),
+    "retired_place": ("height of the limit and depth below the plane", 1e-12),
     "retired_speed": ("limit of the speed", 1e-9),
     "retired_rest": ("1 m and 1 m/s, or spheres that are still there", 0.0),
     "retired_events": ("events that do not fit in", 0.0),
@@ -200,7 +202,7 @@ def of_places(law: Rule | outlets.Regions, gone: pd.DataFrame, trajectory: pd.Da
     found = {
         "retired_who": (moment, (~law.booked(x, v, moment["outlet"].to_numpy(), NEAR)).astype(float)),
         "retired_missed": (now, missed.astype(float)),
-        "retired_place": (moment, length(at(moment, *"xyz") - x) / abs(law.below)),
+        "retired_place": (moment, length(at(moment, *"xyz") - x) / (abs(law.below) + law.size)),
         "retired_speed": (moment, length(at(moment, "vx", "vy", "vz") - v) / law.slower),
         "retired_rest": (rest, off),
     }

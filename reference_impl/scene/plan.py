@@ -95,7 +95,8 @@ def _of_class(
     stokes = mass * v / (3.0 * math.pi * eta * r**2) if eta else math.inf  # m_eff v/(6 pi eta r_red^2)
     if pair["normal_stiffness_N_per_m"]:
         overlap = v * math.sqrt(0.5 * mass / pair["normal_stiffness_N_per_m"])
-        found["viscous_normal"] = (math.log(1.0 + 2.0 * film / gap) + overlap / gap) / stokes
+        lost = math.log(1.0 + 2.0 * film / gap) + overlap / gap
+        found["viscous_normal"] = lost / stokes if stokes else math.inf  # a screen at rest
     else:
         found["viscous_normal"] = 0.0
     slides = 3.0 * math.pi * eta * r * (8.0 / 15.0 * math.log(0.5 * r / gap) + 0.9588)

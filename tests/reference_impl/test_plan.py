@@ -49,10 +49,11 @@ def made_up(seed: int) -> Made:
     return classes, pairs, liquid, scene
 
 
-def planned(folder: Path, made: Made) -> list[str]:
+def planned(folder: Path, made: Made, screen: dict[str, Any] = SCREEN) -> list[str]:
     """Return the numbers of pywet's plan of a scene that differ from the reference's."""
     classes, pairs, liquid, scene = made
-    found = numbers.effect_numbers(classes, pairs, liquid, plan.peak_speed(SCREEN))
+    scene = scene | {"vibration": screen}
+    found = numbers.effect_numbers(classes, pairs, liquid, plan.peak_speed(screen))
     rows = [{"effect": effect, "number": number} for effect, (_, number) in found.items()]
     (folder / plan.FILE).write_text(json.dumps({"rows": rows}))
     compared = [*plan.compared(folder, scene, case=True)]
@@ -63,6 +64,14 @@ def planned(folder: Path, made: Made) -> list[str]:
 def test_numbers_are_equal_over_made_up_scenes(tmp_path: Path) -> None:
     """All effects of 200 scenes whose radii, liquids and speeds span decades."""
     assert [seed for seed in range(SCENES) if planned(tmp_path, made_up(seed))] == []
+
+
+def test_a_screen_at_rest_is_compared(tmp_path: Path) -> None:
+    """Without any amplitude the Stokes number is zero: all speed is lost in the film."""
+    still = SCREEN | {"amplitude_m": [0.0, 0.0, 0.0]}
+    assert [seed for seed in range(20) if planned(tmp_path, made_up(seed), still)] == []
+    rows = json.loads((tmp_path / plan.FILE).read_text())["rows"]
+    assert {row["effect"]: row["number"] for row in rows}["viscous_normal"] == 1.0
 
 
 def halved(name: str) -> Callable[[pytest.MonkeyPatch], None]:
