@@ -30,7 +30,7 @@ from pywet.compare import command as compare_command
 from pywet.compare import digest, quantities, verdict
 from pywet.cost import choice, knobs
 from pywet.engines import process
-from pywet.engines.liggghts import build, checkpoint, deck, windows, worker
+from pywet.engines.liggghts import build, deck, logs, windows, worker
 from pywet.engines.liggghts import process as engine_process
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.yade import worker as yade_worker
@@ -239,7 +239,7 @@ def mistakes() -> dict[str, Call]:
         "calibration.not_keys": lambda folder: experiments._json(written(folder, "[1]")),
         "calibration.study_question": lambda folder: question.read(written(folder, "turned: {}\n", "search.yaml")),
         "case.no_spheres": lambda _: numbers.class_groups([], [], None, 1.0, surroundings),
-        "checkpoint.changed": lambda folder: checkpoint._read_signed(written(folder, "{}")),
+        "checkpoint.changed": lambda folder: logs.read_signed(written(folder, "{}")),
         "compare.groups": lambda _: compare_command._groups([], [], []),
         "checkpoint.unwritten": lambda folder: half_written(folder, 0),
         "engine.left_box": lambda folder: half_written(folder, 1),

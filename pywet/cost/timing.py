@@ -9,12 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pywet.engines.liggghts import driver
+from pywet.engines.pipeline import RunInfo
 from pywet.scene import EngineScene
 from pywet.util.files import read_table
 
 
-def timed(folder: Path, begin: Callable[[], driver.RunInfo]) -> dict[str, Any]:
+def timed(folder: Path, begin: Callable[[], RunInfo]) -> dict[str, Any]:
     """Run and measure: total wall and processor time, those of the engine's time loop [s], and the operations of the loop."""
     info = begin()
     log = (folder / "engine" / "log.liggghts").read_text(errors="replace")

@@ -127,12 +127,6 @@ def alone(run_dir: Path) -> Iterator[None]:
         ) from error  # fmt: skip
 
 
-def start_again(folder: Path, name: str) -> None:
-    """Report that an engine without checkpoints found an unfinished run in its folder and repeats it from the start."""
-    if folder.exists():
-        notice.warning(f"{folder} holds a run in {name} that was stopped; {name} has no checkpoints: it starts again")
-
-
 def _peak_memory(pid: int) -> int | None:
     """Return the largest resident memory of a running process so far [B]; None if it has ended or is not reported."""
     try:

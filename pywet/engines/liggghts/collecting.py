@@ -1,32 +1,24 @@
-"""Convert the raw files of a finished run into tables; a kill at any moment neither loses nor mixes data.
-
-Tables are made in `engine.partial/tables`, then those of an earlier run are removed, the new ones are moved to their
-paths, `engine.partial` is renamed `engine`, and only then are the raw files deleted. Until that renaming everything
-can be repeated from the raw files. `engine/tables.json` lists the tables of the run.
-"""
+"""Convert the raw files of a finished run into tables, in the folder `tables` of the engine's folder."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pywet import run_folder, run_lock
 from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, deck, logs, windows
-from pywet.errors import NotWhole, PywetError
+from pywet.engines.liggghts import deck, logs, windows
+from pywet.engines.run_store import TABLES
+from pywet.errors import NotWhole
 from pywet.geometry.motion import Floats, engine_displacement
 from pywet.runs import retired, tables
 from pywet.scene import EngineScene, Slide, Vibration, WallMesh
-from pywet.util.files import read_json, read_parts, read_table, write_json, write_parts, write_table
+from pywet.util.files import read_parts, read_table, write_parts, write_table
 
-TABLES = "tables"
-INDEX = "tables.json"
 TRAJECTORY = ["id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
 
 
@@ -80,51 +72,6 @@ def planned(steps: pd.Series, scene: EngineScene, what: str) -> None:
             "run the case again",
             code="run.steps", given=len(there), expected=len(wanted),
         )  # fmt: skip
-
-
-def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> None:
-    """Publish a complete run: its tables replace an earlier run's, its folder is renamed, the raw files are deleted."""
-    made = folder / TABLES
-    sums = {str(path.relative_to(made)): logs.checked(path) for path in sorted(made.rglob("*.parquet"))}
-    write_json(folder / "run.json", info)
-    run_json = {"engine/run.json": logs.checked(folder / "run.json")}
-    write_json(folder / INDEX, {"fingerprint": mark, "files": {**sums, **run_json}})
-    run_lock.check_held(run_dir)
-    tables.forget(run_dir)
-    for name in sums:
-        (run_dir / name).parent.mkdir(exist_ok=True)
-        run_folder.place(made / name, run_dir, name)
-    shutil.rmtree(made)
-    run_folder.publish(run_dir, folder.name, "engine")
-    tidy(run_dir / "engine")
-
-
-def tidy(engine: Path) -> None:
-    """Remove files that only an unfinished run needs; may be repeated."""
-    shutil.rmtree(engine / checkpoint.FOLDER, ignore_errors=True)
-    for path in (*logs.files(engine), engine / checkpoint.FINISHED, engine / checkpoint.FINGERPRINT):
-        path.unlink(missing_ok=True)
-
-
-def belongs(run_dir: Path, mark: str) -> bool:
-    """Return whether the finished run in the directory is of the scene with this fingerprint."""
-    try:
-        return bool(read_json(run_dir / "engine" / INDEX, "")["fingerprint"] == mark)
-    except (PywetError, KeyError, TypeError):
-        return False
-
-
-def finished_run(run_dir: Path, mark: str) -> dict[str, Any] | None:
-    """Return run.json of a finished run of this scene if all its tables are unchanged; else None."""
-    if not belongs(run_dir, mark):
-        return None
-    try:
-        sums = {name: (int(s), int(c)) for name, (s, c) in read_json(run_dir / "engine" / INDEX, "")["files"].items()}
-    except (PywetError, AttributeError, KeyError, TypeError, ValueError):
-        return None
-    return (
-        None if logs.damage(run_dir, sums) else dict(read_json(run_dir / "engine" / "run.json", "run the case again"))
-    )
 
 
 def mesh_translations(scene: EngineScene, wall: WallMesh) -> Floats:

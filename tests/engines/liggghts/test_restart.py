@@ -19,8 +19,8 @@ import pandas as pd
 import pytest
 
 from pywet.cases.small import small
-from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, deck, driver
+from pywet.engines import run_store, schedule
+from pywet.engines.liggghts import deck, driver
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
 from pywet.util.files import read_table
@@ -47,7 +47,7 @@ CHANGES = {
 
 def saved(run_dir: Path) -> list[int]:
     """Steps of the checkpoints that are there and whole."""
-    folder = run_dir / "engine.partial" / checkpoint.FOLDER
+    folder = run_dir / "engine.partial" / run_store.CHECKPOINTS
     return sorted(int(path.name.split(".")[1]) for path in folder.glob("sums.*.json"))
 
 
