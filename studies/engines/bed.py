@@ -21,6 +21,7 @@ from pywet.engines.liggghts import deck, process
 from pywet.engines.liggghts.collecting import read_trajectory
 from pywet.errors import PywetError
 from pywet.laws.kinds import SWITCHED
+from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Output
 from pywet.util.files import read_table, write_table
 from studies.stock import moist
@@ -115,7 +116,7 @@ def measure(run_dir: Path) -> dict[str, float]:
 
     Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN if no ledger is stored.
     """
-    scene = EngineScene.read(run_dir / "scene.json")
+    scene = RunDir(run_dir).scene
     end = last(run_dir)
     ledger = run_dir / "history" / "ledger.parquet"
     r = scene.classes[0].radius_m

@@ -16,7 +16,7 @@ from pywet.engines.lammps.deck import SCRIPT
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import corner_points
 from pywet.errors import PywetError, arguments, border
-from pywet.scene import EngineScene
+from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table
 
 SENTENCE = 1024
@@ -52,7 +52,7 @@ class Program:
 
 def run(run_dir: Path, folder: Path) -> None:
     """Read the scene, set the engine up, attach the plugin, run."""
-    scene = EngineScene.read(run_dir / "scene.json")
+    scene = RunDir(run_dir).scene
     unbroken = scene.model_copy(update={"output": scene.output.model_copy(update={"checkpoints": 0})})
     history = run_dir / "history"
     nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}

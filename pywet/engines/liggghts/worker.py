@@ -25,7 +25,7 @@ from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
 from pywet.errors import PywetError, arguments, border
-from pywet.scene import EngineScene
+from pywet.runs.rundir import RunDir
 from pywet.util.files import read_parts, read_table, write_json
 
 LIBRARY = "libliggghts.so.3"
@@ -46,7 +46,7 @@ def part_by_part(path: Path, *columns: str) -> pd.DataFrame:
 
 def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
     """Read the scene, set up the engine, attach the plugin, and run the steps after the checkpoint at step `done` (0: all)."""
-    scene = EngineScene.read(run_dir / "scene.json")
+    scene = RunDir(run_dir).scene
     history = run_dir / "history"
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()

@@ -19,6 +19,7 @@ from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import corner_points
 from pywet.engines.yade import build
 from pywet.errors import EngineError, arguments, border
+from pywet.runs.rundir import RunDir
 from pywet.scene import Effects, EngineScene
 from pywet.util.files import read_json, read_table, write_json
 
@@ -114,7 +115,7 @@ def reach_yade() -> None:
 
 def run(run_dir: Path, folder: Path) -> None:
     """Read the scene, set YADE up, attach the plugin, run."""
-    scene, task = EngineScene.read(run_dir / "scene.json"), read_json(folder / "task.json")
+    scene, task = RunDir(run_dir).scene, read_json(folder / "task.json")
     plain = as_yade_has_it(scene, task)
     unbroken = plain.model_copy(update={"output": scene.output.model_copy(update={"checkpoints": 0})})
     reach_yade()
