@@ -111,9 +111,9 @@ def _together(account: dict[str, Any], more: dict[str, Any]) -> dict[str, Any]:
 def _run_engine(job: Job, launch: Callable[..., Usage], passed: Sequence[str]) -> dict[str, Any]:
     """Run the engine from the latest intact checkpoint, or from the start; return data that only this process knows."""
     scene, store, folder = job.scene, job.store, job.store.partial
-    attached, point = deck.attached(scene), _begin(job, passed)
+    point = _begin(job, passed)
     spheres = len(read_table(store.run_dir / scene.spheres_file))
-    recorder = checkpoint.Recorder(folder, scene, attached, spheres, point)
+    recorder = checkpoint.Recorder(folder, scene, job.plugin is not None, spheres, point)
     started = time.monotonic()
     with progress_bar(scene, job.progress) as report:
         try:
@@ -128,7 +128,7 @@ def _run_engine(job: Job, launch: Callable[..., Usage], passed: Sequence[str]) -
                 checkpoint.drop(folder, point)
             raise
     # the worker's own record; of the stock program nearly all time is that of the steps
-    pieces = read_if_there(folder / LOOP_TIME) or [] if attached else [{"run_s": usage.cpu_s, "checkpoint_s": 0.0}]
+    pieces = read_if_there(folder / LOOP_TIME) or [] if job.plugin else [{"run_s": usage.cpu_s, "checkpoint_s": 0.0}]
     account = {
         "wall_s": time.monotonic() - started,
         "ranks": job.ranks,
@@ -167,7 +167,7 @@ def _begin(job: Job, passed: Sequence[str]) -> checkpoint.Checkpoint | None:
 
 
 def _command(job: Job, done: int) -> list[str]:
-    if deck.attached(job.scene):
+    if job.plugin:
         # -P: it works in the run directory, where nothing may be taken for a module
         program = [sys.executable, "-P", "-m", "pywet.engines.liggghts.worker"]
         program += [str(job.store.run_dir), str(job.store.partial), str(done), str(job.ranks)]

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.ending import die_with_parent
 from pywet.engines import schedule
 from pywet.engines.liggghts import deck, grid, state_file
 from pywet.engines.liggghts.border import check_start
@@ -24,8 +23,10 @@ from pywet.engines.liggghts.departure import KEEP
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
-from pywet.errors import PywetError, arguments, border
+from pywet.engines.process import worker_border
+from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
+from pywet.scene import EngineScene
 from pywet.util.files import read_parts, read_table, write_json
 
 LIBRARY = "libliggghts.so.3"
@@ -37,6 +38,18 @@ def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return the corner points of each mesh, (n, 9), in file order."""
     columns = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
     return {str(name): rows[columns].to_numpy(float) for name, rows in triangles.groupby("mesh", sort=False)}
+
+
+def attach_once(plugin: Plugin, engine: C.c_void_p, scene: EngineScene, run_dir: Path, folder: Path) -> None:
+    """Configure the plugin by the tables of a run and attach it to an engine that is not set up again at checkpoints."""
+    unbroken = scene.model_copy(update={"output": scene.output.model_copy(update={"checkpoints": 0})})
+    spheres, triangles, transfer = (run_dir / "history" / f"{n}.parquet" for n in ("spheres", "triangles", "transfer"))
+    plugin.configure(
+        unbroken, read_table(spheres), read_table(transfer) if scene.effects.bridges else pd.DataFrame(),
+        corner_points(read_table(triangles)) if scene.walls else {},
+    )  # fmt: skip
+    plugin.set_output(scene.output_steps, schedule.windows(scene))
+    plugin.attach(engine, folder)
 
 
 def part_by_part(path: Path, *columns: str) -> pd.DataFrame:
@@ -137,11 +150,7 @@ def main() -> int:
 
     STEP is that of the checkpoint to resume from, or 0.
     """
-    die_with_parent()
-    with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
-        run_dir, folder, done, ranks = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path, STEP=int, RANKS=int)
-        run(run_dir.resolve(), folder.resolve(), done, ranks)
-    return 0
+    return worker_border(run, STEP=int, RANKS=int)
 
 
 if __name__ == "__main__":
