@@ -184,9 +184,8 @@ def late() -> None:
 
 def no_windows(folder: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(windows.schedule, "recorded", lambda _: [(0, 2)])
         patch.setattr(windows, "read_dump", lambda *_: pd.DataFrame({"step": [1], "id": [1], "x": [0.0], "y": [0.0]}))
-        windows.collect(synthetic.scene(), written(folder, "", "states.txt").parent, folder / "history", [])
+        list(windows.collect(synthetic.scene(), written(folder, "", "states.txt").parent, [(0, 2)], []))
 
 
 def half_written(folder: Path, spheres: int) -> None:

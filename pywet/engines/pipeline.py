@@ -6,6 +6,7 @@ looks like a finished one.
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -18,7 +19,9 @@ from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.process import OUTPUT, attend, last_words, progress_bar, surroundings
 from pywet.engines.run_store import RunStore, fingerprint
 from pywet.errors import NotWhole, StoppedRun
+from pywet.runs import tables
 from pywet.scene import EngineScene
+from pywet.util.files import read_table
 from pywet.util.notices import notice
 
 
@@ -106,15 +109,18 @@ def simulate(job: Job, write: Callable[[Path], object], command: Sequence[str], 
 
 def collect(raw: Raw) -> RunInfo:
     """Convert the raw logs into tables and publish the run."""
-    job = raw.job
+    job, store = raw.job, raw.job.store
+    shutil.rmtree(store.made, ignore_errors=True)
     try:
-        spheres, error = collecting.make(job.scene, job.store.partial)
+        spheres = collecting.make(job.scene, store.partial, store.put)
     except NotWhole:
-        job.store.disown()
+        store.disown()
         raise
+    moist = job.scene.effects.bridges
+    error = tables.ledger_error(read_table(store.made / "history" / "ledger.parquet")) if moist else None
     info = RunInfo(
         steps=job.scene.steps, spheres=spheres, engine=job.engine, engine_version=job.version,
         plugin_hash=job.plugin.stem.rpartition("-")[2] if job.plugin else None, ledger_error=error, **raw.account,
     )  # fmt: skip
-    job.store.publish(asdict(info))
+    store.publish(asdict(info))
     return info

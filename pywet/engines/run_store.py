@@ -23,11 +23,28 @@ from pywet.engines.liggghts import logs
 from pywet.errors import PywetError
 from pywet.runs import tables
 from pywet.scene import EngineScene
+from pywet.schema import RAW
 from pywet.util import sources
 from pywet.util.files import read_json, write_json
 
 CHECKPOINTS, TABLES = "checkpoint", "tables"
 FINGERPRINT, FINISHED, INDEX, ACCOUNT = "fingerprint.json", "finished.json", "tables.json", "run.json"
+
+
+OUTPUT = (
+    "trajectory.parquet", "mesh_motion.parquet", *(f"history/{name}.parquet" for name in (*RAW, "window_*")), "replay.json",
+    "contributions.json", "audit.json", "summary.json", "picture.png", "movie.mp4", "movie.webp", "results", "vtk",
+    "engine.partial.new",
+    *(f"status/{stage}.json" for stage in ("simulate", "replay", "results", "vtk")),
+)  # fmt: skip
+"""All tables of a run, by their paths in the run directory."""
+
+
+def forget(run_dir: Path) -> None:
+    """Remove the files of an earlier run from the directory, the mark of completeness first; other files remain."""
+    run_folder.refuse_foreign(run_dir, "engine")
+    run_folder.remove(run_dir, "engine/tables.json")
+    run_folder.remove_listed(run_dir, ("engine", *OUTPUT))
 
 
 def fingerprint(run_dir: Path, scene: EngineScene, *parts: str) -> str:
@@ -54,6 +71,7 @@ class RunStore:
     def __init__(self, run_dir: Path, mark: str) -> None:
         self.run_dir, self.mark = run_dir, mark
         self.partial, self.engine = run_dir / "engine.partial", run_dir / "engine"
+        self.made = self.partial / TABLES
 
     @cached_property
     def is_begun(self) -> bool:
@@ -108,7 +126,7 @@ class RunStore:
         """Remove the tables of a run with another fingerprint; raises if a file that no run wrote is among them."""
         run_folder.refuse_foreign(self.run_dir, self.engine.name)
         if not self._index:
-            tables.forget(self.run_dir)
+            forget(self.run_dir)
 
     def disown(self) -> None:
         """Mark the folder so that the next call starts from the beginning, since its run cannot be resumed."""
@@ -122,19 +140,22 @@ class RunStore:
         """Make a finished run resume from its last checkpoint, to extend it."""
         (self.partial / FINISHED).unlink(missing_ok=True)
 
+    def put(self, name: str, rows: tables.Rows) -> None:
+        """Write a table of a run that is to be published."""
+        tables.write(rows, self.made / f"{name}.parquet")
+
     def publish(self, account: Mapping[str, Any]) -> None:
         """Publish a complete run: its tables replace an earlier run's, its folder is renamed, the raw files are deleted."""
-        made = self.partial / TABLES
-        sums = {str(path.relative_to(made)): logs.checked(path) for path in sorted(made.rglob("*.parquet"))}
+        sums = {str(path.relative_to(self.made)): logs.checked(path) for path in sorted(self.made.rglob("*.parquet"))}
         write_json(self.partial / ACCOUNT, account)
         of_account = {f"{self.engine.name}/{ACCOUNT}": logs.checked(self.partial / ACCOUNT)}
         write_json(self.partial / INDEX, {"fingerprint": self.mark, "files": {**sums, **of_account}})
         run_lock.check_held(self.run_dir)
-        tables.forget(self.run_dir)
+        forget(self.run_dir)
         for name in sums:
             (self.run_dir / name).parent.mkdir(exist_ok=True)
-            run_folder.place(made / name, self.run_dir, name)
-        shutil.rmtree(made)
+            run_folder.place(self.made / name, self.run_dir, name)
+        shutil.rmtree(self.made)
         run_folder.publish(self.run_dir, self.partial.name, self.engine.name)
         self.tidy()
 

@@ -183,7 +183,7 @@ def test_raw_files_that_do_not_hold_what_was_planned(ended: Path, tmp_path: Path
     (folder / logs.TRAJECTORY).write_text("ITEM: TIMESTEP\n".join(text[:4] + text[5:]))
     scene = EngineScene.read(run_dir / "scene.json")
     with raises_code("run.steps", given=10, expected=11):
-        collecting.make(scene, folder)
+        collecting.make(scene, folder, RunStore(run_dir, mark_of(run_dir)).put)
     sums = {path.name: logs.checked(path) for path in logs.files(folder)}
     RunStore(run_dir, mark_of(run_dir)).finish(sums, RunStore(ended, mark_of(run_dir)).finished()[0] or {})
     with pytest.raises(NotWhole):
