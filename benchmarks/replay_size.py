@@ -55,7 +55,8 @@ def convert(folder: Path) -> dict[str, Any]:
     """Raw logs to tables, as a finished run does."""
     from pywet.runs import tables
 
-    tables.convert(folder / "engine.partial", folder / "converted")
+    for name, rows in tables.converted(folder / "engine.partial"):
+        tables.write(rows, folder / "converted" / f"{name}.parquet")
     return {}
 
 

@@ -28,9 +28,7 @@ def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
     if key in _held or (shared and not any((run_dir / name).exists() for name in (LIST, "scene.json"))):
         yield
         return
-    refuse_links(run_dir)
-    if not shared:
-        claim(run_dir)
+    (refuse_links if shared else claim)(run_dir)
     if shared and not os.path.lexists(run_dir / LOCK) and not os.access(run_dir, os.W_OK):
         yield  # of a run that can only be read, and in which nobody is at work
         return

@@ -17,6 +17,7 @@ from pywet.planning.effect_plan import EffectPlan
 from pywet.products import until
 from pywet.runs import second
 from pywet.runs.loaded import Run
+from pywet.runs.rundir import RunDir
 from pywet.util.files import read_bytes
 
 
@@ -111,8 +112,8 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
         try:
             stages.replay(where)
         except PywetError as unreadable:
-            return [str(unreadable), *verdict.objections(where)]
-        return verdict.objections(where)
+            return [str(unreadable), *verdict.objections(RunDir(where))]
+        return verdict.objections(RunDir(where))
 
 
 def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:

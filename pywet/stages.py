@@ -225,10 +225,10 @@ def _read_back(paths: list[Path], disagreement: Callable[[Path], str | None], ru
 
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:
     """Return the first run with bridges that has results."""
-    from pywet.scene import EngineScene
+    from pywet.runs.rundir import RunDir
 
     for run_dir in run_dirs:
-        if results_made(run_dir) and EngineScene.read(run_dir / "scene.json").effects.bridges:
+        if results_made(run_dir) and RunDir(run_dir).moist:
             return run_dir
     return None
 

@@ -30,7 +30,7 @@ from pywet.compare import command as compare_command
 from pywet.compare import digest, quantities, verdict
 from pywet.cost import choice, knobs
 from pywet.engines import process
-from pywet.engines.liggghts import build, checkpoint, deck, windows, worker
+from pywet.engines.liggghts import build, deck, logs, windows, worker
 from pywet.engines.liggghts import process as engine_process
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.yade import worker as yade_worker
@@ -184,9 +184,8 @@ def late() -> None:
 
 def no_windows(folder: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(windows.schedule, "recorded", lambda _: [(0, 2)])
         patch.setattr(windows, "read_dump", lambda *_: pd.DataFrame({"step": [1], "id": [1], "x": [0.0], "y": [0.0]}))
-        windows.collect(synthetic.scene(), written(folder, "", "states.txt").parent, folder / "history", [])
+        list(windows.collect(synthetic.scene(), written(folder, "", "states.txt").parent, [(0, 2)], []))
 
 
 def half_written(folder: Path, spheres: int) -> None:
@@ -239,7 +238,7 @@ def mistakes() -> dict[str, Call]:
         "calibration.not_keys": lambda folder: experiments._json(written(folder, "[1]")),
         "calibration.study_question": lambda folder: question.read(written(folder, "turned: {}\n", "search.yaml")),
         "case.no_spheres": lambda _: numbers.class_groups([], [], None, 1.0, surroundings),
-        "checkpoint.changed": lambda folder: checkpoint._read_signed(written(folder, "{}")),
+        "checkpoint.changed": lambda folder: logs.read_signed(written(folder, "{}")),
         "compare.groups": lambda _: compare_command._groups([], [], []),
         "checkpoint.unwritten": lambda folder: half_written(folder, 0),
         "engine.left_box": lambda folder: half_written(folder, 1),

@@ -23,6 +23,7 @@ from pywet.cases.custom.description import Scene
 from pywet.cases.screening import cases, verdict
 from pywet.cases.small import scenes as small_scenes
 from pywet.errors import PywetError
+from pywet.runs.rundir import RunDir
 
 ROOT = Path(__file__).parents[1]
 KINDS = ("case", "own", "small", "case", "own")
@@ -61,7 +62,7 @@ def alarms(folder: Path) -> list[str]:
     replayed = stages.replay(folder)
     quantities = {} if replayed is None else replayed["quantities"]
     found = [f"{name} {q['largest']:.3g} > {q['tolerance']:.0e}" for name, q in quantities.items() if not q["ok"]]
-    others = [] if kind == "small" else verdict.objections(folder)
+    others = [] if kind == "small" else verdict.objections(RunDir(folder))
     return found + [sentence for sentence in others if "disagrees on" not in sentence]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from pywet.calibration import experiments
 from pywet.cases.screening import identity
-from pywet.engines.liggghts import checkpoint
+from pywet.engines import run_store
 from pywet.engines.liggghts.build import SOURCES as PLUGIN
 from pywet.util import sources
 from tests.cases.screening import synthetic
@@ -43,7 +43,7 @@ def test_checkpoints_identities_and_calibrations_change_with_the_list(
 
     def prints() -> list[str]:
         sources.digest_of_a_run.cache_clear()
-        made = checkpoint.fingerprint(tmp_path, synthetic.scene()), identity.of({"name": "scene"})
+        made = run_store.fingerprint(tmp_path, synthetic.scene()), identity.of({"name": "scene"})
         return [*made, str(experiments._program.__wrapped__())]
 
     monkeypatch.setattr(sources, "of_a_run", lambda: [file])

@@ -10,6 +10,7 @@ import pytest
 from pywet import stages
 from pywet.cases.screening import status, verdict
 from pywet.errors import PywetError
+from pywet.runs.rundir import RunDir
 from tests.cases.screening import synthetic
 
 GOOD_REPLAY = {
@@ -78,15 +79,20 @@ def test_a_status_file_cut_off_is_a_failed_stage(tmp_path: Path, left: str) -> N
 def test_a_moist_run_is_believed_only_with_a_good_replay_and_ledger(tmp_path: Path) -> None:
     run = synthetic.make(tmp_path / "case02")
     _finish(run)
-    assert verdict.objections(run) == ["the run was not replayed"]
+    assert verdict.objections(RunDir(run)) == ["the run was not replayed"]
     (run / "replay.json").write_text(json.dumps(GOOD_REPLAY))
-    assert verdict.objections(run) == []
+    assert verdict.objections(RunDir(run)) == []
     bad = {"quantities": {"bridge_volume": {**GOOD_REPLAY["quantities"]["bridge_volume"], "largest": 3e-9}}}
     (run / "replay.json").write_text(json.dumps(bad))
-    assert verdict.objections(run) == ["the replay disagrees on bridge_volume: 3e-09 relative, allowed is 1e-09"]
+    assert verdict.objections(RunDir(run)) == [
+        "the replay disagrees on bridge_volume: 3e-09 relative, allowed is 1e-09"
+    ]
     summary = json.loads((run / "summary.json").read_text())
     (run / "summary.json").write_text(json.dumps({**summary, "ledger_error": 1e-11}))
-    assert verdict.objections(run)[0] == "the liquid ledger is off by 1e-11 of the initial liquid, allowed is 1e-12"
+    assert (
+        verdict.objections(RunDir(run))[0]
+        == "the liquid ledger is off by 1e-11 of the initial liquid, allowed is 1e-12"
+    )
 
 
 def test_summary_counts_speed_events_and_ledger(tmp_path: Path) -> None:

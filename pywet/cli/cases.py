@@ -304,10 +304,10 @@ def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     """Print the largest time steps that contact, capillary and viscous forces allow in a prepared run, and which governs."""
     from pywet.laws import custom_laws
     from pywet.planning import time_steps
-    from pywet.scene import EngineScene
+    from pywet.runs.rundir import RunDir
 
     showing.need_run(run_dir)
-    prepared = EngineScene.read(run_dir / "scene.json")
+    prepared = RunDir(run_dir).scene
     custom_laws.trust(prepared.effects.laws.values() if trust else ())
     for line in time_steps.advise(prepared).lines:
         tell(line)

@@ -16,9 +16,10 @@ from rich.table import Table
 
 from pywet.cli.showing import err, out, show_audit, tell
 from pywet.errors import PywetError, one_line
-from pywet.runs.shapes import Replay, RunSummary, Summary
+from pywet.runs.rundir import RunDir
+from pywet.runs.shapes import RunSummary, Summary
 from pywet.runs.spread import with_interval
-from pywet.util.files import atomic_write, read_if_there, read_json
+from pywet.util.files import atomic_write
 
 DETAILS = "details.txt"
 WIDE = 160
@@ -31,71 +32,75 @@ def show(folders: Sequence[Path], verbose: bool = False) -> None:
     """End `pywet run` and `run-scene`: `folders` are the run, then those of further seeds; raises if a check fails."""
     from pywet.cases.screening import verdict
 
-    report = _report(folders[0])
-    for folder in folders:
-        _write_details(folder)
+    report, runs = _report(folders[0]), [RunDir(folder) for folder in folders]
+    for run in runs:
+        _write_details(run)
         if verbose:
-            details(folder, out)
-    for line in lines(folders, report):
+            details(run, out)
+    for line in lines(runs, report):
         tell(line)
-    wrong = {folder: verdict.objections(folder) for folder in folders}
+    wrong = {run.path: verdict.objections(run) for run in runs}
     named = len(folders) > 1
     if message := [f"{folder}: {s}" if named else s for folder, all_of in wrong.items() for s in all_of]:
         raise PywetError(f"{'; '.join(message)}; all results are written and marked", code="cli.objections")
 
 
-def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
+def lines(runs: Sequence[RunDir], report: Path | None) -> Iterator[str]:
     """Yield the summary: what was run, the answer, liquid, whether it was checked, files, the next command."""
     from pywet.cases.screening import verdict
 
-    folder = folders[0]
-    message = read_json(folder / "summary.json", shape=RunSummary)
-    seeds = f", {len(folders)} seeds" if len(folders) > 1 else ""
+    folder = runs[0].path
+    message = _summary(runs[0])
+    seeds = f", {len(runs)} seeds" if len(runs) > 1 else ""
     yield f"{folder}: {sum(message['spheres'].values())} spheres, {message['steps']} steps in {message['wall_s']:.1f} s{seeds}"
-    yield from _retained(folders)
-    yield from _screen(folders)
-    yield from _liquid(folders)
-    yield from _deep(folders)
-    standings = [(verdict.check_result(f), f) for f in folders]
+    yield from _retained(runs)
+    yield from _screen(runs)
+    yield from _liquid(runs)
+    yield from _deep(runs)
+    standings = [(verdict.check_result(run), run) for run in runs]
     worst, where = min(standings, key=lambda s: ("no", "in part", "–", "yes").index(s[0].word))
-    of = f" ({where.name})" if len(folders) > 1 else ""
+    of = f" ({where.path.name})" if len(runs) > 1 else ""
     word = "nothing" if worst.word == "–" else worst.word
     yield f"checked: {word}{of}: {verdict.recomputed(where)}"
     if worst.word == "no":
         yield f"  {worst.sentence}"
     else:
-        left = verdict.not_checked(dict(read_if_there(where / "replay.json", shape=Replay) or {}))
+        left = verdict.not_checked(where.replay or {})
         yield from (f"  {one if one.startswith('nothing') else f'not checked: {one}'}" for one in left[:LISTED])
         if len(left) > LISTED:
-            yield f"  and {len(left) - LISTED} more not checked: {where / DETAILS}"
+            yield f"  and {len(left) - LISTED} more not checked: {where.path / DETAILS}"
     tables = ("fraction_retained", "liquid_by_holder", "liquid_by_wall", "contact_statistics")
     there = [f"{name}.csv" for name in tables if (folder / "results" / f"{name}.csv").exists()]
     yield f"files: {folder}/: {DETAILS}, summary.json; results/: {', '.join(there)}"
     if report is not None:
         yield f"report: {report}"
-    yield f"next: {_next(folders, worst.word)}"
+    yield f"next: {_next(runs, worst.word)}"
 
 
-def _next(folders: Sequence[Path], word: str) -> str:
-    runs = shlex.join(map(str, folders))
+def _summary(run: RunDir) -> Any:
+    return run.json("summary.json", RunSummary, required=True)
+
+
+def _next(runs: Sequence[RunDir], word: str) -> str:
+    folders = shlex.join(str(run.path) for run in runs)
     if word == "no":
-        return f"pywet replay {runs}"
-    return f"pywet screen {runs}" if _screened(folders[0]) else f"pywet plot {runs} --out curves.pdf"
+        return f"pywet replay {folders}"
+    return f"pywet screen {folders}" if _screened(runs[0]) else f"pywet plot {folders} --out curves.pdf"
 
 
-def _screened(folder: Path) -> bool:
+def _screened(run: RunDir) -> bool:
     """Return whether a run is a user-defined scene with screening results."""
     from pywet.products.screening_report import RESULT
 
-    results = folder / "results"
+    results = run.path / "results"
     return (results / f"{RESULT}.json").exists() and not (results / "fraction_retained.parquet").exists()
 
 
-def _retained(folders: Sequence[Path]) -> Iterator[str]:
+def _retained(runs: Sequence[RunDir]) -> Iterator[str]:
     """Yield the fraction retained at the end, over seeds as mean and 95 % interval; nothing for a user-defined scene."""
-    if not (folders[0] / "results" / "fraction_retained.parquet").exists():
+    if not (runs[0].path / "results" / "fraction_retained.parquet").exists():
         return
-    read = [read_json(folder / "summary.json", shape=Summary) for folder in folders]
+    read = [run.json("summary.json", Summary, required=True) for run in runs]
     ends = [s["fraction_retained_end"] for s in read]
     coarse = read[0]["coarse_share"]
     passed = (1.0 - mean(ends)) / (1.0 - coarse)
@@ -106,35 +111,34 @@ def _retained(folders: Sequence[Path]) -> Iterator[str]:
     )
 
 
-def _screen(folders: Sequence[Path]) -> Iterator[str]:
+def _screen(runs: Sequence[RunDir]) -> Iterator[str]:
     """Return the lines on the screen of a custom scene, of several seeds the means."""
     from pywet.products import until
     from pywet.products.screening_report import RESULT
     from pywet.report.screen_page import five, over_seeds, unsteady
 
-    if all(_screened(folder) for folder in folders):
-        read: list[dict[str, Any]] = [read_json(folder / "results" / f"{RESULT}.json") for folder in folders]
+    if all(_screened(run) for run in runs):
+        read: list[dict[str, Any]] = [run.json(f"results/{RESULT}.json", Any) for run in runs]
         words = five(read[0]) if len(read) == 1 else over_seeds(read)
         spread = f" (95 % interval of the mean over {len(read)} seeds)" if len(read) > 1 else ""
         yield ", ".join(f"{name} {value}" for name, value in words.items()) + spread
         if warning := next(filter(None, map(unsteady, read)), None):
             yield warning
-    if (known := folders[0] / until.RESULT).exists():
-        yield until.sentence(read_json(known))
+    if known := runs[0].json(until.RESULT, Any):
+        yield until.sentence(known)
 
 
-def _liquid(folders: Sequence[Path]) -> Iterator[str]:
+def _liquid(runs: Sequence[RunDir]) -> Iterator[str]:
     """Yield the lines on the largest shares of liquid at the end and on the bridges; none for a dry run."""
     from pywet.cases.screening.results import class_titles
-    from pywet.runs.rundir import RunDir
 
-    read = [read_json(folder / "summary.json", shape=RunSummary) for folder in folders]
+    read = [_summary(run) for run in runs]
     if not read[0]["initial_liquid_m3"]:
         return
     names = filter(_reservoir, read[0]["liquid_end_m3"])
     shares = {n: [100.0 * s["liquid_end_m3"].get(n, 0.0) / s["initial_liquid_m3"] for s in read] for n in names}
     largest = sorted(shares.items(), key=lambda entry: -mean(entry[1]))[:LARGEST]
-    titles = class_titles(RunDir(folders[0]).scene)
+    titles = class_titles(runs[0].scene)
     text = ", ".join(f"{with_interval(share)} % {titles.get(n, n.replace('_', ' '))}" for n, share in largest)
     events = [s["events"] for s in read if s["events"]]
     counts = [with_interval([e[kind] for e in events]) for kind in ("formations", "ruptures")] if events else []
@@ -142,12 +146,12 @@ def _liquid(folders: Sequence[Path]) -> Iterator[str]:
     yield f"liquid at the end: {text}{bridges}"
 
 
-def _deep(folders: Sequence[Path]) -> Iterator[str]:
+def _deep(runs: Sequence[RunDir]) -> Iterator[str]:
     """Yield the line on deep overlaps of a user-defined scene, if any."""
     from pywet.report import scene_page
     from pywet.runs.loaded import Run
 
-    if (sentence := scene_page.deep([Run(folder) for folder in folders])) is not None:
+    if (sentence := scene_page.deep([Run(run.path) for run in runs])) is not None:
         yield sentence
 
 
@@ -170,25 +174,22 @@ def _report(folder: Path) -> Path | None:
         return None
 
 
-def _write_details(folder: Path) -> None:
+def _write_details(run: RunDir) -> None:
     text = io.StringIO()
-    details(folder, Console(file=text, width=WIDE, highlight=False, no_color=True))
-    with atomic_write(folder / DETAILS) as temporary:
+    details(run, Console(file=text, width=WIDE, highlight=False, no_color=True))
+    with atomic_write(run.path / DETAILS) as temporary:
         temporary.write_text(text.getvalue(), encoding="utf-8")
 
 
-def details(folder: Path, to: Console) -> None:
+def details(run: RunDir, to: Console) -> None:
     """Print the final liquid, the laws by kind (with the file of a law in a file), the effects, and the replay's findings."""
-    from pywet.scene import EngineScene
-
-    message = read_json(folder / "summary.json", shape=RunSummary)
-    for name, volume in message["liquid_end_m3"].items():
+    for name, volume in _summary(run)["liquid_end_m3"].items():
         to.print(f"liquid at the end, {name:<32}{1e9 * volume:10.4g} mm3", markup=False)
-    if laws := EngineScene.read(folder / "scene.json").effects.laws:
+    if laws := run.scene.effects.laws:
         to.print("laws: " + ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items()), markup=False)
-    show_audit(folder, to)
-    if replayed := read_if_there(folder / "replay.json", shape=Replay):
-        _agreement(replayed, to)
+    show_audit(run.path, to)
+    if run.replay:
+        _agreement(run.replay, to)
 
 
 def _agreement(replay: dict[str, Any], to: Console) -> None:

@@ -24,7 +24,6 @@ from pywet.products import streams
 from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import Replay, RunSummary
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
 from reference_impl.replay import whole
@@ -224,7 +223,7 @@ def _counts(run: RunDir) -> Iterator[Quantity]:
 
 def _energies(run: RunDir) -> Iterator[Quantity]:
     """Yield energies and works at the end, over the largest of them."""
-    table, summary = run.table_if_there("history/energy"), run.json("summary.json", RunSummary)
+    table, summary = run.table_if_there("history/energy"), run.summary
     if table is not None and not table.empty:
         end = table.sort_values("step").iloc[-1].drop(["step", "time"])
         values = {str(k): float(v) for k, v in end.items() if k != "half_kick"}
@@ -260,9 +259,9 @@ def _checks(run: RunDir) -> Iterator[tuple[str, tuple[bool, float]]]:
     if ledger is not None:
         error = ledger_error(ledger)
         yield "liquid ledger", (error <= LEDGER_TOLERANCE, error)
-    replay = run.json("replay.json", Replay)
+    replay = run.replay
     if replay is not None:
         worst = max((q["largest"] for q in replay["quantities"].values()), default=0.0)
         yield "replay", (bool(replay.get("ok")), float(worst))
-    for check in (run.json("summary.json", RunSummary) or {}).get("checks", []):
+    for check in run.summary["checks"] if run.summary else ():
         yield str(check["name"]).replace("_", " "), (bool(check["ok"]), float(check["value"]))

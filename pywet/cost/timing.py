@@ -9,18 +9,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pywet.engines.liggghts import driver
-from pywet.scene import EngineScene
+from pywet.engines.pipeline import RunInfo
+from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table
 
 
-def timed(folder: Path, begin: Callable[[], driver.RunInfo]) -> dict[str, Any]:
+def timed(folder: Path, begin: Callable[[], RunInfo]) -> dict[str, Any]:
     """Run and measure: total wall and processor time, those of the engine's time loop [s], and the operations of the loop."""
     info = begin()
     log = (folder / "engine" / "log.liggghts").read_text(errors="replace")
     loop = sum(float(t) for t in re.findall(r"^Loop time of (\S+)", log, flags=re.MULTILINE))
     builds = sum(int(n) for n in re.findall(r"^Neighbor list builds = (\d+)", log, flags=re.MULTILINE))
-    scene = EngineScene.read(folder / "scene.json")
+    scene = RunDir(folder).scene
     count = 0.0
     if scene.effects.bridges:
         count = float(read_table(folder / "history" / "ledger.parquet")["bridge_count"].mean())

@@ -14,10 +14,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pywet import run_lock
 from pywet.ending import die_with_parent
-from pywet.errors import EngineError, PywetError, one_line
+from pywet.errors import EngineError, PywetError, arguments, border, one_line
 from pywet.scene import EngineScene
 from pywet.util.notices import notice
 
@@ -27,6 +28,15 @@ OUTPUT = "output.log"
 ANSWER_S = 30.0
 """Longest time [s] for a program to print its version."""
 MEND = "run it in a terminal to see why, or reinstall its package"
+
+
+def worker_border(run: Callable[..., object], **more: Callable[[str], Any]) -> int:
+    """Call a worker's `run` with the arguments RUN_DIR, ENGINE_FOLDER and `more`; an error becomes a line with ERROR."""
+    die_with_parent()
+    with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
+        run_dir, folder, *others = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path, **more)
+        run(run_dir.resolve(), folder.resolve(), *others)
+    return 0
 
 
 @dataclass(frozen=True)
@@ -125,12 +135,6 @@ def alone(run_dir: Path) -> Iterator[None]:
             f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space",
             code="run.refused", where=run_dir,
         ) from error  # fmt: skip
-
-
-def start_again(folder: Path, name: str) -> None:
-    """Report that an engine without checkpoints found an unfinished run in its folder and repeats it from the start."""
-    if folder.exists():
-        notice.warning(f"{folder} holds a run in {name} that was stopped; {name} has no checkpoints: it starts again")
 
 
 def _peak_memory(pid: int) -> int | None:

@@ -132,9 +132,13 @@ def checkpoints(scene: EngineScene, avoided: Sequence[Window] = ()) -> list[int]
     return sorted(step for step in steps if step < scene.steps)
 
 
-def pieces(scene: EngineScene, saved: Sequence[int], done: int = 0) -> list[Piece]:
-    """Divide the run where walls start and stop moving out and where the state is `saved`; after `done` steps only the rest."""
-    drawn = slides(scene)
+def pieces(scene: EngineScene, done: int, plugin: bool) -> list[Piece]:
+    """Divide the run where walls start and stop moving out and at checkpoints; after `done` steps only the rest.
+
+    Without the plugin the checkpoints avoid the sampling windows, because the engine computes the forces of a checkpoint
+    step twice and the motion of a window is checked against the recorded forces.
+    """
+    drawn, saved = slides(scene), checkpoints(scene, () if plugin else recorded(scene))
     cut, at = [], 0
     for stop in sorted({*(step for window in drawn.values() for step in window), scene.steps, *saved} - {0}):
         moving = {name: window for name, window in drawn.items() if window[0] <= at < window[1]}

@@ -16,8 +16,9 @@ from typing import Any, Literal
 from pywet import run_folder
 from pywet.laws.kinds import FORCES
 from pywet.planning.effect_plan import OPT_IN
-from pywet.runs.shapes import Contributions, Plan
-from pywet.util.files import read_if_there, read_model, write_json
+from pywet.runs.rundir import RunDir
+from pywet.runs.shapes import Contributions
+from pywet.util.files import read_model, write_json
 
 FILE = "audit.json"
 WITHIN = 3.0
@@ -124,10 +125,8 @@ def write(run_dir: Path) -> list[AuditRow] | None:
     folder = Path(run_dir)
     if not folder.is_dir():
         return None
-    plan, measured = (
-        read_if_there(folder / name, f"run `pywet replay {folder}` again", shape)
-        for name, shape in (("plan.json", Plan), ("contributions.json", Contributions))
-    )
+    run = RunDir(folder)
+    plan, measured = run.plan, run.json("contributions.json", Contributions)
     if plan is None or measured is None:
         run_folder.remove(folder, FILE)
         return None

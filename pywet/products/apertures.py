@@ -81,8 +81,7 @@ def _groups(links: Ints, count: int) -> int:
 
 def deck_of(run: RunDir) -> dict[str, Any] | None:
     """Return the `deck` of a user-defined scene's description; None if its walls were given individually."""
-    description: dict[str, Any] = run.json("description.json", dict[str, Any]) or {}
-    return description.get("deck")
+    return run.description.get("deck")
 
 
 def area(run: RunDir, wall: WallMesh) -> float:

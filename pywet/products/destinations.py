@@ -73,8 +73,7 @@ def _by_tray(run: RunDir) -> pd.DataFrame:
 
 
 def _trays(run: RunDir) -> list[str]:
-    scene = run.scene
-    given = (run.json("description.json", dict) or {}).get("walls", [])
+    scene, given = run.scene, run.description.get("walls", [])
     vessels = {w.name for w, of in zip(scene.walls[::-1], given[::-1], strict=False) if of.get("vessel")}
     return [
         w.name

@@ -114,9 +114,8 @@ def most_blocks(scene: EngineScene) -> int:
 
 def under_way(run_dir: Path) -> int | None:
     """Return the number of blocks, finished or in progress, of a run; None without a run."""
-    path = Path(run_dir) / "scene.json"
     try:
-        return EngineScene.read(path).blocks if path.exists() else None
+        return RunDir(Path(run_dir)).scene.blocks
     except PywetError:
         return None
 
@@ -221,7 +220,6 @@ def sentence(found: dict[str, Any]) -> str:
 
 def write(run: RunDir) -> dict[str, Any]:
     """Write `results/until.json` of a finished run and return its content."""
-    given = (run.json("description.json", dict[str, Any]) or {})["until"]
-    found = assess(run.scene, run.spheres, run.table("history/retired"), Until(**given))
+    found = assess(run.scene, run.spheres, run.table("history/retired"), Until(**run.description["until"]))
     write_json(run.path / RESULT, found)
     return found

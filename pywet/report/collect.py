@@ -14,7 +14,7 @@ from pywet.config.cases import Case
 from pywet.errors import PywetError
 from pywet.planning import audit
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import Contributions, Plan, Replay, Summary
+from pywet.runs.shapes import Contributions, Summary
 from pywet.util.files import read_table
 
 
@@ -125,7 +125,7 @@ def collect_run(run_dir: Path, case: Case, alone: bool = False) -> CaseResult:
 
 def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
     found, run = tuple(status.problems(run_dir, alone)), RunDir(run_dir)
-    summary, plan = run.json("summary.json", Summary), run.json("plan.json", Plan)
+    summary, plan = run.json("summary.json", Summary), run.plan
     if summary is None or not status.results_made(run_dir):
         return CaseResult(case, found, plan=plan, folder=run_dir)
     if case.liquid_percent > 0 and (
@@ -135,7 +135,7 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
             f"{run_dir}: summary.json is that of a dry run; run case {case.case} again",
             code="report.dry_run", where=run_dir,
         )  # fmt: skip
-    replay, seeds = run.json("replay.json", Replay), _other_seeds(run_dir)
+    replay, seeds = run.replay, _other_seeds(run_dir)
     return CaseResult(
         case,
         found,

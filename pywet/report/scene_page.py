@@ -22,8 +22,8 @@ from pywet.report import page, render, report, screen_page
 from pywet.report.bands import mean_and_band
 from pywet.report.pictures import STYLE, legend, panels, plt
 from pywet.runs.loaded import Run
+from pywet.runs.rundir import RunDir
 from pywet.shipped import place
-from pywet.util.files import AGAIN, read_if_there
 
 NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", "left_m3")
 """Columns of liquid_by_wall that are no reservoirs."""
@@ -77,7 +77,7 @@ def write(folder: Path, picture: Path) -> Path:
 
 def _screen(runs: seeds.Runs) -> dict[str, str]:
     """Return the five numbers of the screen in words, over several seeds as means; none of a run without a screen."""
-    read = [read_if_there(run.path / "results" / f"{RESULT}.json", AGAIN, dict[str, Any]) for run in runs]
+    read = [RunDir(run.path).json(f"results/{RESULT}.json", dict[str, Any]) for run in runs]
     found = [numbers for numbers in read if numbers]
     if len(found) < len(runs):
         return {}
@@ -155,8 +155,8 @@ def _liquid(runs: seeds.Runs) -> str:
     reservoirs = [c for c in table.columns if c not in NOT_WALLS]
     if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
-    description = read_if_there(run.path / "description.json", AGAIN) or {"walls": []}
-    names = {f"wall_{word_of(wall['name'])}": f"wall {wall['name']}" for wall in description["walls"]}
+    walls = RunDir(run.path).description.get("walls", [])
+    names = {f"wall_{word_of(wall['name'])}": f"wall {wall['name']}" for wall in walls}
     names |= class_titles(run.scene)
     order = sorted(reservoirs, key=lambda c: -table[c].to_numpy(dtype=float).max())
     few, rest = (order, []) if len(order) <= LARGEST + 1 else (order[:LARGEST], order[LARGEST:])

@@ -12,10 +12,9 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.runs.measures import bed_angle, heap_angle, passed_mass, steady_rate, upward
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import Replay, RunSummary
+from pywet.runs.shapes import Plan, RunSummary
 from pywet.scene import EngineScene, Rotation
 from pywet.schema import CODES, meanings
-from pywet.util.files import AGAIN, read_json
 
 CENTRE = "centre"
 """First word of the meaning of every column that is a position (pywet/schema.py)."""
@@ -62,17 +61,17 @@ class Run:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Return the summary of a run: settings, speed, liquid at the end, checks."""
-        return dict(read_json(self.path / "summary.json", AGAIN, RunSummary))
+        return dict(self._run.json("summary.json", RunSummary, required=True))
 
     @cached_property
     def replay(self) -> dict[str, Any]:
         """Return the result of the replay: `ok`, limits and deviations by quantity, what was not checked; empty for a dry run."""
-        return dict(self._run.json("replay.json", Replay) or {})
+        return dict(self._run.replay or {})
 
     @cached_property
     def plan(self) -> list[dict[str, Any]]:
         """Return every effect: whether it is on, by which law, and why."""
-        return list(read_json(self.path / "plan.json", AGAIN)["rows"])
+        return list(self._run.json("plan.json", Plan, required=True)["rows"])
 
     trajectory = _stored("trajectory", "Place, velocity and spin of every sphere at every output.")
     events = _stored(

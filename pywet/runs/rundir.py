@@ -1,7 +1,8 @@
-"""Read a run directory: scene, tables, and the liquid and position of every sphere at every output step.
+"""Read a run directory: scene, tables, JSON files, and the liquid and position of every sphere at every output step.
 
-It only reads; `cases/screening/results.py` computes from it. The liquid of a sphere is its film and its part of every
-active bridge, shared as if the bridge ruptured at that time (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
+It only reads, each file once; `cases/screening/results.py` computes from it. The liquid of a sphere is its film and
+its part of every active bridge, shared as if the bridge ruptured at that time (Elskamp & Kruggel-Emden 2018, sections 4
+and 5.3).
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
+from pywet.runs.shapes import Plan, Replay, RunSummary
 from pywet.scene import SCRIPTED, EngineScene
 from pywet.schema import FORMATION, INTEGER, NUMBER, SPHERE, TABLES
-from pywet.util.files import AGAIN, read_if_there, read_parts, read_table
+from pywet.util.files import AGAIN, fit, read_if_there, read_json, read_parts, read_table
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -62,8 +64,7 @@ class RunDir:
     @cached_property
     def origin_mm(self) -> tuple[float, float, float]:
         """Return the user-defined scene's `origin_mm`, to which positions of the engine and of the tables are relative."""
-        description = read_if_there(self.path / "description.json", AGAIN) or {}
-        x, y, z = description.get("origin_mm", (0.0, 0.0, 0.0))
+        x, y, z = self.description.get("origin_mm", (0.0, 0.0, 0.0))
         return x, y, z
 
     @property
@@ -94,9 +95,37 @@ class RunDir:
         path = self.path / f"{name}.parquet"
         return read_table(path) if path.exists() else None
 
-    def json(self, name: str, shape: Any) -> Any:
-        """Return a JSON file by its path with suffix, checked against the type `shape`; None if it does not exist."""
-        return read_if_there(self.path / name, AGAIN, shape)
+    def json(self, name: str, shape: Any, required: bool = False) -> Any:
+        """Return a JSON file by its path with suffix, checked against the type `shape`; None if missing, unless `required`."""
+        if self._content.get(name) is None:
+            self._content[name] = (read_json if required else read_if_there)(self.path / name, AGAIN)
+        if self._content[name] is not None:
+            fit(shape, self._content[name], self.path / name, AGAIN)
+        return self._content[name]
+
+    @cached_property
+    def _content(self) -> dict[str, Any]:
+        return {}
+
+    @property
+    def summary(self) -> dict[str, Any] | None:
+        """Return summary.json; None before the stage results."""
+        return self.json("summary.json", RunSummary)  # type: ignore[no-any-return]
+
+    @property
+    def replay(self) -> dict[str, Any] | None:
+        """Return replay.json; None if nothing was replayed."""
+        return self.json("replay.json", Replay)  # type: ignore[no-any-return]
+
+    @property
+    def plan(self) -> dict[str, Any] | None:
+        """Return plan.json: every effect, whether it is on, and why."""
+        return self.json("plan.json", Plan)  # type: ignore[no-any-return]
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Return the description of a user-defined scene; empty for any other."""
+        return self.json("description.json", dict[str, Any]) or {}
 
     @cached_property
     def trajectory(self) -> pd.DataFrame:

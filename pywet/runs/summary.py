@@ -14,7 +14,7 @@ import pandas as pd
 
 from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import EngineRun, Plan
+from pywet.runs.shapes import EngineRun
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
 from pywet.schema import WORKS
@@ -64,7 +64,7 @@ def general(run: RunDir) -> dict[str, Any]:
         "resumed_at_step": engine.get("resumed_at_step"),
         "particle_steps_per_s": steps * len(line.ids) / wall if wall > 0 else None,
         "spheres": {c.name: int((line.types == c.type).sum()) for c in scene.classes},
-        "amounts": (run.json("plan.json", Plan) or {}).get("amounts", []),
+        "amounts": (run.plan or {}).get("amounts", []),
         "mass_kg": float(line.mass.sum()),
         "initial_liquid_m3": float(line.initial_film.sum()),
         "effects": scene.effects.model_dump(),

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
 
-from pywet import run_folder
 from pywet.errors import NotWhole
 from pywet.schema import RAW
-from pywet.util.files import write_parts
+from pywet.util.files import write_parts, write_table
 
 SORT = {
     "events": ["step", "kind", "partner_kind", "i", "j"],
@@ -29,22 +28,8 @@ SORT = {
 }
 
 
-OUTPUT = (
-    "trajectory.parquet", "mesh_motion.parquet", *(f"history/{name}.parquet" for name in (*RAW, "window_*")), "replay.json",
-    "contributions.json", "audit.json", "summary.json", "picture.png", "movie.mp4", "movie.webp", "results", "vtk",
-    "engine.partial.new",
-    *(f"status/{stage}.json" for stage in ("simulate", "replay", "results", "vtk")),
-)  # fmt: skip
-"""All tables of a run, by their paths in the run directory."""
-
-
-def forget(run_dir: Path) -> None:
-    """Remove the files of an earlier run from the directory, the mark of completeness first; other files remain."""
-    run_folder.refuse_foreign(run_dir, "engine")
-    run_folder.remove(run_dir, "engine/tables.json")
-    run_folder.remove_listed(run_dir, ("engine", *OUTPUT))
-
-
+Rows = pd.DataFrame | Iterable[pd.DataFrame] | Iterable[dict[str, np.ndarray]]
+"""A table, or the parts of a long one."""
 Added = Callable[[Iterator[np.ndarray]], Iterator[np.ndarray]]
 QUICK = ("events", "contacts")
 """Tables of which most is read, compressed by lz4.
@@ -173,12 +158,21 @@ def ledger_error(ledger: pd.DataFrame) -> float:
     return float((held - ledger["initial"]).abs().max()) / (most if most > 0.0 else 1.0)
 
 
-def convert(folder: Path, history: Path, block: int = BLOCK, more: Mapping[str, Added] = MappingProxyType({})) -> None:
-    """Convert every raw log in `folder` that SORT names into `history/<name>.parquet`, sorted as in SORT.
+def converted(
+    folder: Path, block: int = BLOCK, more: Mapping[str, Added] = MappingProxyType({})
+) -> Iterator[tuple[str, Iterator[dict[str, np.ndarray]]]]:
+    """Yield name and parts of the table of every raw log in `folder` that SORT names, sorted as in SORT.
 
     `more`: for a table the function that adds records, complete steps at a time.
     """
     for name, order in SORT.items():
         records = more.get(name, iter)(raw_parts(folder, name, block))
-        parts = (to_columns(in_order(part, order)) for part in records)
-        write_parts(parts, history / f"{name}.parquet", quick=name in QUICK)
+        yield name, (to_columns(in_order(part, order)) for part in records)
+
+
+def write(rows: Rows, path: Path) -> None:
+    """Write a table of a run, or the parts of a long one."""
+    if isinstance(rows, pd.DataFrame):
+        write_table(rows, path)
+    else:
+        write_parts(rows, path, quick=path.stem in QUICK)

@@ -18,6 +18,7 @@ from pywet.config.scales import Scales
 from pywet.config.settings import Settings
 from pywet.errors import ConfigError, PywetError
 from pywet.runs.loaded import Run
+from pywet.runs.rundir import RunDir
 from pywet.sweep import costs, run_numbers
 from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.costs import Cost
@@ -107,7 +108,7 @@ class OfCase(Kind):
                         f"stage {status.failed_at} failed: {status.reason}",
                         code="sweep.stage_failed", given=status.failed_at, where=folder,
                     )  # fmt: skip
-        if objections := verdict.objections(folder):
+        if objections := verdict.objections(RunDir(folder)):
             raise PywetError("; ".join(objections), code="sweep.objections", given=tuple(objections), where=folder)
         return run_numbers.numbers(Run(folder))
 

@@ -238,7 +238,7 @@ def regular(path: Path, cure: str) -> Path:
 def read_json(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
     """Read a JSON file as Python values of the type `shape`; see `parse_json`."""
     value = parse_json(read_bytes(path, cure), shown(path), cure)
-    _fit(shape, value, path, cure)
+    fit(shape, value, path, cure)
     return value
 
 
@@ -249,11 +249,12 @@ def read_if_there(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
 
 def read_model(path: Path, model: type[Model], cure: str = AGAIN) -> Model:
     """Read a JSON file as a pydantic model or a dataclass; the message names the first wrong field."""
-    content: Model = _fit(model, read_json(path, cure), path, cure)
+    content: Model = fit(model, read_json(path, cure), path, cure)
     return content
 
 
-def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
+def fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
+    """Return the value of a JSON file as the type `shape`; the message names the first wrong field."""
     if shape is Any:
         return value
     from pydantic import TypeAdapter, ValidationError

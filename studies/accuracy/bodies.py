@@ -18,7 +18,8 @@ from pywet.laws.contact import bridge_radius
 from pywet.laws.kinds import PRESETS
 from pywet.laws.transfer import v_star_grid
 from pywet.planning import step_choice
-from pywet.scene import ContactPair, Effects, EngineScene, Output, SphereClass
+from pywet.runs.rundir import RunDir
+from pywet.scene import ContactPair, Effects, Output, SphereClass
 from pywet.schema import LARGE_WALL, SPHERE
 from pywet.util.files import read_table
 
@@ -133,7 +134,7 @@ def bed(setting: Setting, seed: int) -> Made:
 
 def settled(folder: Path) -> dict[str, float]:
     """Return mean height over the diameter, bridges per sphere and the share of the liquid in them, over the last quarter."""
-    scene = EngineScene.read(folder / "scene.json")
+    scene = RunDir(folder).scene
     at = read_table(folder / "trajectory.parquet")
     ledger = read_table(folder / "history" / "ledger.parquet")
     late = ledger[ledger["step"] >= 0.75 * scene.steps]

@@ -10,6 +10,7 @@ from pywet.cases.small import small
 from pywet.cost.knobs import Setting, reference
 from pywet.cost.timing import timed
 from pywet.engines.liggghts import driver
+from pywet.engines.pipeline import RunInfo
 from pywet.errors import PywetError
 from studies.accuracy import bodies, sieve
 from studies.accuracy.sieve import SCREENING
@@ -30,7 +31,7 @@ def rows_of(
         return [{**errors, "failed": None}]
     with tempfile.TemporaryDirectory(prefix="pywet-study-") as name:
         folder = Path(name)
-        begin: Callable[[], driver.RunInfo]
+        begin: Callable[[], RunInfo]
         try:
             if scene in SCREENING:
                 sieve.prepare(folder, scene, setting, sieve.SIZES[size], seed, config_dir, vary)

@@ -15,6 +15,7 @@ import pandas as pd
 
 from pywet.cases.small import scenes, small
 from pywet.cases.small.bodies import contacts, last, sphere_classes, water
+from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay
 from pywet.scene import Effects, EngineScene, SphereClass
 from pywet.schema import WORKS
@@ -232,5 +233,5 @@ def _split(folder: Path) -> Iterator[Cell]:
 def _places(folder: Path) -> dict[str, Any]:
     """Return the spheres of the settled bed for the picture."""
     table = last(folder)
-    radius = EngineScene.read(folder / "scene.json").classes[0].radius_m
+    radius = RunDir(folder).scene.classes[0].radius_m
     return {"radius": radius, "at": table[["x", "y", "z"]].to_numpy(float).tolist()}

@@ -9,7 +9,7 @@ import numpy as np
 
 from pywet.cases.small.bodies import coordination, last
 from pywet.cases.small.scenes import bed_angles
-from pywet.scene import EngineScene
+from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table
 
 ABSOLUTE = {
@@ -39,7 +39,7 @@ TOUCH = 0.02
 
 def liquid(run_dir: Path, names: Iterable[str]) -> dict[str, float]:
     """Return the distribution of the liquid at the end; all of it is on the spheres if nothing moves it."""
-    scene = EngineScene.read(run_dir / "scene.json")
+    scene = RunDir(run_dir).scene
     spheres = read_table(run_dir / "history" / "spheres.parquet")
     shares = {"liquid_in_bridges": 0.0, "liquid_on_walls": 0.0, "bridges_per_sphere": 0.0}
     total = float(spheres["film"].sum())
@@ -58,7 +58,7 @@ def liquid(run_dir: Path, names: Iterable[str]) -> dict[str, float]:
 
 def settled(run_dir: Path) -> dict[str, float]:
     """Return mean height and number of touching spheres, over the last three outputs."""
-    scene, table = EngineScene.read(run_dir / "scene.json"), read_table(run_dir / "trajectory.parquet")
+    scene, table = RunDir(run_dir).scene, read_table(run_dir / "trajectory.parquet")
     radius = {c.type: c.radius_m for c in scene.classes}
     heights, touching = [], []
     for step in sorted(table["step"].unique())[-3:]:
@@ -98,7 +98,7 @@ def turning(run_dir: Path) -> dict[str, float]:
 
 def sieved(run_dir: Path) -> dict[str, float]:
     """Return the fraction retained at the end, and the time until half of the undersize has passed (at most the run's end)."""
-    scene, table = EngineScene.read(run_dir / "scene.json"), read_table(run_dir / "trajectory.parquet")
+    scene, table = RunDir(run_dir).scene, read_table(run_dir / "trajectory.parquet")
     mass = table["type"].map({c.type: c.mass_kg for c in scene.classes})
     under = table["type"].map({c.type: c.passes_aperture for c in scene.classes})
     through = table["z"] < scene.screen_z_m - max(c.radius_m for c in scene.classes)

@@ -18,11 +18,13 @@ from pywet.cases.small import small
 from pywet.cases.small.bodies import contacts, coordination, last, loose_box
 from pywet.cases.small.scenes import Choice, bed_angles, in_a_drum
 from pywet.engines.liggghts import deck, process
-from pywet.engines.liggghts.collecting import read_trajectory
+from pywet.engines.liggghts.collecting import trajectory_parts
 from pywet.errors import PywetError
 from pywet.laws.kinds import SWITCHED
+from pywet.runs import tables
+from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Output
-from pywet.util.files import read_table, write_table
+from pywet.util.files import read_table
 from studies.stock import moist
 from studies.stock.liggghts import LIGGGHTS_MODELS
 
@@ -115,7 +117,7 @@ def measure(run_dir: Path) -> dict[str, float]:
 
     Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN if no ledger is stored.
     """
-    scene = EngineScene.read(run_dir / "scene.json")
+    scene = RunDir(run_dir).scene
     end = last(run_dir)
     ledger = run_dir / "history" / "ledger.parquet"
     r = scene.classes[0].radius_m
@@ -140,7 +142,7 @@ def stock(run_dir: Path, scene: EngineScene, bed: Bed, model: str) -> None:
     deck.write_deck(scene, run_dir, folder, cohesion=_cohesion(scene, bed, LIGGGHTS_MODELS[model]))
     command = ["liggghts", "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     process.execute(command, folder, scene, lambda done, total: None)
-    write_table(read_trajectory(folder / "trajectory.txt", scene.time_step_s), run_dir / "trajectory.parquet")
+    tables.write(trajectory_parts(folder / "trajectory.txt", scene.time_step_s), run_dir / "trajectory.parquet")
     (folder / "trajectory.txt").unlink()
     run_folder.publish(run_dir, folder.name, "engine")
 

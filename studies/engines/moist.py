@@ -27,7 +27,7 @@ from pywet import stages
 from pywet.cases.screening import identity
 from pywet.compare.quantities import RunData, read_run
 from pywet.compare.statistics import of_difference
-from pywet.engines.liggghts.driver import RunInfo
+from pywet.engines.pipeline import RunInfo
 from pywet.errors import PywetError, border
 from pywet.util.files import atomic_write, read_json
 

@@ -22,7 +22,7 @@ from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
 from pywet.products.apertures import wedged
 from pywet.runs.rundir import Floats, RunDir
-from pywet.runs.shapes import EngineRun, Replay, Summary
+from pywet.runs.shapes import EngineRun, Summary
 from pywet.util.files import read_json, write_csv, write_json
 
 TABLES = ("fraction_retained", "liquid_by_holder", "spheres")
@@ -208,11 +208,11 @@ def carried(run: RunDir) -> dict[str, float]:
 
 def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> StoredRun:
     """Store the small tables of a finished run as `data`/`name`; a run that may not be believed is refused."""
-    bad = objections(run_dir)
+    bad = objections(RunDir(run_dir))
     if bad:
         raise PywetError(f"{run_dir} is not kept: {'; '.join(bad)}")
     run, folder = RunDir(run_dir), data / name
-    summary, replay = run.json("summary.json", Summary), run.json("replay.json", Replay)
+    summary, replay = run.json("summary.json", Summary), run.replay
     for table, frame in zip(TABLES, (*(run.table(f"results/{t}") for t in TABLES[:2]), sphere_table(run)), strict=True):
         write_csv(frame, folder / f"{table}.csv", float_format=DIGITS)
     rows, engine = agreement(replay) if replay else [], run.json("engine/run.json", EngineRun) or {}

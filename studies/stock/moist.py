@@ -19,6 +19,7 @@ from pywet.engines.yade.build import engine_version
 from pywet.engines.yade.driver import build_task, execute
 from pywet.errors import PywetError
 from pywet.laws.contact import leapfrog_damping, pair_mass
+from pywet.runs.rundir import RunDir
 from pywet.scene import ContactPair, EngineScene
 from pywet.util.files import read_json
 from studies.stock.yade import YADE_LAWS
@@ -38,7 +39,7 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
     Writes trajectory, mesh motion and engine/ like a dry run. PywetError for features that YADE does not support.
     """
     run_dir = Path(run_dir).resolve()
-    scene = EngineScene.read(run_dir / "scene.json")
+    scene = RunDir(run_dir).scene
     if liquid.law not in YADE_LAWS:
         raise PywetError(f"the law {liquid.law} was asked for; expected one of {', '.join(YADE_LAWS)}")
     if len(scene.classes) != 1 or scene.effects.rolling:

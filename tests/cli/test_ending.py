@@ -18,6 +18,7 @@ from pywet.cases.screening.results import class_titles
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.products import screening_report
+from pywet.runs.rundir import RunDir
 from pywet.util.files import write_json, write_table
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
@@ -51,14 +52,14 @@ def finished(folder: Path, retained: float = RETAINED, **replay: object) -> Path
 
 def test_nothing_passed_has_no_sign(tmp_path: Path) -> None:
     """Liquid drawn out of the bin raises the fraction retained a little above one: 0 %, not -0 %."""
-    output_text = list(ending.lines([finished(tmp_path / "case02", 1.0001)], None))
+    output_text = list(ending.lines([RunDir(finished(tmp_path / "case02", 1.0001))], None))
     assert "so 0 % of what can pass has passed" in output_text[1]
 
 
 def test_ten_lines_of_a_case(tmp_path: Path) -> None:
     """(1 − 0.75)/(1 − 0.5) of what can pass has passed; two of four sentences on what was not checked, the others counted."""
     run = finished(tmp_path / "case02")
-    output_text = list(ending.lines([run], run / "report.html"))
+    output_text = list(ending.lines([RunDir(run)], run / "report.html"))
     assert len(output_text) == 10
     assert "0.75; share that cannot pass 0.500, so 50 % of what can pass has passed" in output_text[1]
     assert "4 bridges formed, 2 ruptured" in output_text[2]
@@ -74,7 +75,7 @@ def test_ten_lines_of_a_case(tmp_path: Path) -> None:
 def test_what_was_not_compared_at_all_comes_first(tmp_path: Path) -> None:
     """A kind of the scene without a single value is worse than a window: it heads the list."""
     run = finished(tmp_path / "case02", nothing_compared=["bridges: none formed or ruptured in the run"])
-    output_text = list(ending.lines([run], None))
+    output_text = list(ending.lines([RunDir(run)], None))
     assert output_text[3].startswith("checked: in part")
     assert output_text[4].strip() == "nothing compared: bridges: none formed or ruptured in the run"
     assert "and 3 more" in output_text[6]
@@ -83,7 +84,7 @@ def test_what_was_not_compared_at_all_comes_first(tmp_path: Path) -> None:
 def test_seeds_are_a_mean_with_its_interval(tmp_path: Path) -> None:
     """Student's t for three seeds is 4.303: 4.303 × 0.01/√3 = 0.025."""
     runs = [finished(tmp_path / f"case02{end}", y) for end, y in (("", 0.74), ("-8", 0.75), ("-9", 0.76))]
-    output_text = list(ending.lines(runs, None))
+    output_text = list(ending.lines([RunDir(run) for run in runs], None))
     assert "fraction retained at the end 0.750 ± 0.025 (95 % interval of the mean over 3 seeds)" in output_text[1]
     assert output_text[-1] == f"next: pywet plot {' '.join(map(str, runs))} --out curves.pdf"
 
@@ -92,7 +93,7 @@ def test_an_objection_is_the_end_and_the_next_command_asks_again(tmp_path: Path)
     """The worst of several seeds is named, and everything is written before the command ends in its sentence."""
     row = {**REPLAY["quantities"]["capillary"], "largest": 0.1}  # type: ignore[index]
     runs = [finished(tmp_path / "case02"), finished(tmp_path / "case02-8", quantities={"capillary": row})]
-    output_text = list(ending.lines(runs, None))
+    output_text = list(ending.lines([RunDir(run) for run in runs], None))
     assert any(line.startswith("checked: no (case02-8)") for line in output_text) and "pywet replay" in output_text[-1]
     with raises_code("cli.objections", says="case02-8: .*capillary"):
         ending.show(runs)
@@ -144,19 +145,22 @@ def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
                "initial_liquid_m3": 1e-9, "events": None, "effects": {"bridges": True}, "checks": [], "versions": {},
                "liquid_end_m3": {"spheres_ore_5_4_mm": 4e-10, "outlet_overs": 6e-10, "total": 1e-9}}  # fmt: skip
     write_json(run / "summary.json", summary)
-    output_text = [*ending._screen([run]), *ending._liquid([run])]
+    output_text = [*ending._screen([RunDir(run)]), *ending._liquid([RunDir(run)])]
     assert "cut size d50 2.5 mm" in output_text[0] and "efficiency" in output_text[0]
     assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in output_text[-1]
-    assert ending._next([run], "yes") == f"pywet screen {run}" and ending._next([run], "no") == f"pywet replay {run}"
+    assert (
+        ending._next([RunDir(run)], "yes") == f"pywet screen {run}"
+        and ending._next([RunDir(run)], "no") == f"pywet replay {run}"
+    )
 
 
 def test_deep_overlaps_are_reported_at_the_end(tmp_path: Path) -> None:
     """13 % of the radius, where 5 % is soft, with the key that lowers it; nothing of 4 %, nor of a run without the table."""
     folder = finished(tmp_path / "run")
-    assert not list(ending._deep([folder]))
+    assert not list(ending._deep([RunDir(folder)]))
     table = folder / "results" / "contact_statistics.parquet"
     for deepest, lines in ((0.04, []), (0.13, ["deep overlaps: up to 13 % of the smaller radius, soft above 5 %: "
                                                "raise stiffness_N_per_m in materials"])):  # fmt: skip
         columns = dict.fromkeys(("step", "time_s", *results.STATISTICS), 0)
         write_table(pd.DataFrame([columns, {**columns, "largest_overlap": deepest}]), table)
-        assert [line for line in ending.lines([folder], None) if line.startswith("deep")] == lines
+        assert [line for line in ending.lines([RunDir(folder)], None) if line.startswith("deep")] == lines

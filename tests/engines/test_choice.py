@@ -7,8 +7,12 @@ from pathlib import Path
 import pytest
 
 from pywet.engines.choice import refuse_fewer_cores
-from pywet.engines.process import start_again, surroundings
+from pywet.engines.pipeline import Job, simulate
+from pywet.engines.process import alone, surroundings
+from pywet.engines.run_store import RunStore
+from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
+from tests.reliability.kills import Stopped
 
 
 @pytest.mark.parametrize(
@@ -48,11 +52,17 @@ def test_an_engine_without_checkpoints_says_that_it_starts_again(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """One sentence where a stopped run is found, none for a new folder."""
+
+    def stop(_: Path) -> None:
+        raise Stopped
+
     folder = tmp_path / "engine.partial"
-    start_again(folder, "YADE")
-    assert not caplog.records
-    folder.mkdir()
-    start_again(folder, "YADE")
+    job = Job(synthetic.scene(), RunStore(tmp_path, ""), "YADE", "2023", None)
+    for expected in (0, 1):
+        with pytest.raises(Stopped), alone(tmp_path):
+            simulate(job, stop, (), code="yade.stopped")
+        assert len(caplog.records) == expected
+        folder.mkdir(exist_ok=True)
     assert caplog.messages == [
         f"{folder} holds a run in YADE that was stopped; YADE has no checkpoints: it starts again"
     ]

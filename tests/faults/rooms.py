@@ -15,7 +15,14 @@ ROOMS: dict[str, tuple[str, ...]] = {
         f"laws/{name}.py"
         for name in ("capillary", "capillary_fits", "contact", "formation", "rupture", "transfer", "viscous")
     ),
-    "driver": ("engines/schedule.py", "engines/liggghts/*.py", "engines/liggghts/*.j2", "runs/*.py"),
+    "driver": (
+        "engines/schedule.py",
+        "engines/pipeline.py",
+        "engines/run_store.py",
+        "engines/liggghts/*.py",
+        "engines/liggghts/*.j2",
+        "runs/*.py",
+    ),
     "scene": (
         "cases/screening/cases.py",
         "cases/screening/amounts.py",

@@ -272,7 +272,7 @@ def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path
     assert f"({ends[0]} – {ends[1]})" in words["efficiency"]
     page = screen_page.write(run, numbers(run)).read_text()
     assert "Not steady: means over the last 1 s of the feed." in page.split("<section")[0]
-    lines = list(ending._screen([run]))
+    lines = list(ending._screen([RunDir(run)]))
     assert lines[1] == "not steady: means over the last 1 s of the feed" and "±" in lines[0]
     result = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["screen", str(run), "--aperture", "2.5"])
     assert found["steady"] and result.exit_code == 0
@@ -291,7 +291,7 @@ def test_cards_and_seeds_in_words(made: Path, tmp_path: Path) -> None:
     folders = [shutil.copytree(made, tmp_path / f"run-{k}") for k in range(3)]
     for folder, numbers_of in zip(folders, every, strict=True):
         (folder / "results" / "screen.json").write_text(json.dumps(numbers_of))
-    (line, *_) = ending._screen(folders)
+    (line, *_) = ending._screen([RunDir(folder) for folder in folders])
     assert line.startswith("cut size d50 3.0 ± 2.5 mm, ") and line.endswith("mean over 3 seeds)")
     assert words["cut size d50"] == "3.0 ± 2.5 mm" and words["apertures pegged"] == "10 ± 0 % (2 of 3 seeds)"
 

@@ -15,8 +15,8 @@ from scipy import stats
 import pywet
 from pywet import scene_stages
 from pywet.cases.custom import building
-from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, driver, process
+from pywet.engines import run_store, schedule
+from pywet.engines.liggghts import driver, process
 from pywet.products import until
 from pywet.products.partition import wilson
 from pywet.scene import EngineScene
@@ -145,7 +145,7 @@ def test_killed_within_a_block_and_between_two(run: pywet.Run, tmp_path: Path, m
 
         def look() -> None:
             watch()
-            if list((at / checkpoint.FOLDER).glob("sums.*.json")):
+            if list((at / run_store.CHECKPOINTS).glob("sums.*.json")):
                 raise Stopped
 
         return process.execute(command, at, of, report, look)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pywet.runs import tables
+from pywet.engines.run_store import OUTPUT
 
 
 class Stopped(BaseException):
@@ -15,7 +15,7 @@ class Stopped(BaseException):
 
 def tables_of(run_dir: Path) -> dict[str, pd.DataFrame]:
     """All tables of a finished run that the engine gave."""
-    paths = [path for name in tables.OUTPUT if name.endswith(".parquet") for path in sorted(run_dir.glob(name))]
+    paths = [path for name in OUTPUT if name.endswith(".parquet") for path in sorted(run_dir.glob(name))]
     return {path.stem: pd.read_parquet(path) for path in paths}
 
 

@@ -163,7 +163,7 @@ def json_of_run(path: Path) -> None:
     found = Run(folder)
     _ = found.summary, found.replay
     identity.left(folder)
-    verdict.objections(folder)
+    verdict.objections(RunDir(folder))
     status.missing(folder)
     quantities.read_run(folder)
 

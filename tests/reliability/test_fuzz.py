@@ -256,8 +256,8 @@ def readers(bench: Bench, run: Path) -> list[Callable[[], Any]]:
     return [
         lambda: read_all(run),
         lambda: stages.judge([run]),
-        lambda: list(ending.lines([run], None)),
-        lambda: ending.details(run, showing.out),
+        lambda: list(ending.lines([RunDir(run)], None)),
+        lambda: ending.details(RunDir(run), showing.out),
         lambda: read_report(bench, run),
         lambda: quantities.read_run(run),
         lambda: digest.check(digest.load(bench.folder / "digest.json"), run),

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from pywet.engines.liggghts import checkpoint, collecting, driver, state_file
+from pywet.engines import run_store
+from pywet.engines.liggghts import checkpoint, driver, state_file
+from pywet.engines.pipeline import Job
 from tests.engines.liggghts import beds
 from tests.error_codes import raises_code
 from tests.reliability.kills import assert_same, tables_of
@@ -28,7 +30,7 @@ def bed(folder: Path) -> Path:
 def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run whose raw files and checkpoints were kept."""
     stored = pytest.MonkeyPatch()
-    stored.setattr(collecting, "tidy", lambda engine: None)
+    stored.setattr(run_store.RunStore, "tidy", lambda store: None)
     run = bed(tmp_path_factory.mktemp("unbroken"))
     driver.run(run, 1, progress=False)
     stored.undo()
@@ -43,8 +45,8 @@ def test_the_plugin_takes_up_no_damaged_state(
     """Counts, ids, kinds of bridges and wall parts out of range among them; the run ends with the tables of the unbroken one."""
     given = driver._command
 
-    def command(task: driver.Task, done: int) -> list[str]:
-        return [w.replace("pywet.engines.liggghts.worker", "tests.reliability.state_worker") for w in given(task, done)]
+    def command(job: Job, done: int) -> list[str]:
+        return [w.replace("pywet.engines.liggghts.worker", "tests.reliability.state_worker") for w in given(job, done)]
 
     monkeypatch.setattr(driver, "_command", command)
     monkeypatch.setenv("PYWET_DAMAGED", str(count))
@@ -64,18 +66,17 @@ def test_the_plugin_takes_up_no_damaged_state(
 def test_no_damaged_file_of_a_checkpoint_is_gone_on_from(unbroken: Path, tmp_path: Path, count: int) -> None:
     """Any of its files and logs: passed over with a phrase that names it, for the older checkpoint or the start."""
     folder = Path(shutil.copytree(unbroken / "engine", tmp_path / "engine"))
-    mark = json.loads((folder / checkpoint.FINGERPRINT).read_text())["fingerprint"]
-    point, passed = checkpoint.find(folder, mark)
+    point, passed = checkpoint.find(folder)
     assert point is not None and not passed
     last = {folder / name for name in point.logs if point.logs[name][0]}
-    paths = sorted(last | set((folder / checkpoint.FOLDER).glob(f"*.{point.step}*")))
+    paths = sorted(last | set((folder / run_store.CHECKPOINTS).glob(f"*.{point.step}*")))
     whole = {path: path.read_bytes() for path in paths}
     same = older = 0
     for seed in range(count):
         path = paths[seed % len(paths)]
         data = mangled(whole[path], seed)
         path.write_bytes(data)
-        found, passed = checkpoint.find(folder, mark)
+        found, passed = checkpoint.find(folder)
         if found is not None and found.step == point.step:
             size = point.logs.get(path.name, (len(whole[path]), 0))[0]
             unchanged = (

@@ -23,8 +23,10 @@ import pytest
 
 from pywet import run_folder
 from pywet.cases.small import small
+from pywet.engines import pipeline, run_store
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.engines.liggghts.restart_file import holds
+from pywet.engines.run_store import RunStore
 from pywet.errors import NotWhole, PywetError
 from pywet.scene import EngineScene
 from pywet.util.files import read_json
@@ -77,17 +79,16 @@ def ended(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 def collect(run_dir: Path) -> None:
     """Collect as `driver.run` does after the engine has ended, without preparing the plugin and the laws."""
-    scene, mark = EngineScene.read(run_dir / "scene.json"), mark_of(run_dir)
-    folder = run_dir / "engine.partial"
-    account, damaged = checkpoint.finished(folder, mark)
+    scene = EngineScene.read(run_dir / "scene.json")
+    store = RunStore(run_dir, mark_of(run_dir))
+    account, damaged = store.finished()
     assert account is not None and damaged is None
-    task = driver.Task(scene, run_dir, folder, mark, 1, False, never, "", {})
-    driver._collect(task, {"engine_version": "3.8.0", "plugin_hash": None, **account})
+    pipeline.collect(pipeline.Raw(pipeline.Job(scene, store, "LIGGGHTS", "3.8.0", None), account))
 
 
 def mark_of(run_dir: Path) -> str:
     """Fingerprint of a run under way or finished."""
-    for path in (run_dir / "engine.partial" / checkpoint.FINGERPRINT, run_dir / "engine" / collecting.INDEX):
+    for path in (run_dir / "engine.partial" / run_store.FINGERPRINT, run_dir / "engine" / run_store.INDEX):
         if path.exists():
             return str(pd.read_json(path, typ="series")["fingerprint"])
     raise AssertionError(f"neither a run under way nor a finished one in {run_dir}")
@@ -151,9 +152,9 @@ def test_file_operations_of_collection(
         run_dir = shutil.copytree(ended, tmp_path / str(number))
         status = struck(lambda: collect(run_dir), number, names, blow)  # noqa: B023
         assert status in (0, -9 if blow is killed else 3), f"ended with {status} at operation {number}"
-        if not collecting.finished_run(run_dir, mark_of(run_dir)):
+        if not RunStore(run_dir, mark_of(run_dir)).account():
             collect(run_dir)
-        collecting.tidy(run_dir / "engine")
+        RunStore(run_dir, mark_of(run_dir)).tidy()
         assert_same(wanted, tables_of(run_dir))
         assert not list((run_dir / "engine").glob("*.bin")) and not (run_dir / "engine.partial").exists()
         shutil.rmtree(run_dir)
@@ -182,16 +183,14 @@ def test_raw_files_that_do_not_hold_what_was_planned(ended: Path, tmp_path: Path
     (folder / logs.TRAJECTORY).write_text("ITEM: TIMESTEP\n".join(text[:4] + text[5:]))
     scene = EngineScene.read(run_dir / "scene.json")
     with raises_code("run.steps", given=10, expected=11):
-        collecting.make(scene, folder)
+        collecting.make(scene, folder, RunStore(run_dir, mark_of(run_dir)).put)
     sums = {path.name: logs.checked(path) for path in logs.files(folder)}
-    checkpoint.finish(folder, sums, checkpoint.finished(ended / "engine.partial", mark_of(run_dir))[0] or {})
+    RunStore(run_dir, mark_of(run_dir)).finish(sums, RunStore(ended, mark_of(run_dir)).finished()[0] or {})
     with pytest.raises(NotWhole):
         collect(run_dir)
     assert (run_dir / "replay.json").exists()
-    assert checkpoint.finished(folder, mark_of(run_dir) if (folder / checkpoint.FINGERPRINT).exists() else "") == (
-        None,
-        None,
-    )
+    mark = mark_of(run_dir) if (folder / run_store.FINGERPRINT).exists() else ""
+    assert RunStore(run_dir, mark).finished() == (None, None)
 
 
 @pytest.fixture(scope="module", params=list(KINDS))
@@ -207,7 +206,7 @@ def cut_off(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     ) -> object:
         def look() -> None:
             watch()
-            if len(list((at / checkpoint.FOLDER).glob("sums.*.json"))) == checkpoint.KEPT:
+            if len(list((at / run_store.CHECKPOINTS).glob("sums.*.json"))) == checkpoint.KEPT:
                 raise Stopped
 
         return process.execute(command, at, scene, report, look)
@@ -228,12 +227,12 @@ def flip(path: Path, at: int) -> None:
 
 def points(run_dir: Path) -> tuple[checkpoint.Checkpoint, checkpoint.Checkpoint]:
     """The older and the newer checkpoint of a run that was cut off."""
-    folder, mark = run_dir / "engine.partial", mark_of(run_dir)
-    newer, passed = checkpoint.find(folder, mark)
+    folder = run_dir / "engine.partial"
+    newer, passed = checkpoint.find(folder)
     assert newer is not None and not [p for p in passed if "without check sums" not in p]
     sums = newer.engine.with_name(f"sums.{newer.step}.json")
     hidden = sums.rename(sums.with_name("hidden"))
-    older, _ = checkpoint.find(folder, mark)
+    older, _ = checkpoint.find(folder)
     hidden.rename(sums)
     assert older is not None and older.step < newer.step
     return older, newer
@@ -262,7 +261,7 @@ def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path:
     for path, at, fall_back in cases:
         run_dir = shutil.copytree(cut_off[1], tmp_path / "run")
         DAMAGES[damage](run_dir / path.relative_to(cut_off[1]), at)
-        found, passed = checkpoint.find(run_dir / "engine.partial", mark_of(run_dir))
+        found, passed = checkpoint.find(run_dir / "engine.partial")
         assert (found.step if found else None) == (older.step if fall_back else None), (path, at, passed)
         output_text = next(phrase for phrase in passed if phrase.startswith(f"step {newer.step} ("))
         assert path.name in output_text or path == sums, output_text
@@ -273,7 +272,7 @@ def test_any_flipped_byte_of_the_sums_is_noticed(cut_off: tuple[Path, Path], tmp
     """Also where it is a number of an empty log, of which nothing is needed."""
     _, newer = points(cut_off[1])
     partial = shutil.copytree(cut_off[1] / "engine.partial", tmp_path / "run")
-    sums = partial / checkpoint.FOLDER / f"sums.{newer.step}.json"
+    sums = partial / run_store.CHECKPOINTS / f"sums.{newer.step}.json"
     whole = sums.read_bytes()
     for at in range(len(whole) - 1):
         flip(sums, at)
@@ -286,13 +285,14 @@ def test_any_flipped_byte_of_the_sums_is_noticed(cut_off: tuple[Path, Path], tmp
 def test_a_damaged_end_is_not_collected(ended: Path, tmp_path: Path, damage: str) -> None:
     """Any raw file that is not what the engine left, or its list: the end is passed over and the file named."""
     partial, mark = ended / "engine.partial", mark_of(ended)
-    victims = [path for path in (*logs.files(partial), partial / checkpoint.FINISHED) if path.stat().st_size]
+    victims = [path for path in (*logs.files(partial), partial / run_store.FINISHED) if path.stat().st_size]
     for path in victims:
-        run_dir = shutil.copytree(partial, tmp_path / "run")
-        DAMAGES[damage](run_dir / path.name, path.stat().st_size // 2)
-        account, why = checkpoint.finished(run_dir, mark)
+        run_dir = tmp_path / "run"
+        damaged = shutil.copytree(partial, run_dir / "engine.partial") / path.name
+        DAMAGES[damage](damaged, path.stat().st_size // 2)
+        account, why = RunStore(run_dir, mark).finished()
         assert account is None
-        if path.name != checkpoint.FINISHED:
+        if path.name != run_store.FINISHED:
             assert why is not None and path.name in why
         shutil.rmtree(run_dir)
 
@@ -301,16 +301,16 @@ def test_strangers_among_the_checkpoints_are_ignored(cut_off: tuple[Path, Path],
     """Files and folders of other names, and half-written ones, neither help nor hinder, and are not lost."""
     _, newer = points(cut_off[1])
     run_dir = shutil.copytree(cut_off[1], tmp_path / "run")
-    at = run_dir / "engine.partial" / checkpoint.FOLDER
+    at = run_dir / "engine.partial" / run_store.CHECKPOINTS
     for name in ("notes.txt", "engine", "engine.abc", "state.9999999.partial", "sums.json", ".sums.5.1.partial.json"):
         (at / name).write_text("x")
     (at / "engine.99999999").mkdir()
-    found, _ = checkpoint.find(run_dir / "engine.partial", mark_of(run_dir))
+    found, _ = checkpoint.find(run_dir / "engine.partial")
     assert found is not None and found.step == newer.step
     checkpoint.cut_back(run_dir / "engine.partial", found)
     assert (at / "notes.txt").exists() and (at / "engine.99999999").is_dir()
     shutil.rmtree(at)
-    assert checkpoint.find(run_dir / "engine.partial", mark_of(run_dir)) == (None, [])
+    assert checkpoint.find(run_dir / "engine.partial") == (None, [])
 
 
 def test_goes_on_from_the_older_one_and_says_so(
@@ -350,10 +350,10 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     assert whole.count(count) == 1
     engine.write_bytes(whole.replace(count, struct.pack("<iq", 23, 17)))
     sums = engine.with_name(f"sums.{newer.step}.json")
-    name = f"{checkpoint.FOLDER}/{engine.name}"
+    name = f"{run_store.CHECKPOINTS}/{engine.name}"
     given = read_json(sums, "")
     given["states"][name] = logs.checked(engine)
-    checkpoint.write_signed(sums, {part: given[part] for part in ("states", "logs")})
+    logs.write_signed(sums, {part: given[part] for part in ("states", "logs")})
     with raises_code("engine.stopped", says="Did not assign all atoms"):
         driver.run(run_dir, progress=False)
     assert driver.run(run_dir, progress=False).resumed_at_step == older.step
@@ -377,7 +377,7 @@ def test_a_restart_file_that_the_stock_program_would_read_for_ever(
     """
     newer, run_dir = points(cut_off[1])[1], tmp_path / "run"
     shutil.copytree(cut_off[1], run_dir)
-    last = run_dir / "engine.partial" / checkpoint.FOLDER / f"engine.{10**9}.partial"
+    last = run_dir / "engine.partial" / run_store.CHECKPOINTS / f"engine.{10**9}.partial"
     whole, scene, now = newer.engine.read_bytes(), EngineScene.read(run_dir / "scene.json"), time.monotonic()
     last.with_name(f"engine.{10**9 - 1}.partial").write_bytes(whole)
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now)

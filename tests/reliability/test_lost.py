@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from pywet import PywetError, run_folder, run_lock, shipped
 from pywet.cases.screening import identity, status
 from pywet.cli.app import app
-from pywet.runs import tables
+from pywet.engines.run_store import forget
 from pywet.util import files
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
@@ -84,14 +84,14 @@ def test_only_what_is_listed_is_deleted(tmp_path: Path) -> None:
     files.write_json(run / "replay.json", 1)
     (run / "results" / "notes.txt").write_text("mine")
     (run / "picture.png").write_text("mine")
-    tables.forget(run)
+    forget(run)
     assert sorted(content(run)) == [".pywet-run", "picture.png", "results/notes.txt"]
     with raises_code("folder.stranger"):
         files.write_json(run / "picture.png", 1)
     assert (run / "picture.png").read_text() == "mine"
     (run / "engine").mkdir()
     (run / "engine" / "notes.txt").write_text("mine")
-    for work in (lambda: tables.forget(run), lambda: run_folder.make_folder(run, "engine")):
+    for work in (lambda: forget(run), lambda: run_folder.make_folder(run, "engine")):
         with raises_code("folder.stranger"):
             work()
     assert (run / "engine" / "notes.txt").read_text() == "mine"

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from pywet import run_folder, run_lock
+from pywet.engines import run_store
 from pywet.engines.liggghts import checkpoint, driver
 from pywet.util import files
 from tests.engines.liggghts import beds
@@ -49,7 +50,7 @@ def engines(run_dir: Path) -> list[int]:
 def at_work(run_dir: Path, call: subprocess.Popen[str]) -> int:
     """The engine's process once the run has two checkpoints."""
     for _ in range(6000):
-        if len(list((run_dir / "engine.partial" / checkpoint.FOLDER).glob("sums.*.json"))) >= 2:
+        if len(list((run_dir / "engine.partial" / run_store.CHECKPOINTS).glob("sums.*.json"))) >= 2:
             return next(pid for pid in engines(run_dir) if pid != call.pid)
         assert call.poll() is None, call.communicate()[1]
         time.sleep(0.01)
@@ -196,7 +197,7 @@ def test_a_clock_set_back_with_the_engine_at_work(tmp_path: Path, monkeypatch: p
 
     def disturbed(recorder: checkpoint.Recorder) -> None:
         watch(recorder)
-        for path in (recorder.folder / checkpoint.FOLDER).glob("*"):
+        for path in (recorder.folder / run_store.CHECKPOINTS).glob("*"):
             with contextlib.suppress(FileNotFoundError):
                 os.utime(path, (time.time(), 4e9))
 

@@ -19,6 +19,7 @@ from pywet.config.entries import NonNegativeEntry, PositiveEntry
 from pywet.errors import PywetError
 from pywet.report import answer, plots, presets, report, report_numbers
 from pywet.report.collect import CaseResult, collect
+from pywet.runs.rundir import RunDir
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 
@@ -255,7 +256,7 @@ def test_kinds_of_which_nothing_was_compared_are_listed(config: settings.Config,
     assert answer.outcome(collect(folder, [config.case(2)])) == "agrees in part"
     assert f'<span class="fair">case 2 nothing compared: {sentence}</span>' in text
     assert f'<span class="fair">done; nothing compared: {sentence}</span>' in text
-    outcome = verdict.check_result(folder / "case02")
+    outcome = verdict.check_result(RunDir(folder / "case02"))
     assert (outcome.word, outcome.grade) == ("in part", "fair") and sentence in outcome.sentence
 
 

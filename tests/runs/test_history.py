@@ -10,6 +10,7 @@ import pytest
 
 from pywet import run_folder
 from pywet.engines.liggghts import collecting, windows
+from pywet.engines.run_store import forget
 from pywet.runs import tables
 from pywet.schema import RAW
 from pywet.util.files import read_parts, read_table, write_parts
@@ -37,11 +38,17 @@ def at_once(folder: Path, name: str) -> pd.DataFrame:
     return tables.to_frame(np.concatenate(records)).sort_values(tables.SORT[name], kind="stable", ignore_index=True)
 
 
+def convert(folder: Path, block: int = tables.BLOCK) -> None:
+    """Write the tables of all logs into `history`."""
+    for name, rows in tables.converted(folder, block):
+        tables.write(rows, folder / "history" / f"{name}.parquet")
+
+
 @pytest.mark.parametrize("block", [1, 7, 1000, tables.BLOCK])
 def test_blocks_give_the_whole(tmp_path: Path, block: int) -> None:
     """Steps of some ten records a rank, so that blocks of 1 and 7 end within a step."""
     raw(tmp_path)
-    tables.convert(tmp_path, tmp_path / "history", block)
+    convert(tmp_path, block)
     for name in tables.SORT:
         pd.testing.assert_frame_equal(
             pd.read_parquet(tmp_path / "history" / f"{name}.parquet"), at_once(tmp_path, name), check_exact=True
@@ -65,7 +72,7 @@ def test_empty_logs_give_empty_tables(tmp_path: Path) -> None:
     """With all columns."""
     for name in tables.SORT:
         (tmp_path / f"{name}.0.bin").touch()
-    tables.convert(tmp_path, tmp_path / "history")
+    convert(tmp_path)
     events = read_table(tmp_path / "history" / "events.parquet")
     assert len(events) == 0 and {"step", "volume", "speed"} <= set(events)
     (part,) = read_parts(tmp_path / "history" / "events.parquet", ["step", "volume"])
@@ -79,10 +86,10 @@ def test_a_log_out_of_order_is_refused(tmp_path: Path) -> None:
     records = np.fromfile(path, RAW["films"])
     records[::-1].tofile(path)
     with raises_code("run.order"):
-        tables.convert(tmp_path, tmp_path / "history", 100)
+        convert(tmp_path, 100)
     path.write_bytes(records.tobytes()[:-1])
     with raises_code("run.cut_off"):
-        tables.convert(tmp_path, tmp_path / "history")
+        convert(tmp_path)
 
 
 def test_trajectory_frame_by_frame(tmp_path: Path) -> None:
@@ -94,11 +101,11 @@ def test_trajectory_frame_by_frame(tmp_path: Path) -> None:
     ]
     path = tmp_path / "trajectory.txt"
     path.write_text("".join(frames))
-    whole = collecting.read_trajectory(path, 1e-3)
+    whole = pd.concat(collecting.trajectory_parts(path, 1e-3), ignore_index=True)
     assert len(whole) == 10 and whole["x"].iloc[-1] == 40.2
     parts = list(windows.dump_parts(path, collecting.TRAJECTORY, most_bytes=1))
     assert [part["step"].unique().tolist() for part in parts] == [[0], [10], [20], [30], [40]]
-    collecting.convert_trajectory(path, tmp_path / "trajectory.parquet", 1e-3)
+    tables.write(collecting.trajectory_parts(path, 1e-3), tmp_path / "trajectory.parquet")
     pd.testing.assert_frame_equal(read_table(tmp_path / "trajectory.parquet"), whole, check_exact=True)
 
 
@@ -136,6 +143,6 @@ def test_nothing_of_an_earlier_run_is_left(tmp_path: Path) -> None:
     for name in [*made, *stored]:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    tables.forget(tmp_path)
+    forget(tmp_path)
     assert not any((tmp_path / name).exists() for name in made)
     assert all((tmp_path / name).exists() for name in stored)

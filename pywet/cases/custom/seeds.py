@@ -8,8 +8,8 @@ from typing import Any
 
 from pywet.cases.screening import verdict
 from pywet.runs.loaded import Run
+from pywet.runs.rundir import RunDir
 from pywet.runs.spread import with_interval
-from pywet.util.files import AGAIN, read_if_there
 
 ORDER = ("no", "in part", "–", "yes")
 """Statuses of a check result, the worst first."""
@@ -27,8 +27,7 @@ def of_scene(folder: Path) -> list[Run]:
 
 def but_seed(folder: Path) -> dict[str, Any]:
     """Return the description of a run without its seed and its location; empty without a description."""
-    description = read_if_there(folder / "description.json", AGAIN, shape=dict[str, Any]) or {}
-    return {key: value for key, value in description.items() if key not in ("seed", "file", "folder")}
+    return {key: value for key, value in RunDir(folder).description.items() if key not in ("seed", "file", "folder")}
 
 
 def over(values: Sequence[float], digits: int = 4) -> str:
@@ -42,7 +41,7 @@ def over(values: Sequence[float], digits: int = 4) -> str:
 
 def worst(runs: Runs) -> verdict.CheckResult:
     """Return the worst status of the runs with the name of that run, and a note on how the numbers are combined."""
-    found = [(verdict.check_result(run.path), run.path.name) for run in runs]
+    found = [(verdict.check_result(RunDir(run.path)), run.path.name) for run in runs]
     lowest, name = min(found, key=lambda entry: ORDER.index(entry[0].word))
     if len(runs) == 1:
         return lowest

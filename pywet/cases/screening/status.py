@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pywet.cases.screening import verdict
 from pywet.errors import PywetError
+from pywet.runs.rundir import RunDir
 from pywet.util.files import read_json, read_model
 
 NEEDS = {"scene": None, "simulate": "scene", "results": "simulate", "replay": "simulate", "vtk": "simulate"}
@@ -91,4 +92,4 @@ def problems(run_dir: Path, alone: bool = False) -> list[str]:
     status = outcome(run_dir, alone)
     if not status.ok:
         return [f"stage {status.failed_at} failed: {status.reason}" if status.failed_at else str(status.reason)]
-    return verdict.objections(Path(run_dir))
+    return verdict.objections(RunDir(Path(run_dir)))

@@ -6,13 +6,11 @@ The only module that knows the layout of replay.json, which `reference_impl` wri
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal
 
 from pywet.errors import PywetError
 from pywet.laws import custom_laws
-from pywet.runs.shapes import Replay, RunSummary
-from pywet.util.files import AGAIN, read_if_there
+from pywet.runs.rundir import RunDir
 
 LEDGER_TOLERANCE = 1e-12
 """Relative error of Σ films + Σ bridges + Σ walls + left against the initial liquid: round-off of sums."""
@@ -65,15 +63,15 @@ class CheckResult:
     sentence: str
 
 
-def check_result(run_dir: Path) -> CheckResult:
+def check_result(run: RunDir) -> CheckResult:
     """Return `no` if any check fails, `in part` if something was not checked, `yes` if all was, `–` if nothing was."""
-    if objected := objections(run_dir):
+    if objected := objections(run):
         return CheckResult("no", "bad", "; ".join(objected))
-    replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
+    replay = run.replay
     if not replay:
         return CheckResult("–", "", "Its checks agree; nothing of it could be replayed.")
-    if left := not_checked(dict(replay)):
-        nothing = "".join(f"; nothing compared: {sentence}" for sentence in nothing_compared(dict(replay)))
+    if left := not_checked(replay):
+        nothing = "".join(f"; nothing compared: {sentence}" for sentence in nothing_compared(replay))
         points = "1 point was" if len(left) == 1 else f"{len(left)} points were"
         return CheckResult("in part", "fair", f"Recomputed and agrees; {points} not checked{nothing}.")
     return CheckResult("yes", "good", "Its checks, its liquid ledger and the independent replay agree.")
@@ -90,11 +88,9 @@ def not_checked(replay: dict[str, Any]) -> list[str]:
     return [*nothing, *(str(sentence) for sentence in replay.get("not_checked", ()))]
 
 
-def recomputed(run_dir: Path) -> str:
+def recomputed(run: RunDir) -> str:
     """Describe what was recomputed: quantities, values, largest deviation, error of the ledger."""
-    replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
-    summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
-    rows = agreement(dict(replay)) if replay else []
+    summary, rows = run.summary, agreement(run.replay) if run.replay else []
     parts = []
     if rows:
         exact = [r.largest for r in rows if r.limit <= REPLAY_TOLERANCE]
@@ -105,11 +101,10 @@ def recomputed(run_dir: Path) -> str:
     return "; ".join(parts) or "nothing of it could be replayed"
 
 
-def objections(run_dir: Path) -> list[str]:
+def objections(run: RunDir) -> list[str]:
     """Return one sentence for each check that a run does not satisfy; empty for a run that may be believed."""
     try:
-        summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
-        replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
+        summary, replay = run.summary, run.replay
     except PywetError as unreadable:
         return [str(unreadable)]
     if summary is None:

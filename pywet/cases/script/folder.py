@@ -70,7 +70,8 @@ def collect(log: Path, windows: int) -> None:
     raw, history = log / "engine", log / "history"
     come = pd.DataFrame(np.fromfile(raw / COME, OF_COME)).sort_values("id", ignore_index=True)
     write_table(come, history / "spheres.parquet")
-    tables.convert(raw, history)
+    for name, rows in tables.converted(raw):
+        tables.write(rows, history / f"{name}.parquet")
     for name in ("retired", "poses"):
         write_parts(map(tables.to_columns, tables.raw_parts(raw, name)), history / f"{name}.parquet")
     _mesh_motion(log, [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]])

@@ -22,7 +22,8 @@ from pywet.errors import PywetError, one_line
 from pywet.geometry.surface import Surface
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice
-from pywet.scene import ContactPair, EngineScene, Liquid, Output, Rotation, SphereClass
+from pywet.runs.rundir import RunDir
+from pywet.scene import ContactPair, Liquid, Output, Rotation, SphereClass
 from pywet.util.files import read_table, write_json
 from pywet.util.ranges import SCENE
 
@@ -190,7 +191,7 @@ def bed_angles(run_dir: Path) -> bodies.Floats:
 
     It is the angle between gravity and the line from the axis to the spheres' centre: the slope of a flat surface.
     """
-    scene = EngineScene.read(Path(run_dir) / "scene.json")
+    scene = RunDir(Path(run_dir)).scene
     turning = (scene.motion_of(wall) for wall in scene.walls)
     motion = next((m for m in turning if isinstance(m, Rotation)), None)
     if motion is None:

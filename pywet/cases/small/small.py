@@ -15,6 +15,7 @@ import pandas as pd
 
 from pywet.engines.lammps import driver as lammps
 from pywet.engines.liggghts import driver
+from pywet.engines.pipeline import RunInfo
 from pywet.engines.yade import driver as yade
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.solids import plate, square
@@ -130,7 +131,7 @@ def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
 
 def run(
     run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False, engine: str = "liggghts"
-) -> driver.RunInfo:
+) -> RunInfo:
     """Run a prepared small scene in `engine`: liggghts, lammps, or yade, in which driven spheres do not wiggle."""
     if engine == "yade":
         driven = tuple(k for k, s in enumerate(spheres, start=1) if s.driven)

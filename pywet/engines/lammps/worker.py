@@ -7,17 +7,13 @@ import os
 import sys
 from pathlib import Path
 
-import pandas as pd
-
-from pywet.ending import die_with_parent
-from pywet.engines import schedule
 from pywet.engines.lammps import build
 from pywet.engines.lammps.deck import SCRIPT
 from pywet.engines.liggghts.plugin_api import Plugin
-from pywet.engines.liggghts.worker import corner_points
-from pywet.errors import PywetError, arguments, border
-from pywet.scene import EngineScene
-from pywet.util.files import read_table
+from pywet.engines.liggghts.worker import attach_once
+from pywet.engines.process import worker_border
+from pywet.errors import PywetError
+from pywet.runs.rundir import RunDir
 
 SENTENCE = 1024
 """Bytes of an error message."""
@@ -52,19 +48,13 @@ class Program:
 
 def run(run_dir: Path, folder: Path) -> None:
     """Read the scene, set the engine up, attach the plugin, run."""
-    scene = EngineScene.read(run_dir / "scene.json")
-    unbroken = scene.model_copy(update={"output": scene.output.model_copy(update={"checkpoints": 0})})
-    history = run_dir / "history"
-    nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
-    transfer = read_table(history / "transfer.parquet") if scene.effects.bridges else pd.DataFrame()
+    scene = RunDir(run_dir).scene
     os.chdir(folder)
     program = Program()
     plugin = Plugin(build.plugin_path(), build.engine_version())
     for line in Path(SCRIPT).read_text().splitlines():
         program.tell(line)
-    plugin.configure(unbroken, read_table(history / "spheres.parquet"), transfer, nodes)
-    plugin.set_output(scene.output_steps, schedule.windows(scene))
-    plugin.attach(program.handle, folder)
+    attach_once(plugin, program.handle, scene, run_dir, folder)
     program.tell(f"run {scene.steps}")
     program.close()
     plugin.finish()
@@ -72,11 +62,7 @@ def run(run_dir: Path, folder: Path) -> None:
 
 def main() -> int:
     """Run a scene as `python -m pywet.engines.lammps.worker RUN_DIR ENGINE_FOLDER`."""
-    die_with_parent()
-    with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
-        run_dir, folder = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path)
-        run(run_dir.resolve(), folder.resolve())
-    return 0
+    return worker_border(run)
 
 
 if __name__ == "__main__":

@@ -4,38 +4,26 @@
 positions), in a run with the plugin `state.<step>` (its films, bridges, springs, work done, forces), and
 `sums.<step>.json`: sizes and check sums of both and of the logs up to that step, written last, by the
 process that monitors the engine. A run resumes only from files that agree with their sums.
-`engine.partial/fingerprint.json` identifies the scene; `finished.json` marks that the engine has finished, with the
-sums of all logs.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
 import time
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from pywet.engines.liggghts import logs, state_file
 from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import OUTPUT
+from pywet.engines.run_store import CHECKPOINTS, FINISHED
 from pywet.errors import PywetError
 from pywet.scene import EngineScene
-from pywet.util import sources
-from pywet.util.files import read_json, write_json
 
-FOLDER = "checkpoint"
 PARTIAL = ".partial"
 """Suffix of files that may be incomplete."""
-FINGERPRINT = "fingerprint.json"
-FINISHED = "finished.json"
-SUM = "own"
-"""Key of the check sum of a JSON file within itself."""
 LOG = "log.liggghts"
 MESSAGES_B = 65536
 """Upper bound on the engine's messages when it is set up again at a checkpoint."""
@@ -55,79 +43,17 @@ class Checkpoint:
     logs: logs.Sums
 
 
-def fingerprint(run_dir: Path, scene: EngineScene, *parts: str) -> str:
-    """Hash everything a run depends on: scene, spheres, walls, films, laws, program, and `parts` (plugin, deck lines)."""
-    digest = hashlib.sha256()
-    if scene.blocks:  # a run of more blocks resumes from the checkpoints of one of fewer
-        digest.update(scene.of_blocks(1).model_dump_json().encode())
-    files = [] if scene.blocks else [run_dir / "scene.json"]
-    files.append(run_dir / scene.spheres_file)
-    files += [run_dir / "history" / f"{name}.parquet" for name in ("spheres", "triangles")]
-    files += [run_dir / wall.stl for wall in scene.walls]
-    named = (law for law in scene.effects.model_dump().values() if isinstance(law, str))
-    files += [Path(law.rpartition(":")[0]) for law in named if ".py:" in law]
-    for path in files:
-        digest.update(path.read_bytes() if path.is_file() else b"-")
-    for part in (sources.digest_of_a_run(), *parts):
-        digest.update(b"\0" + part.encode())
-    return digest.hexdigest()
-
-
 def saved(name: str, step: object, whole: bool = True) -> str:
     """Return the path of the state of the engine (`engine`) or plugin (`state`), or of their sums; partial until `whole`."""
-    return f"{FOLDER}/{name}.{step}{'' if whole else PARTIAL}"
+    return f"{CHECKPOINTS}/{name}.{step}{'' if whole else PARTIAL}"
 
 
-def start(folder: Path, mark: str) -> None:
-    """Prepare a new run's folder for checkpoints of the scene with this fingerprint."""
-    (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-    write_json(folder / FINGERPRINT, {"fingerprint": mark})
-
-
-def belongs(folder: Path, mark: str) -> bool:
-    """Return whether a folder contains a run of the scene with this fingerprint."""
-    try:
-        return bool(read_json(folder / FINGERPRINT, "") == {"fingerprint": mark})
-    except PywetError:
-        return False
-
-
-def disown(folder: Path) -> None:
-    """Mark the folder so that the next call starts from the beginning, since its run cannot be resumed."""
-    (folder / FINGERPRINT).unlink(missing_ok=True)
-
-
-def finish(folder: Path, sums: logs.Sums, account: dict[str, Any]) -> None:
-    """Record that the engine has finished, so that only the collection of tables remains."""
-    write_signed(folder / FINISHED, {"logs": sums, "account": account})
-
-
-def reopen(folder: Path) -> None:
-    """Make a finished run resume from its last checkpoint, to extend it."""
-    (folder / FINISHED).unlink(missing_ok=True)
-
-
-def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None]:
-    """Return the account of a finished run with all its logs, else None; and a phrase if logs are damaged."""
-    if not belongs(folder, mark) or not (folder / FINISHED).exists():
-        return None, None
-    try:
-        end = _read_signed(folder / FINISHED)
-        account, sums = dict(end["account"]), {name: (int(s), int(c)) for name, (s, c) in end["logs"].items()}
-    except (PywetError, AttributeError, KeyError, TypeError, ValueError):
-        return None, f"its end ({FINISHED} is damaged)"
-    broken = logs.damage(folder, sums)
-    return (None, f"its end ({broken})") if broken else (account, None)
-
-
-def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
-    """The latest complete checkpoint of the same scene; None if there is none.
+def find(folder: Path) -> tuple[Checkpoint | None, list[str]]:
+    """Return the latest complete checkpoint in a folder; None if there is none.
 
     Also return a phrase for each later one that is skipped because a part of it is missing or damaged.
     """
     passed: list[str] = []
-    if not belongs(folder, mark):
-        return None, passed
     steps = {step for name, step, _ in _files(folder) if name in ("engine", "sums")}
     for step in sorted(steps, reverse=True):
         point = _read(folder, step)
@@ -139,43 +65,26 @@ def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
 
 def _read(folder: Path, step: int) -> Checkpoint | str:
     """Return a checkpoint, or a phrase on what is wrong with it."""
-    path = folder / FOLDER / f"sums.{step}.json"
+    path = folder / CHECKPOINTS / f"sums.{step}.json"
     if not path.exists():
         return "without check sums"
     try:
-        read = _read_signed(path)
-        states, sums = ({n: (int(s), int(c)) for n, (s, c) in read[part].items()} for part in ("states", "logs"))
+        read = logs.read_signed(path)
+        states, sums = (logs.sums_of(read[part]) for part in ("states", "logs"))
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
-        return f"{FOLDER}/{path.name} is damaged"
+        return f"{CHECKPOINTS}/{path.name} is damaged"
     engine, state = saved("engine", step), saved("state", step)
     if engine not in states:
-        return f"{FOLDER}/{path.name} is damaged"
+        return f"{CHECKPOINTS}/{path.name} is damaged"
     broken = logs.damage(folder, states) or logs.damage(folder, sums, appended=True)
     return broken or Checkpoint(step, folder / engine, folder / state if state in states else None, sums)
-
-
-def write_signed(path: Path, content: dict[str, Any]) -> None:
-    """Write a JSON file with its own check sum, the only protection of a number that describes an empty log."""
-    write_json(path, {**content, SUM: _sum(content)})
-
-
-def _read_signed(path: Path) -> dict[str, Any]:
-    """Return the content of a file of `write_signed`; PywetError if it has changed."""
-    content = read_json(path, "")
-    if not isinstance(content, dict) or content.pop(SUM, None) != _sum(content):
-        raise PywetError(f"{path} was changed", code="checkpoint.changed", where=path)
-    return content
-
-
-def _sum(content: dict[str, Any]) -> int:
-    return zlib.crc32(json.dumps(content, sort_keys=True).encode())
 
 
 def _files(folder: Path, ending: str = "") -> list[tuple[str, int, Path]]:
     """List name, step and path of the checkpoint files in a folder; `ending` selects those that may be incomplete."""
     return [
         (m[1], int(m[2]), path)
-        for path in (folder / FOLDER).glob("*")
+        for path in (folder / CHECKPOINTS).glob("*")
         if (m := re.fullmatch(rf"(engine|state|sums)\.(\d+)(\.json)?{re.escape(ending)}", path.name)) and path.is_file()
     ]
 
@@ -203,7 +112,7 @@ def cut_back(folder: Path, point: Checkpoint) -> None:
     for _, step, path in _files(folder):
         if step > point.step:
             path.unlink()
-    for path in (folder / FOLDER).glob(f"*{PARTIAL}"):
+    for path in (folder / CHECKPOINTS).glob(f"*{PARTIAL}"):
         path.unlink()
     (folder / FINISHED).unlink(missing_ok=True)
     log = folder / LOG
@@ -219,7 +128,7 @@ def unread(folder: Path) -> bool:
 
 def drop(folder: Path, point: Checkpoint) -> None:
     """Exclude a checkpoint from any further resumption."""
-    (folder / FOLDER / f"sums.{point.step}.json").unlink()
+    (folder / CHECKPOINTS / f"sums.{point.step}.json").unlink()
     point.engine.unlink()
 
 
@@ -258,8 +167,8 @@ class Recorder:
                 if step < new[-1]:
                     raise self._not_whole(grown)
                 return  # perhaps not yet there: looked at again
-            sums = {f"{FOLDER}/{path.name}": logs.checked(path) for path in states}
-            write_signed(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": grown})
+            sums = {f"{CHECKPOINTS}/{path.name}": logs.checked(path) for path in states}
+            logs.write_signed(self.folder / CHECKPOINTS / f"sums.{step}.json", {"states": sums, "logs": grown})
             self.step, self.framed, self.logs = step, until, grown
             self._prune()
 

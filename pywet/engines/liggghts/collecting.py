@@ -1,77 +1,78 @@
-"""Convert the raw files of a finished run into tables; a kill at any moment neither loses nor mixes data.
-
-Tables are made in `engine.partial/tables`, then those of an earlier run are removed, the new ones are moved to their
-paths, `engine.partial` is renamed `engine`, and only then are the raw files deleted. Until that renaming everything
-can be repeated from the raw files. `engine/tables.json` lists the tables of the run.
-"""
+"""Convert the raw files of a finished run into tables."""
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
 
-from pywet import run_folder, run_lock
 from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, deck, logs, windows
-from pywet.errors import NotWhole, PywetError
+from pywet.engines.liggghts import deck, logs, windows
+from pywet.errors import NotWhole
 from pywet.geometry.motion import Floats, engine_displacement
 from pywet.runs import retired, tables
 from pywet.scene import EngineScene, Slide, Vibration, WallMesh
-from pywet.util.files import read_json, read_parts, read_table, write_json, write_parts, write_table
 
-TABLES = "tables"
-INDEX = "tables.json"
+Part = TypeVar("Part", pd.DataFrame, dict[str, np.ndarray])
 TRAJECTORY = ["id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
 
 
-def make(scene: EngineScene, folder: Path) -> tuple[int, float | None]:
-    """Write all tables into `folder`/tables; returns the number of spheres and (moist) the ledger's error.
+def make(scene: EngineScene, folder: Path, put: Callable[[str, tables.Rows], None]) -> int:
+    """Pass every table with its path to `put`, made from the raw files in `folder`; returns the number of spheres.
 
     Raises `NotWhole` if the raw files are incomplete.
     """
-    made = folder / TABLES
-    shutil.rmtree(made, ignore_errors=True)
     gone = retired.records(folder) if scene.removes else None
-    at_rest = gone if scene.retire else None  # what left at an outlet is no longer there
-    convert_trajectory(folder / logs.TRAJECTORY, made / "trajectory.parquet", scene.time_step_s, at_rest)
-    trajectory = steps_of(made / "trajectory.parquet")
-    empty = _empty(scene, trajectory, gone)
-    planned(pd.concat([trajectory, pd.Series(empty[empty > trajectory.max()])]), scene, str(folder / logs.TRAJECTORY))
-    windows.collect(scene, folder, made / "history", deck.touched(scene), empty.min(initial=scene.steps + 1))
+    parts, seen = trajectory_parts(folder / logs.TRAJECTORY, scene.time_step_s), Counter[int]()
+    if gone is not None and scene.retire:  # what left at an outlet is no longer there
+        parts = retired.with_places(parts, gone, scene.time_step_s)
+    put("trajectory", _counted(parts, seen))
+    empty = _empty(scene, seen[0], gone)
+    planned({*seen, *(step for step in empty if step > max(seen))}, scene, str(folder / logs.TRAJECTORY))
+    end = empty.min(initial=scene.steps + 1)
+    for name, table in windows.collect(scene, folder, schedule.recorded(scene), deck.touched(scene), end):
+        put(name, table)
     shifts = {wall.name: mesh_translations(scene, wall) for wall in scene.walls}
     rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts.items()]
-    write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), made / "mesh_motion.parquet")
-    spheres = int((trajectory == 0).sum())
-    if gone is not None:
-        write_table(tables.to_frame(gone), made / "history" / "retired.parquet")
-    if not scene.effects.bridges:
-        return spheres, None
+    put("mesh_motion", pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]))
     added = {}
     if gone is not None:
+        put("history/retired", tables.to_frame(gone))
         added = dict.fromkeys(("films", "impulses"), partial(retired.with_films, retired=gone, empty=empty))
-    tables.convert(folder, made / "history", more=added)
-    for name in ("ledger", "films", *(["energy"] if scene.output.energy else [])):
-        planned(steps_of(made / "history" / f"{name}.parquet"), scene, f"the log {name}")
-    return spheres, tables.ledger_error(read_table(made / "history" / "ledger.parquet"))
+    at_outputs = ("ledger", "films", *(["energy"] if scene.output.energy else []))
+    for name, of in tables.converted(folder, more=added) if scene.effects.bridges else ():
+        steps = Counter[int]()
+        put(f"history/{name}", _counted(of, steps))
+        if name in at_outputs:
+            planned(steps, scene, f"the log {name}")
+    return seen[0]
 
 
-def _empty(scene: EngineScene, trajectory: pd.Series, gone: np.ndarray | None) -> np.ndarray:
+def _counted(parts: Iterable[Part], rows: Counter[int]) -> Iterator[Part]:
+    """Yield the parts of a table and count their rows by step."""
+    for part in parts:
+        rows.update(
+            dict(zip(*(values.tolist() for values in np.unique(part["step"], return_counts=True)), strict=True))
+        )
+        yield part
+
+
+def _empty(scene: EngineScene, spheres: int, gone: np.ndarray | None) -> np.ndarray:
     """Return the output steps from the removal of the last sphere on, for which the engine writes no rows."""
     outputs = np.array(scene.output_steps, dtype=np.int64)
-    if not scene.outlets or gone is None or len(gone) < int((trajectory == 0).sum()):
+    if not scene.outlets or gone is None or len(gone) < spheres:
         return outputs[:0]
     return outputs[outputs >= gone["step"].max()]
 
 
-def planned(steps: pd.Series, scene: EngineScene, what: str) -> None:
+def planned(steps: Iterable[int], scene: EngineScene, what: str) -> None:
     """Raise `NotWhole` unless the steps of a table are the planned output steps."""
-    wanted, there = scene.output_steps, sorted(int(s) for s in steps.unique())
+    wanted, there = scene.output_steps, sorted({int(step) for step in steps})
     if there != wanted:
         missing, more = sorted(set(wanted) - set(there)), sorted(set(there) - set(wanted))
         wrong = f"lacks step {missing[0]}" if missing else f"has step {more[0]}, which is not one"
@@ -80,51 +81,6 @@ def planned(steps: pd.Series, scene: EngineScene, what: str) -> None:
             "run the case again",
             code="run.steps", given=len(there), expected=len(wanted),
         )  # fmt: skip
-
-
-def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> None:
-    """Publish a complete run: its tables replace an earlier run's, its folder is renamed, the raw files are deleted."""
-    made = folder / TABLES
-    sums = {str(path.relative_to(made)): logs.checked(path) for path in sorted(made.rglob("*.parquet"))}
-    write_json(folder / "run.json", info)
-    run_json = {"engine/run.json": logs.checked(folder / "run.json")}
-    write_json(folder / INDEX, {"fingerprint": mark, "files": {**sums, **run_json}})
-    run_lock.check_held(run_dir)
-    tables.forget(run_dir)
-    for name in sums:
-        (run_dir / name).parent.mkdir(exist_ok=True)
-        run_folder.place(made / name, run_dir, name)
-    shutil.rmtree(made)
-    run_folder.publish(run_dir, folder.name, "engine")
-    tidy(run_dir / "engine")
-
-
-def tidy(engine: Path) -> None:
-    """Remove files that only an unfinished run needs; may be repeated."""
-    shutil.rmtree(engine / checkpoint.FOLDER, ignore_errors=True)
-    for path in (*logs.files(engine), engine / checkpoint.FINISHED, engine / checkpoint.FINGERPRINT):
-        path.unlink(missing_ok=True)
-
-
-def belongs(run_dir: Path, mark: str) -> bool:
-    """Return whether the finished run in the directory is of the scene with this fingerprint."""
-    try:
-        return bool(read_json(run_dir / "engine" / INDEX, "")["fingerprint"] == mark)
-    except (PywetError, KeyError, TypeError):
-        return False
-
-
-def finished_run(run_dir: Path, mark: str) -> dict[str, Any] | None:
-    """Return run.json of a finished run of this scene if all its tables are unchanged; else None."""
-    if not belongs(run_dir, mark):
-        return None
-    try:
-        sums = {name: (int(s), int(c)) for name, (s, c) in read_json(run_dir / "engine" / INDEX, "")["files"].items()}
-    except (PywetError, AttributeError, KeyError, TypeError, ValueError):
-        return None
-    return (
-        None if logs.damage(run_dir, sums) else dict(read_json(run_dir / "engine" / "run.json", "run the case again"))
-    )
 
 
 def mesh_translations(scene: EngineScene, wall: WallMesh) -> Floats:
@@ -139,25 +95,9 @@ def mesh_translations(scene: EngineScene, wall: WallMesh) -> Floats:
     return np.zeros((len(steps), 3))
 
 
-def read_trajectory(path: Path, time_step: float) -> pd.DataFrame:
-    """Read the engine's text dump as a table: step, time, id, type, x … wz."""
-    return pd.concat(list(_trajectory(path, time_step)), ignore_index=True)
-
-
-def convert_trajectory(path: Path, table: Path, time_step: float, gone: np.ndarray | None = None) -> None:
-    """Convert a raw trajectory to a table, with the retired spheres (`gone`) at their last positions."""
-    parts = _trajectory(path, time_step)
-    write_parts(parts if gone is None else retired.with_places(parts, gone, time_step), table)
-
-
-def _trajectory(path: Path, time_step: float) -> Iterator[pd.DataFrame]:
+def trajectory_parts(path: Path, time_step: float) -> Iterator[pd.DataFrame]:
+    """Read the engine's text dump as a table, part by part: step, time, id, type, x … wz."""
     for part in windows.dump_parts(path, TRAJECTORY):
         part = part.astype({"id": np.int64, "type": np.int64})
         part.insert(1, "time", part["step"] * time_step)
         yield part
-
-
-def steps_of(path: Path) -> pd.Series:
-    """Return the steps of a new table."""
-    steps: pd.Series = pd.concat(list(read_parts(path, ["step"])))["step"]
-    return steps

@@ -95,15 +95,6 @@ def skin(scene: EngineScene) -> float:
     return min(max(0.4 * smallest, SKIN * (2.0 * largest * FALLING * scene.time_step_s) ** 0.5), 1.2 * smallest)
 
 
-def checkpoints(scene: EngineScene) -> list[int]:
-    """List the steps of the checkpoints.
-
-    Without the plugin they avoid the sampling windows, because the engine computes the forces of a checkpoint step twice and
-    the motion of a window is checked against the recorded forces.
-    """
-    return schedule.checkpoints(scene, () if attached(scene) else schedule.recorded(scene))
-
-
 def movers(scene: EngineScene) -> list[dict[str, str]]:
     """Return three viblin movers per vibrating mesh, one rotation per turning mesh."""
     fixes = []
@@ -157,7 +148,7 @@ def runs(scene: EngineScene, done: int = 0) -> list[Run]:
             [f"unfix draw_{name}" for name in piece.stops],
             piece.checkpoint,
         )
-        for piece in schedule.pieces(scene, checkpoints(scene), done)
+        for piece in schedule.pieces(scene, done, attached(scene))
     ]
 
 
@@ -290,7 +281,7 @@ def write_deck(
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
         "output_every": every,
-        "windows": windows.deck_lines(scene, touched(scene)),
+        "windows": windows.deck_lines(scene, schedule.recorded(scene), touched(scene)),
     }
     write_data(scene, spheres, folder / "particles.data")
     begin = {

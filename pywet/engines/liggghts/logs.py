@@ -5,19 +5,25 @@ Trajectory and window dumps are the engine's text, the `.bin` logs the plugin's 
 
 from __future__ import annotations
 
+import json
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pywet.engines.liggghts import windows
+from pywet.errors import PywetError
 from pywet.schema import RAW
+from pywet.util.files import read_json, write_json
 
 TRAJECTORY = "trajectory.txt"
 DUMPS = (TRAJECTORY, *(f"{name}.txt" for name in (windows.STATES, *windows.SPRINGS)))
 HEAD = 9
 """Number of lines before the rows of a dump's frame."""
 BLOCK = 1 << 20
+SUM = "own"
+"""Key of the check sum of a JSON file within itself."""
 
 Sums = dict[str, tuple[int, int]]
 """File, by its path in the engine's folder -> number of bytes from its start and their CRC-32."""
@@ -36,6 +42,28 @@ def checked(path: Path, start: int = 0, end: int | None = None, before: int = 0)
         while block := file.read(BLOCK if end is None else min(BLOCK, end - start)):
             before, start = zlib.crc32(block, before), start + len(block)
     return start, before
+
+
+def sums_of(content: dict[str, Any]) -> Sums:
+    """Return the digests in a JSON file; AttributeError, TypeError or ValueError if they are none."""
+    return {name: (int(size), int(crc)) for name, (size, crc) in content.items()}
+
+
+def write_signed(path: Path, content: dict[str, Any]) -> None:
+    """Write a JSON file with its own check sum, the only protection of a number that describes an empty log."""
+    write_json(path, {**content, SUM: _sum(content)})
+
+
+def read_signed(path: Path) -> dict[str, Any]:
+    """Return the content of a file of `write_signed`; PywetError if it has changed."""
+    content = read_json(path, "")
+    if not isinstance(content, dict) or content.pop(SUM, None) != _sum(content):
+        raise PywetError(f"{path} was changed", code="checkpoint.changed", where=path)
+    return content
+
+
+def _sum(content: dict[str, Any]) -> int:
+    return zlib.crc32(json.dumps(content, sort_keys=True).encode())
 
 
 def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:

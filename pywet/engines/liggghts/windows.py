@@ -17,11 +17,10 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv
 
-from pywet.engines import schedule
+from pywet.engines.schedule import Window
 from pywet.errors import NotWhole, one_line
 from pywet.runs.tables import read_raw, to_frame
 from pywet.scene import EngineScene
-from pywet.util.files import write_table
 
 STATES = "states"
 SPRINGS = ("pair_springs", "wall_springs")
@@ -34,7 +33,7 @@ COLUMNS: dict[str, list[str]] = {
 NEVER = 9.0e15
 
 
-def next_step(windows: list[tuple[int, int]]) -> list[str]:
+def next_step(windows: list[Window]) -> list[str]:
     """Return the engine's formula for the next output step after `step`, as terms, because it truncates long lines."""
     terms, before = [], -1
     for first, last in windows:
@@ -43,9 +42,8 @@ def next_step(windows: list[tuple[int, int]]) -> list[str]:
     return [*terms, f"(step>={before})*{NEVER:.0f}"]
 
 
-def deck_lines(scene: EngineScene, touched: Sequence[str]) -> dict[str, Any] | None:
+def deck_lines(scene: EngineScene, windows: list[Window], touched: Sequence[str]) -> dict[str, Any] | None:
     """Return the values for the set-up's template, None without windows; `touched`: walls whose contacts the engine computes."""
-    windows = schedule.recorded(scene)
     if not windows:
         return None
     motion = ["id", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz"]
@@ -123,24 +121,25 @@ def wall_springs(scene: EngineScene, folder: Path, touched: Sequence[str]) -> pd
     return pd.concat(springs, ignore_index=True)
 
 
-def collect(scene: EngineScene, folder: Path, history: Path, touched: Sequence[str], end: float = math.inf) -> None:
-    """Turn the dumps in `folder` into `history`/window_<name>.parquet; `touched` as in `deck_lines`.
+def collect(
+    scene: EngineScene, folder: Path, windows: Sequence[Window], touched: Sequence[str], end: float = math.inf
+) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield path and table of each dump in `folder`, `history/window_<name>`; `windows` and `touched` as in `deck_lines`.
 
     From step `end` on no spheres remain.
     """
     plugin = scene.effects.tangential_history and len(touched) < len(scene.walls)
-    for name in (STATES, *SPRINGS) if schedule.recorded(scene) else ():
+    for name in (STATES, *SPRINGS) if windows else ():
         path = folder / f"{name}.txt"
         if not path.exists() and not (name == "wall_springs" and plugin):
             continue
         table = wall_springs(scene, folder, touched) if name == "wall_springs" else read_dump(path, COLUMNS[name])
         table = table.drop_duplicates(["step", *COLUMNS[name][:3]], keep="last")
+        wanted = [step for window in windows for step in range(*window) if step < end]
+        if name == STATES and table["step"].drop_duplicates().sort_values().tolist() != wanted:
+            raise NotWhole(
+                f"{path} does not hold the {len(wanted)} steps of the windows: run the case again",
+                code="run.windows", where=path,
+            )  # fmt: skip
         whole = [c for c in ("step", "id", "i", "j", "image", "mesh", "triangle") if c in table]
-        write_table(table.astype(dict.fromkeys(whole, np.int64)), history / f"window_{name}.parquet")
-        if name == STATES:
-            wanted = [step for window in schedule.recorded(scene) for step in range(*window) if step < end]
-            if table["step"].drop_duplicates().sort_values().tolist() != wanted:
-                raise NotWhole(
-                    f"{path} does not hold the {len(wanted)} steps of the windows: run the case again",
-                    code="run.windows", where=path,
-                )  # fmt: skip
+        yield f"history/window_{name}", table.astype(dict.fromkeys(whole, np.int64))

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.ending import die_with_parent
 from pywet.engines import schedule
 from pywet.engines.liggghts import deck, grid, state_file
 from pywet.engines.liggghts.border import check_start
@@ -24,7 +23,9 @@ from pywet.engines.liggghts.departure import KEEP
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
-from pywet.errors import PywetError, arguments, border
+from pywet.engines.process import worker_border
+from pywet.errors import PywetError
+from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
 from pywet.util.files import read_parts, read_table, write_json
 
@@ -39,6 +40,18 @@ def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
     return {str(name): rows[columns].to_numpy(float) for name, rows in triangles.groupby("mesh", sort=False)}
 
 
+def attach_once(plugin: Plugin, engine: C.c_void_p, scene: EngineScene, run_dir: Path, folder: Path) -> None:
+    """Configure the plugin by the tables of a run and attach it to an engine that is not set up again at checkpoints."""
+    unbroken = scene.model_copy(update={"output": scene.output.model_copy(update={"checkpoints": 0})})
+    spheres, triangles, transfer = (run_dir / "history" / f"{n}.parquet" for n in ("spheres", "triangles", "transfer"))
+    plugin.configure(
+        unbroken, read_table(spheres), read_table(transfer) if scene.effects.bridges else pd.DataFrame(),
+        corner_points(read_table(triangles)) if scene.walls else {},
+    )  # fmt: skip
+    plugin.set_output(scene.output_steps, schedule.windows(scene))
+    plugin.attach(engine, folder)
+
+
 def part_by_part(path: Path, *columns: str) -> pd.DataFrame:
     """Read some columns of a table of all spheres on every rank, one chunk at a time."""
     return pd.concat(read_parts(path, columns, rows=1 << 14), ignore_index=True)
@@ -46,7 +59,7 @@ def part_by_part(path: Path, *columns: str) -> pd.DataFrame:
 
 def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
     """Read the scene, set up the engine, attach the plugin, and run the steps after the checkpoint at step `done` (0: all)."""
-    scene = EngineScene.read(run_dir / "scene.json")
+    scene = RunDir(run_dir).scene
     history = run_dir / "history"
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()
@@ -137,11 +150,7 @@ def main() -> int:
 
     STEP is that of the checkpoint to resume from, or 0.
     """
-    die_with_parent()
-    with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
-        run_dir, folder, done, ranks = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path, STEP=int, RANKS=int)
-        run(run_dir.resolve(), folder.resolve(), done, ranks)
-    return 0
+    return worker_border(run, STEP=int, RANKS=int)
 
 
 if __name__ == "__main__":

@@ -1,31 +1,26 @@
 """Run a prepared scene in YADE with the plugin and write the same tables as a run in LIGGGHTS.
 
-YADE computes contacts, neighbours and integration; the plugin computes bridges, films and rolling resistance.
-Everything is written into `engine.partial` first and renamed when the run is complete. A run has one process and does
-not resume.
+YADE computes contacts, neighbours and integration; the plugin computes bridges, films and rolling resistance. A run
+has one process and does not resume.
 """
 
 from __future__ import annotations
 
 import sys
-import time
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from pywet import run_folder
 from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, collecting, deck
-from pywet.engines.liggghts.driver import RunInfo
-from pywet.engines.liggghts.inputs import write_inputs
-from pywet.engines.process import OUTPUT, Usage, alone, attend, last_words, progress_bar, start_again, surroundings
+from pywet.engines.liggghts import deck
+from pywet.engines.pipeline import Job, RunInfo, collect, simulate
+from pywet.engines.process import alone
 from pywet.engines.yade import build, worker
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
-from pywet.errors import PywetError, StoppedRun
+from pywet.errors import PywetError
 from pywet.geometry.stl import read_stl
 from pywet.planning import time_steps
-from pywet.runs import tables
+from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Rotation, Slide, Vibration
 from pywet.util.files import read_table, write_json
 
@@ -41,7 +36,7 @@ def run(run_dir: Path, progress: bool = True, *, driven: tuple[int, ...] = (), a
     with prescribed velocity.
     """
     run_dir = Path(run_dir).resolve()
-    scene = EngineScene.read(run_dir / "scene.json")
+    scene = RunDir(run_dir).scene
     refuse(scene)
     build.engine_version()
     if not allow_unstable:
@@ -115,41 +110,8 @@ def _solid(path: Path, name: str) -> list[list[list[float]]]:
 
 def execute(run_dir: Path, scene: EngineScene, task: dict[str, Any], progress: bool) -> RunInfo:
     """Run a task in engine.partial and make its tables; with YADE's own bridges (`liquid`), those of a dry scene."""
-    version, plugin = build.engine_version(), build.plugin_path()
-    scene = worker.as_yade_has_it(scene, task)
-    folder = run_dir / "engine.partial"
-    mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name)
     with alone(run_dir):
-        start_again(folder, build.PROGRAM[0])
-        run_folder.make_folder(run_dir, folder.name)
-        checkpoint.start(folder, mark)
-        tables.forget(run_dir)
-        write_inputs(scene, run_dir)
-        write_json(folder / "task.json", task)
-        started = time.monotonic()
-        usage = _watch(run_dir, folder, scene, progress)
-        wall = time.monotonic() - started
-        spheres, error = collecting.make(scene, folder)
-        info = RunInfo(
-            wall_s=wall, steps=scene.steps, spheres=spheres, ranks=1, engine_version=version, resumed_at_step=None,
-            plugin_hash=plugin.stem.removeprefix("libpywet-yade-"), ledger_error=error, engine=build.PROGRAM[0],
-            cpu_s=usage.cpu_s, peak_memory_B=usage.peak_memory_B,
-        )  # fmt: skip
-        collecting.publish(run_dir, folder, asdict(info), mark)
-        return info
-
-
-def _watch(run_dir: Path, folder: Path, scene: EngineScene, progress: bool) -> Usage:
-    """Start the worker and report its progress until it ends."""
-    command = [sys.executable, "-P", *WORKER, str(run_dir), str(folder)]
-    with progress_bar(scene, progress) as report:
-        status, usage = attend(
-            command, folder, surroundings(python=True), lambda: report(checkpoint.last_step(folder), scene.steps)
-        )
-    if status != 0:
-        reason = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), status)
-        raise StoppedRun(
-            f"{scene.name}: YADE stopped: {reason} (all messages: {folder / OUTPUT})",
-            reason=reason, code="yade.stopped",
-        )  # fmt: skip
-    return usage
+        plain, version = worker.as_yade_has_it(scene, task), build.engine_version()
+        job = Job.of(plain, run_dir, build.PROGRAM[0], version, build.plugin_path(), progress=progress)
+        command = (sys.executable, "-P", *WORKER)
+        return collect(simulate(job, lambda at: write_json(at / "task.json", task), command, code="yade.stopped"))

@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from pywet.ending import die_with_parent
 from pywet.engines import schedule
 from pywet.engines.liggghts.plugin_api import Plugin
-from pywet.engines.liggghts.worker import corner_points
+from pywet.engines.liggghts.worker import attach_once
+from pywet.engines.process import worker_border
 from pywet.engines.yade import build
-from pywet.errors import EngineError, arguments, border
+from pywet.errors import EngineError
+from pywet.runs.rundir import RunDir
 from pywet.scene import Effects, EngineScene
-from pywet.util.files import read_json, read_table, write_json
+from pywet.util.files import read_json, write_json
 
 HOOK = "pywet_step()"
 """Python command that YADE calls in every step."""
@@ -114,9 +114,8 @@ def reach_yade() -> None:
 
 def run(run_dir: Path, folder: Path) -> None:
     """Read the scene, set YADE up, attach the plugin, run."""
-    scene, task = EngineScene.read(run_dir / "scene.json"), read_json(folder / "task.json")
+    scene, task = RunDir(run_dir).scene, read_json(folder / "task.json")
     plain = as_yade_has_it(scene, task)
-    unbroken = plain.model_copy(update={"output": scene.output.model_copy(update={"checkpoints": 0})})
     reach_yade()
     from yade import O, Vector3
 
@@ -126,12 +125,7 @@ def run(run_dir: Path, folder: Path) -> None:
     spheres, walls, collider = in_yade.build(task, HOOK)
     host = Host(scene, task, spheres, walls)
     plugin = Plugin(build.plugin_path(), build.engine_version())
-    history = run_dir / "history"
-    nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
-    transfer = read_table(history / "transfer.parquet") if plain.effects.bridges else pd.DataFrame()
-    plugin.configure(unbroken, read_table(history / "spheres.parquet"), transfer, nodes)
-    plugin.set_output(scene.output_steps, schedule.windows(scene))
-    plugin.attach(host.handle, folder)
+    attach_once(plugin, host.handle, plain, run_dir, folder)
     sorts = -1
 
     def hook() -> None:
@@ -156,11 +150,7 @@ def run(run_dir: Path, folder: Path) -> None:
 
 def main() -> int:
     """Run a task as `python -m pywet.engines.yade.worker RUN_DIR ENGINE_FOLDER`, in that folder."""
-    die_with_parent()
-    with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
-        run_dir, folder = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path)
-        run(run_dir.resolve(), folder.resolve())
-    return 0
+    return worker_border(run)
 
 
 if __name__ == "__main__":

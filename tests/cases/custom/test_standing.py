@@ -9,6 +9,7 @@ import pytest
 
 from pywet import stages
 from pywet.cases.screening import verdict
+from pywet.runs.rundir import RunDir
 from tests.cases.screening import synthetic
 
 ROW = {"scale": "1", "count": 3, "largest": 0.0, "median": 0.0, "tolerance": 1e-12}
@@ -33,7 +34,7 @@ def test_the_head_is_green_only_where_all_was_checked(changes: dict, word: str, 
     (run / "summary.json").write_text(json.dumps(summary))
     replay = {"ok": True, "quantities": {"capillary": ROW}, "unchecked": [], "not_checked": [], **changes}
     (run / "replay.json").write_text(json.dumps(replay))
-    outcome = verdict.check_result(run)
+    outcome = verdict.check_result(RunDir(run))
     assert (outcome.word, outcome.grade) == (word, grade)
     listed = verdict.not_checked(replay)
     assert grade == "bad" or not listed or f"; {len(listed)} point" in outcome.sentence

@@ -11,7 +11,8 @@ import pytest
 
 from pywet.cases.small import bodies, small
 from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, deck, state_file
+from pywet.engines.liggghts import deck, state_file
+from pywet.engines.run_store import FINGERPRINT, RunStore
 from pywet.scene import Rotation
 from tests.cases.screening import synthetic
 
@@ -39,10 +40,12 @@ def test_a_deck_says_its_step_often_enough_for_a_progress_bar(tmp_path: Path) ->
 
 def test_a_folder_can_be_disowned_twice(tmp_path: Path) -> None:
     """A mark that is missing already is no fault."""
-    (tmp_path / checkpoint.FINGERPRINT).touch()
+    store = RunStore(tmp_path, "")
+    store.partial.mkdir()
+    (store.partial / FINGERPRINT).touch()
     for _ in range(2):
-        checkpoint.disown(tmp_path)
-    assert not (tmp_path / checkpoint.FINGERPRINT).exists()
+        store.disown()
+    assert not (store.partial / FINGERPRINT).exists()
 
 
 @pytest.mark.parametrize(("step", "skin"), [(1e-9, 0.8e-3), (1e-5, 3.6 * (8e-3 * 2e-5) ** 0.5), (1e-3, 2.4e-3)])

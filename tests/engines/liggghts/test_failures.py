@@ -11,7 +11,8 @@ import pytest
 
 from pywet.cases.small import small
 from pywet.engines import process
-from pywet.engines.liggghts import build, checkpoint, collecting, driver
+from pywet.engines.liggghts import build, checkpoint, driver
+from pywet.runs import tables
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 from tests.error_codes import raises_code
 
@@ -106,7 +107,7 @@ def test_disk_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
-    monkeypatch.setattr(collecting, "convert_trajectory", full)
+    monkeypatch.setattr(tables, "write", full)
     with raises_code("run.refused"):
         small.run(tmp_path, spheres)
     assert not (tmp_path / "engine").exists()

@@ -12,7 +12,7 @@ from pywet import config
 from pywet.cases.screening import cases
 from pywet.cases.small import small
 from pywet.engines.liggghts import grid
-from pywet.engines.liggghts.deck import checkpoints
+from pywet.engines.schedule import checkpoints
 from pywet.geometry import build_apparatus
 from pywet.scene import EngineScene, Output
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of

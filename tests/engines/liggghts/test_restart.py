@@ -19,8 +19,8 @@ import pandas as pd
 import pytest
 
 from pywet.cases.small import small
-from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, deck, driver
+from pywet.engines import run_store, schedule
+from pywet.engines.liggghts import deck, driver
 from pywet.runs.tables import ledger_error
 from pywet.scene import EngineScene
 from pywet.util.files import read_table
@@ -47,7 +47,7 @@ CHANGES = {
 
 def saved(run_dir: Path) -> list[int]:
     """Steps of the checkpoints that are there and whole."""
-    folder = run_dir / "engine.partial" / checkpoint.FOLDER
+    folder = run_dir / "engine.partial" / run_store.CHECKPOINTS
     return sorted(int(path.name.split(".")[1]) for path in folder.glob("sums.*.json"))
 
 
@@ -239,9 +239,8 @@ def test_pieces_of_a_run(tmp_path: Path) -> None:
 def test_a_dry_run_is_not_set_up_anew_in_a_window(tmp_path: Path) -> None:
     """Motion in a window is checked against the forces recorded, and a dry run takes those of a checkpoint again."""
     for kind, expected in (("moist", [300, 600, 900]), ("dry", [309, 600, 909])):
-        assert (
-            deck.checkpoints(prepare(tmp_path / kind, kind, checkpoints=3)) == expected
-        )  # windows: 290-309 and 890-909
+        pieces = deck.runs(prepare(tmp_path / kind, kind, checkpoints=3))  # windows: 290-309 and 890-909
+        assert [piece.checkpoint for piece in pieces if piece.checkpoint] == expected
 
 
 @pytest.mark.slow
