@@ -34,10 +34,10 @@ contact; in {kinds} of these it names the kind of contact as well.
 ## Method
 
 `python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
-random positions of the program. Each fault is tried in the first of three variants of case 2 that executes its line, or in a
-scene with its law. Changes in planning, custom scenes and calibration are tried without an engine: the inputs are built and
-compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct, with their outcomes;
-[faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
+random positions of the program. Each fault is tried in those of three variants of case 2 that execute its line, until one
+detects it, or in a scene with its law. Changes in planning, custom scenes and calibration are tried without an engine: the
+inputs are built and compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct,
+with their outcomes; [faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
 """
 NOTICED = ("replay", "program", "tests")
 NAMES = ("crash", *NOTICED, "equivalent", "open")

@@ -118,6 +118,7 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
         reach.keep(tmp_path / "kept.json")
     assert lines == reach.recorded(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
     assert [rooms.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
+    assert [rooms.reached({7}, Mutant(Path("a.h"), 8, "", ""), beside) for beside in (0, 1)] == [False, True]
 
 
 def test_the_page_is_that_of_the_stored_table() -> None:
