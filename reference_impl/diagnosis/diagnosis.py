@@ -281,13 +281,15 @@ def diagnose(links: Iterator[Link], failed: list[str]) -> dict[str, Any]:
     with np.errstate(all="ignore"):
         found = [finding for link in links for finding in judge(link)]
     result = liquid_constants(joined([replace(f, number=_digits(f.number)) for f in found]))
-    named = {q for f in result for q in f.quantities}
-    follows = [name for name in failed if name not in named]
-    return {
-        "findings": [f.as_dict() for f in result],
-        "follow": follows if result else [],
-        "not_explained": [] if result else follows,
-    }
+    return _with_rest(failed, [f.as_dict() for f in result])
+
+
+def _with_rest(failed: list[str], findings: list[dict[str, Any]]) -> dict[str, Any]:
+    """Split the quantities that no finding contains: consequences of the findings, and what they do not explain."""
+    named = {q for f in findings for q in f["quantities"]}
+    rest = [name for name in failed if name not in named]
+    follow = [name for name in rest if named & SHOW_AGAIN.get(name, named)]
+    return {"findings": findings, "follow": follow, "not_explained": [name for name in rest if name not in follow]}
 
 
 OF_FORCES = {
@@ -299,7 +301,8 @@ OF_EVENTS = {
     "formation_due", "formation_late", "formation_missed", "formation_shared", "rupture_limit", "standing_beyond_limit",
     "transfer_table", "ledger",
 }  # fmt: skip
-OF_LIMITS = {"rupture_limit", "rupture_distance", "separation"}
+OF_MOTION = {"newton_force", "newton_torque"}
+OF_LIMITS = {"rupture_limit", "rupture_distance", "separation", "contact_volume"}
 OF_BOTH = OF_FORCES | OF_EVENTS
 OF_COUNTS = OF_EVENTS | {"separation"}
 SHOW_AGAIN = {
@@ -308,45 +311,32 @@ SHOW_AGAIN = {
     "energy_windows": OF_BOTH | {"contact_spring", "contact_logged"},
     "between_capillary": OF_BOTH, "between_drag": OF_BOTH,
     **{name: OF_COUNTS for name in (
-        "energy_formed", "energy_ruptured", "energy_capillary_stored", "ledger_counts", "contact_rows", "event_triangle",
-        "event_separation", "snapshot_triangle", "snapshot_separation")},
+        "ledger_counts", "contact_rows", "event_triangle", "event_separation", "snapshot_triangle", "snapshot_separation")},
+    **{name: OF_COUNTS | {"capillary"} for name in ("energy_formed", "energy_ruptured")},
+    "energy_capillary_stored": OF_COUNTS | {"capillary", "snapshot_separation", "snapshot_volume"},
     "snapshot_ends": OF_COUNTS - {"formation_shared"},  # which tells what is one place by where these are
     "formation_shared": {"wall_closest_point", "snapshot_ends"},
     "ledger_held": OF_EVENTS | {"snapshot_films", "snapshot_wall_films", "retired_film"},
     **{name: OF_EVENTS | {"snapshot_films"} for name in ("retired_film", "retired_events", "retired_bridges")},
     "energy_budget": OF_BOTH | {"energy_windows", "energy_kinetic", "energy_gravity", "energy_spin"},
-    **{name: {"contact_spring", "contact_logged", "mesh_motion"} for name in ("newton_force", "newton_torque")},
+    **{name: OF_FORCES - OF_MOTION | {"contact_spring", "contact_logged", "mesh_motion"} for name in OF_MOTION},
     **{name: {"mesh_motion"} for name in ("wall_closest_point", "contact_spring", "contact_logged")},
-    "energy_capillary": OF_EVENTS | {"energy_windows", "energy_formed", "energy_ruptured", "energy_capillary_stored"},
+    "energy_capillary": OF_EVENTS | {
+        "capillary", "energy_windows", "energy_formed", "energy_ruptured", "energy_capillary_stored"},
 }  # fmt: skip
 """Quantity of ruptures, motion, works or counts -> quantities of whose faults it is a consequence."""
 
 
 def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
-    """Join several diagnoses of one run: the first names causes; consequences in others are listed with their cause."""
-    first, *others = diagnoses
-    findings = [f for d in diagnoses for f in d["findings"]]
-    if any(f["fault"] for f in findings):  # what the others cannot name follows from these
-        findings = [*first["findings"], *(f for d in others for f in d["findings"] if f["fault"])]
-    findings = _grouped(findings)
-    named = {q for f in findings for q in f["quantities"]}
-    follow = [name for name in failed if name not in named]
-    return {
-        **diagnoses[0],
-        "findings": findings,
-        "follow": follow if findings else [],
-        "not_explained": [] if findings else follow,
-    }
+    """Join several diagnoses of one run: every finding, those that are consequences with their cause."""
+    return {**diagnoses[0], **_with_rest(failed, _grouped([f for d in diagnoses for f in d["findings"]]))}
 
 
 def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Group findings by cause, each with the sentences of its consequences."""
     expected = [{*f["quantities"]} for f in findings]
     shown = [[SHOW_AGAIN.get(q, set()) for q in f["quantities"]] for f in findings]
-    fits = [
-        [bool(f["fault"]) and all(o & names for o in of) for f, names in zip(findings, expected, strict=True)]
-        for of in shown
-    ]
+    fits = [[all(o & names for o in of) for names in expected] for of in shown]
     causes = []
     for n, finding in enumerate(findings):
         first = n
@@ -398,7 +388,7 @@ def text(diagnosis: dict[str, Any] | None) -> list[str]:
         lines += [f"  shows again: {sentence}" for sentence in f.get("consequences", [])]
     lines += [diagnosis["looked_at"]] if diagnosis.get("looked_at") else []
     if diagnosis["follow"]:
-        lines.append(f"beyond their limits as well, as a consequence: {', '.join(diagnosis['follow'])}")
+        lines.append(f"beyond their limits as well, probably as a consequence: {', '.join(diagnosis['follow'])}")
     if diagnosis["not_explained"]:
         lines.append(f"no known fault explains {', '.join(diagnosis['not_explained'])}")
     return lines

@@ -58,9 +58,8 @@ def check(
             table = io.table(
                 io.where(folder, "trajectory"), "trajectory", [("step", ">=", first), ("step", "<=", last)]
             )
-        in_windows = [
-            replace(q, name="trajectory_in_windows") for q in whole.trajectory(newton.places(setup, [f]), table)
-        ]
+        common = whole.trajectory(newton.places(setup, [f]), table) if len(table) else []
+        in_windows = [replace(q, name="trajectory_in_windows") for q in common]
         of_works = budget.in_window(setup, f, run) if works and run is not None else []
         waiting.append(newton.compared(setup, f))
         full = sum(len(part[0]) for one in waiting for part in one.values()) > io.FEW

@@ -171,14 +171,14 @@ def fly(
     run: Run, setup: Setup, f: Flights, factors: dict[str, float] | None = None
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return positions, speeds and spins at the second output, and the spheres of groups that never touched."""
-    part, dt = {**STILL, **(factors or {})}, setup.step
+    part, dt, box = {**STILL, **(factors or {})}, setup.step, images.of(run.folder)
     inertia = 0.4 * f.mass * f.radius**2
     touched = np.zeros(len(f.id), dtype=bool)
     entered = f.step >= setup.enters[np.searchsorted(setup.ids, f.id)]
     pull = entered[:, None] * setup.gravity
 
     def kicks(x: Floats, v: Floats, w: Floats) -> tuple[Floats, Floats]:
-        force, torque, gap = forces(run, f, part, x, v, w)
+        force, torque, gap = forces(run, box, f, part, x, v, w)
         np.logical_or.at(touched, f.i, gap <= 0.0)
         force += part["weight"] * f.mass[:, None] * pull
         return 0.5 * dt * force / f.mass[:, None], 0.5 * dt * torque / inertia[:, None]
@@ -201,11 +201,11 @@ def fly(
 
 
 def forces(
-    run: Run, f: Flights, part: dict[str, float], x: Floats, v: Floats, w: Floats
+    run: Run, box: images.Images, f: Flights, part: dict[str, float], x: Floats, v: Floats, w: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Return forces and torques of the bridges on all spheres, and the gaps."""
     ri, rj, wall = f.radius[f.i], f.radius[f.j], np.zeros(len(f.i), dtype=bool)
-    d = images.of(run.folder).nearest(x[f.i] - x[f.j])
+    d = box.nearest(x[f.i] - x[f.j])
     apart = np.sqrt(dot(d, d))
     n, gap, eta, sigma = d / apart[:, None], apart - ri - rj, run.meta["viscosity"], run.meta["surface_tension"]
     relative = v[f.i] - v[f.j]

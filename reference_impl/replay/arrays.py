@@ -6,7 +6,7 @@ force law: for millions of contacts both took longer than the physics.
 
 from __future__ import annotations
 
-from collections.abc import ItemsView, Iterator, Mapping
+from collections.abc import ItemsView, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,6 +36,10 @@ class Columns:
     def items(self) -> ItemsView[str, Floats]:
         """Return name and values of each column."""
         return self.by_name.items()
+
+    def rows(self, names: Sequence[str]) -> Floats:
+        """Return some columns as one array of floats."""
+        return np.stack([self.by_name[name] for name in names], axis=1).astype(float)
 
     def cut(self, first: int, last: int) -> Columns:
         """Select a range of rows without copying them."""

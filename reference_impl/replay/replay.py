@@ -149,7 +149,7 @@ def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
 
 
 def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Found, failed: list[str]) -> dict[str, Any]:
-    """Return the faults in the log, or, without any, those in the motion."""
+    """Return the faults in the log, and those in the motion that do not follow from them."""
     io.note("which fault it is")
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
@@ -158,10 +158,11 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     of_edges = "wall_closest_point" in failed and all(
         f["quantities"] == ["formation_shared"] for f in found["findings"]
     )
-    if not found["findings"] or of_edges:
-        motion = dynamics.named(run_dir, run, failed)
-        found = {**motion, "findings": [*motion["findings"], *found["findings"]]} if motion else found
-    return diagnosis.together(failed, found, beside)
+    first = of_edges or not found["findings"]
+    of_motion = first or set(found["not_explained"]) & dynamics.MOTION
+    motion = dynamics.named(run_dir, run, failed) if of_motion else None
+    in_turn = (motion, found, beside) if first else (found, motion, beside)
+    return diagnosis.together(failed, *(d for d in in_turn if d))
 
 
 def table(result: dict[str, Any]) -> str:

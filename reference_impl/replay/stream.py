@@ -97,9 +97,13 @@ class Rows:
             self.taken += end
             yield rows.cut(0, end)
 
+    def columns(self, step: int) -> Columns:
+        """Read all rows up to a step, as arrays."""
+        return joined(list(self.parts(step, BATCH)) or [self.none])
+
     def until(self, step: int) -> pd.DataFrame:
         """Read all rows up to a step."""
-        return joined(list(self.parts(step, BATCH)) or [self.none]).frame()
+        return self.columns(step).frame()
 
 
 def taken(path: Path, name: str, rows: Floats) -> pd.DataFrame:

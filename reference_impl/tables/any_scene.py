@@ -95,7 +95,7 @@ def _contacts(
     """One row of touching spheres and walls, bridges, speeds and height of the centre of mass; zeros when all have left."""
     if not len(o.at):
         return dict.fromkeys(STATISTICS, 0.0)
-    at, v = (o.places[names].to_numpy(float) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
+    at, v = (o.places.rows(names) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
     box = images.of_scene(scene)
     a, b = near_copies(at, r, box)
     depth = (r[a] + r[b] - np.sqrt((box.nearest(at[a] - at[b]) ** 2).sum(axis=1))) / np.minimum(r[a], r[b])

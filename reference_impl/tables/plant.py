@@ -63,7 +63,7 @@ def _of_batch(folder: Path, scene: Mapping[str, Any], of: Bodies, table: pd.Data
     first = np.full(len(of.ids), np.nan)
     for o in outputs(folder, scene, of, ["z"]):
         below = np.zeros(len(of.ids), bool)
-        below[o.at] = o.places["z"].to_numpy() < scene["bin_z_m"]
+        below[o.at] = o.places["z"] < scene["bin_z_m"]
         first[below & np.isnan(first)] = o.step * scene["time_step_s"]
         liquid, here = o.on, o.here
     under = ~np.isnan(first) & here
@@ -299,8 +299,8 @@ def pegged(folder: Path, scene: Mapping[str, Any], given: Mapping[str, Any]) -> 
         if not given["from_s"] <= time <= given["to_s"]:
             continue
         height = plane + float(risen[o.step])
-        v = o.places[["vx", "vy", "vz"]].to_numpy(float) - a * rate * np.cos(rate * time + phase)
-        near = np.abs(o.places["z"].to_numpy(float) - height) < radius[o.at]
+        v = o.places.rows(["vx", "vy", "vz"]) - a * rate * np.cos(rate * time + phase)
+        near = np.abs(o.places["z"] - height) < radius[o.at]
         slow = np.sqrt((v**2).sum(axis=1)) <= 0.5 * rate * math.sqrt(float((a**2).sum()))
         counts.append(float((near & slow & ~o.waits[o.at]).sum()))
     mean, half = in_blocks(counts)

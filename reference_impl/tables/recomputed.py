@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay import io, plans
-from reference_impl.replay.arrays import Floats
+from reference_impl.replay.arrays import Columns, Floats
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.plans import enters
 from reference_impl.replay.stream import Rows
@@ -67,7 +67,7 @@ class Bodies:
         """Return the number of spheres of each class."""
         return {name: int((self.kind == kind).sum()) for kind, name in self.names.items()}
 
-    def at(self, ids: pd.Series, path: Path) -> Floats:
+    def at(self, ids: Floats, path: Path) -> Floats:
         """Return the index of each id; an id that does not exist at the start is refused."""
         found = np.minimum(np.searchsorted(self.ids, ids), len(self.ids) - 1)
         if not np.array_equal(self.ids[found], ids):
@@ -81,7 +81,7 @@ class Output:
     """One output: rows of the trajectory and their indices at the start, spheres in the box, and the liquid [m3]."""
 
     step: int
-    places: pd.DataFrame
+    places: Columns
     at: Floats
     here: Floats
     on: Floats
@@ -133,7 +133,7 @@ def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequenc
         ledger = io.table(where(folder, "ledger"), "ledger").drop_duplicates("step", keep="last").set_index("step")
         left = ledger["left"].reindex(steps).fillna(0.0).to_numpy()
     for step, gone in zip(steps.tolist(), left.tolist(), strict=True):
-        places = trajectory.until(step)
+        places = trajectory.columns(step)
         at, here = of.at(places["id"], path), np.zeros(len(of.ids), bool)
         here[at] = True
         dry = (of.film, np.zeros(len(of.walls)), 0.0, 0)
@@ -143,18 +143,18 @@ def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequenc
 
 def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tuple[Floats, Floats, float, int]:
     """Return for one output the liquid [m3] of every sphere, of every row of walls and in active bridges, and their number."""
-    films, b, wet = (logs[name].until(step) for name in ("films", "bridges", "wall_films"))
-    n, pair = len(of.ids), b["partner_kind"].to_numpy() == PAIR
-    volume, share = b["volume"].to_numpy(float), b["share_i"].to_numpy(float)
+    films, b, wet = (logs[name].columns(step) for name in ("films", "bridges", "wall_films"))
+    n, pair = len(of.ids), b["partner_kind"] == PAIR
+    volume, share = b["volume"], b["share_i"]
     path = where(folder, "bridges")
     on = np.bincount(of.at(films["id"], where(folder, "films")), films["film"], n)
     on += np.bincount(of.at(b["i"], path), share, n)
     on += np.bincount(of.at(b["j"][pair], path), (volume - share)[pair], n)
-    triangle = np.concatenate([wet["triangle"].to_numpy(int), b["triangle"].to_numpy(int)[~pair]])
+    triangle = np.concatenate([wet["triangle"], b["triangle"][~pair]]).astype(int)
     if len(triangle) and not 0 <= triangle.min() <= triangle.max() < len(of.holder):
         raise ReplayError(f"{folder}: liquid is on triangles that scene.json does not have; expected those of its walls: "
                           "run the case again")  # fmt: skip
-    amount = np.concatenate([wet["film"].to_numpy(float), (volume - share)[~pair]])
+    amount = np.concatenate([wet["film"], (volume - share)[~pair]])
     return on, np.bincount(of.holder[triangle], amount, len(of.walls)), float(volume.sum()), len(b)
 
 

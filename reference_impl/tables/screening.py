@@ -24,7 +24,7 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:
     rows: list[tuple[dict[str, float], dict[str, float]]] = []
     for o in outputs(folder, scene, of, ["z"]):
         below = np.zeros(len(of.ids), bool)
-        below[o.at] = o.places["z"].to_numpy() < scene["bin_z_m"]
+        below[o.at] = o.places["z"] < scene["bin_z_m"]
         passed |= below
         back |= passed & o.here & ~below
         time = o.step * scene["time_step_s"]

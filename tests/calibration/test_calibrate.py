@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from scipy import stats
 from typer.testing import CliRunner
 
 from pywet import scene_stages as commands
@@ -105,18 +106,22 @@ def test_what_does_not_matter_and_what_is_not_reached_are_reported(tmp_path: Pat
     assert (tmp_path / "far" / "calibration.svg").read_text().startswith("<?xml")
 
 
+def bridges_of(scene: Any) -> float:
+    """Ten times the friction, scattered by the seed; no number for a high friction."""
+    friction = scene.materials["glass"].friction
+    noise = np.random.default_rng(scene.seed).normal(0, 0.1)
+    return float(10 * friction + noise) if friction < 0.45 else np.nan
+
+
 @pytest.fixture
 def engine(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """In place of the engine: bridges per sphere are ten times the friction, scattered by the seed; the scenes that ran."""
+    """In place of the engine: `bridges_of` a scene; the scenes that ran."""
     ran: list[Any] = []
 
     def run(scene: Any, folder: Path, ranks: int) -> Any:
         ran.append(scene)
         folder.mkdir(parents=True)
-        friction = scene.materials["glass"].friction
-        noise = np.random.default_rng(scene.seed).normal(0, 0.1)
-        value = 10 * friction + noise if friction < 0.45 else np.nan
-        return SimpleNamespace(contact_statistics=pd.DataFrame({"bridges_per_sphere": [value]}))
+        return SimpleNamespace(contact_statistics=pd.DataFrame({"bridges_per_sphere": [bridges_of(scene)]}))
 
     monkeypatch.setattr(commands, "run", run)
     return ran
@@ -139,11 +144,13 @@ def test_runs_have_distinct_seeds_and_are_stored(tmp_path: Path, engine: list[An
     first = answering.calibrate(drum(tmp_path), tmp_path / "out", say=output_text.append)
     count = len(engine)
     assert len({scene.seed for scene in engine}) == count == first["runs"]["count"] + 3 == len(output_text) + 3
-    assert "this round ends in about" in output_text[0]
+    assert "this round ends in about" in output_text[0] and "this round ends in about 0 s," in output_text[-1]
     (friction,) = first["parameters"]["friction"]["intervals"]
     assert 0.5 * (friction["low"] + friction["high"]) == pytest.approx(0.3, abs=0.02)
     assert friction["high"] - friction["low"] == pytest.approx(0.12, abs=0.03)
     assert first["check"][0]["mean"] == pytest.approx(3.0, abs=0.3)
+    low, high = stats.t(2, scale=stats.sem([bridges_of(scene) for scene in engine[-3:]])).interval(first["confidence"])
+    assert first["check"][0]["half_width"] == pytest.approx(0.5 * (high - low), rel=1e-9)
     assert answering.calibrate(drum(tmp_path), tmp_path / "out")["parameters"] == first["parameters"]
     assert len(engine) == count
     lost = next((tmp_path / "out" / "runs").iterdir())

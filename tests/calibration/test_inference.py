@@ -109,5 +109,7 @@ def test_rounds_stop_when_enough_is_known_or_the_runs_are_spent() -> None:
     narrow = searched(lambda u: 10.0 * u, 5.0, 0.1, 0.01, random, 40)  # the second round looks closer
     assert narrow.runs is not None and len(narrow.runs.places) == 20
     assert np.ptp(np.array(narrow.runs.places)[10:]) == pytest.approx(2 * 2 * 1.96 * 0.1 / 10, rel=0.1)
+    bound = searched(lambda u: 10.0 * u, 0.0, 0.1, 0.01, random, 40)  # up to the bound, no further and no less
+    assert bound.runs is not None and min(bound.runs.places[10:]) == 0.0
     loud = searched(lambda u: 10.0 * u, 5.0, 0.1, 3.0, random, 40)
     assert loud.stopped == SPENT and loud.runs is not None and len(loud.runs.places) == 40

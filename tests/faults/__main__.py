@@ -19,11 +19,11 @@ import typer
 
 from tests.faults import asked
 from tests.faults.follow import Verdict
-from tests.faults.mutants import draw
+from tests.faults.mutants import code, draw
 from tests.faults.rooms import ROOMS, below
 from tests.faults.trial import Bench
 
-COLUMNS = ("number", "room", "file", "line", "what", "by", "said")
+COLUMNS = ("number", "room", "file", "line", "what", "code", "by", "said")
 OPEN = ("not reached", "no effect", "survives")
 """Verdicts after which the tests are asked."""
 SAID = 300
@@ -83,7 +83,8 @@ def one(bench: Bench, number: int, seed: int, module: str) -> dict[str, str]:
         mutant = draw(bench.files(module), rng)
         verdict: Verdict | None = bench.judge(mutant, module)
     reported = verdict.said.replace(f"{bench.tree}/", "")[:SAID]  # in this order: half a path would be kept
-    values = (str(number), module, below(mutant.path), str(mutant.line), mutant.what, verdict.by, reported)
+    text = code(mutant.path.read_text(), mutant.line)
+    values = (str(number), module, below(mutant.path), str(mutant.line), mutant.what, text, verdict.by, reported)
     return dict(zip(COLUMNS, values, strict=True))
 
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.faults.mutants import Mutant, mutants
+from tests.faults.mutants import Mutant, code, mutants
 from tests.faults.rooms import PACKAGE, ROOT, below
 from tests.faults.trial import Bench
 
@@ -22,9 +22,10 @@ OF_PLUGIN = tuple(f"tests/engines/liggghts/test_{name}.py" for name in (
 
 
 def again(row: dict[str, str], package: Path = PACKAGE) -> Mutant | None:
-    """The fault of a row of the table: the same change nearest to its line, which moves when a file is edited."""
+    """The fault of a row of the table: the same change of the same line of code; None where the program has it no longer."""
     path = package / row["file"]
-    same = [m for m in mutants(path) if m.what == row["what"]] if path.exists() else []
+    text = path.read_text() if path.exists() else ""
+    same = [m for m in mutants(path) if m.what == row["what"] and code(text, m.line) == row["code"]] if text else []
     return min(same, key=lambda m: abs(m.line - int(row["line"])), default=None)
 
 

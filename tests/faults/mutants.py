@@ -74,6 +74,13 @@ def mutants(path: Path) -> Iterator[Mutant]:
         yield one if nth == 1 else replace(one, what=f"{one.what} ({nth})")
 
 
+def code(text: str, line: int) -> str:
+    """A line by its text after the start of the function or class that it is in, which stay where lines above are edited."""
+    lines = text.split("\n")[:line]
+    begins = next((start for start in reversed(lines) if re.match(r"\w", start)), "")
+    return f"{begins.partition('(')[0].strip(' :{')}: {lines[-1].strip()}"
+
+
 def _line(text: str, place: int) -> int:
     return text.count("\n", 0, place) + 1
 

@@ -34,10 +34,10 @@ contact; in {kinds} of these it names the kind of contact as well.
 ## Method
 
 `python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
-random positions of the program. Each fault is tried in the first of three variants of case 2 that executes its line, or in a
-scene with its law. Changes in planning, custom scenes and calibration are tried without an engine: the inputs are built and
-compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct, with their outcomes;
-[faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
+random positions of the program. Each fault is tried in those of three variants of case 2 that execute its line, until one
+detects it, or in a scene with its law. Changes in planning, custom scenes and calibration are tried without an engine: the
+inputs are built and compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct,
+with their outcomes; [faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
 """
 NOTICED = ("replay", "program", "tests")
 NAMES = ("crash", *NOTICED, "equivalent", "open")
@@ -58,7 +58,7 @@ def verdict(row: dict[str, str]) -> str:
 
 def page(rows: list[dict[str, str]]) -> str:
     """The whole page."""
-    distinct = list({(r["file"], r["line"], r["what"]): r for r in rows}.values())
+    distinct = list({key(r): r for r in rows}.values())
     table = [f"| part | changes | {' | '.join(NAMES)} | detected |", "|---|" + "---|" * (len(NAMES) + 2)]
     for module in [*dict.fromkeys(r["room"] for r in distinct), "all"]:
         tried = [r for r in distinct if module in ("all", r["room"])]
@@ -83,10 +83,15 @@ def page(rows: list[dict[str, str]]) -> str:
     )
 
 
+def key(row: dict[str, str]) -> tuple[str, str, str]:
+    """Of a row: two with the same are one fault."""
+    return row["file"], row["code"], row["what"]
+
+
 def unfound(rows: list[dict[str, str]]) -> list[dict[str, str]]:
     """Each open fault once, by its position in the program: where, change and why nothing detects it."""
-    distinct = {(r["file"], int(r["line"]), r["what"]): r[WHY] or "not examined" for r in rows if verdict(r) == "open"}
-    return [{"where": f"{f}:{n}", "change": what, "why": why} for (f, n, what), why in sorted(distinct.items())]
+    distinct = {key(r): r[WHY] or "not examined" for r in rows if verdict(r) == "open"}
+    return [{"file": f, "code": code, "change": what, "why": why} for (f, code, what), why in sorted(distinct.items())]
 
 
 def keep(table: Path) -> None:
@@ -95,14 +100,13 @@ def keep(table: Path) -> None:
     What nothing noticed before the tests were asked waits.
     """
     stored = read(KEPT)
-    known = {(r["file"], r["line"], r["what"]): r for r in stored}
+    known = {key(r): r for r in stored}
     found = {}
     for r in read(table):
         if r["by"] not in OPEN or r["said"].startswith(ASKED):
-            key = (r["file"], r["line"], r["what"])
-            old = known.get(key, {})
-            found[key] = {**r, BEFORE: old.get(BEFORE, r["by"]), WHY: old.get(WHY, "")}
-    others = [r for r in stored if (r["file"], r["line"], r["what"]) not in found]
+            old = known.get(key(r), {})
+            found[key(r)] = {**r, BEFORE: old.get(BEFORE, r["by"]), WHY: old.get(WHY, "")}
+    others = [r for r in stored if key(r) not in found]
     write(KEPT, [*others, *found.values()], (*COLUMNS, BEFORE, WHY))
 
 
@@ -110,4 +114,4 @@ if __name__ == "__main__":
     if sys.argv[1:]:
         keep(Path(sys.argv[1]))
     PAGE.write_text(page(read(KEPT)))
-    write(UNFOUND, unfound(read(KEPT)), ("where", "change", "why"))
+    write(UNFOUND, unfound(read(KEPT)), ("file", "code", "change", "why"))

@@ -55,10 +55,13 @@ def below(path: Path) -> str:
     return str(Path(*path.parts[len(path.parts) - path.parts[::-1].index("pywet") :]))
 
 
-def reached(lines: set[int], mutant: Mutant) -> bool:
-    """Return whether a run comes to the statement of the fault, or, where lines do not tell, to its file."""
+def reached(lines: set[int], mutant: Mutant, beside: int = 0) -> bool:
+    """Return whether a run comes to the statement of the fault (in C++ to lines up to so many beside it).
+
+    Where lines do not tell: to its file.
+    """
     if mutant.path.suffix != ".py":
-        return bool(lines & {mutant.line, mutant.line - 1, mutant.line + 1})
+        return bool(lines & {*range(mutant.line - beside, mutant.line + beside + 1)})
     inner = [n for n in ast.walk(ast.parse(mutant.path.read_text())) if isinstance(n, ast.stmt)
              and n.lineno <= mutant.line <= (n.end_lineno or n.lineno)]  # fmt: skip
     if not inner:

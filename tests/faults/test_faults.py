@@ -11,7 +11,7 @@ from typing import Any
 
 from tests.faults import asked, page, reach, rooms, server
 from tests.faults.__main__ import read, score
-from tests.faults.mutants import Mutant, draw, mutants
+from tests.faults.mutants import Mutant, code, draw, mutants
 
 PYTHON = '''"""Text + 1 (a, b)."""
 import math  # a + b
@@ -71,11 +71,18 @@ def test_crashes_and_faults_without_effect_do_not_count() -> None:
     assert score(rows)[1].split() == ["plugin", "6", "1", "1", "2", "0", "1", "0", "1", "75%"]
 
 
-def test_a_fault_is_made_again_from_its_row() -> None:
-    mutant = draw(rooms.files("view"), random.Random("1 view 4"))
-    row = {"file": "report/vtk.py", "line": str(mutant.line), "what": mutant.what}
-    assert asked.again(row) == mutant
-    assert asked.again({**row, "line": "1", "what": "dropped: what is not there"}) is None
+def test_a_fault_is_made_again_from_its_row_after_the_file_was_edited(tmp_path: Path) -> None:
+    """Found by its line of code in its function, whatever lines with the same change are nearer; else not at all."""
+    path, other = tmp_path / "area.py", "def volume(x, y):\n    total = x + y\n    total = x - z + y\n\n\n"
+    path.write_text("def area(x, y):\n    total = x + y\n")
+    (mutant,) = (m for m in mutants(path) if m.what == "+ -> -")
+    row = {"file": path.name, "line": "2", "what": mutant.what, "code": code(path.read_text(), mutant.line)}
+    assert row["code"] == "def area: total = x + y" and asked.again(row, tmp_path) == mutant
+    path.write_text(other + path.read_text())
+    found = asked.again(row, tmp_path)
+    assert found and (found.line, found.text) == (7, other + mutant.text)
+    path.write_text(path.read_text().replace("area", "side"))
+    assert asked.again(row, tmp_path) is None and asked.again({**row, "file": "volume.py"}, tmp_path) is None
 
 
 def test_what_imports_a_changed_module_is_forgotten() -> None:
@@ -111,6 +118,7 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
         reach.keep(tmp_path / "kept.json")
     assert lines == reach.recorded(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
     assert [rooms.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
+    assert [rooms.reached({7}, Mutant(Path("a.h"), 8, "", ""), beside) for beside in (0, 1)] == [False, True]
 
 
 def test_the_page_is_that_of_the_stored_table() -> None:

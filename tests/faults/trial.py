@@ -124,23 +124,26 @@ class Bench:
             lines.setdefault(name, set()).update(numbers)
         return lines | reach.counted(self.objects.sources, self.counting.folder)
 
-    def scene_for(self, mutant: Mutant) -> str | None:
-        """The first scene that comes to the line; for a law that none uses one with it; None where there is none."""
+    def scenes_for(self, mutant: Mutant) -> list[str]:
+        """The scenes that come to the line, then those that come to one beside it; for a law that none uses one with it."""
         name = below(mutant.path)
         if name.startswith("laws/"):
             law = law_of(mutant)
             if law is None or law == ("dynamic_rupture", "pitois"):
-                return "paper"
+                return ["paper"]
             scene = "=".join(law)
             used = json.loads((self.out / "sound/paper/run/scene.json").read_text())["effects"]
             if used.get(law[0]) == law[1]:
-                return "paper"
+                return ["paper"]
             if scene not in self.sound:
                 self._know(scene)
-            return scene
+            return [scene]
         if mutant.path.suffix == ".j2":
-            return "paper"
-        return next((s for s in scenes.SCENES if reached(self.lines[s].get(name, set()), mutant)), None)
+            return ["paper"]
+        found = [
+            s for beside in (0, 1) for s in scenes.SCENES if reached(self.lines[s].get(name, set()), mutant, beside)
+        ]
+        return list(dict.fromkeys(found))
 
     @contextmanager
     def injected(self, mutant: Mutant) -> Iterator[None]:
@@ -167,18 +170,25 @@ class Bench:
                 compile(mutant.text, str(mutant.path), "exec")
             except SyntaxError:
                 return None
-        built = module in BUILT
-        scene = "paper" if built else self.scene_for(mutant)
+        named = ["paper"] if module in BUILT else self.scenes_for(mutant)
         with self.injected(mutant):
             library = self.plugin(mutant)
             if library is None:
                 return None
-            if scene is None:
-                return Verdict("not reached")
-            answer = server.in_copy(lambda: self._trial(self._way(scene, module, library), mutant), LIMIT_S)
+            verdict = Verdict("not reached")
+            for scene in named:
+                now = self._in(scene, mutant, module, library)
+                verdict = now if now.by != "no effect" or verdict.by == "not reached" else verdict
+                if verdict.by not in ("no effect", "survives"):
+                    break
+        return verdict
+
+    def _in(self, scene: str, mutant: Mutant, module: str, library: Path) -> Verdict:
+        """Return what detects a fault in one scene."""
+        answer = server.in_copy(lambda: self._trial(self._way(scene, module, library), mutant), LIMIT_S)
         if "crash" in answer:
             return Verdict("crash", answer["crash"])
-        if answer["by"] == "survives" and not built:
+        if answer["by"] == "survives" and module not in BUILT:
             return self._changed(scene, module)
         return Verdict(answer["by"], answer["said"])
 

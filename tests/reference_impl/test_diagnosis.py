@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,31 @@ def test_what_nothing_explains_is_reported_so(heap_dir: Path, tmp_path: Path) ->
     found = replay(injected_log.plant(heap_dir, tmp_path, injected))["diagnosis"]["findings"]
     assert [f["fault"] for f in found] == [None]
     assert "cause not among the" in found[0]["sentence"] and found[0]["explained"] == 0
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize(
+    ("log", "columns", "quantity"),
+    [
+        ("bridges", ["separation"], "snapshot_separation"),
+        ("films", ["film"], "snapshot_films"),
+        ("impulses", ["impulse_x"], "between_momentum"),
+    ],
+)
+def test_what_has_no_name_is_reported_next_to_what_has_one(
+    heap_dir: Path, tmp_path: Path, log: str, columns: list[str], quantity: str
+) -> None:
+    """Noise in another log than the named fault's is described, as a finding or beneath the one that it may follow from."""
+    run = injected_log.plant(heap_dir, tmp_path, injected_log.FAULTS["torque on j left out"])
+    path = run / "history" / f"{log}.parquet"
+    noisy = pd.read_parquet(path)
+    noisy[columns] *= np.random.default_rng(1).normal(1.0, 0.1, (len(noisy), len(columns)))
+    noisy.to_parquet(path, index=False)
+    result = replay(run)
+    found = result["diagnosis"]["findings"]
+    assert "it is left out" in [f["fault"] for f in found] and quantity not in result["diagnosis"]["follow"]
+    described = [s for f in found for s in (f["sentence"], *f["consequences"]) if quantity in f["quantities"]]
+    assert any("cause not among the" in sentence for sentence in described), result["diagnosis"]
 
 
 @pytest.mark.engine
@@ -195,6 +221,11 @@ def test_equal_suspects_are_reported_to_be_equal() -> None:
     assert found.fault == "cause"
     assert "cannot be told apart from: other cause, or third)" in found.sentence
     assert found.as_dict()["alike"] == ["other cause", "third"]
+
+
+def test_no_quantity_is_a_consequence_of_itself() -> None:
+    """Not in several steps either: two findings would each be listed beneath the other one, and neither reported."""
+    assert tuple(TopologicalSorter(diagnosis.SHOW_AGAIN).static_order())
 
 
 def test_what_follows_is_excused() -> None:
