@@ -90,7 +90,7 @@ def facts(scene: EngineScene) -> dict[str, Any]:
         "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
         PROPERTIES: None if scene.liquid is None else scene.liquid.model_dump(exclude={"initial_film_thickness_m"}),
         "materials": [[p.friction, p.rolling_friction_m, p.restitution] for p in scene.pairs],
-        "contact angles": [body.contact_angle_rad for body in (*scene.classes, *scene.walls)],
+        "contact angles": [c.contact_angle_rad for c in scene.classes] + [w.contact_angle_rad for w in scene.walls],
         "duration": scene.duration_s,
         "walls": [[w.name, w.holder, w.motion, len(w.triangle_part)] for w in scene.walls],
         "hertz": None if scene.hertz is None else scene.hertz.model_dump(mode="json"),
