@@ -29,7 +29,8 @@ def draw(name: str, folder: Path) -> Path:
     render.write(folder / name, large, step)
     picture = Image.open(large).convert("RGB")
     picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
-    picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(small, optimize=True)
+    palette = picture.quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(small, optimize=True)
     return small
 
 

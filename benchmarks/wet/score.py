@@ -23,15 +23,17 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 COLUMNS = ["case", "quantity", "at", "value"]
-VERSION = "1.1"
+VERSION = "1.2"
 SAME = 1e-2
 """Relative difference up to which a row's `at`, which may be rounded, is the one that was asked for."""
 WITHIN = 0.1
 """Deviation over the largest answer up to which a problem counts as solved, unless --within names another."""
 CLASSES = ((0.01, "1 %"), (0.1, "10 %"))
 """Largest deviation of a class, and its name."""
-UNITS = (1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9, 100.0, 0.01, 180.0 / math.pi, math.pi / 180.0)
-"""Factors by which answers in another unit (mN, mm, per cent, radian) are off."""
+UNITS = (-1.0, 1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9, 100.0, 0.01, 180.0 / math.pi, math.pi / 180.0)
+"""Factors by which answers of the other sign or in another unit (mN, mm, per cent, radian) are off."""
+FEW, APART = 0.2, 0.5
+"""Relative distance of the median of the ratios from such a factor, and of each of them, up to which it is taken for it."""
 
 
 MOST_B = 200_000_000
@@ -84,7 +86,7 @@ def read(path: Path) -> list[dict]:
             if not all(names.count(column) == 1 for column in COLUMNS):
                 raise Refused(
                     f"{printable(path)} has the columns {printable(', '.join(names)) or 'none'}; "
-                    f"expected {', '.join(COLUMNS)}, each once"
+                    f"expected {', '.join(COLUMNS)}, each once, separated by commas"
                 )
             rows = list(table)
     except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
@@ -113,6 +115,12 @@ def scored(problem: str, rows: list[dict]) -> list[dict]:
     asked = load(problem)["answers"]
     values = _matched(problem, asked, rows)
     lines = []
+    factors = {
+        name: _unit_factor(
+            [(values[_key(a)], a["value"]) for a in asked if a["quantity"] == name and _key(a) in values]
+        )
+        for name in {a["quantity"] for a in asked}
+    }
     for case, quantity in dict.fromkeys((a["case"], a["quantity"]) for a in asked):
         of = [a for a in asked if (a["case"], a["quantity"]) == (case, quantity)]
         scale = max(abs(a["value"]) for a in of) or 1.0
@@ -129,7 +137,7 @@ def scored(problem: str, rows: list[dict]) -> list[dict]:
                 "uncertainty": max(a["uncertainty"] for a in of) / scale,
                 "within": sum(abs(e) <= a["uncertainty"] for e, a in errors),
                 "unit": of[0]["unit"],
-                "factor": _unit_factor([(values[_key(a)], a["value"]) for _, a in errors]),
+                "factor": factors[quantity],
             }
         )
     return lines
@@ -161,9 +169,12 @@ def _matched(problem: str, asked: list[dict], rows: list[dict]) -> dict:
 
 
 def _unit_factor(pairs: list[tuple[float, float]]) -> float | None:
-    """The factor of another unit by which all answers are off alike, within a fifth; None where there is none."""
-    ratios = [given / true for given, true in pairs if true and given]
-    return next((f for f in UNITS if ratios and all(abs(r / f - 1.0) < 0.2 for r in ratios)), None)
+    """The factor by which all answers to a quantity are off alike, as in another unit; None where there is none."""
+    ratios = sorted(given / true for given, true in pairs if true and given)
+    for f in UNITS if ratios else ():
+        if abs(ratios[len(ratios) // 2] / f - 1.0) < FEW and all(abs(r / f - 1.0) < APART for r in ratios):
+            return f
+    return None
 
 
 def grade(line: dict) -> str:
@@ -213,12 +224,12 @@ def verdict(problem: str, lines: list[dict], within: float) -> str:
 def show(problem: str, lines: list[dict], within: float) -> None:
     """The verdict, what looks like another unit, and the table."""
     print(verdict(problem, lines, within))
-    for line in lines:
-        if line["factor"]:
-            print(
-                f"{line['case']}, {line['quantity']}: every answer is {line['factor']:.3g} times the true one; "
-                f"expected values in {line['unit'] if line['unit'] != '1' else 'no unit (a ratio)'}"
-            )
+    for quantity, line in {line["quantity"]: line for line in lines if line["factor"]}.items():
+        how = "have the other sign" if line["factor"] < 0 else f"are about {line['factor']:.4g} times the true ones"
+        unit = line["unit"] if line["unit"] != "1" else "no unit (a ratio)"
+        print(
+            f"{quantity}: the answers {how}; expected values in {unit}, with the sign that the problem's README.md names"
+        )
     wide, long = (max(len(line[key]) for line in lines) + 2 for key in ("case", "quantity"))
     wide, long = max(wide, 26), max(long, 22)
     print(
@@ -241,6 +252,8 @@ def everything(folder: Path, within: float, as_json: bool) -> int:
     there = {problem: path for problem, path in files.items() if path.exists()}
     if not there:
         raise Refused(f"{printable(folder)} holds no answers; expected files such as {next(iter(files.values()))}")
+    if others := sorted(path.name for path in folder.glob("*.csv") if path.stem not in files):
+        print(f"not read, since no problem has that name: {printable(', '.join(others))}", file=sys.stderr)
     scores = {problem: scored(problem, read(path)) for problem, path in there.items()}
     count = sum(solved(lines, within) for lines in scores.values())
     if as_json:

@@ -100,7 +100,7 @@ def run_scene(
     if check:
         from pywet.cli import scene_check
 
-        for line in scene_check.lines(description):
+        for line in scene_check.lines(description, verbose):
             tell(line)
         tell("no mistake was found; nothing was run or written")
         return

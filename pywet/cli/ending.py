@@ -1,4 +1,7 @@
-"""Summary at the end of a run: at most ten lines, the answer first; details.txt, or stdout with --verbose, has all."""
+"""Summary at the end of a run: ten lines, and one for each number of a screen, the answer first.
+
+details.txt, or stdout with --verbose, has all.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +62,8 @@ def lines(runs: Sequence[RunDir], report: Path | None) -> Iterator[str]:
     yield from _deep(runs)
     standings = [(verdict.check_result(run), run) for run in runs]
     worst, where = min(standings, key=lambda s: ("no", "in part", "–", "yes").index(s[0].word))
-    of = f" ({where.path.name})" if len(runs) > 1 else ""
+    alike = "every seed; numbers of " if len({s.word for s, _ in standings}) == 1 else ""
+    of = f" ({alike}{where.path.name})" if len(runs) > 1 else ""
     word = "nothing" if worst.word == "–" else worst.word
     yield f"checked: {word}{of}: {verdict.recomputed(where)}"
     if worst.word == "no":
@@ -120,8 +124,10 @@ def _screen(runs: Sequence[RunDir]) -> Iterator[str]:
     if all(_screened(run) for run in runs):
         read: list[dict[str, Any]] = [run.json(f"results/{RESULT}.json", Any) for run in runs]
         words = five(read[0]) if len(read) == 1 else over_seeds(read)
-        spread = f" (95 % interval of the mean over {len(read)} seeds)" if len(read) > 1 else ""
-        yield ", ".join(f"{name} {value}" for name, value in words.items()) + spread
+        names = [f"{name:<{max(map(len, words))}}" for name in words]
+        yield from (f"{name}  {value}" for name, value in zip(names, words.values(), strict=True))
+        if len(read) > 1:
+            yield f"±: 95 % interval of the mean over {len(read)} seeds"
         if warning := next(filter(None, map(unsteady, read)), None):
             yield warning
     if known := runs[0].json(until.RESULT, Any):

@@ -19,8 +19,8 @@ err = Console(stderr=True, highlight=False)
 
 
 def tell(line: object, style: str | None = None) -> None:
-    """Print a line of the answer as it is: not wrapped, without markup."""
-    out.print(str(line), style=style, soft_wrap=True, markup=False)
+    """Print a line of the answer, without markup: on a terminal wrapped between words, elsewhere in one piece."""
+    out.print(str(line), style=style, soft_wrap=not out.is_terminal, overflow="ignore", markup=False)
 
 
 def bridge_table(query: Query, answer: dict[str, Any]) -> None:

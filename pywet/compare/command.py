@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
@@ -51,7 +52,8 @@ def compare(
         if plot is not None:
             from pywet.report import bands
 
-            typer.echo(f"{bands.write(plot, {f'A {left[0].name}': left, f'B {right[0].name}': right})}")
+            names = _names(runs[:1] or a, runs[1:] or b)
+            typer.echo(f"{bands.write(plot, dict(zip(names, (left, right), strict=True)))}")
     return DIFFERENT if comparison.different else SAME
 
 
@@ -65,6 +67,20 @@ def _groups(runs: Sequence[Path], a: Sequence[Path], b: Sequence[Path]) -> tuple
             "expected two runs, RUN_A RUN_B, or two groups, --a DIR --a DIR … --b DIR --b DIR …", code="compare.groups"
         )
     return [r for p in left for r in verdict.runs_in(p)], [r for p in right for r in verdict.runs_in(p)]
+
+
+def _names(a: Sequence[Path], b: Sequence[Path]) -> tuple[str, str]:
+    """Return short names of both groups for a legend: the ends of their paths from where these differ, without seeds.
+
+    >>> _names([Path("deck/dry")], [Path("deck/wet")]), _names([Path("5/1"), Path("5/1-2")], [Path("7/1"), Path("7/1-2")])
+    (('A dry', 'B wet'), ('A 5/1', 'B 7/1'))
+    """
+    one, other = (
+        Path(re.sub(r"-\d+$", "", str(group[0].resolve()))) if len(group) > 1 else group[0].resolve()
+        for group in (a, b)
+    )
+    k = next((k for k in range(1, len(one.parts)) if one.parts[-k:] != other.parts[-k:]), 1)
+    return f"A {'/'.join(one.parts[-k:])}", f"B {'/'.join(other.parts[-k:])}"
 
 
 def show(comparison: verdict.Comparison) -> None:

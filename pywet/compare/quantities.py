@@ -33,7 +33,9 @@ Floats = NDArray[np.float64]
 Ends = tuple[float | None, float | None] | None
 RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
 CASE = "case"
-"""Key of the case's name among the `facts`; it may differ wherever another setting may."""
+"""Key of the name among the `facts`: it may differ for user-defined scenes, and wherever another setting may."""
+PROPERTIES = "liquid properties"
+"""Key of surface tension, viscosity and density, which a dry scene has not."""
 HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
 
 
@@ -85,6 +87,9 @@ def facts(scene: EngineScene) -> dict[str, Any]:
         CASE: scene.name,
         "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
         "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
+        PROPERTIES: None if scene.liquid is None else scene.liquid.model_dump(exclude={"initial_film_thickness_m"}),
+        "materials": [[p.friction, p.rolling_friction_m, p.restitution] for p in scene.pairs],
+        "contact angles": [c.contact_angle_rad for c in scene.classes] + [w.contact_angle_rad for w in scene.walls],
         "duration": scene.duration_s,
         "walls": [[w.name, w.holder, w.motion, len(w.triangle_part)] for w in scene.walls],
         "hertz": None if scene.hertz is None else scene.hertz.model_dump(mode="json"),
@@ -96,7 +101,7 @@ def facts(scene: EngineScene) -> dict[str, Any]:
 
 
 def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = ()) -> list[str]:
-    """Name the `facts` in which two scenes differ; settings in `across` (and then the case's name) may differ."""
+    """Name the `facts` in which two scenes differ; settings in `across` may differ, and then the name too."""
     there, free = facts(scene), {*across, *([CASE] if across else [])}
     if unknown := [name for name in across if name not in wanted]:
         known = ", ".join(name for name in wanted if name != CASE)
@@ -104,6 +109,8 @@ def unlike(wanted: dict[str, Any], scene: EngineScene, across: Sequence[str] = (
             f"--across {unknown[0]} was given; expected a setting that may differ: {known}",
             code="compare.across", key="--across", given=unknown[0], expected=known,
         )  # fmt: skip
+    if None in (wanted.get(PROPERTIES), there[PROPERTIES]):
+        free.add(PROPERTIES)
     return [name for name in wanted if name not in free and wanted[name] != there.get(name)]
 
 

@@ -70,7 +70,11 @@ class Comparison:
     left_out: list[str]
     """Quantities that only some of the runs have."""
     end: str
-    """Fraction retained at the end (for other scenes the first quantity) in both groups, and its difference with interval."""
+    """A quantity in both groups, and its difference with interval.
+
+    It is the fraction retained at the end, for a screen its first number, for other scenes the quantity that differs most,
+    where it does.
+    """
 
 
 def runs_in(folder: Path) -> list[Path]:
@@ -120,7 +124,7 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: S
     different = any(r.different for r in rows) or bool(broken)
     compared = {label: [whole.sentence(r.held) for r in group] for label, group in zip("ab", groups, strict=True)}
     left_out = [n for n in every if n not in names]
-    end = _at_end(groups, MAIN if MAIN in names else names[0])
+    end = _headline(groups, names, rows)
     return Comparison(
         [str(p) for p in a],
         [str(p) for p in b],
@@ -136,9 +140,24 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: S
     )
 
 
-def _at_end(groups: list[list[RunData]], name: str) -> str:
-    """Describe a quantity at the last common time in both groups and their difference, each with its interval."""
+def _headline(groups: list[list[RunData]], names: list[str], rows: list[Row]) -> str:
+    """Describe the quantity of the second line, see `Comparison.end`."""
+    if MAIN in names:
+        return _described(groups, MAIN)
+    row = rows[0] if groups[0][0].quantities[names[0]].of_screen else _foremost(rows)
+    return _described(groups, row.quantity, row)
+
+
+def _foremost(rows: list[Row]) -> Row:
+    """Return the row that differs most: of the smallest p, then the largest |t|; of single runs the largest deviation."""
+    return min(rows, key=lambda r: (1.0 if r.p is None else r.p, -r.deviation if r.t is None else -r.t))
+
+
+def _described(groups: list[list[RunData]], name: str, row: Row | None = None) -> str:
+    """Describe a quantity in both groups and their difference, each with its interval, at the time of a row or at the end."""
     times, unit = _times(groups, name), groups[0][0].quantities[name].unit
+    if row and row.time_s is not None:
+        times = times[times <= row.time_s]
     a, b = (np.array([float(r.quantities[name].at(times)[-1]) for r in g]) for g in groups)
     when = f" at {times[-1]:.3g} s" if len(times) else ""
     ends = ", ".join(f"{label} {_mean(values)}" for label, values in (("A", a), ("B", b)))
@@ -151,6 +170,8 @@ def _at_end(groups: list[list[RunData]], name: str) -> str:
         return f"{message}; no interval from one run each"
     if abs(b.mean() - a.mean()) <= half:
         return f"{message} ± {half:.2g} (95 %{within}): not significant"
+    if row and row.different:
+        return f"{message} ± {half:.2g} (95 %{within}): significant"
     return f"{message} ± {half:.2g} (95 %{within}): significant for this quantity alone"
 
 
@@ -188,9 +209,10 @@ def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
     for group in groups:
         for first, run, free in ((groups[0][0], group[0], across), *((group[0], run, ()) for run in group[1:])):
             differs = unlike(facts(first.scene), run.scene, free)
+            settings = [name for name in differs if name != CASE]
+            differs = settings or (differs if first.scene.slide else [])
             if differs:
-                asked = [name for name in differs if name != CASE] or differs
-                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in asked)
+                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in differs)
                 raise NotComparable(
                     f"{first.path} and {run.path} differ in {', '.join(differs)}; expected the same case at the same"
                     f" scale ({named} compares groups across it, --force whatever differs)",
@@ -237,12 +259,12 @@ def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], s
         times = _times([[a], [b]], name)
         x, y = a.quantities[name], b.quantities[name]
         u, v = x.at(times), y.at(times)
-        off = np.abs(u - v)
+        off, scale = np.abs(u - v), max(x.scale, y.scale)
         k = int(off.argmax())
-        message = "identical" if off[k] == 0 else "within round-off" if off[k] <= ROUND_OFF * x.scale else "differs"
+        message = "identical" if off[k] == 0 else "within round-off" if off[k] <= ROUND_OFF * scale else "differs"
         time = float(times[k]) if len(times) else None
         rows.append(
-            Row(name, x.unit, float(u[k]), float(v[k]), float(off[k] / x.scale), None, None, time, None, None, message,
+            Row(name, x.unit, float(u[k]), float(v[k]), float(off[k] / scale), None, None, time, None, None, message,
                 message == "differs")
         )  # fmt: skip
     rows = _screen_rows(a, b, rows)
@@ -305,7 +327,11 @@ def _listed(names: list[str]) -> str:
 
 def _groups(groups: list[list[RunData]], names: list[str]) -> tuple[str, list[Row], str]:
     """Compare groups of several seeds: tests over all quantities at once."""
-    first, times = groups[0][0].quantities, [_times(groups, name) for name in names]
+    times = [_times(groups, name) for name in names]
+    first = {
+        name: replace(groups[0][0].quantities[name], scale=max(r.quantities[name].scale for g in groups for r in g))
+        for name in names
+    }
     samples = [
         Sample(*(np.array([r.quantities[name].at(at) / first[name].scale for r in g]) for g in groups))
         for name, at in zip(names, times, strict=True)
@@ -323,10 +349,9 @@ def _groups(groups: list[list[RunData]], names: list[str]) -> tuple[str, list[Ro
             f" {len(called) - len(there)} of {len(rows) - len(of)} other quantities differ beyond the spread of {n} and {m} seeds"
         )
     elif called:
-        worst = min(called, key=lambda r: (r.p or 0.0, -(r.t or 0.0)))
         verdict = (
             f"{len(called)} of {len(rows)} quantities differ beyond the spread of {n} and {m} seeds, first of all"
-            f" {worst.quantity}"
+            f" {_foremost(called).quantity}"
         )
     else:
         verdict = f"no difference beyond the spread of {n} and {m} seeds in {len(rows)} quantities"

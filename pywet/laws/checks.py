@@ -45,6 +45,8 @@ OTHER_UNITS = np.array([0.1, 3.0, 0.7])
 """Units of length, time and mass in which a law must give the same quantity as in SI units."""
 ROUND_OFF = 1e-6
 """Relative difference, between two systems of units or two exchanged bodies, that is attributed to rounding."""
+FLAT = 1e6
+"""Radius over that of the other body of a sphere that is as good as a wall."""
 STEPS = 400
 """Number of gaps between touch and the longest bridge at which continuity is tested."""
 JUMP = 0.5
@@ -100,6 +102,8 @@ def findings(kind: str, name: str) -> list[Finding]:
         found += [_dimensions(law, unit), *_continuity(law)]
     if kind in ("capillary", "rupture"):
         found.append(_symmetry(functions[0]))
+    if kind in ("capillary", "rupture", "viscous_normal"):
+        found.append(_wall(functions[0]))
     if kind == "capillary":
         found.append(_limit(functions[0]))
     if kind == "viscous_normal":
@@ -200,6 +204,15 @@ def _limit(law: ForceLaw) -> Finding:
     at = _at(law, volume=1e-9 * PAIRS["equal spheres"][0] ** 3, separation=0.0)
     expected = 4.0 * math.pi * LIQUID["surface_tension"] * 0.5 * PAIRS["equal spheres"][0] * math.cos(ANGLE)
     return Finding(f"{law.name}: little liquid, at touch", f"{law(**at) / expected:.3g} of 4π σ r_red cos θ", None)
+
+
+def _wall(law: ForceLaw) -> Finding:
+    """Compare a wall (`radius_j` infinite) with a sphere `FLAT` times as large as the other: a wrong radius at walls shows."""
+    wall, sphere = (
+        law(**_at(law, "sphere and wall", radius_j=r)) for r in (math.inf, FLAT * PAIRS["sphere and wall"][0])
+    )
+    share = f"{wall / sphere:.3g} of that" if sphere else f"{wall:.3g} in place of that ({sphere:g})"
+    return Finding(f"{law.name}: a wall against a very large sphere", share, None)
 
 
 def _linear(law: ForceLaw) -> Finding:

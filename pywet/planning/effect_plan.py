@@ -39,7 +39,7 @@ OPT_IN = ("liquid_weight", "shedding")
 DRIPPING = "tate"
 """Default law of shedding."""
 OF_THE_CONTACT = ("rolling", "tangential_history", "gravity")
-NEGLIGIBLE = "negligible by its number"
+NEGLIGIBLE, NOT_NEGLIGIBLE = "negligible by its number", "not negligible"
 HALVES = "half"
 """Transfer law used when sharing by size is off."""
 
@@ -97,9 +97,15 @@ class EffectPlan:
 
     @property
     def table(self) -> list[str]:
-        """Format a header, one line per effect and the amounts, in 80 columns."""
+        """Format a header, one line per effect and the amounts, in 80 columns, and what is off though not negligible."""
         head = f"{'effect':<24}{'number':>9}{'tolerance':>11}{'share':>8}{'cost':>8}  law"
-        return [head, *(row.short for row in self.rows), *lines(self.amounts), *self.contact]
+        left_out = [r.effect for r in self.rows if r.effect in OPT_IN and not r.on and NOT_NEGLIGIBLE in r.why]
+        hint = (
+            [f"{NOT_NEGLIGIBLE}, but on by hand only (effects: {{{left_out[0]}: on}}): {', '.join(left_out)}"]
+            if left_out
+            else []
+        )
+        return [head, *(row.short for row in self.rows), *hint, *lines(self.amounts), *self.contact]
 
     def row(self, effect: str) -> EffectRow:
         return next(row for row in self.rows if row.effect == effect)
@@ -236,7 +242,10 @@ def _row(
         lacks = {"gravity": "no gravity in the scene", "shedding": "no bridges, or no gravity"}
         on, why = False, lacks.get(effect, "no bridges")
     elif effect in OPT_IN:
-        on, why = False, f"in no preset, {'though not negligible' if large else 'and negligible'}: on by hand only"
+        on, why = (
+            False,
+            f"in no preset, {f'though not negligible: effects.{effect}: on' if large else 'and negligible'}",
+        )
     elif large:
         on, why = True, f"not negligible, {asked_by}"
     elif settings.decide == "preset":

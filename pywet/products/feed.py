@@ -65,21 +65,13 @@ def entries(
     return found, sizes
 
 
-def sentence(name: str, sizes: Sizes, spheres: int, steps: int) -> str:
-    """Describe a feed in one sentence: number of spheres, mass left out and approximate cost of its run."""
+def sentence(name: str, sizes: Sizes, spheres: int) -> str:
+    """Describe a feed in one sentence: number and sizes of spheres, mass left out."""
     cut = [
         f"{100 * part:.2g} % of its mass {where}"
         for part, where in ((sizes.below, "finer"), (sizes.above, "coarser"))
         if part > 0
     ]
     left_out = f"; left out: {' and '.join(cut)}" if cut else ""
-    hours = spheres * steps / SPHERE_STEPS_PER_S / 3600.0
     smallest, largest = sizes.diameter_mm.min(), sizes.diameter_mm.max()
-    return (
-        f"feed {name}: {spheres} spheres of {len(sizes.share)} sizes, {smallest:.3g} to {largest:.3g} mm{left_out}; "
-        f"{steps} steps, about {hours:.2g} h of one idle core if all are there all the time"
-    )
-
-
-SPHERE_STEPS_PER_S = 1.0e6
-"""Approximate number of spheres times steps that a processor computes per second in a moist scene."""
+    return f"feed {name}: {spheres} spheres of {len(sizes.share)} sizes, {smallest:.3g} to {largest:.3g} mm{left_out}"

@@ -37,7 +37,7 @@ THESIS: Any = {
     "svg.fonttype": "none",
 }
 """Style of the figure: font sizes as printed, since the figure has its printed width; text of PDF and SVG remains text."""
-WIDTH, LEAST, HEIGHT, FEW, ROW = 150.0, 65.0, 65.0, 4, 3.8
+WIDTH, LEAST, HEIGHT, FEW, ROW = 150.0, 65.0, 65.0, 2, 3.8
 """Sizes [mm] of a figure and its panels.
 
 They are the width of a figure (text width of an A4 thesis), the least width and the height of a panel, the largest
@@ -48,6 +48,12 @@ SHORT, LONG, MOST = 16, 40, 6
 INCH = 25.4
 LIQUID = ("coarse_material", "fines", "films", "bridges", "walls", "wires", "left")
 """Liquid reservoirs that are drawn if present; for user-defined scenes every class and wall, or sums of many."""
+LEAST_SHARE = 0.01
+"""Largest value over that of the panel below which the curve of a liquid reservoir is not drawn."""
+LEDGER = {"films": "in films", "bridges": "in bridges", "walls": "on walls", "retired": "left with spheres"}
+"""Columns of the ledger that are drawn of a user-defined scene with one class of spheres and no outlet."""
+BOTH = {"overs", "unders"}
+"""Outlets of which the partition of the first says all."""
 JOINED = {"spheres": "on spheres", "wall": "on walls"}
 """First word of the reservoirs of a user-defined scene that are summed if there are many, and name of the sum."""
 
@@ -64,6 +70,8 @@ class Panel:
     """(group, curve) -> for each run the ends of the 95 % intervals at its positions, if known."""
     apertures: set[float] = field(default_factory=set)
     """Apertures of the runs [mm], drawn as vertical lines."""
+    least: float = 0.0
+    """Largest value over that of the panel below which a curve is left out."""
 
     def add(self, group: str, name: str, x: Any, y: Any) -> None:
         curve = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
@@ -75,13 +83,16 @@ class Panel:
         return any(len(of) == 1 for of in self.ends.values())
 
     def largest(self) -> dict[tuple[str, str], list[tuple[Floats, Floats]]]:
-        """Return the `MOST` curves with the largest maxima, in their order."""
+        """Return the `MOST` curves with the largest maxima, in their order, without those below `least`."""
         names = list(dict.fromkeys(name for _, name in self.curves))
         top = {
             name: max(float(y.max()) for key, of in self.curves.items() if key[1] == name for _, y in of)
             for name in names
         }
-        drawn = sorted(names, key=lambda name: -top[name])[:MOST]
+        drawn = [
+            name for name in sorted(names, key=lambda name: -top[name]) if top[name] >= self.least * max(top.values())
+        ]
+        drawn = drawn[:MOST]
         return {key: of for key, of in self.curves.items() if key[1] in drawn}
 
     def entries(self, labels: Mapping[str, str]) -> dict[str, tuple[str, Any]]:
@@ -115,22 +126,29 @@ def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
 def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
     """Return the panels for which the runs have tables; raises if a run has none of them."""
     retained = Panel("time since the slide opened [s]", "fraction retained [-]")
-    liquid = Panel("time [s]", "share of the liquid put in [-]")
+    liquid = Panel("time [s]", "share of the liquid put in [-]", least=LEAST_SHARE)
+    touching = Panel("time [s]", "number per sphere [-]")
     partition = Panel("diameter [mm]", "partition: share retained [-]")
     outlets, trays = (Panel("diameter [mm]", f"partition by {by} [-]") for by in ("outlet", "tray"))
-    drawn = (retained, partition, outlets, trays, liquid)
+    drawn = (retained, partition, outlets, trays, liquid, touching)
     for group, folders in groups.items():
         for folder in folders:
             run = RunDir(Path(folder))
             _retained(run, group, retained, partition)
             _destinations(run, group, {"outlet": outlets, destinations.TRAY: trays})
             _liquid(run, group, liquid)
+            _touching(run, group, touching)
             if not any(key[0] == group for p in drawn for key in p.curves):
                 raise PywetError(
                     f"{folder} has neither a fraction retained nor a partition nor liquid to plot; expected a finished "
                     "screening case, a scene whose sizes part by outlet or tray, or a moist scene",
                     code="plot.nothing", where=folder,
                 )  # fmt: skip
+    if {name for _, name in outlets.curves} == BOTH:
+        outlets.y = "share to the overs [-]"
+        for held in (outlets.curves, outlets.ends):
+            for key in [key for key in held if key[1] == "unders"]:
+                held.pop(key)
     return [p for p in drawn if p.curves]
 
 
@@ -168,11 +186,21 @@ def _destinations(run: RunDir, group: str, panels_by: Mapping[str, Panel]) -> No
         _aperture(run, panel)
 
 
+def _touching(run: RunDir, group: str, panel: Panel) -> None:
+    """Add bridges and touching spheres per sphere of a user-defined scene without outlets."""
+    table = run.table_if_there("results/contact_statistics")
+    if table is None or run.scene.outlets:
+        return
+    for name in ("bridges", "contacts")[0 if run.moist else 1 :]:
+        panel.add(group, name, table["time_s"], table[f"{name}_per_sphere"])
+
+
 def _liquid(run: RunDir, group: str, panel: Panel) -> None:
     if not run.moist:
         return
     titles = class_titles(run.scene)
-    for name in ("results/liquid_by_holder", "results/liquid_by_wall", "history/ledger"):
+    by_wall = ("results/liquid_by_wall",) if run.scene.outlets or len(run.scene.classes) > 1 else ()
+    for name in ("results/liquid_by_holder", *by_wall, "history/ledger"):
         table = run.table_if_there(name)
         if table is None:
             continue
@@ -181,7 +209,8 @@ def _liquid(run: RunDir, group: str, panel: Panel) -> None:
         reservoirs = _reservoirs(table, name.endswith("wall"))
         for reservoir in reservoirs:
             word = reservoir.removesuffix(end)
-            curve = titles.get(word, word.replace("_", " "))
+            curve = LEDGER.get(word) if name == "history/ledger" else titles.get(word)
+            curve = curve or word.removeprefix("outlet_").replace("_", " ")
             if len(reservoirs) > MOST:  # all spheres, all walls
                 curve = JOINED.get(word.partition("_")[0], curve)
             shares[curve] = shares.get(curve, 0.0) + table[reservoir] / (table[initial].max() or 1.0)
@@ -233,6 +262,8 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
             len(r) > 1 for r in groups.values()
         )
         notes += ["bars: 95 % intervals of the counts of one run"] * any(panel.bars for panel in shown)
+        hidden = any(len({k[1] for k in p.curves}) > len({k[1] for k in p.largest()}) for p in shown)
+        notes += ["reservoirs with little liquid are left out"] * hidden
         if notes:
             figure.supxlabel("; ".join(notes), fontsize=7, color=INK)
         with atomic_write(path) as temporary:
@@ -298,6 +329,7 @@ def _draw(axes: Axes, panel: Panel, labels: Mapping[str, str]) -> None:
         )
     axes.set_xlabel(panel.x)
     axes.set_ylabel(panel.y)
+    axes.locator_params(axis="x", nbins=6)
     entries = panel.entries(labels)
     handles = [Line2D([], [], color=colour, linestyle=dash) for colour, dash in entries.values()]
     below: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22), "ncols": _columns(entries)}

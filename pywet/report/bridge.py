@@ -46,7 +46,7 @@ def table(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values) -> li
         ends.add_row(short(law), _times(1e6, distance), _times(1e6, limit), _percent(deviation(distance, limit)))
     drags = Table("viscous law", "gap in µm", "force in mN", box=None, header_style="bold")
     for law, values in answer["viscous_normal_N"].items():
-        for gap, value in zip(gaps, values, strict=True):
+        for gap, value in zip(gaps, values, strict=True) if any(values) else ():  # without velocity there are none
             drags.add_row(short(law), f"{1e6 * gap:.6g}", _times(1e3, value))
     return [forces, ends, drags]
 

@@ -61,7 +61,7 @@ def write(folder: Path, picture: Path) -> Path:
     runs = seeds.of_scene(folder)
     run, found = runs[0], seeds.worst(runs)
     sections = [
-        page.Section("Picture", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"),
+        page.Section("Picture", page.picture_file(picture, _caption(run)), "Picture"),
         *_screens(runs),
         *_sizes(run),
         *_retained(runs),
@@ -73,6 +73,10 @@ def write(folder: Path, picture: Path) -> Path:
         page.Section("Files", _files(folder), "Files"),
     ]
     return page.write(folder / "report.html", run.scene.name, found.sentence, sections, _cards(runs, found))
+
+
+def _caption(run: Run) -> str:
+    return "Spheres and walls." if run.summary["events"] is None else "Liquid on spheres and walls."
 
 
 def _screen(runs: seeds.Runs) -> dict[str, str]:
@@ -165,9 +169,6 @@ def _liquid(runs: seeds.Runs) -> str:
     tables = [of.assign(**{c: 1e9 * of[c] for c in [*few, OTHERS, "initial_m3"]}) for of in tables]
     if run.scene.is_fed:
         shown["initial_m3"] = "put in until then"
-    drawn = _drawn(tables, {"liquid [mm³]": shown}) + page.paragraph(
-        "Active bridges are divided between their ends as if they ruptured now.", soft=True
-    )
 
     def at_end(column: str, of: str | None = None) -> str:
         last = [run.liquid.iloc[-1] for run in runs]
@@ -176,7 +177,10 @@ def _liquid(runs: seeds.Runs) -> str:
 
     by_end = sorted([*reservoirs, "left_m3"], key=lambda c: -table[c].to_numpy(dtype=float)[-1])
     rows = [[_reservoir_name(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in by_end]
-    return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
+    at_end_on = page.table(["at the end on", "mm³", "of what was put in"], rows)
+    return _drawn(tables, {"liquid [mm³]": shown}, at_end_on) + page.paragraph(
+        "Active bridges are divided between their ends as if they ruptured now.", soft=True
+    )
 
 
 def _reservoir_name(column: str, names: dict[str, str]) -> str:
@@ -191,14 +195,23 @@ def deep(runs: seeds.Runs) -> str | None:
     most = max((float(t["largest_overlap"].max()) for t in tables), default=0.0)
     if not most > DEEP:
         return None
+    key, now, power = _stiffness(runs[0])
+    times = (most / DEEP) ** power
+    to = f"from {now:g} to about {float(f'{times * now:.2g}'):g}" if now else f"about {times:.2g} times"
     return (
         f"deep overlaps: up to {100.0 * most:.2g} % of the smaller radius, soft above {100.0 * DEEP:g} %: "
-        f"raise {_stiffness(runs[0])} in materials"
+        f"raise {key} in materials {to}; the run takes {times**0.5:.2g} times as many steps"
     )
 
 
-def _stiffness(run: Run) -> str:
-    return "youngs_modulus_Pa" if run.scene.hertz else "stiffness_N_per_m"
+def _stiffness(run: Run) -> tuple[str, float | None, float]:
+    """Return the key of the stiffness of contacts, its value if all have one, and k: the overlap falls as 1/value^(1/k)."""
+    hertz = run.scene.hertz
+    if hertz:
+        values, key, power = {e.youngs_modulus_Pa for e in (*hertz.spheres, hertz.walls)}, "youngs_modulus_Pa", 2.5
+    else:
+        values, key, power = {p.normal_stiffness_N_per_m for p in run.scene.pairs}, "stiffness_N_per_m", 2.0
+    return key, values.pop() if len(values) == 1 else None, power
 
 
 def _contacts(runs: seeds.Runs) -> list[page.Section]:
@@ -218,7 +231,7 @@ def _contacts(runs: seeds.Runs) -> list[page.Section]:
         f"the radius, {through} % of a wall's thickness."
     )
     if max(float(t["largest_overlap"].max()) for t in tables) > DEEP:
-        text += f" That is deep: stiffer contacts (`{_stiffness(run)}`) would be nearer to hard spheres."
+        text += f" That is deep: stiffer contacts (`{_stiffness(run)[0]}`) would be nearer to hard spheres."
     text += " Between two outputs an impact may go deeper."
     body = (
         "".join(page.paragraph(s) for s in (text, *seeds.lines_of(runs, lambda r: r.summary.get("warnings", []))))
@@ -227,8 +240,11 @@ def _contacts(runs: seeds.Runs) -> list[page.Section]:
     return [page.Section("Contacts and speeds", body, "Contacts")]
 
 
-def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]]) -> str:
-    """Return drawings of columns over time, one below the other on a narrow screen; label of an axis -> column -> its name."""
+def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]], more: str = "") -> str:
+    """Return drawings of columns over time, `more` next to them, one below the other on a narrow screen.
+
+    `panels_of`: label of an axis -> column -> its name.
+    """
     drawn = []
     with plt.rc_context(STYLE):
         for k, (label, columns) in enumerate(panels_of.items()):
@@ -243,7 +259,7 @@ def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]]) -> 
             axes.set(xlabel="time [s]", ylabel=label)
             legend(figure)
             drawn.append(page.curves(figure, f"{word_of(label)}{k}"))
-    return f'<div class="panels">{"".join(drawn)}</div>'
+    return f'<div class="panels">{"".join(drawn)}{more}</div>'
 
 
 def _effects(run: Run) -> str:
@@ -284,7 +300,9 @@ def _ledger(runs: seeds.Runs) -> str:
     ]
     if runs[0].summary["events"] is None:
         return page.table(["energy", "J"], energies)
-    held = ["films", "bridges", "walls", "left", "initial"]
+    names = {"films": "films", "bridges": "bridges", "walls": "walls", "left": "left with drops",
+             "retired": "with spheres that left", "initial": "put in"}  # fmt: skip
+    held = [c for c in names if c in ("films", "initial") or any(run.ledger[c].any() for run in runs)]
     tables = [of[["time"]].join(of[held].where(of[held].abs() > ROUNDING * of[held].max().max(), 0.0)) for of in
               (run.ledger for run in runs)]  # fmt: skip
     rows = [
@@ -294,10 +312,10 @@ def _ledger(runs: seeds.Runs) -> str:
         ]
         for k in (0, len(tables[0]) // 2, -1)
     ]
-    text = "All liquid in mm³: `initial` is what had been put in until then, the others are where it is."
+    text = "All liquid in mm³: what had been put in until then, and where it is."
     return (
         page.paragraph(text)
-        + page.table(["time [s]", *held], rows)
+        + page.table(["time [s]", *(names[c] for c in held)], rows)
         + page.table(["energy at the end, and works", "J"], energies)
     )
 

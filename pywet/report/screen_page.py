@@ -24,6 +24,8 @@ COLOUR_OF = dict(zip((*PRODUCTS, "hold_up"), COLOURS, strict=False))
 """Colour of each product, and of the mass in the machine, in all charts."""
 STRETCHED = 0.5
 """Smallest height of the pegging map over its width."""
+MOISTURE = "moisture, overs / unders"
+"""Name of the moisture of both products, which a dry feed does not have."""
 PAGE = "screen"
 """Name of the page."""
 
@@ -56,16 +58,32 @@ def five(numbers: dict[str, Any]) -> dict[str, str]:
     rate = measured(rates[of], numbers["throughput_half_width_t_per_h"].get(of), " kg/h", 1e3)
     cut = numbers.get("d50_low_mm"), numbers.get("d50_high_mm")
     sharp = numbers.get("efficiency_low"), numbers.get("efficiency_high")
+    products = " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS)
     return {
-        "cut size d50": between(numbers["d50_mm"], cut, " mm"),
-        "ecart probable": shown(numbers["ecart_probable_mm"], " mm"),
+        "cut size d50": between(numbers["d50_mm"], cut, " mm") + _outside(numbers, "d50_mm"),
+        "ecart probable": shown(numbers["ecart_probable_mm"], " mm") + _outside(numbers, "ecart_probable_mm"),
         "efficiency": between(numbers["efficiency"], sharp, " %", 100.0),
         f"throughput, {of}": f"{rate}, {shown(per_area, ' t/(h m²)')}",
-        "moisture, overs / unders": " / ".join(measured(moist[p], scatter.get(p), " %") for p in PRODUCTS),
+        **({MOISTURE: products} if moistened(numbers) else {}),
         "apertures pegged": measured(share, numbers.get("pegged_share_half_width"), " %", 100.0)
         if numbers["screen"]
         else "–",
     }
+
+
+def moistened(numbers: dict[str, Any]) -> bool:
+    """Return whether the feed was moist."""
+    return bool(numbers["feed_moisture_percent"])
+
+
+def _outside(numbers: dict[str, Any], key: str) -> str:
+    """Say why a size of the partition curve is not defined; nothing if it is, or if nothing left the screen."""
+    overs, unders = (numbers["spheres"][p] for p in PRODUCTS)
+    if numbers[key] is not None or not overs + unders:
+        return ""
+    if key == "ecart_probable_mm":
+        return " (d25 or d75 outside the sizes)"
+    return f" (outside the sizes: {overs} spheres to the overs, {unders} to the unders)"
 
 
 def over_seeds(every: Sequence[dict[str, Any]]) -> dict[str, str]:
@@ -77,13 +95,18 @@ def over_seeds(every: Sequence[dict[str, Any]]) -> dict[str, str]:
         lacking = f" ({len(there)} of {len(every)} seeds)" if 0 < len(there) < len(every) else ""
         return f"{with_interval(there)}{unit}{lacking}" if there else "–"
 
+    def size(key: str) -> str:
+        return mean((n[key] for n in every), " mm") + (
+            _outside(every[0], key) if {n[key] for n in every} == {None} else ""
+        )
+
     moist = [numbers["moisture_percent_of_dry_mass"] for numbers in every]
     return {
-        "cut size d50": mean((n["d50_mm"] for n in every), " mm"),
-        "ecart probable": mean((n["ecart_probable_mm"] for n in every), " mm"),
+        "cut size d50": size("d50_mm"),
+        "ecart probable": size("ecart_probable_mm"),
         "efficiency": mean((n["efficiency"] for n in every), " %", 100.0),
         f"throughput, {of}": mean((n["throughput_t_per_h"].get(of) for n in every), " kg/h", 1e3),
-        "moisture, overs / unders": " / ".join(mean((m[p] for m in moist), " %") for p in PRODUCTS),
+        **({MOISTURE: " / ".join(mean((m[p] for m in moist), " %") for p in PRODUCTS)} if moistened(every[0]) else {}),
         "apertures pegged": mean((n.get("pegged_share") for n in every), " %", 100.0),
     }
 
@@ -108,7 +131,8 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
     """Return the sections of a page on a screen."""
     known = run.json(until.RESULT, dict[str, Any])
     with plt.rc_context(STYLE):
-        drawn = [_partition(numbers, curve), _products(series), _moisture(run, series)]
+        drawn = [_partition(numbers, curve), _products(series)]
+        drawn += [_moisture(run, series)] if moistened(numbers) else []
         drawn += [_passage(run, numbers)]
         drawn += [_pegging(run, numbers)] if numbers["screen"] else []
     rows: list[list[page.Cell | str]] = [
@@ -123,9 +147,7 @@ def sections(run: RunDir, numbers: dict[str, Any], curve: pd.DataFrame, series: 
             + (page.paragraph(until.sentence(known)) if known else ""),
             f"Screen{deck}",
         ),
-        page.Section(
-            "Partition, products, moisture, pegging", f'<div class="panels">{"".join(drawn)}</div>', f"Curves{deck}"
-        ),
+        page.Section("Partition, products, pegging", f'<div class="panels">{"".join(drawn)}</div>', f"Curves{deck}"),
     ]
 
 
@@ -159,9 +181,10 @@ def _partition(numbers: dict[str, Any], curve: pd.DataFrame) -> str:
     if numbers["reference_mm"] not in (None, numbers["d50_mm"]):
         axes.axvline(numbers["reference_mm"], color=INK, linestyle=":")
     axes.set(xlabel="size [mm]", ylabel="to the overs [%]", ylim=(-3, 103))
-    return page.curves(
-        figure, "partition", "Partition curve with 95 % intervals of the counts; dashed: cut size; dotted: aperture"
-    )
+    lines = {"cut size": "dashed", "aperture": "dotted"}
+    there = [numbers["d50_mm"], numbers["reference_mm"] not in (None, numbers["d50_mm"])]
+    named = [f"; {line}: {what}" for (what, line), drawn in zip(lines.items(), there, strict=True) if drawn]
+    return page.curves(figure, "partition", f"Partition curve with 95 % intervals of the counts{''.join(named)}")
 
 
 def _products(series: pd.DataFrame) -> str:
@@ -270,7 +293,7 @@ def write(folder: Path, numbers: dict[str, Any]) -> Path:
     deck = numbers["deck"]
     warning = unsteady(numbers)
     lead = f"{warning[0].upper()}{warning[1:]}. " if warning else ""
-    lead += "Partition, efficiency, throughput and moisture of the products, with 95 % intervals within the run."
+    lead += "Partition, efficiency, throughput, products, with 95 % intervals within the run."
     return page.write(
         page_of(folder, deck), f"Screen: {numbers['run']}", lead, _of_deck(RunDir(folder), deck), cards(five(numbers))
     )

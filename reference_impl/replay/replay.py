@@ -72,7 +72,6 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
                 *logs.not_checked,
                 *dynamics.not_checked(logs.motion, held),
                 *dynamics.beyond(shares),
-                *vtk.not_checked(folder),
                 *nothing.without_record(quantities),
             ],
             "seen": shares,

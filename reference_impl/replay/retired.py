@@ -46,7 +46,9 @@ class Rule:
 
     def holds(self, x: Floats, v: Floats, margin: float = 0.0) -> Floats:
         """Return which spheres satisfy the rule; with `margin` which may satisfy it, by rounding (negative: certainly)."""
-        return (x[:, 2] < self.below + margin * (abs(self.below) + self.size)) & (length(v) < self.slower * (1.0 + margin))
+        return (x[:, 2] < self.below + margin * (abs(self.below) + self.size)) & (
+            length(v) < self.slower * (1.0 + margin)
+        )
 
     def entered(self, ids: pd.Series) -> Floats:
         """Return the step from which each sphere may be retired."""

@@ -33,7 +33,6 @@ EXACT_PULLS = 8
 """Number of bridges of the last output for which the exact force is solved, a tenth of a second each."""
 Outputs = Callable[[str], Sequence[tuple[float, Path | vtu.Shown]]]
 """Kind of file -> time [s] of each output, and its file or content."""
-NOT_THERE = "VTK: there are no files yet; pywet view writes and checks them"
 
 
 @dataclass(frozen=True)
@@ -71,11 +70,6 @@ def _judged(folder: Path, outputs: Outputs, single: float = 0.0) -> tuple[list[Q
     failed = list(wrong)
     found = diagnosis.diagnose(iter(links), failed)["findings"] if failed else []
     return [merged(several) for several in parts.values()], found
-
-
-def not_checked(folder: Path) -> list[str]:
-    """Return a sentence if there is nothing to read."""
-    return [] if there(folder) else [NOT_THERE]
 
 
 def disagreement(folder: Path) -> str | None:

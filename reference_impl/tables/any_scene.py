@@ -92,15 +92,20 @@ def _held(of: Bodies, o: Output, booked: Mapping[str, float], gone: Floats) -> d
 def _contacts(
     of: Bodies, o: Output, r: Floats, scene: Mapping[str, Any], walls: at_walls.Walls, origin: Floats
 ) -> dict[str, float]:
-    """One row of touching spheres and walls, bridges, speeds and height of the centre of mass; zeros when all have left."""
-    if not len(o.at):
+    """One row of touching spheres and walls, bridges, speeds and height of the centre of mass, of the spheres that are inside.
+
+    Those that still wait for their entry are not; zeros while none is.
+    """
+    inside = ~o.waits[o.at]
+    if not inside.any():
         return dict.fromkeys(STATISTICS, 0.0)
-    at, v = (o.places.rows(names) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
+    at, v = (o.places.rows(names)[inside] for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
+    r = r[inside]
     box = images.of_scene(scene)
     a, b = near_copies(at, r, box)
     depth = (r[a] + r[b] - np.sqrt((box.nearest(at[a] - at[b]) ** 2).sum(axis=1))) / np.minimum(r[a], r[b])
     depth, speed, g = depth[depth > 0.0], np.sqrt((v**2).sum(axis=1)), np.array(scene["gravity_m_per_s2"], float)
-    pull, n, mass = float(np.sqrt((g**2).sum())), len(at), of.mass[o.at]
+    pull, n, mass = float(np.sqrt((g**2).sum())), len(at), of.mass[o.at][inside]
     height = (at + origin) @ (-g / pull) if pull else np.zeros(n)
     wall, through = walls.overlaps(o.step, at, r)
     return {

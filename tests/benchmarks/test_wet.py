@@ -253,15 +253,33 @@ def test_an_empty_template_is_not_solved(tmp_path: Path) -> None:
 
 
 def test_another_unit_is_named(tmp_path: Path) -> None:
-    """Millinewtons for newtons, 3 % off: the sentence names the factor 1000 and the unit; other wrong answers get none."""
+    """Millinewtons for newtons, 3 % off: a sentence for each quantity names the factor 1000 and the unit.
+
+    So it does for answers that scatter by 40 %, and for the other sign; other wrong answers get none.
+    """
     table = tmp_path / "answers.csv"
     table.write_text(filled("pair_at_rest", 1030.0))
     done = run_score("pair_at_rest", table)
-    assert (
-        done.returncode == 1 and "force: every answer is 1e+03 times the true one; expected values in N" in done.stdout
-    )
+    assert done.returncode == 1 and done.stdout.count("are about 1000 times the true ones; expected values in ") == 2
+    assert "force: the answers are about 1000 times the true ones; expected values in N," in done.stdout
+    head, *rows = filled("pair_at_rest", 1000.0).splitlines()
+    for k, row in enumerate(rows):
+        *names, value = row.split(",")
+        rows[k] = ",".join([*names, str((0.6, 1.0, 1.4, 1.0, 1.0)[k % 5] * float(value))])
+    table.write_text("\n".join([head, *rows]))
+    assert run_score("pair_at_rest", table).stdout.count("are about 1000 times the true ones") == 2
+    table.write_text(filled("pair_at_rest", -1.1))
+    assert "force: the answers have the other sign; expected values in N," in run_score("pair_at_rest", table).stdout
     table.write_text(filled("pair_at_rest", 2.5))
-    assert "times the true one" not in run_score("pair_at_rest", table).stdout
+    assert "the answers" not in run_score("pair_at_rest", table).stdout
+
+
+def test_a_file_of_no_problem_is_named(tmp_path: Path) -> None:
+    """`all FOLDER` reads files by the names of the problems: a misspelt one is reported."""
+    (tmp_path / "pair_at_rest.csv").write_text(filled("pair_at_rest"))
+    (tmp_path / "viscus_pull.csv").write_text(filled("viscous_pull"))
+    done = run_score("all", tmp_path)
+    assert "no problem has that name: viscus_pull.csv" in done.stderr and "1 of 10 problems solved" in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,9 @@ from pywet.cases.screening.results import class_titles
 from pywet.cli import ending
 from pywet.cli.app import app
 from pywet.products import screening_report
+from pywet.report import screen_page
 from pywet.runs.rundir import RunDir
+from pywet.scene import EngineScene
 from pywet.util.files import write_json, write_table
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
@@ -132,7 +134,7 @@ def test_a_damaged_configuration_is_one_sentence(tmp_path: Path) -> None:
 
 
 def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
-    """Five numbers in one line; a size class by the name that the user gave it, not by its column."""
+    """A line for each number, of at most 80 columns; a size class by the name that the user gave it, not by its column."""
     run = made_up.make(tmp_path / "deck")
     screening_report.write(run)
     titles = {"spheres_ore_5_4_mm": "spheres ore 5.4 mm"}
@@ -146,7 +148,11 @@ def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
                "liquid_end_m3": {"spheres_ore_5_4_mm": 4e-10, "outlet_overs": 6e-10, "total": 1e-9}}  # fmt: skip
     write_json(run / "summary.json", summary)
     output_text = [*ending._screen([RunDir(run)]), *ending._liquid([RunDir(run)])]
-    assert "cut size d50 2.5 mm" in output_text[0] and "efficiency" in output_text[0]
+    assert output_text[0].startswith("cut size d50 ") and " 2.5 mm (" in output_text[0], output_text
+    assert [line.split()[0] for line in output_text[:6]] == [
+        name.split()[0] for name in screen_page.five(screening_report.write(run))
+    ]
+    assert all(len(line) <= 80 for line in output_text)
     assert "60 % outlet overs, 40 % spheres ore 5.4 mm" in output_text[-1]
     assert (
         ending._next([RunDir(run)], "yes") == f"pywet screen {run}"
@@ -155,12 +161,18 @@ def test_a_deck_ends_with_what_its_screen_did(tmp_path: Path) -> None:
 
 
 def test_deep_overlaps_are_reported_at_the_end(tmp_path: Path) -> None:
-    """13 % of the radius, where 5 % is soft, with the key that lowers it; nothing of 4 %, nor of a run without the table."""
+    """13 % of the radius, where 5 % is soft, and a stiffness that lowers it to that; nothing of 4 %, nor without the table.
+
+    An impact of energy m v²/2 = k δ²/2 needs (13/5)² = 6.76 times the stiffness, and √6.76 = 2.6 times the steps.
+    """
     folder = finished(tmp_path / "run")
     assert not list(ending._deep([RunDir(folder)]))
     table = folder / "results" / "contact_statistics.parquet"
-    for deepest, lines in ((0.04, []), (0.13, ["deep overlaps: up to 13 % of the smaller radius, soft above 5 %: "
-                                               "raise stiffness_N_per_m in materials"])):  # fmt: skip
+    scene = EngineScene.read(folder / "scene.json")
+    pairs = tuple(p.model_copy(update={"normal_stiffness_N_per_m": 1000.0}) for p in scene.pairs)
+    write_json(folder / "scene.json", scene.model_copy(update={"pairs": pairs}).model_dump(mode="json"))
+    for deepest, lines in ((0.04, []), (0.13, ["deep overlaps: up to 13 % of the smaller radius, soft above 5 %: raise "
+        "stiffness_N_per_m in materials from 1000 to about 6800; the run takes 2.6 times as many steps"])):  # fmt: skip
         columns = dict.fromkeys(("step", "time_s", *results.STATISTICS), 0)
         write_table(pd.DataFrame([columns, {**columns, "largest_overlap": deepest}]), table)
         assert [line for line in ending.lines([RunDir(folder)], None) if line.startswith("deep")] == lines

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cli.app import app
-from pywet.compare import statistics, verdict
+from pywet.compare import command, statistics, verdict
 from pywet.scene import EngineScene
 from tests.compare.test_compare import made
 from tests.error_codes import raises_code
@@ -83,5 +83,43 @@ def test_another_moisture_is_refused_with_the_way_to_it(groups: tuple[Path, Path
 
 def test_seeds_of_one_group_stay_of_one_setting(groups: tuple[Path, Path]) -> None:
     """--across is between the groups: a group that mixes 5 % and 7 % is refused."""
-    with raises_code("compare.scenes", given=("case", "liquid")):
+    with raises_code("compare.scenes", given=("liquid",)):
         verdict.compare([groups[0] / "0", groups[1] / "0"], [groups[1] / "1"], across=["liquid"])
+
+
+def test_a_name_is_no_setting_of_a_scene(tmp_path: Path) -> None:
+    """Two user-defined scenes are compared by what is in them: their names may differ, their friction may not."""
+    runs = [made(tmp_path / name) for name in ("own", "stock")]
+    scenes = [EngineScene.read(run / "scene.json").model_copy(update={"slide": None, "name": run.name}) for run in runs]
+    for run, scene in zip(runs, scenes, strict=True):
+        (run / "scene.json").write_text(scene.model_dump_json())
+    assert not verdict.compare(*([run] for run in runs)).different
+    pairs = tuple(pair.model_copy(update={"friction": pair.friction + 0.1}) for pair in scenes[1].pairs)
+    (runs[1] / "scene.json").write_text(scenes[1].model_copy(update={"pairs": pairs}).model_dump_json())
+    with raises_code("compare.scenes", given=("materials",)):
+        verdict.compare(*([run] for run in runs))
+
+
+def test_the_second_line_is_on_what_differs_most(tmp_path: Path) -> None:
+    """Of a scene without a fraction retained: the quantity of the smallest p at its time, with the verdict of the table."""
+    for name, more in (("a", 0.0), ("b", 0.4)):
+        for k in range(4):
+            run = made(tmp_path / name / str(k))
+            (run / "results" / "fraction_retained.parquet").unlink()
+            table = pd.read_parquet(run / "trajectory.parquet")
+            table.assign(x=table["x"] + 1e-9 * (k + more)).to_parquet(run / "trajectory.parquet")
+            held = pd.read_parquet(run / "results" / "liquid_by_holder.parquet")
+            held.loc[1, "fines_m3"] = (more + 0.01 * k) * held["initial_m3"].max()
+            held.to_parquet(run / "results" / "liquid_by_holder.parquet")
+    first, second = compared(tmp_path / "a", tmp_path / "b")[1].splitlines()[:2]
+    assert first.endswith("first of all liquid fines"), first
+    assert second.startswith(f"liquid fines at {held.loc[1, 'time_s']:.3g} s") and "B − A +0.4 " in second, second
+    assert second.endswith("(95 %): significant")
+
+
+def test_names_of_groups_in_a_figure(tmp_path: Path) -> None:
+    """Folders of seeds are named by what tells them apart, not by the name of their first seed."""
+    path = Path("d")
+    assert command._names([path / "5"], [path / "7"]) == ("A 5", "B 7")
+    assert command._names([path / "5/1", path / "5/1-2"], [path / "7/1", path / "7/1-2"]) == ("A 5/1", "B 7/1")
+    assert command._names([path / "case02"], [path / "case02"]) == ("A case02", "B case02")

@@ -71,6 +71,19 @@ def test_one_run_each_by_the_intervals_within_them(runs: list[Path]) -> None:
     assert found.end.startswith("cut size [mm]: A 2.5") and "(95 %, within one run each): not significant" in found.end
 
 
+def test_a_dry_and_a_moist_run(runs: list[Path], tmp_path: Path) -> None:
+    """A number that is 0 in one of them is off by at most all of the other, not by its share of nothing."""
+    dry = shutil.copytree(runs[0], tmp_path / "dry")
+    given = json.loads((dry / "results" / "screen.json").read_text())
+    none = dict.fromkeys(given["moisture_percent_of_dry_mass"], 0.0)
+    changed = {**given, "moisture_percent_of_dry_mass": none, "moisture_half_width_percent": none}
+    (dry / "results" / "screen.json").write_text(json.dumps(changed))
+    for pair in ([[dry], [runs[0]]], [[runs[0]], [dry]]):
+        rows = {row.quantity: row for row in verdict.compare(*pair).rows}
+        wet = rows["moisture of the overs"]
+        assert wet.deviation == pytest.approx(1.0) and wet.different
+
+
 def test_without_an_interval_they_are_named(runs: list[Path], tmp_path: Path) -> None:
     pair = [shutil.copytree(run, tmp_path / run.name) for run in (runs[0], runs[1])]
     for run in pair:

@@ -57,6 +57,21 @@ AS_PUBLISHED: dict[tuple[str, str], set[str]] = {
 """Laws of a sphere on a wetted wall: they end with the layer, and i is the sphere."""
 
 
+def test_a_wrong_radius_at_walls_shows(tmp_path: Path) -> None:
+    """2 r_red between spheres tends to 2 r_i at a wall: a law that takes r_i there gives half; Willett's law gives 1."""
+    file = tmp_path / "mine.py"
+    radius = "(radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j))"
+    file.write_text(
+        "import math\n\nfrom pywet.laws.force_law import force_law\n\n\n"
+        f"@force_law\ndef law({ARGUMENTS}):\n    return 3.0 * surface_tension * {radius}\n"
+    )
+    done = CliRunner().invoke(app, ["laws", "--check", f"{file}:law", "--json"])
+    found = {f["check"]: f["found"] for f in json.loads(done.output)["findings"]}
+    assert done.exit_code == 0 and found["law: a wall against a very large sphere"] == "0.5 of that"
+    (willett,) = (f for f in checks.findings("capillary", "willett") if "large sphere" in f.check)
+    assert willett.found == "1 of that" and willett.ok is None
+
+
 def test_deviations_are_those_that_are_known() -> None:
     """Willett's fit is within 4 % of the exact force of equal spheres at V/r^3 = 1e-2, up to 0.6 of the longest bridge."""
     rows = [row for row in checks.compared("capillary", "willett") if row.bodies == "equal spheres"]

@@ -19,7 +19,7 @@ from pywet.compare import grouping
 from pywet.geometry.motion import engine_displacement
 from pywet.products import intervals, screening_report, steady, streams
 from pywet.products.partition import partition_curve, separation, size_at
-from pywet.report import screen_page
+from pywet.report import page, screen_page
 from pywet.runs.rundir import RunDir
 from pywet.scene import Vibration
 from reference_impl.replay import io
@@ -273,7 +273,7 @@ def test_values_have_intervals_and_an_unsteady_run_is_named(made: Path, tmp_path
     page = screen_page.write(run, numbers(run)).read_text()
     assert "Not steady: means over the last 1 s of the feed." in page.split("<section")[0]
     lines = list(ending._screen([RunDir(run)]))
-    assert lines[1] == "not steady: means over the last 1 s of the feed" and "±" in lines[0]
+    assert lines[-1] == "not steady: means over the last 1 s of the feed" and "(" in lines[0]
     result = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["screen", str(run), "--aperture", "2.5"])
     assert found["steady"] and result.exit_code == 0
     assert ("not steady" in result.output) == (not numbers(run)["steady"])
@@ -291,9 +291,21 @@ def test_cards_and_seeds_in_words(made: Path, tmp_path: Path) -> None:
     folders = [shutil.copytree(made, tmp_path / f"run-{k}") for k in range(3)]
     for folder, numbers_of in zip(folders, every, strict=True):
         (folder / "results" / "screen.json").write_text(json.dumps(numbers_of))
-    (line, *_) = ending._screen([RunDir(folder) for folder in folders])
-    assert line.startswith("cut size d50 3.0 ± 2.5 mm, ") and line.endswith("mean over 3 seeds)")
+    line, *_, last = ending._screen([RunDir(folder) for folder in folders])
+    assert line.split("  ")[0] == "cut size d50" and line.endswith(" 3.0 ± 2.5 mm")
+    assert last == "±: 95 % interval of the mean over 3 seeds"
     assert words["cut size d50"] == "3.0 ± 2.5 mm" and words["apertures pegged"] == "10 ± 0 % (2 of 3 seeds)"
+
+
+def test_what_a_screen_does_not_have(made: Path) -> None:
+    """A dry feed has no moisture; a cut size that no size reaches says which way the spheres went, for seeds as well."""
+    found = {**numbers(made), "feed_moisture_percent": 0.0, "d50_mm": None, "ecart_probable_mm": None}
+    found |= {"d50_low_mm": None, "d50_high_mm": None, "spheres": {"overs": 469, "unders": 137}}
+    why = "– (outside the sizes: 469 spheres to the overs, 137 to the unders)"
+    for words in (screen_page.five(found), screen_page.over_seeds([found, found])):
+        assert screen_page.MOISTURE not in words and words["cut size d50"] == why
+        assert words["ecart probable"] == "– (d25 or d75 outside the sizes)"
+    assert screen_page.cards(words)[0] == page.Card("–", f"cut size d50 {why[2:]}")
 
 
 def test_a_product_has_one_colour_on_all_charts(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -158,7 +158,7 @@ def test_panels_of_decks_are_readable(tmp_path: Path, monkeypatch: pytest.Monkey
         assert not boxes[-1].overlaps(axes.get_window_extent(renderer))
     assert len(boxes) == 2 and not boxes[0].overlaps(boxes[1])
     liquid = {text.get_text() for text in figure.axes[1].get_legend().get_texts()}
-    assert {"on spheres", "on walls", "outlet overs", "outlet unders"} < liquid
+    assert {"on spheres", "on walls", "overs", "unders"} < liquid
     assert figure.axes[1].get_lines()[0].get_ydata()[-1] == pytest.approx(0.4)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -344,9 +345,8 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
     scene = made.scene(blocks)
     for sentence in made.warnings:
         notice.warning("%s: %s", user_scene.name, sentence)
-    for feed in user_scene.feed:
-        inside = [c.count for c in scene.classes if c.name.startswith(f"{feed.name} ")]
-        notice.warning("%s", feed_sentence(feed.name, feed.psd.sizes(user_scene.folder), sum(inside), scene.steps))
+    for sentence in feeds(user_scene, made.classes):
+        notice.warning("%s", sentence)
     if any(made.origin_mm):
         notice.warning("%s: %s", user_scene.name, COUNT_FROM.format(*made.origin_mm))
     write_initial(scene, made.surfaces, made.spheres, run_dir)
@@ -354,6 +354,15 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
     write_json(run_dir / "description.json", {**user_scene.model_dump(mode="json"), "origin_mm": made.origin_mm})
     run_folder.remove(run_dir, "config.json")  # a screening case's, had one been built here before
     return scene
+
+
+def feeds(user_scene: Scene, classes: Sequence[typed.SphereClass]) -> list[str]:
+    """Describe each feed of a scene: number and sizes of spheres, mass left out."""
+    of = {feed.name: feed.psd.sizes(user_scene.folder) for feed in user_scene.feed}
+    return [
+        feed_sentence(name, sizes, sum(c.count for c in classes if c.name.startswith(f"{name} ")))
+        for name, sizes in of.items()
+    ]
 
 
 def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:

@@ -65,17 +65,18 @@ def _left(run: RunDir, gone: Bools) -> Bools:
 def contact_statistics(run: RunDir) -> pd.DataFrame:
     """At the outputs: touching spheres per sphere, overlaps over the smaller radius, bridges per sphere, speeds, centre of mass.
 
-    For walls: number touched per sphere, overlaps over the radius, the largest over the wall's thickness. Spheres
-    that have not entered are included.
+    For walls: number touched per sphere, overlaps over the radius, the largest over the wall's thickness. Only spheres that
+    have entered and not left are counted.
     """
-    scene, rows, walls = run.scene, [], AtWalls(run)
+    scene, rows, walls, line = run.scene, [], AtWalls(run), run.timeline
     radius_of = np.array([c.radius_m for c in scene.classes])
     ledger = run.ledger.set_index("step")["bridge_count"] if run.moist else None
     up = -np.array(scene.gravity_m_per_s2) / max(float(np.linalg.norm(scene.gravity_m_per_s2)), 1e-300)
     mass = np.array([c.mass_kg for c in scene.classes])
-    for step in run.timeline.steps.tolist():
+    for step, entered in zip(line.steps.tolist(), line.entered, strict=True):
         here = run.trajectory[run.trajectory["step"] == step]
-        if here.empty:  # all have left
+        here = here[here["id"].isin(line.ids[entered])]
+        if here.empty:  # none has entered, or all have left
             rows.append({"step": step, "time_s": step * scene.time_step_s, **dict.fromkeys(STATISTICS, 0.0)})
             continue
         at, kind = here[[*"xyz"]].to_numpy(), here["type"].to_numpy() - 1

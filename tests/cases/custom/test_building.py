@@ -107,6 +107,21 @@ def test_a_plan_refuses_what_a_run_refuses(tmp_path: Path) -> None:
     assert pywet.plan(path) == pywet.plan(str(path)) == pywet.plan(pywet.read_scene(path))
 
 
+def test_a_check_of_a_feed_fits_80_columns() -> None:
+    """The mass left out of the deck example, 1 - exp(-(3/5)^2.5) = 24 % and exp(-(8/5)^2.5) = 3.9 %; reasons on demand.
+
+    What is off though not negligible has the key that switches it on.
+    """
+    scene = pywet.read_scene(Path(pywet.__file__).parents[1] / "examples" / "scenes" / "deck.yaml")
+    found = scene_check.lines(scene)
+    (feed,) = (line for line in found if line.startswith("feed "))
+    assert feed.endswith("left out: 24 % of its mass finer and 3.9 % of its mass coarser")
+    assert all(len(line) <= 80 for line in found if not line.startswith(("feed ", "not negligible")))
+    (hint,) = (line for line in found if line.startswith("not negligible"))
+    assert hint == "not negligible, but on by hand only (effects: {liquid_weight: on}): liquid_weight, shedding"
+    assert any("film / radius = " in line for line in scene_check.lines(scene, reasons=True))
+
+
 def test_a_check_prints_what_would_be_run_and_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Spheres and steps are those of the scene that is built; effects have their reasons; a mistake is one sentence."""
     monkeypatch.chdir(tmp_path)
