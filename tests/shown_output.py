@@ -55,6 +55,4 @@ def is_output(shown: Sequence[str], printed: Sequence[str], tolerance: float = 0
         return not printed
     if shown[0] == CUT:
         return any(is_output(shown[1:], printed[k:], tolerance) for k in range(len(printed) + 1))
-    return (
-        bool(printed) and same_line(shown[0], printed[0], tolerance) and is_output(shown[1:], printed[1:], tolerance)
-    )
+    return bool(printed) and same_line(shown[0], printed[0], tolerance) and is_output(shown[1:], printed[1:], tolerance)

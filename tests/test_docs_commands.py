@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.cost import edit
-from tests.test_docs import COMMANDS, IN_A_FOLDER, ROOT, check_shown, is_cheap, plain, program, shown_below, words
+from tests.test_docs import COMMANDS, IN_A_FOLDER, ROOT, check_shown, is_cheap, plain, program, words
 
 TINY = {
     "scales.yaml: scales smoke width_mm value": 41,

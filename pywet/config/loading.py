@@ -451,7 +451,7 @@ def _look_up(case: Case, data: Materials) -> None:
     """
     for diameter in case.diameters_mm:
         data.size(case.material, diameter)
-        if not case.own_feed:
+        if not case.has_feed:
             data.size(data.feed.reference_material, diameter)
     data.liquid_named(case.liquid)
     data.screen(case.aperture_mm)

@@ -9,9 +9,9 @@ from reference_impl.motion import impulses
 from reference_impl.replay import coverage, io, laws
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs
-from reference_impl.replay.booking import Columns
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
+from reference_impl.replay.liquid_ledger import Columns
 from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys
 from reference_impl.replay.plans import entered
 

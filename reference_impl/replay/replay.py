@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from reference_impl.diagnosis import diagnosis, faults, looked
-from reference_impl.diagnosis import kept as of_tables
+from reference_impl.diagnosis import tables as of_tables
 from reference_impl.motion import dynamics, window
 from reference_impl.replay import (
     coverage,

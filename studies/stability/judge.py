@@ -194,7 +194,7 @@ def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
 
     ledger: largest error of its liquid over its liquid. made: energy created over the energy in play; below zero:
     all of it was lost or stored. allowed: its limit by the order of the method. raw: `made` with nothing
-    subtracted for the step between a bridge's formation and its first force. said: nothing, as no guard stopped
+    subtracted for the step between a bridge's formation and its first force. message: nothing, as no guard stopped
     it.
     """
     run = Run(batch, run_dir)
@@ -211,7 +211,7 @@ def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
     names = [cell.name for cell in batch.cells]
     reported = {
         "state": state,
-        "said": "",
+        "message": "",
         "ledger": ledger,
         "made": made,
         "allowed": allowed,

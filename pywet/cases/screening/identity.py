@@ -46,7 +46,7 @@ def identity(config: Config, number: int, scale_name: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def told(config: Config, number: int, scale_name: str, preset: str | None = None) -> str:
+def fingerprint_or_reason(config: Config, number: int, scale_name: str, preset: str | None = None) -> str:
     """Return the fingerprint of a case for the workflow, with another preset if given; the reason if a case cannot be built."""
     try:
         return identity(config.with_preset(preset) if preset else config, number, scale_name)

@@ -22,7 +22,7 @@ def cup(name: str, x: float, **motion: Any) -> dict[str, Any]:
 
 
 @pytest.mark.engine
-def test_every_wall_moves_in_its_own_way(tmp_path: Path) -> None:
+def test_every_wall_has_its_motion(tmp_path: Path) -> None:
     """Two vibrations, two walls that move at different times (one across a checkpoint), two that turn, and beads in all cups."""
     walls = [
         cup("tossed", 0, vibrates=TOSS),

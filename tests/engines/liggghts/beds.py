@@ -98,7 +98,7 @@ def table(run_dir: Path, name: str) -> pd.DataFrame:
     return pd.read_parquet(run_dir / f"{name}.parquet")
 
 
-def standing(run_dir: Path) -> pd.DataFrame:
+def active_bridges(run_dir: Path) -> pd.DataFrame:
     """Return the active bridges at each output."""
     return table(run_dir, "history/bridges")[["step", "partner_kind", "i", "j"]]
 

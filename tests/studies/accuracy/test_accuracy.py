@@ -124,7 +124,7 @@ def test_prices_are_ratios_within_a_round() -> None:
     assert found.loc[0.01, "ratio"] == 1.0 and found.loc[0.01, "low"] < 1.0 < found.loc[0.01, "high"]
 
 
-def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -> None:
+def test_of_random_numbers_one_study_in_a_hundred_reports_a_difference_of_the_defaults() -> None:
     """300 studies of nothing but noise: beyond `family` at most 1 % of them plus three standard errors (8 studies), beyond
     `limit`, which is each error's own 99 %, many more.
     """
