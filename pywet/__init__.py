@@ -20,8 +20,8 @@ A scene is described, run and read back::
     pywet.view("results/two_layers")       # time series for ParaView and a picture
 
 Scenes: `Scene`, `Material`, `Contact`, `Liquid`; `Spheres`, or a `Feed` of a `SizeDistribution` (sieve analysis,
-`RosinRammler`, `LogNormal`, `GaudinSchuhmann`), in a `Box` or `Cylinder`, inserted continuously with `Fed`; `Outlet`; a `Deck`
-with its `Stroke`; `Wall` as an STL file, `Block`, `Tube`, `Disc`, `Vessel` or `Bars`, which `Vibrates`, `Turns`, `Moves` or is
+`RosinRammler`, `LogNormal`, `GaudinSchuhmann`), in a `Box` or `Cylinder`, inserted during the run with `Insertion`; `Outlet`; a
+`Deck` with its `Stroke`; `Wall` as an STL file, `Block`, `Tube`, `Disc`, `Vessel` or `Bars`, which `Vibrates`, `Turns`, `Moves` or is
 `Removed`; `TimeStep`, `Results`. Functions: `read_scene`, `plan`, `run`, `load`, `replay`, `view`; of screens `screen` and
 `kinetics`. Laws: `laws`, such as `pywet.laws.capillary.rabinovich`, and `force_law` for custom laws. Errors: `PywetError`.
 Everything else may change; docs/own-scene.md explains scenes.
@@ -30,13 +30,14 @@ Everything else may change; docs/own-scene.md explains scenes.
 from __future__ import annotations
 
 import importlib
+import warnings
 from typing import Any
 
 _OF = {
     "errors": "PywetError",
     "laws.force_law": "force_law",
     "scene_stages": "load plan read_scene replay run view",
-    "cases.custom.description": "Box Contact Cylinder Fed Feed Liquid Material Results Scene Spheres TimeStep",
+    "cases.custom.description": "Box Contact Cylinder Feed Insertion Liquid Material Results Scene Spheres TimeStep",
     "cases.custom.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",
     "products.deck": "Deck Stroke",
     "products.kinetics": "kinetics",
@@ -55,6 +56,9 @@ def __getattr__(name: str) -> Any:
     if name == "laws":
         importlib.import_module("pywet.laws.registry")  # and with it all modules of laws
         return importlib.import_module("pywet.laws")
+    if name == "Fed":
+        warnings.warn("pywet.Fed is now pywet.Insertion", DeprecationWarning, 2)
+        name = "Insertion"
     if name not in _PLACES:
         raise AttributeError(f"module {__name__} has no attribute {name}")
     return getattr(importlib.import_module(f"pywet.{_PLACES[name]}"), name)

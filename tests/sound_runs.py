@@ -158,7 +158,7 @@ def _custom(draw: random.Random) -> dict[str, Any]:
     span = draw.choice([0.02, 0.05])
     last = spheres[-1]
     if draw.random() < 0.6:
-        last |= {"fed": {"from_s": draw.choice([0.0, 0.1]) * span, "for_s": 0.5 * span}}
+        last |= {"insertion": {"from_s": draw.choice([0.0, 0.1]) * span, "for_s": 0.5 * span}}
         last["box"] = {"low_mm": [-9, -9, 45], "high_mm": [9, 9, 52]}
         if draw.random() < 0.3:
             spheres = [last]

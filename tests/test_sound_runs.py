@@ -40,7 +40,7 @@ SCENES: dict[str, dict[str, Any]] = {
         "duration_s": 0.02, "materials": {"glass": {"density_kg_per_m3": 2500}}, "liquid": {"percent": 1},
         "spheres": [{
             **BEADS, "count": 5, "box": {"low_mm": [-9, -9, 4], "high_mm": [9, 9, 12]},
-            "velocity_m_per_s": [0, 0, -1], "fed": {"from_s": 0.002, "for_s": 0.01},
+            "velocity_m_per_s": [0, 0, -1], "insertion": {"from_s": 0.002, "for_s": 0.01},
         }],
         "walls": [{"name": "tray", "block": {"low_mm": [-20, -20, -5], "high_mm": [20, 20, 0]}}],
     },

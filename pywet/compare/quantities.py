@@ -87,7 +87,7 @@ def facts(scene: EngineScene) -> dict[str, Any]:
         "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
         "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
         "duration": scene.duration_s,
-        "walls": [[w.name, w.holder, w.motion, len(w.triangle_part)] for w in scene.walls],
+        "walls": [[w.name, w.reservoir, w.motion, len(w.triangle_part)] for w in scene.walls],
         "hertz": None if scene.hertz is None else scene.hertz.model_dump(mode="json"),
         "vibration": None if scene.vibration is None else scene.vibration.model_dump(mode="json"),
         "gravity": scene.gravity_m_per_s2,

@@ -14,7 +14,7 @@ from pywet.geometry.packing import FeedRegion
 from pywet.geometry.screen import build_wires
 from pywet.geometry.solids import Part, bin_solid, plate, polygon, square, tube
 from pywet.geometry.surface import Motion, Surface, make_surface
-from pywet.scene import Holder
+from pywet.scene import Reservoir
 
 BIN_OVERLAP_M = 0.006
 """Height [m] of the collecting bin's rim above the outlet's lower end."""
@@ -79,7 +79,7 @@ def build_apparatus(spec: ApparatusSpec) -> Apparatus:
     half_slide = float(np.abs(mid_wall).max())
     feed_low, feed_high = spec.feed_bin_bottom_m, spec.feed_bin_bottom_m + spec.feed_bin_height_m
     slope = (apothem - spec.outlet_opening_m, spec.impact_plate_angle_rad)
-    walls: list[tuple[Holder, list[Part], Motion]] = [
+    walls: list[tuple[Reservoir, list[Part], Motion]] = [
         # holds the wires in its thickness
         ("side_wall", tube(apothem, t, sides, z_outlet, spec.side_wall_height_m), "vibrates"),
         ("feed_bin", tube(apothem, t, sides, feed_low, feed_high), "fixed"),

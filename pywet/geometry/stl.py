@@ -11,7 +11,7 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.geometry.surface import Motion, Surface, make_surface
-from pywet.scene import Holder
+from pywet.scene import Reservoir
 from pywet.util.files import atomic_write
 
 
@@ -46,7 +46,7 @@ def unreadable(path: Path, error: BaseException) -> PywetError:
 
 def read_stl(
     path: Path,
-    holder: Holder = "wall",
+    reservoir: Reservoir = "wall",
     name: str | None = None,
     motion: Motion = "fixed",
     half_width: float | None = None,
@@ -70,4 +70,4 @@ def read_stl(
         corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m
     except (meshio.ReadError, ValueError, IndexError, UnicodeDecodeError, SystemExit) as error:
         raise unreadable(path, error) from error
-    return make_surface(name or path.stem, holder, [(corners, half_width)], motion)
+    return make_surface(name or path.stem, reservoir, [(corners, half_width)], motion)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pywet.errors import PywetError
 from pywet.geometry.slivers import SMALLEST_ANGLE_DEG, angles_deg, divided
-from pywet.scene import Holder
+from pywet.scene import Reservoir
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -40,7 +40,7 @@ class Surface:
     """
 
     name: str
-    holder: Holder
+    reservoir: Reservoir
     vertices: Floats
     triangles: Ints
     part: Ints
@@ -104,7 +104,7 @@ def inside(point: Floats, corners: Floats) -> bool:
 
 def make_surface(
     name: str,
-    holder: Holder,
+    reservoir: Reservoir,
     parts: Sequence[tuple[Floats, float | None]],
     motion: Motion = "fixed",
 ) -> Surface:
@@ -127,7 +127,7 @@ def make_surface(
         vertices, triangles, part = divided(vertices, triangles, part)
     surface = Surface(
         name=name,
-        holder=holder,
+        reservoir=reservoir,
         vertices=vertices,
         triangles=triangles,
         part=part,

@@ -241,7 +241,7 @@ def hertz_lines(
 def _speed(scene: EngineScene) -> float:
     """Return the typical impact speed [m/s]: that of the fastest wall, at least 0.1."""
     fastest = 0.1
-    for way in (scene.vibration, scene.slide, *(w.own_motion for w in scene.walls)):
+    for way in (scene.vibration, scene.slide, *(w.motion_parameters for w in scene.walls)):
         if isinstance(way, Vibration):
             fastest = max(fastest, peak_speed(way))
         if isinstance(way, Slide):

@@ -176,7 +176,7 @@ def place(link: Link, rows: Floats) -> tuple[str, str]:
     steps, first = link.table["step"].to_numpy(), int(np.argmax(rows))
     later = group & (steps >= steps[first])
     row = link.table.iloc[first]
-    who = ", ".join(f"{k} {int(row[k])}" for k in ("i", "j", "holder") if k in row.index)
+    who = ", ".join(f"{k} {int(row[k])}" for k in ("i", "j", "reservoir") if k in row.index)
     if (rows == group).all():
         since = "in every record"
     elif rows.sum() == 1:

@@ -276,7 +276,7 @@ def _broken(scene: dict[str, Any]) -> frozenset[int]:
 def way_of(scene: dict[str, Any], wall: dict[str, Any]) -> dict[str, Any]:
     """Return the motion of a wall: its own, or the scene's for its kind; empty for a fixed wall."""
     shared = {"vibrates": "vibration", "slides": "slide", "turns": "rotation"}.get(wall["motion"])
-    return dict(wall.get("own_motion") or (shared and scene.get(shared)) or {})
+    return dict(wall.get("motion_parameters") or (shared and scene.get(shared)) or {})
 
 
 def slide_steps(scene: dict[str, Any]) -> dict[str, tuple[int, int]]:

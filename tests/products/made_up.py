@@ -9,7 +9,7 @@ import pandas as pd
 
 from pywet import run_folder
 from pywet.cases.small import bodies
-from pywet.scene import Effects, EngineScene, Fed, Outlet, Output, SphereClass
+from pywet.scene import Effects, EngineScene, Insertion, Outlet, Output, SphereClass
 from pywet.schema import TABLES
 from pywet.util.files import write_json, write_table
 
@@ -25,10 +25,10 @@ OUTLETS = (
 
 
 def scene(steps: int = 2000) -> EngineScene:
-    """Four sizes of one density, all fed in the first 2 s."""
+    """Four sizes of one density, all inserted in the first 2 s."""
     classes = tuple(
         SphereClass(name=f"{d:g} mm", type=k, radius_m=0.5e-3 * d, density_kg_per_m3=2500.0, contact_angle_rad=0.2,
-                    count=EACH, fed=Fed(from_s=0.0, for_s=2.0))
+                    count=EACH, insertion=Insertion(from_s=0.0, for_s=2.0))
         for k, d in enumerate(SIZES_MM, start=1)
     )  # fmt: skip
     return EngineScene(

@@ -79,7 +79,7 @@ def made_batch(folder: Path, outlet: int = 2, inserted: bool = False) -> Path:
     scene = json.loads((run / "scene.json").read_text())
     if not inserted:
         for kind in scene["classes"]:
-            kind["fed"] = None
+            kind["insertion"] = None
     write_json(run / "scene.json", scene)
     path = run / "history" / "retired.parquet"
     write_table(read_table(path).assign(outlet=outlet), path)

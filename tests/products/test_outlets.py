@@ -37,7 +37,7 @@ def scene(**changes: Any) -> pywet.Scene:
     """Moist beads that enter one after the other and slide off a plate."""
     entry = {
         "name": "beads", "material": "glass", "diameter_mm": 3, "count": 40, "velocity_m_per_s": (0, 0, -0.3),
-        "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "fed": {"from_s": 0.0, "for_s": 0.15},
+        "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "insertion": {"from_s": 0.0, "for_s": 0.15},
     }  # fmt: skip
     given = {
         "duration_s": 0.3,
@@ -115,7 +115,7 @@ def test_killed_and_on_two_ranks(run: pywet.Run, tmp_path: Path) -> None:
 STRIP = [
     {
         "name": name, "material": "glass", "diameter_mm": size, "count": count, "velocity_m_per_s": (0, 0, -0.4),
-        "box": {"low_mm": (2, -14, 8), "high_mm": (24, 14, 20)}, "fed": {"for_s": 0.12},
+        "box": {"low_mm": (2, -14, 8), "high_mm": (24, 14, 20)}, "insertion": {"for_s": 0.12},
     }
     for name, size, count in (("fine", 3, 50), ("coarse", 6, 8))
 ]  # fmt: skip

@@ -29,7 +29,7 @@ from tests.reliability.kills import Stopped, assert_same, tables_of
 ASKED = {"partition_percent": 12, "block_s": 0.06, "least_blocks": 5, "least_spheres": 10, "from_s": 0.1}
 BEADS = {
     "name": "beads", "material": "glass", "diameter_mm": 3, "count": 140, "velocity_m_per_s": (0, 0, -0.3),
-    "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "fed": {"from_s": 0.0, "for_s": 0.72},
+    "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "insertion": {"from_s": 0.0, "for_s": 0.72},
 }  # fmt: skip
 OUTLETS = [
     {"name": "edge", "product": "overs", "low_mm": (-4, None, None), "high_mm": (-1, None, 3)},
@@ -94,9 +94,9 @@ def test_a_longer_run_begins_like_a_shorter_one() -> None:
     [
         ({}, {"outlets": []}, "config.inconsistent", "until together with a deck or with outlets"),
         ({}, {"outlets": OUTLETS[:1]}, "scene.until_outlets", ""),
-        ({}, {"spheres": [{**BEADS, "fed": {"for_s": 0.5}}]},
+        ({}, {"spheres": [{**BEADS, "insertion": {"for_s": 0.5}}]},
          "config.inconsistent", "until with an insertion up to duration_s, 0.72 s"),
-        ({}, {"spheres": [{k: v for k, v in BEADS.items() if k != "fed"}]},
+        ({}, {"spheres": [{k: v for k, v in BEADS.items() if k != "insertion"}]},
          "config.inconsistent", "until together with spheres that are inserted"),
         ({"block_s": 0.2}, {}, "scene.until_blocks", ""),
         ({"least_blocks": 2}, {}, "config.value", "least_blocks"),

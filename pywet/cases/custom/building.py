@@ -94,7 +94,7 @@ class Building:
         groups: dict[Any, list[Spheres]] = defaultdict(list)
         for s in self.user_scene.spheres:
             if s.mass_g is not None:
-                groups[s.material, s.box or s.cylinder, s.fed].append(s)
+                groups[s.material, s.box or s.cylinder, s.insertion].append(s)
         return tuple(
             amount
             for group in groups.values()
@@ -170,14 +170,14 @@ class Building:
             mention_bars(wall, surface)
             mention_crossing(wall, surface)
         return tuple(
-            repeating.continued(self.user_scene, wall.name, surface, wall.own_motion(surface.vertices))
+            repeating.continued(self.user_scene, wall.name, surface, wall.motion_parameters(surface.vertices))
             for wall, surface in zip(self.user_scene.walls, found, strict=True)
         )
 
     @cached_property
     def motions(self) -> tuple[EngineMotion | None, ...]:
         """Motion of each wall, in the order of the scene."""
-        return tuple(w.own_motion(s.vertices) for w, s in zip(self.user_scene.walls, self.surfaces, strict=True))
+        return tuple(w.motion_parameters(s.vertices) for w, s in zip(self.user_scene.walls, self.surfaces, strict=True))
 
     @cached_property
     def spheres(self) -> pd.DataFrame:
@@ -301,7 +301,7 @@ class Building:
             "liquid": self.liquid,
             "walls": tuple(
                 wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(
-                    update={"own_motion": motion, "feature_angle_deg": w.fold_deg}
+                    update={"motion_parameters": motion, "feature_angle_deg": w.fold_deg}
                 )
                 for s, w, motion in zip(self.surfaces, user_scene.walls, self.motions, strict=True)
             ),
@@ -363,12 +363,12 @@ def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:
 
 def _sphere_class(kind: int, spheres: Spheres, user_scene: Scene, of_mass: int | None) -> typed.SphereClass:
     """Return the size class of an entry; `of_mass`: number of spheres computed from its mass."""
-    material = user_scene.materials[spheres.material]
+    material, given = user_scene.materials[spheres.material], spheres.insertion
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
         contact_angle_rad=math.radians(material.contact_angle_deg),
         count=of_mass or spheres.count or len(spheres.at_mm or ()),
-        fed=typed.Fed(**spheres.fed.model_dump(exclude_none=True, exclude={"unusual"})) if spheres.fed else None,
+        insertion=typed.Insertion(**given.model_dump(exclude_none=True, exclude={"unusual"})) if given else None,
     )  # fmt: skip
 
 
@@ -388,7 +388,7 @@ def _first_places(made: Building) -> pd.DataFrame:
         if entry.at_mm is not None:
             at = 1e-3 * np.array(entry.at_mm)
             tables.append(pd.DataFrame({"type": sphere.type, "x": at[:, 0], "y": at[:, 1], "z": at[:, 2]}))
-        elif entry.fed is None:
+        elif entry.insertion is None:
             regions[entry.box or entry.cylinder].append(sphere)
     for number, (shape, inside) in enumerate(regions.items()):
         tables.append(fill(inside, shape.region(), made.user_scene.seed + number))
@@ -439,4 +439,4 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
 
 
 def _some(spheres: int) -> str:
-    return f"{spheres} spheres" if spheres else "the ways of spheres that are fed"
+    return f"{spheres} spheres" if spheres else "the paths of spheres that are inserted"

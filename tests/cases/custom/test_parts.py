@@ -198,7 +198,7 @@ def test_plant_coordinates_are_moved_to_an_origin(folder: Path) -> None:
                           [(1.0, 0, 5)]))  # fmt: skip
     np.testing.assert_allclose(made.surfaces[0].corners, near.surfaces[0].corners, atol=1e-9)
     assert made.scene().box_low_m == pytest.approx(near.scene().box_low_m, abs=1e-9)
-    assert made.scene().walls[0].own_motion == near.scene().walls[0].own_motion
+    assert made.scene().walls[0].motion_parameters == near.scene().walls[0].motion_parameters
     assert made.spheres["x"].tolist() == [0.001]
 
 

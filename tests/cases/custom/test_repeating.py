@@ -79,7 +79,7 @@ def test_a_strip_has_no_sides_and_repeats_where_its_apertures_do() -> None:
             "wall rod moves along y",
         ),
         (
-            {"spheres": [{**ONE, "at_mm": None, "count": 2, "velocity_m_per_s": (0, 9, -1), "fed": {"for_s": 0.005},
+            {"spheres": [{**ONE, "at_mm": None, "count": 2, "velocity_m_per_s": (0, 9, -1), "insertion": {"for_s": 0.005},
                           "box": {"low_mm": (0, -9, 5), "high_mm": (20, 9, 20)}}]},
             "scene.periodic",
             "beads at -.* outside",

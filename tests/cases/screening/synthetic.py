@@ -36,7 +36,7 @@ def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Eng
     walls = tuple(
         WallMesh(
             name=mesh,
-            holder=mesh,
+            reservoir=mesh,
             stl=Path(f"stl/{mesh}.stl"),
             contact_angle_rad=1.3,
             motion="fixed" if mesh == "collecting_bin" else "vibrates",

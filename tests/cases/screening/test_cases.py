@@ -181,7 +181,7 @@ def test_walls_of_the_run(built: tuple[Path, EngineScene]) -> None:
     assert wires["half_width"].tolist() == pytest.approx([1e-3] * len(wires))
     kinds = parts[["half_width", "contact_angle", "part_class"]].drop_duplicates()  # one class for each width and angle
     assert len(kinds) == kinds["part_class"].nunique() == len(kinds.drop(columns="part_class").drop_duplicates())
-    angles = {w.holder: math.degrees(w.contact_angle_rad) for w in scene.walls}
+    angles = {w.reservoir: math.degrees(w.contact_angle_rad) for w in scene.walls}
     assert {h for h, a in angles.items() if a == pytest.approx(50)} == {"feed_bin", "slide"}
     assert all(a == pytest.approx(45) for h, a in angles.items() if h not in ("feed_bin", "slide"))
 

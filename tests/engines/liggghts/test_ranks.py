@@ -14,7 +14,7 @@ from pywet.cases.small import small
 from pywet.engines.liggghts import deck
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
-from pywet.scene import EngineScene, Fed
+from pywet.scene import EngineScene, Insertion
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
@@ -103,7 +103,7 @@ def test_spheres_that_enter_on_two_ranks(tmp_path: Path) -> None:
         run_dir = tmp_path / str(ranks)
         scene = beds.prepare(run_dir, spheres, steps)
         inserted = scene.classes[1].model_copy(
-            update={"count": count, "fed": Fed(from_s=0.0, for_s=0.8 * steps * beds.STEP)}
+            update={"count": count, "insertion": Insertion(from_s=0.0, for_s=0.8 * steps * beds.STEP)}
         )
         scene = scene.model_copy(update={"classes": (scene.classes[0], inserted)})
         (run_dir / "scene.json").write_text(scene.model_dump_json())

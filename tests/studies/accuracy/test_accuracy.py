@@ -79,7 +79,7 @@ def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
     assert scene.effects.capillary == scene.effects.rupture == scene.effects.transfer == "young_laplace"
     assert (scene.output.contact_windows, scene.output.contact_window_steps) == (3, 10)
     assert scene.transfer_nodes == 51 and scene.viscous_integration == "semi_implicit" and scene.bridges_every == 4
-    wires = [next(w for w in s.walls if w.holder == "wires") for s in (scene, usual)]
+    wires = [next(w for w in s.walls if w.reservoir == "wires") for s in (scene, usual)]
     assert len(wires[0].triangle_part) > 4 * len(wires[1].triangle_part)
 
 
