@@ -21,8 +21,8 @@ A scene is described, run and read back::
 
 Scenes: `Scene`, `Material`, `Contact`, `Liquid`; `Spheres`, or a `Feed` of a `SizeDistribution` (sieve analysis,
 `RosinRammler`, `LogNormal`, `GaudinSchuhmann`), in a `Box` or `Cylinder`, inserted during the run with `Insertion`; `Outlet`; a
-`Deck` with its `Stroke`; `Wall` as an STL file, `Block`, `Tube`, `Disc`, `Vessel` or `Bars`, which `Vibrates`, `Turns`, `Moves` or is
-`Removed`; `TimeStep`, `Results`. Functions: `read_scene`, `plan`, `run`, `load`, `replay`, `view`; of screens `screen` and
+`Deck` with its `Stroke`; `Wall` as an STL file, `Block`, `Tube`, `Disc`, `Vessel` or `Bars`, which `Vibrates`, `Turns`, `Moves`
+or is `Removed`; `TimeStep`, `Results`. Functions: `read_scene`, `plan`, `run`, `load`, `replay`, `view`; of screens `screen` and
 `kinetics`. Laws: `laws`, such as `pywet.laws.capillary.rabinovich`, and `force_law` for custom laws. Errors: `PywetError`.
 Everything else may change; docs/own-scene.md explains scenes.
 """
