@@ -13,7 +13,7 @@ A scene is described, run and read back::
                                box=pywet.Box(low_mm=(-10, -10, 1), high_mm=(10, 10, 80)))],
         walls=[pywet.Wall(name="vessel", vessel=pywet.Vessel(inner_width_mm=22, height_mm=90))],
     )
-    for line in pywet.plan(scene).lines:   # which effects it calls for, and why
+    for line in pywet.plan(scene).lines:   # which effects the scene needs, and why
         print(line)
     run = pywet.run(scene, "results/two_layers")   # build, simulate, replay, evaluate
     run.ledger, run.events, run.liquid     # DataFrames; their units are in attrs["units"]
@@ -54,7 +54,7 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         return _version()
     if name == "laws":
-        importlib.import_module("pywet.laws.registry")  # and with it all modules of laws
+        importlib.import_module("pywet.laws.registry")  # this also imports all modules of laws
         return importlib.import_module("pywet.laws")
     if name == "Fed":
         warnings.warn("pywet.Fed is now pywet.Insertion", DeprecationWarning, 2)

@@ -397,7 +397,7 @@ class EngineScene(Strict):
             raise ValueError(f"scene {self.name}: outlets {', '.join(names)}; expected a name for each")
         if self.outlets and self.retire:
             raise ValueError(f"scene {self.name}: outlets and retire; expected one of them")
-        down = (0.0, 0.0, -1.0)  # an outlet is a region, whichever way gravity acts
+        down = (0.0, 0.0, -1.0)  # an outlet is a region, independent of gravity
         if self.outlets and (obstacle := not_retirable(self.effects, self.output, down)):
             raise ValueError(f"scene {self.name}: there are outlets but {obstacle}; expected no outlets")
 

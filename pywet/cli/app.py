@@ -165,7 +165,7 @@ def laws(
         table.add_row(*row)
     Console(highlight=False, width=max(out.width, 80)).print(
         table
-    )  # a narrower terminal breaks lines, and no name is cut
+    )  # in a narrower terminal lines are wrapped, and no name is cut
 
 
 for commands in (cases.app, bodies.app, evidence.app, plant.app, script.app):

@@ -205,7 +205,7 @@ def _liquid(run: RunDir) -> Iterator[Quantity]:
                     f"liquid {name}", "of all", table["time_s"], table[column] / table["initial_m3"].max(), 1.0
                 )
     elif ledger is not None:
-        put_in = ledger["initial"].max()  # of a scene with inserted spheres, all that will have been put in
+        put_in = ledger["initial"].max()  # with inserted spheres: the total at the end
         for column in ("films", "bridges", "walls"):
             yield _curve(f"liquid {column}", "of all", ledger["time"], ledger[column] / (put_in or 1.0), 1.0)
 

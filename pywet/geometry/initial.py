@@ -92,5 +92,5 @@ def write_initial(scene: EngineScene, surfaces: Sequence[Surface], spheres: pd.D
     if surfaces:
         write_table(triangle_table(surfaces), history / "triangles.parquet")
         write_table(part_table(scene, surfaces), history / "parts.parquet")
-    else:  # what an earlier scene may have left
+    else:  # files of an earlier scene
         run_folder.remove(run_dir, "history/triangles.parquet", "history/parts.parquet")

@@ -64,7 +64,7 @@ def read_stl(
     try:
         with np.errstate(
             over="ignore"
-        ):  # meshio takes the text of an ASCII file for a number of triangles before it looks
+        ):  # meshio reads the text of an ASCII file as a number of triangles before it checks
             mesh = meshio.read(path, file_format="stl")
         triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
         corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m

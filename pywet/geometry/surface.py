@@ -123,7 +123,7 @@ def make_surface(
     triangles = index.reshape(-1, 3).astype(np.int64)
     part = np.repeat(np.arange(len(parts)), [len(c) for c, _ in parts]).astype(np.int64)
     if len(triangles) and np.isfinite(vertices).all() and angles_deg(corners).min() < SMALLEST_ANGLE_DEG:
-        _check_edges(name, vertices, triangles)  # what is not closed cannot be divided
+        _check_edges(name, vertices, triangles)  # an open surface has no inside
         vertices, triangles, part = divided(vertices, triangles, part)
     surface = Surface(
         name=name,
@@ -153,7 +153,8 @@ def check_surface(surface: Surface) -> None:
     for k in range(count):
         of_body, others = surface.corners[body == k], surface.corners[body != k]
         volume = enclosed(of_body)
-        if volume <= 0 and not (volume < 0 and inside(of_body[0].mean(axis=0), others)):  # a cavity looks inward
+        cavity = volume < 0 and inside(of_body[0].mean(axis=0), others)  # its normals point inward
+        if volume <= 0 and not cavity:
             raise PywetError(
                 f"surface {surface.name}: its triangles enclose {volume:.3g} m3, expected a positive volume; "
                 "reverse the triangles so that normals point outward",

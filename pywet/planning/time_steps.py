@@ -119,7 +119,7 @@ def largest_step(
 
     bounds = [value for value in (math.sqrt(m / k) if k > 0 else 0.0, m / gamma if gamma > 0 else 0.0) if value > 0]
     if implicit and (k <= 0.0 or c >= 1e3 * math.sqrt(m * k)):
-        return math.inf  # no limit, or one far beyond any use
+        return math.inf  # no limit, or one far above any useful step
     high = 4.0 * max([*bounds, m / c if c > 0 else 0.0])
     while margin(high) > 0.0:
         high *= 2.0

@@ -104,7 +104,7 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
     across, along = (
         int(along_x.sum()),
         int((~along_x).sum()),
-    )  # gaps across the deck are between wires along it, and so on
+    )  # gaps across the deck are between wires along it, and vice versa
     periodic = run.scene.periodic
     return max(1, across - (periodic != "y")) * max(1, along - (periodic != "x"))
 

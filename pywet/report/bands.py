@@ -182,7 +182,7 @@ def _liquid(run: RunDir, group: str, panel: Panel) -> None:
         for reservoir in reservoirs:
             word = reservoir.removesuffix(end)
             curve = titles.get(word, word.replace("_", " "))
-            if len(reservoirs) > MOST:  # all spheres, all walls
+            if len(reservoirs) > MOST:  # sums over spheres and over walls
                 curve = JOINED.get(word.partition("_")[0], curve)
             shares[curve] = shares.get(curve, 0.0) + table[reservoir] / (table[initial].max() or 1.0)
         for curve, share in shares.items():
@@ -227,7 +227,7 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
         labels = _labels(groups)
         below = max(_rows(panel.entries(labels)) for panel in shown) * ROW
         figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, (HEIGHT + below) / INCH))
-        for one, panel in zip(axes, shown, strict=False):  # the last row may have spare axes
+        for one, panel in zip(axes, shown, strict=False):  # the last row may have unused axes
             _draw(one, panel, labels)
         notes = ["bands: 95 % confidence interval of the mean over the seeds"] * any(
             len(r) > 1 for r in groups.values()

@@ -16,6 +16,9 @@ from pywet.runs.loaded import Run
 CLASSES = ("d05", "d07", "d08", "d09", "d12")
 """Names of the classes in strip.yaml, by ten times the ratio of diameter to aperture."""
 APERTURE_M = 0.005
+MOST_HELD = 0.1
+"""A screen is called blocked where more than this mass share of the feed is on the deck 1.8 s after the end of the feed,
+four times the residence time of a sphere that is not held."""
 FROM_S = 0.3
 """Time from which pegged apertures are averaged [s]: the first spheres have then reached the end of the deck."""
 

@@ -126,7 +126,7 @@ class Building:
     def _pair(self, a: int, b: int) -> typed.ContactPair:
         spheres = self.user_scene.spheres
         dry = self.user_scene.dry(spheres[a - 1].material, spheres[b - 1].material if b else WALLS)
-        assert dry is not None  # the description refuses what it has no data for
+        assert dry is not None  # scenes without contact data are rejected on reading
         other = self.classes[b - 1].radius_m if b else math.inf
         return bodies.contact(
             a, b, dry.stiffness_N_per_m, friction=dry.friction, restitution=dry.restitution,
@@ -253,7 +253,8 @@ class Building:
         chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, user_scene.effects, laws, around)
         if self.hertz is None:
             return replace(chosen, amounts=self.amounts)
-        effects = chosen.effects.model_copy(update={"tangential_history": True})  # whose friction is a spring
+        # friction of this model is a tangential spring
+        effects = chosen.effects.model_copy(update={"tangential_history": True})
         lines = hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
         return replace(chosen, amounts=self.amounts, effects=effects, contact=lines)
 
@@ -273,7 +274,7 @@ class Building:
                 deep = expected(self.speed, c.mass_kg, pair.normal_stiffness_N_per_m)
                 if deep > PRESSED * thick:
                     least = f"stiffness_N_per_m {(self.speed / (PRESSED * thick)) ** 2 * c.mass_kg:.2g}"
-                    if self.hertz:  # the overlap goes with the moduli to the power of -2/5
+                    if self.hertz:  # the overlap scales with the modulus to the power -2/5
                         least = f"{(deep / (PRESSED * thick)) ** 2.5:.2g} times youngs_modulus_Pa of both"
                     found.append(
                         f"{c.name} at up to {self.speed:.2g} m/s may overlap wall {wall.name} by {1e3 * deep:.2g} mm, and the "
@@ -352,7 +353,7 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", {**user_scene.model_dump(mode="json"), "origin_mm": made.origin_mm})
-    run_folder.remove(run_dir, "config.json")  # a screening case's, had one been built here before
+    run_folder.remove(run_dir, "config.json")  # left by a screening case that was built here before
     return scene
 
 

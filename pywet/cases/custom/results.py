@@ -75,7 +75,7 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
     mass = np.array([c.mass_kg for c in scene.classes])
     for step in run.timeline.steps.tolist():
         here = run.trajectory[run.trajectory["step"] == step]
-        if here.empty:  # all have left
+        if here.empty:  # every sphere has left
             rows.append({"step": step, "time_s": step * scene.time_step_s, **dict.fromkeys(STATISTICS, 0.0)})
             continue
         at, kind = here[[*"xyz"]].to_numpy(), here["type"].to_numpy() - 1

@@ -41,7 +41,7 @@ def identity(config: Config, number: int, scale_name: str) -> str:
     scene = cases.assemble(config, case, scale, made, build_apparatus(spec))
     text = json.dumps([scene.model_dump(mode="json"), asdict(spec), _code()], sort_keys=True)
     for law in sorted(set(scene.effects.laws.values())):
-        if custom_laws.is_custom(law):  # what its file says counts, not where it lies
+        if custom_laws.is_custom(law):  # the content of the file counts, not its path
             text = text.replace(json.dumps(law), _text(law))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -144,7 +144,7 @@ def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Ch
     start = run.timeline
     initial = float(start.initial_film.sum())
     liquid_mass = initial * (run.scene.liquid.density_kg_per_m3 if run.scene.liquid else 0.0)
-    # Between two passages Y may creep up by liquid drawn back out of the bin: at most 0.1 % of the liquid is allowed for.
+    # Between two passages Y may increase by liquid drawn back out of the bin: at most 0.1 % of the liquid is accepted.
     limit = 1e-12 + 1e-3 * liquid_mass / (float(start.mass.sum()) + liquid_mass)
     error = float((liquid["total_m3"] - initial).abs().max()) / initial if initial > 0 else 0.0
     return [
