@@ -102,7 +102,7 @@ def read(path: Path) -> list[dict]:
         except (TypeError, ValueError):
             given = f"at {printable(repr(row['at']))}, value {printable(repr(row['value']))}"
             raise Refused(f"{where}: {given}; expected numbers") from None
-        if not (abs(at) <= LARGEST and abs(value) <= LARGEST):  # NaN is not
+        if not (abs(at) <= LARGEST and abs(value) <= LARGEST):  # false for NaN
             raise Refused(f"{where}: {value} at {at}; expected finite numbers, at most {LARGEST:g}")
         row["at"], row["value"] = at, value
     return [row for row in rows if not isinstance(row["value"], str)]

@@ -55,7 +55,7 @@ def histories(run: Run) -> pd.DataFrame:
         keys = keys.assign(wall=keys["partner_kind"] != laws.SPHERE).drop_duplicates(["wall", "i", "j"])
         here = active.assign(wall=active["partner_kind"] != laws.SPHERE)[["wall", "i", "j"]].assign(kind=RUPTURE)
         ends = keys.merge(here, on=["wall", "i", "j"], how="left")
-        # a bridge that stands is as if it ruptured now, one that does not as if it were to form
+        # an active bridge is treated as a rupture at this step, a missing one as a formation
         parts.append(ends.assign(kind=ends["kind"].fillna(FORMATION).astype(int), step=last)[columns])
     rows = pd.concat(parts, ignore_index=True)
     rows["wall"] = rows["partner_kind"] != laws.SPHERE
@@ -263,7 +263,7 @@ def ledger(run: Run) -> Link:
 
     moved = expected + by_events(run, table["step"].to_numpy())
     seen = np.where(np.abs(moved - expected) > 1e-9 * size, moved, np.nan)
-    # sums of many events lose digits
+    # the sum over many events has round-off
     excuse = np.where(np.abs(held - seen) < 1e-9 * size, held, np.nan)
     return Link("ledger", "ledger of the liquid", table, held, expected, size, suspects, 1e-12, excuses=(excuse,))
 
@@ -274,7 +274,7 @@ def links(run: Run, expected: Pair) -> Iterator[Link]:
     if len(events):
         both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
         yield stored(run, expected)
-        if "drops" not in run.tables:  # these change films between the events
+        if "drops" not in run.tables:  # drops change films between the events
             yield carried(run, both)
             yield from snapshots(run, both)
         yield booked(run, expected)

@@ -195,7 +195,7 @@ def judge(link: Link) -> list[Finding]:
     rest = broken(link)
     findings: list[Finding] = []
     while rest.any() and len(findings) < ROUNDS:
-        # of each suspect only the records it explains are stored: values of many records are large
+        # only the records that each suspect explains are stored, because its values take too much memory
         tried = [
             (within(link, s.value, link.tolerance or BITWISE) & rest, replace(s, value=NOTHING))
             for s in link.suspects(rest)
@@ -310,7 +310,7 @@ SHOW_AGAIN = {
     **{name: OF_COUNTS for name in (
         "energy_formed", "energy_ruptured", "energy_capillary_stored", "ledger_counts", "contact_rows", "event_triangle",
         "event_separation", "snapshot_triangle", "snapshot_separation")},
-    "snapshot_ends": OF_COUNTS - {"formation_shared"},  # which tells what is one place by where these are
+    "snapshot_ends": OF_COUNTS - {"formation_shared"},  # formation_shared compares positions of bridge ends
     "formation_shared": {"wall_closest_point", "snapshot_ends"},
     "ledger_held": OF_EVENTS | {"snapshot_films", "snapshot_wall_films", "retired_film"},
     **{name: OF_EVENTS | {"snapshot_films"} for name in ("retired_film", "retired_events", "retired_bridges")},
@@ -326,7 +326,7 @@ def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
     """Join several diagnoses of one run: the first names causes; consequences in others are listed with their cause."""
     first, *others = diagnoses
     findings = [f for d in diagnoses for f in d["findings"]]
-    if any(f["fault"] for f in findings):  # what the others cannot name follows from these
+    if any(f["fault"] for f in findings):  # findings without a cause are consequences of those with one
         findings = [*first["findings"], *(f for d in others for f in d["findings"] if f["fault"])]
     findings = _grouped(findings)
     named = {q for f in findings for q in f["quantities"]}
@@ -350,7 +350,7 @@ def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
     causes = []
     for n, finding in enumerate(findings):
         first = n
-        for _ in findings:  # of a cause that shows another one again, that one
+        for _ in findings:  # follow a finding that repeats another one to its origin
             first = next((k for k, fit in enumerate(fits[first]) if fit and k != first), first)
         if first == n:
             causes.append(finding)

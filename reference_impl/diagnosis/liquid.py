@@ -123,7 +123,7 @@ def due(run: Run, e: Events) -> Link | None:
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield Suspect("dynamic rupture is ignored", np.where(gap >= reach * (1.0 - 1e-9), wrong, np.nan))
         lowest = float((gap / limit)[rows].min())
-        # of a limit set too low, each passes it by less than the way from one look to the next
+        # with a limit that is too low, each separation exceeds it by less than the displacement between two checks
         first = gap - e.pair.speed * impulses.every(run) * float(run.meta["time_step"]) < lowest * limit
         words = f"it is made too early (at {lowest:.4g} of the limit)"
         yield Suspect(words, np.where(first, wrong, np.nan), lowest)

@@ -154,7 +154,7 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
     beside = diagnosis.diagnose(of_tables.links(run, events, failed), failed)
-    # which bridges share a place at an edge follows from the closest points
+    # bridges that share a position at an edge are a consequence of the closest points
     of_edges = "wall_closest_point" in failed and all(
         f["quantities"] == ["formation_shared"] for f in found["findings"]
     )

@@ -133,7 +133,7 @@ class AccuracyStudy(study.Study):
             try:
                 total += self.predict(run.labels, machine, habit) + 0.5
             except PywetError:
-                continue  # refused in no time
+                continue  # rejected before any computation
         return total
 
 
