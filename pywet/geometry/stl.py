@@ -62,9 +62,8 @@ def read_stl(
     if not path.is_file():
         raise missing(path)
     try:
-        with np.errstate(
-            over="ignore"
-        ):  # meshio reads the text of an ASCII file as a number of triangles before it checks
+        # meshio reads the text of an ASCII file as a number of triangles before it checks
+        with np.errstate(over="ignore"):
             mesh = meshio.read(path, file_format="stl")
         triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
         corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m

@@ -39,9 +39,8 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
         return  # wrong forces at this point are a consequence
     yield from _pushes(found, failed)
     for link in sprung.links(setup, found, failed):
-        if any(
-            finding.fault for finding in judge(link)
-        ):  # without a cause of its own, a wrong spring is a consequence of wrong forces
+        # without a cause of its own, a wrong spring is a consequence of wrong forces
+        if any(finding.fault for finding in judge(link)):
             yield link
     shares = [parts.of(setup, f) for f in found]
     for name, what, kind in (("newton_force", "force that acts", 0), ("newton_torque", "torque that acts", 1)):

@@ -280,9 +280,8 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
         return None
     rows = pd.DataFrame({"step": [p[0] for p in parts]})
     logged, expected, size, margin = (np.array([p[k] for p in parts]) for k in (1, 2, 3, 4))
-    if not setup.scene["effects"].get(
-        "wall_films", True
-    ):  # the plugin has no forces on walls: `contact` contains both terms
+    # the plugin has no forces on walls: `contact` contains both terms
+    if not setup.scene["effects"].get("wall_films", True):
         contact, wall = WORKS.index("contact"), WORKS.index("wall_motion")
         for works in (logged, expected):
             works[:, contact] += works[:, wall]

@@ -73,9 +73,8 @@ def judged(run: Run) -> bool:
     known = {None, *capillary.LAWS, *laws.VISCOUS_NORMAL, *laws.VISCOUS_TANGENTIAL}
     laws_known = all(coverage.law(run, effect) in known for effect in TERMS[1:])
     explicit = not coverage.semi_implicit(run) and impulses.every(run) == 1
-    films_on_walls = io.scene(run.folder)["effects"].get(
-        "wall_films", True
-    )  # without wall films a collision with a wall causes no event
+    # without wall films a collision with a wall causes no event
+    films_on_walls = io.scene(run.folder)["effects"].get("wall_films", True)
     if script.of(run.folder):
         return False  # gravity and other forces of a script are unknown
     heavy = run.meta["effects"].get("liquid_weight") or run.meta["effects"].get("shedding")

@@ -137,9 +137,8 @@ def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mes
         one_step = _analytic_wire_step if wall.analytic else _wall_step
         rows = []
         for k, step in enumerate(window.steps.tolist()):
-            y = (
-                rest[0] + box.nearest(rest[k] - rest[0]) if box.any else rest[k]
-            )  # at the periodic copy that was found near
+            # at the periodic copy that was found near
+            y = rest[0] + box.nearest(rest[k] - rest[0]) if box.any else rest[k]
             at, b, apart, point, face = one_step(setup, wall, shape, y, a, t)
             place = motion.to_world(wall, step, point) + (rest[k] - y)[at]
             some = np.ones(len(at), dtype=bool)

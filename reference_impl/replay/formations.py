@@ -185,9 +185,8 @@ def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
     at = places.iloc[int(np.abs(places["step"].to_numpy() - event["step"]).argmin())]
     x, v = (at[list(names)].to_numpy(float) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
     fastest = FASTER * max(float(np.sqrt((v**2).sum())), float(event["speed"]))
-    since_look = abs(float(at["step"]) - float(event["step"])) + impulses.every(
-        run
-    )  # an output may be at the step of the event
+    # an output may be at the step of the event
+    since_look = abs(float(at["step"]) - float(event["step"])) + impulses.every(run)
     way = fastest * float(run.meta["time_step"]) * since_look
     parts, step = nearest.parts(run), np.full(len(triangles), int(event["step"]))
     x_of_all = np.repeat(x[None], len(triangles), axis=0)

@@ -77,9 +77,8 @@ def prepare(setup: Setup, effects: Effects, run_dir: Path) -> EngineScene:
     """Make the run directory of one choice."""
     if setup.build is not None:
         return setup.build(effects, run_dir)
-    step = step_choice.of_packing(
-        setup.classes, setup.pairs, STEP_FRACTION
-    )  # of all choices, so that times are comparable
+    # of all choices, so that times are comparable
+    step = step_choice.of_packing(setup.classes, setup.pairs, STEP_FRACTION)
     steps = round(setup.seconds / step)
     reach = 1.1 * max([float(np.abs(w.corners).max()) for w in setup.walls], default=0.0)
     reach = max(reach, 3.0 * max(abs(c) for s in setup.spheres for c in s.position))

@@ -159,9 +159,8 @@ def at_wall(s: Setting, how: str) -> tuple[tuple[Sphere, ...], tuple[Part, ...]]
     """Return a sphere at a plate, at its edge, on a wire, or on two or three wires at once."""
     kind = int(s.random.integers(1, len(s.radii) + 1))
     r, film = s.radii[kind - 1], s.film(kind)
-    gap = max(
-        s.gap(s.thickness(kind, film)), 1e-4 * r
-    )  # walls are rounded to single precision, so an exact touch is impossible
+    # walls are rounded to single precision, so an exact touch is impossible
+    gap = max(s.gap(s.thickness(kind, film)), 1e-4 * r)
     half, thin = 5.0 * r, 0.4 * s.radii[0]
     v = s.fast() * direction(s.random) * [1.0, 1.0, 0.3]
     spin = tuple(s.fast() / r * direction(s.random))
