@@ -133,7 +133,7 @@ def _small(draw: random.Random) -> dict[str, Any]:
             "seconds": draw.choice([0.02, 0.06]),
             "ranks": draw.choice([1, 1, 2]),
         }
-        choice["spheres"] += 40 * (name == "drum")  # fewer do not fit
+        choice["spheres"] += 40 * (name == "drum")  # the scene requires more spheres
         choice |= {"turns_per_minute": draw.choice([20.0, 60.0])}
     else:
         choice |= {"speed_m_per_s": draw.choice([0.02, 0.5])}

@@ -59,7 +59,7 @@ def test_every_number_has_a_source() -> None:
             origin = node.get("table") or node.get("section") if node["source"] == "paper" else node.get("reason")
             assert origin, f"{name}: {path} does not say where it comes from"
             count += 1
-    assert count > 100  # the walk found the files' content
+    assert count > 100  # the loop found the keys of the files
 
 
 def test_a_screen_as_open_as_its_wire_and_a_material_of_one_size_are_taken() -> None:

@@ -50,9 +50,8 @@ COMMANDS = sorted({command for page in PAGES for command in commands_in(page.rea
 def words(command: str) -> tuple[str, list[str]]:
     """Name of the program without its folder, and its arguments; `sudo` and variables in front are dropped."""
     parts = shlex.split(command)
-    parts = parts[
-        : next((k for k, part in enumerate(parts) if part in ("|", ">", "<")), len(parts))
-    ]  # of a pipe its first
+    # the first command of a pipe
+    parts = parts[: next((k for k, part in enumerate(parts) if part in ("|", ">", "<")), len(parts))]
     while parts[0] == "sudo" or re.fullmatch(r"[A-Z_]+=.*", parts[0]):
         parts = parts[1:]
     return (parts[0] if parts[0].startswith("tools/") else Path(parts[0]).name), parts[1:]
@@ -86,7 +85,7 @@ def parse_pywet(arguments: list[str]) -> list[str]:
 
 def test_pages_show_the_two_commands_and_more() -> None:
     assert {"make run", "make test"} <= set(commands_in((ROOT / "README.md").read_text()))
-    assert len(COMMANDS) >= 8  # a pattern that finds nothing would let all of the tests below pass
+    assert len(COMMANDS) >= 8  # with a pattern that finds nothing all tests below would pass
 
 
 @pytest.mark.parametrize("wrong", [["plann", "2"], ["plan", "two"], ["plan", "2", "--scal", "smoke"], ["replay"]])
@@ -145,9 +144,8 @@ def check_shown(command: str, output: str, tolerance: float = ROUND_OFF) -> None
 
 
 def is_cheap(arguments: list[str]) -> bool:
-    return (
-        arguments[0] in CHEAP and "config/my_bridge.json" not in arguments
-    )  # a file of the page: laws/test_own_page.py
+    # the file is written by the page: laws/test_own_page.py
+    return arguments[0] in CHEAP and "config/my_bridge.json" not in arguments
 
 
 @pytest.mark.engine

@@ -82,7 +82,8 @@ def one(bench: Bench, number: int, seed: int, module: str) -> dict[str, str]:
     while verdict is None:
         mutant = draw(bench.files(module), rng)
         verdict: Verdict | None = bench.judge(mutant, module)
-    reported = verdict.message.replace(f"{bench.tree}/", "")[:SAID]  # in this order: half a path would be kept
+    # remove the path before truncation, which might cut it
+    reported = verdict.message.replace(f"{bench.tree}/", "")[:SAID]
     values = (str(number), module, below(mutant.path), str(mutant.line), mutant.what, verdict.by, reported)
     return dict(zip(COLUMNS, values, strict=True))
 

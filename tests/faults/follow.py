@@ -141,7 +141,7 @@ def _of_view(run: Path) -> Verdict | None:
     series.write(run)
     try:
         wrong = vtk.disagreement(run)
-    except ReplayError as error:  # the reference cannot read it, and says so
+    except ReplayError as error:  # the reference rejects the file
         wrong = str(error)
     return Verdict("replay", wrong) if wrong else None
 

@@ -52,7 +52,8 @@ def make(run_dir: Path) -> Path:
     write_table(spheres, run_dir / "history" / "spheres.parquet")
     enters, nth = np.array(made.enters(kind.tolist())), (ids - 1) % EACH
     step = np.ceil((enters + 100) / EVERY).astype(np.int64) * EVERY
-    outlet = np.where(nth % 4 * 10 < np.array(OVERS)[kind - 1], 1, 2)  # of each four in a row as many as of all
+    # the same proportion in every four consecutive spheres
+    outlet = np.where(nth % 4 * 10 < np.array(OVERS)[kind - 1], 1, 2)
     here = step < made.steps
     rows = {"step": step, "time": step * STEP, "id": ids, "type": kind, "outlet": outlet, "pad": 0, "film": FILM * kind}
     x = np.where(outlet == 1, 0.2, 0.0), np.zeros(len(ids)), np.where(outlet == 1, 0.0, -0.1)

@@ -131,7 +131,7 @@ def test_a_run_ends_when_its_partition_is_known(run: pywet.Run, tmp_path: Path) 
     building.write(known(), tmp_path / "whole", found["blocks"])
     driver.run(tmp_path / "whole", progress=False)
     assert_same(tables_of(tmp_path / "whole"), tables_of(run.path))
-    pywet.run(known(), run.path)  # is there already
+    pywet.run(known(), run.path)  # the run already exists
     assert EngineScene.read(run.path / "scene.json").blocks == found["blocks"]
 
 
@@ -159,15 +159,16 @@ def test_killed_within_a_block_and_between_two(run: pywet.Run, tmp_path: Path, m
     def stop(*_: object) -> None:
         raise Stopped
 
-    with monkeypatch.context() as patch:  # before the decision
+    with monkeypatch.context() as patch:  # interrupted before the decision
         patch.setattr(until, "assess", stop)
         with pytest.raises(Stopped):
             pywet.run(asked, tmp_path)
-    with monkeypatch.context() as patch:  # after it, before the scene of one block more is written
+    # interrupted after the decision, before the scene with one more block is written
+    with monkeypatch.context() as patch:
         patch.setattr(driver, "write_json", stop)
         with pytest.raises(Stopped):
             pywet.run(asked, tmp_path)
-    with monkeypatch.context() as patch:  # and after that
+    with monkeypatch.context() as patch:  # interrupted after the scene is written
         patch.setattr(driver, "_together", stop)
         with pytest.raises(Stopped):
             pywet.run(asked, tmp_path)

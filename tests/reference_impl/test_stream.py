@@ -184,5 +184,5 @@ def test_median_of_many_is_good_to_a_thousandth() -> None:
         one_by_one = compare.gathered([one_by_one, part])
     assert together.count == one_by_one.count == len(values)
     assert together.median == one_by_one.median
-    # the class of a value is cut off at ten binary digits of its mantissa
+    # classes of the histogram have ten binary digits of the mantissa
     assert abs(together.median / np.median(values) - 1.0) < 2.0**-10

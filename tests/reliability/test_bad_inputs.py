@@ -112,10 +112,11 @@ def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, m
             assert where in (*row["config"], "config.yaml", "cases.csv", "")
         assert str(error).splitlines()[0] in output_text
     if row["exit"] == 1:
-        lines = [  # where nobody has called `make setup` yet, that is said first
+        lines = [  # without `make setup` a notice is printed first
             line for line in result.stderr.strip().splitlines() if not line.startswith("compiling for this processor")
         ]
-        assert len({line.partition(": ")[0] for line in lines}) == len(lines[:1]), result.stderr  # several of one file
+        # several messages about one file
+        assert len({line.partition(": ")[0] for line in lines}) == len(lines[:1]), result.stderr
 
 
 def test_the_table_is_as_long_as_promised() -> None:

@@ -58,7 +58,7 @@ def test_same_bed(one_rank: Path, tmp_path: Path, ranks: int) -> None:
     assert beds.apart(one_rank, other).max() < 1e-9 * beds.RADIUS
     contacts_log, same_log = (beds.table(p, "history/contacts") for p in (one_rank, other))
     assert len(contacts_log) == len(same_log) > 0
-    if ranks <= 4:  # eight share more columns than the bed is wide
+    if ranks <= 4:  # eight ranks divide the box into more columns than the bed covers
         balanced_in_x_and_y(other, ranks)
     holds_what_is_near(one_rank, other, ranks)
 
@@ -172,7 +172,7 @@ def test_stretched_pair_crosses_a_boundary_and_comes_back(tmp_path: Path, monkey
     one, two = logs
     listed = 2 * R * 1.1 + deck.skin(None)  # type: ignore[arg-type]
     reach = one["separation"] + 2 * R
-    assert reach.max() > listed  # the neighbour list alone would have lost it
+    assert reach.max() > listed  # longer than the range of the neighbour list
     assert one["xi_x"].max() > 0 and one["xi_x"].iloc[-1] < 0 and (one["xi_x"] * one["xj_x"] < 0).sum() > 100
     force = [f"force_i_{axis}" for axis in "xyz"]
     size = np.abs(one[force].to_numpy()).max()

@@ -59,9 +59,8 @@ def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
         assert made.stiffness == CONFIG.scale(scale).stiffness_factor.value
         assert made.wire_sides == CONFIG.scale(scale).wire_sides.value
         windows, steps = knobs.log_windows(made.contact_log)
-        assert (
-            windows * steps == log.contact_windows * log.contact_window_steps
-        )  # as many steps: the study has them in a row
+        # the same number of steps, consecutive in the study
+        assert windows * steps == log.contact_windows * log.contact_window_steps
         assert CONFIG.settings.laws.preset == "paper" and made.capillary == "rabinovich"
         assert made.ranks == CONFIG.settings.ranks and made.bridges_every == step.bridges_every
     for parameter in KNOBS.values():
@@ -74,7 +73,7 @@ def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
     turned = Setting(0.1, 0.03, 16, "exact", 51, "3x10", 1, "semi_implicit", 4)
     scene = sieve.prepare(tmp_path, "moist", turned, sieve.SIZES["quick"], 10009, ROOT / "config")
     usual = sieve.prepare(tmp_path / "b", "moist", Setting(), sieve.SIZES["quick"], 10009, ROOT / "config")
-    # the step goes with the fraction and with one over the root of the springs
+    # the step is proportional to the fraction and to stiffness to the power -1/2
     assert scene.time_step_s / usual.time_step_s == pytest.approx(2.0 / np.sqrt(3.0), rel=0.01)
     assert scene.effects.capillary == scene.effects.rupture == scene.effects.transfer == "young_laplace"
     assert (scene.output.contact_windows, scene.output.contact_window_steps) == (3, 10)
@@ -230,7 +229,7 @@ def test_a_looser_accuracy_never_costs_more(moist: bool, scale: str) -> None:
         try:
             chosen = choice.choose(table, float(accuracy), moist)
         except PywetError:
-            assert reached == 0  # once something is good enough, something always is
+            assert reached == 0  # an accuracy that is reachable stays reachable at a coarser one
             continue
         reached += 1
         assert chosen.price <= price and max(chosen.error.values()) <= accuracy
