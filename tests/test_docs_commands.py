@@ -21,6 +21,7 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.cost import edit
+from tests.test_config import add_the_material_of_the_page
 from tests.test_docs import COMMANDS, IN_A_FOLDER, ROOT, check_shown, is_cheap, plain, program, words
 
 TINY = {
@@ -34,8 +35,8 @@ TINY = {
 }
 """What the configuration of these tests has in place of the shipped one: some 50 spheres, three outputs."""
 LINKED = ("docs", "benchmarks", "reference_impl", "pywet", "studies", "workflow", "liggghts_inputs")
-CASES = {"19": "19,POM,5,7,10,8,1,7,mine", "50": "50,POM,5,7,10,8,1,3,mine"}
-"""Rows of cases.csv that pages tell the reader to add; that of case 50 without its material, which `test_config.py` reads."""
+CASE = "19,POM,5,7,10,8,1,7,mine"
+"""Row of cases.csv that a page tells the reader to add."""
 
 
 def shorten(path: Path, seconds: float, count: int, **more: object) -> None:
@@ -54,13 +55,17 @@ def shorten(path: Path, seconds: float, count: int, **more: object) -> None:
 
 def copies(folder: Path) -> None:
     """Give the finished run of case 2 the names of further runs."""
-    for name in ("case01", "case05", "case02.1"):
+    for name in ("case01", "case05"):
         shutil.copytree(folder / "results/smoke/case02", folder / "results/smoke" / name)
 
 
-def rows_of_cases(folder: Path) -> None:
+def one_more_case(folder: Path) -> None:
     with open(folder / "config/cases.csv", "a") as file:
-        file.writelines(f"{row}\n" for row in CASES.values())
+        file.write(f"{CASE}\n")
+
+
+def a_material(folder: Path) -> None:
+    add_the_material_of_the_page(folder / "config")
 
 
 def small_scenes(folder: Path) -> None:
@@ -132,6 +137,14 @@ def other_engine(folder: Path) -> None:
         assert done[0] == 0, done
 
 
+def other_liquid(folder: Path) -> None:
+    """Give case 2 more liquid and run it again, as the tutorial tells the reader to."""
+    path = folder / "config/cases.csv"
+    path.write_text(path.read_text().replace("\n2,POM,5,7,10,8,1,5,", "\n2,POM,5,7,10,8,1,10,"))
+    done = invoke("pywet run 2", folder)
+    assert done[0] == 0, done
+
+
 def prepare(folder: Path, settings: dict[str, object]) -> None:
     """Make a folder like a checkout, with settings in place of the shipped ones; what commands change are copies."""
     for name in LINKED:
@@ -155,6 +168,7 @@ GROUPS: dict[str, tuple[Step, ...]] = {
         "pywet view results/smoke/case02 --ovito",
         "pywet app results/smoke/case01 results/smoke/case02",
         "pywet app results/smoke/case02",
+        other_liquid,
         "pywet compare results/smoke/case02.1 results/smoke/case02 --across liquid",
     ),
     "a bed": (
@@ -202,12 +216,12 @@ GROUPS: dict[str, tuple[Step, ...]] = {
     ),
     "seeds": (
         "pywet run 2 --seeds 3",
-        rows_of_cases,
+        one_more_case,
         "pywet run 2 --seeds 3 --out results/seeds/5/1",
         "pywet run 19 --seeds 3 --out results/seeds/7/1",
         "pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf",
-        "pywet run 50",
     ),
+    "a material": (a_material, "pywet run 50"),
     "presets": (
         "pywet run 2 --seeds 5 --out results/seeds/paper/1",
         "pywet run 2 --seeds 5 --preset exact --out results/seeds/exact/1",
@@ -260,8 +274,20 @@ SERVERS = {"pywet app results/smoke/case01 results/smoke/case02", "pywet app res
 MAKE_SMALLER = (small_scenes, small_deck, insert_throughout, small_sweep, small_drum)
 ONLY_AS_SHIPPED = {"pywet run 2"}
 """Commands that print other lines after a tiny run: its liquid is in other places."""
-AS_SHIPPED = ("one run", "a bed", "a script", "a sweep", "calibrations", "a deck", "seeds", "presets", "scenes")
+AS_SHIPPED = (
+    "one run",
+    "a bed",
+    "a script",
+    "a sweep",
+    "calibrations",
+    "a deck",
+    "seeds",
+    "presets",
+    "scenes",
+    "a material",
+)
 DIFFERENT = {
+    "pywet compare results/smoke/case02.1 results/smoke/case02 --across liquid",
     "pywet compare results/seeds/paper results/seeds/exact --json difference.json",
     "pywet compare --a results/seeds/paper/1 --a results/seeds/paper/1-10008 --b results/seeds/exact",
     "pywet compare results/smoke/case02 results/smoke/case02_exact",
