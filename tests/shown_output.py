@@ -1,6 +1,7 @@
 """Lines that a page shows below a command, compared with what the command printed.
 
-A line `…` on a page stands for any number of lines, `…` within a line for any text. Otherwise the lines are compared in order and
+A line `…` on a page stands for any number of lines, `…` within a line, with the
+spaces around it, for any text. Otherwise the lines are compared in order and
 to the last, words separated by one space and the rules of a table left out. MACHINE is what differs from machine to machine.
 """
 
@@ -28,8 +29,8 @@ def lines_of(text: str) -> list[str]:
 def same_line(shown: str, printed: str, tolerance: float) -> bool:
     """Compare two lines; numbers may differ by a share of the larger one, those of the machine by any."""
     pattern, numbers = "", []
-    for piece in re.split(f"({MACHINE}|{NUMBER}|{CUT})", shown):
-        if piece == CUT:
+    for piece in re.split(f"({MACHINE}|{NUMBER}| ?{CUT} ?)", shown):
+        if piece.strip() == CUT:
             pattern += ".*"
         elif re.fullmatch(MACHINE, piece):
             pattern += f"(?:{MACHINE})"
