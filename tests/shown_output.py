@@ -1,8 +1,8 @@
 """Lines that a page shows below a command, compared with what the command printed.
 
-A line `…` on a page stands for any number of lines, `…` within a line, with the
-spaces around it, for any text. Otherwise the lines are compared in order and
-to the last, words separated by one space and the rules of a table left out. MACHINE is what differs from machine to machine.
+A line `…` on a page stands for any number of lines, `…` within a line, with the spaces around it, for any text.
+Otherwise the lines are compared in order and to the last, words separated by one space and the rules of a table left out.
+MACHINE is what differs from machine to machine.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def same_line(shown: str, printed: str, tolerance: float) -> bool:
     pattern, numbers = "", []
     for piece in re.split(f"({MACHINE}|{NUMBER}| ?{CUT} ?)", shown):
         if piece.strip() == CUT:
-            pattern += ".*"
+            pattern += ".*?"
         elif re.fullmatch(MACHINE, piece):
             pattern += f"(?:{MACHINE})"
         elif re.fullmatch(NUMBER, piece):

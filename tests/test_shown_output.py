@@ -18,7 +18,7 @@ PRINTED = ["12 spheres in 3.5 s", "law a 1.5 +2 %", "law b 2.5 -1e-3 %", "writte
         ["12 spheres in 80 min", "…"],
         ["…", "law b 2.5 …", "…"],
         ["…", "written to /home/of/another/report.html"],
-        ["12 … in …", "law …", "…"],
+        ["12 … in …", "law … 1.5 …", "law b 2.5 … %", "…"],
         ["12 spheres …", "law a 1.5 +2 %", "law b 2.5 -1e-3 %", "…", "written to /x"],
     ],
 )
