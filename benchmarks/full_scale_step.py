@@ -96,7 +96,7 @@ def seconds(
     """Processor time of a run's steps."""
 
     def change(scene: EngineScene) -> dict[str, Any]:
-        walls = tuple(w.model_copy(update={"prisms": prisms and w.holder == "wires"}) for w in scene.walls)
+        walls = tuple(w.model_copy(update={"prisms": prisms and w.reservoir == "wires"}) for w in scene.walls)
         effects = DRY if laws is None else scene.effects.model_copy(update=laws)
         changed = {"walls": walls, "effects": effects, "bridges_every": every, "contacts": contacts}
         return {**changed, **quiet(steps, scene.time_step_s)}

@@ -25,7 +25,7 @@ def lattice(side: int, layers: int, pitch: float, shaken: float) -> bodies.Float
 def prepare(folder: Path, spheres: list[small.Sphere], steps: int, rolling_m: float = 9e-5, **more: Any) -> EngineScene:
     """The spheres above a floor that is wide enough; `more` as `small.prepare` takes it."""
     half = float(np.abs([s.position[:2] for s in spheres]).max()) + 4.0 * RADIUS
-    thick = max(0.01, 0.04 * half)  # the engine takes no thinner triangles
+    thick = max(0.01, 0.04 * half)  # the engine rejects thinner triangles
     return small.prepare(
         folder, bodies.sphere_classes(RADIUS, counts=len(spheres)), spheres,
         bodies.contacts(1, 1e4, friction=0.4, rolling_m=rolling_m, restitution=0.5), walls=[small.floor(half, thickness=thick)],

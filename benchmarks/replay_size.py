@@ -45,7 +45,7 @@ def raw(folder: Path) -> dict[str, Any]:
                 rows = np.zeros(len(part), record)
                 for field in record.names or ():
                     names = [f"{field}_{axis}" for axis in "xyz"] if record[field].shape else [field]
-                    if set(names) <= set(part):  # what only fills a record up is in no table
+                    if set(names) <= set(part):  # padding fields of a record are not in the tables
                         rows[field] = part[names].to_numpy().reshape(rows[field].shape)
                 rows.tofile(file)
     return {}

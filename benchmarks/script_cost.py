@@ -39,7 +39,7 @@ def as_script(scene: EngineScene, run_dir: Path, folder: Path, steps: int, liqui
     """The deck of a dry scene as a script, with or without the line of fix pywet."""
     deck.write_deck(scene, run_dir, folder)
     text = (folder / "setup.liggghts").read_text().splitlines()
-    skin = 2.0 * deck.skin(scene)  # films get half of it
+    skin = 2.0 * deck.skin(scene)  # half of it is for films
     rows = [f"neighbor {skin!r} bin" if row.startswith("neighbor ") and liquid else row for row in text]
     rows = [row for row in rows if not row.startswith(("dump", "variable        frame"))]
     line = [f"fix wet all pywet liquid wet.yaml every {steps}"] if liquid else []

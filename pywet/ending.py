@@ -30,7 +30,7 @@ def die_with_parent() -> None:
 
 def _end(number: int, _: FrameType | None) -> None:
     for asked in ASKED:
-        signal.signal(asked, signal.SIG_IGN)  # a second one must not cut the clearing up short
+        signal.signal(asked, signal.SIG_IGN)  # a second signal must not interrupt the clean-up
     raise Ended(number)
 
 

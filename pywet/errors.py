@@ -170,7 +170,7 @@ def border(
     try:
         yield
     except quiet:
-        raise  # the reader of a pipe has gone: the caller ends quietly
+        raise  # the reader of a pipe has closed it: the caller ends without a message
     except (PywetError, OSError, MemoryError) as error:
         lines = _lines(given, error)
         if isinstance(error, PywetError) and os.environ.get(DATA_FILE):
@@ -193,7 +193,7 @@ def child_data() -> Iterator[tuple[dict[str, str], Callable[[], dict[str, Any]]]
     with tempfile.NamedTemporaryFile("r") as file:
 
         def data() -> dict[str, Any]:
-            with suppress(ValueError):  # none, or of several ranks at once
+            with suppress(ValueError):  # no step, or several ranks at once
                 return dict(json.loads(file.read()))
             return {}
 
@@ -240,6 +240,6 @@ def fault(given: str, error: Exception) -> str:
         ) as file:
             file.write(text)
         where = f"the traceback is in {file.name}: please report it, with that file and the input"
-    except OSError:  # a full disk
+    except OSError:  # the disk is full
         where = f"no file could be written for the traceback: please report it, with the input: {text}"
     return f"{one_line(given)}: a fault in pywet, not in what was given ({type(error).__name__}: {one_line(error)}); {where}"

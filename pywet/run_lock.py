@@ -30,7 +30,7 @@ def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
         return
     (refuse_links if shared else claim)(run_dir)
     if shared and not os.path.lexists(run_dir / LOCK) and not os.access(run_dir, os.W_OK):
-        yield  # of a run that can only be read, and in which nobody is at work
+        yield  # a read-only run that no process is writing
         return
     lock = _locked(run_dir, LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
     _held[key] = lock
@@ -64,7 +64,7 @@ def hold_part(run_dir: Path, name: str) -> Iterator[None]:
 
 def _locked(run_dir: Path, name: str, how: int) -> int:
     try:
-        read_only = how == fcntl.LOCK_SH and os.path.lexists(run_dir / name)  # of a run of somebody else's
+        read_only = how == fcntl.LOCK_SH and os.path.lexists(run_dir / name)  # a run of another user
         lock = open_regular(run_dir / name, os.O_RDONLY if read_only else os.O_RDWR | os.O_CREAT)
     except OSError as error:
         raise FileError(
@@ -76,7 +76,7 @@ def _locked(run_dir: Path, name: str, how: int) -> int:
         there = _same(lock, run_dir / name)
     except BlockingIOError:
         there = False
-    if not there:  # held, or moved aside by a call that held it until now
+    if not there:  # locked, or moved aside by a call that held the lock until now
         os.close(lock)
         raise PywetError(
             f"another run is active in {shown(run_dir)}; wait for it or stop it", code="lock.active", where=run_dir

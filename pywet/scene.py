@@ -55,10 +55,10 @@ Vector = tuple[float, float, float]
 Across = Literal["x", "y"]
 """Axis along which a box may be periodic; not z, because ranks divide the box into columns."""
 Bound = tuple[float | None, float | None, float | None]
-Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
+Reservoir = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
 
 
-class Fed(Strict):
+class Insertion(Strict):
     """Insertion of the spheres of a class: one after the other in the order of their ids, at a rate over time."""
 
     from_s: NonNegative
@@ -72,7 +72,7 @@ class Fed(Strict):
     def at(self, k: int, count: int) -> float:
         """Return the time [s] at which the k-th (from 0) of `count` spheres enters.
 
-        >>> Fed(from_s=0.0, for_s=2.0).at(1, 2), Fed(from_s=0.0, for_s=2.0, profile="pulsed", pulses=2).at(2, 4)
+        >>> Insertion(from_s=0.0, for_s=2.0).at(1, 2), Insertion(from_s=0.0, for_s=2.0, profile="pulsed", pulses=2).at(2, 4)
         (1.5, 1.125)
         """
         if self.profile == "ramp":
@@ -110,7 +110,7 @@ class SphereClass(Strict):
     contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
     count: Annotated[int, Field(ge=0)]
     passes_aperture: bool = True
-    fed: Fed | None = None
+    insertion: Insertion | None = None
     """Insertion, until which they move uniformly without weight; None: they are present from the start."""
 
     @property
@@ -172,11 +172,11 @@ class WallMesh(Strict):
     """One closed surface, an STL file; its triangles are grouped into parts (a wire, a flat face)."""
 
     name: Identifier
-    holder: Holder
+    reservoir: Reservoir
     stl: Inside
     contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
     motion: Literal["fixed", "vibrates", "slides", "turns"] = "fixed"
-    own_motion: Vibration | Slide | Rotation | None = None
+    motion_parameters: Vibration | Slide | Rotation | None = None
     """Motion of the wall, if it is not the scene's motion of this kind."""
     triangle_part: tuple[int, ...]
     """Index of the part (0, 1, …) of each triangle of the STL file, in file order."""
@@ -189,8 +189,8 @@ class WallMesh(Strict):
 
     @model_validator(mode="after")
     def _moving(self) -> WallMesh:
-        if self.own_motion is not None and type(self.own_motion) is not MOTIONS.get(self.motion):
-            kind = type(self.own_motion).__name__.lower()
+        if self.motion_parameters is not None and type(self.motion_parameters) is not MOTIONS.get(self.motion):
+            kind = type(self.motion_parameters).__name__.lower()
             raise ValueError(
                 f"wall {self.name}: its motion is {self.motion} but its own motion is a {kind}; expected one"
             )
@@ -267,14 +267,14 @@ An impact by a heavier sphere doubles a speed, which gives four times the rise.
 """
 
 
-def not_retirable(effects: Effects, output: Output, gravity: Vector, fed: bool = False) -> str | None:
+def not_retirable(effects: Effects, output: Output, gravity: Vector, inserts: bool = False) -> str | None:
     """Return the reason why no sphere of a scene can be retired; None if retirement is possible."""
     obstacles = {
         "output.checkpoints is 0, and spheres are retired at checkpoints": output.checkpoints == 0,
         "gravity does not act along -z, so that nothing comes to rest in the bin": any(gravity[:2]) or gravity[2] >= 0,
         "effects.shedding is on, and drops may land on spheres in the bin": effects.shedding is not None,
         "output.energy is on, and its budget is of all spheres": effects.bridges and output.energy,
-        "spheres enter during the run": fed,
+        "spheres enter during the run": inserts,
     }
     return next((why for why, met in obstacles.items() if met), None)
 
@@ -397,7 +397,7 @@ class EngineScene(Strict):
             raise ValueError(f"scene {self.name}: outlets {', '.join(names)}; expected a name for each")
         if self.outlets and self.retire:
             raise ValueError(f"scene {self.name}: outlets and retire; expected one of them")
-        down = (0.0, 0.0, -1.0)  # an outlet is a region, whichever way gravity acts
+        down = (0.0, 0.0, -1.0)  # an outlet is a region, independent of gravity
         if self.outlets and (obstacle := not_retirable(self.effects, self.output, down)):
             raise ValueError(f"scene {self.name}: there are outlets but {obstacle}; expected no outlets")
 
@@ -458,7 +458,7 @@ class EngineScene(Strict):
     def motion_of(self, wall: WallMesh) -> Vibration | Slide | Rotation | None:
         """Return the motion of a wall: its own, or the scene's of its kind; None if it is fixed."""
         shared = {"vibrates": self.vibration, "slides": self.slide, "turns": self.rotation}
-        return wall.own_motion or shared.get(wall.motion)
+        return wall.motion_parameters or shared.get(wall.motion)
 
     @property
     def is_fed(self) -> bool:
@@ -468,7 +468,7 @@ class EngineScene(Strict):
     @property
     def insertion_s(self) -> tuple[float, float] | None:
         """Return the times of the first start and the first end of an insertion [s]; None without insertion."""
-        times = [(f.from_s, f.from_s + f.for_s) for f in (c.fed for c in self.classes) if f]
+        times = [(f.from_s, f.from_s + f.for_s) for f in (c.insertion for c in self.classes) if f]
         return (min(a for a, _ in times), min(b for _, b in times)) if times else None
 
     def enters(self, types: Iterable[int]) -> list[int]:
@@ -477,7 +477,7 @@ class EngineScene(Strict):
         for kind in types:
             c, k = self.classes[kind - 1], seen[kind - 1]
             seen[kind - 1] += 1
-            steps.append(round((c.fed.at(k, c.count) if c.fed else 0.0) / self.time_step_s))
+            steps.append(round((c.insertion.at(k, c.count) if c.insertion else 0.0) / self.time_step_s))
         return steps
 
     @property

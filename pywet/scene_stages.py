@@ -62,7 +62,7 @@ def plan(scene: Scene | Path | str) -> EffectPlan:
     The numbers are estimates for equal spheres at one typical speed (docs/effects.md).
     """
     made = building.Building(scene if isinstance(scene, Scene) else read_scene(scene))
-    made.scene()  # with its checks
+    made.scene()  # including its checks
     return made.plan
 
 

@@ -36,7 +36,7 @@ CODES: dict[str, dict[int, str]] = {
     },
 }
 """Column -> meaning of its codes."""
-HOLDERS = {
+RESERVOIRS = {
     "wires": "the screen's wires",
     "side_wall": "walls above the screen",
     "feed_bin": "the bin above",

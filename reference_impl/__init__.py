@@ -2,5 +2,5 @@
 
 import os
 
-# before numpy is imported: the matrices of the exact bridge are too small to share among threads
+# set before numpy is imported: the matrices of the exact bridge are too small for several threads
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -35,5 +35,5 @@ def compiled(function: Callable[..., Any]) -> Any:
     """Return the compiled function; division by zero is as in numpy."""
     try:
         return njit(cache=KEPT, error_model="numpy")(function)
-    except RuntimeError:  # no folder in which it can be kept
+    except RuntimeError:  # no writable folder for the cache
         return njit(error_model="numpy")(function)

@@ -134,7 +134,7 @@ def _small(draw: random.Random) -> dict[str, Any]:
             "seconds": draw.choice([0.02, 0.06]),
             "ranks": draw.choice([1, 1, 2]),
         }
-        choice["spheres"] += 40 * (name == "drum")  # fewer do not fit
+        choice["spheres"] += 40 * (name == "drum")  # the scene requires more spheres
         choice |= {"turns_per_minute": draw.choice([20.0, 60.0])}
     else:
         choice |= {"speed_m_per_s": draw.choice([0.02, 0.5])}
@@ -159,7 +159,7 @@ def _custom(draw: random.Random) -> dict[str, Any]:
     span = draw.choice([0.02, 0.05])
     last = spheres[-1]
     if draw.random() < 0.6:
-        last |= {"fed": {"from_s": draw.choice([0.0, 0.1]) * span, "for_s": 0.5 * span}}
+        last |= {"insertion": {"from_s": draw.choice([0.0, 0.1]) * span, "for_s": 0.5 * span}}
         last["box"] = {"low_mm": [-9, -9, 45], "high_mm": [9, 9, 52]}
         if draw.random() < 0.3:
             spheres = [last]

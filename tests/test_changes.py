@@ -151,7 +151,7 @@ def test_some_cases_leave_the_report_of_all_as_it_is(edited: Path) -> None:
     )
 
 
-def test_another_folder_of_the_configuration_has_results_of_its_own(edited: Path) -> None:
+def test_another_folder_of_the_configuration_has_separate_results(edited: Path) -> None:
     shutil.copytree(edited / "config", edited / "mine", dirs_exist_ok=True)
     text = snakemake(edited, "-n", "--config", "config_dir=mine", "cases=[2,10]", "both_presets=false")
     made = set(re.findall(r"output: results/(\w+/\w+)/case\w+/status/simulate.json", text))

@@ -59,7 +59,7 @@ def test_every_number_has_a_source() -> None:
             origin = node.get("table") or node.get("section") if node["source"] == "paper" else node.get("reason")
             assert origin, f"{name}: {path} does not say where it comes from"
             count += 1
-    assert count > 100  # the walk found the files' content
+    assert count > 100  # the loop found the keys of the files
 
 
 def test_a_screen_as_open_as_its_wire_and_a_material_of_one_size_are_taken() -> None:
@@ -460,8 +460,8 @@ def test_a_custom_material_is_added_to_the_papers(folder: Path) -> None:
     assert loaded.resolved(50, "smoke")["materials"]["liquid"]["viscosity_Pa_s"]["value"] == 0.1
 
 
-def test_the_material_of_the_page(folder: Path) -> None:
-    """docs/configuration.md, as it says: 300 g of each class on the sieve of 200 mm, its own brine, case 2 untouched."""
+def add_the_material_of_the_page(folder: Path) -> None:
+    """Add the material, the liquid and the case of docs/configuration.md to a configuration, as the page describes."""
     page = (ROOT / "docs" / "configuration.md").read_text().partition("## Add a material")[2]
     spheres, contacts, liquids = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)[:3]
     header, row = re.findall(r"```csv\n(.*?)```", page, re.DOTALL)[0].splitlines()
@@ -470,6 +470,11 @@ def test_the_material_of_the_page(folder: Path) -> None:
     (folder / "materials.yaml").write_text(f"{text}\n{liquids}")
     rows = (folder / "cases.csv").read_text().splitlines()
     (folder / "cases.csv").write_text("\n".join([header, *rows[1:], row]) + "\n")
+
+
+def test_the_material_of_the_page(folder: Path) -> None:
+    """It has 300 g of each class on the sieve of 200 mm and its liquid; case 2 is unchanged."""
+    add_the_material_of_the_page(folder)
     loaded = load(folder)
     made = cases.ingredients(loaded, 50, "full")
     share = loaded.scale("full").sieve_area_m2(0.01) / (math.pi / 4 * 0.2**2)

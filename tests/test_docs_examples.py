@@ -115,7 +115,11 @@ def test_spheres_are_inserted_as_the_page_says() -> None:
     """200 beads over half a second from 0.02 s on."""
     text = [block for language, block in blocks("own-scene.md") if language == "yaml"][1]
     (beads,) = (Spheres.model_validate(entry) for entry in yaml.safe_load(text)["spheres"])
-    assert beads.count == 200 and beads.fed is not None and (beads.fed.from_s, beads.fed.for_s) == (0.02, 0.5)
+    assert (
+        beads.count == 200
+        and beads.insertion is not None
+        and (beads.insertion.from_s, beads.insertion.for_s) == (0.02, 0.5)
+    )
 
 
 def test_spheres_leave_where_the_page_says() -> None:

@@ -63,7 +63,7 @@ def test_every_key_of_a_scene_is_in_the_reference(site: Path) -> None:
     text = (site / "scene_reference.html").read_text()
     models = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_fields")]
     assert [k for c in models for k in c.model_fields if f">{k}<" not in text] == []
-    assert ">contact_statistics<" in (site / "api.html").read_text()  # of a run
+    assert ">contact_statistics<" in (site / "api.html").read_text()  # attribute of a run
 
 
 def test_every_column_and_code_is_in_the_reference(site: Path) -> None:

@@ -25,7 +25,7 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
-def test_its_own_test_passes(copied: Path) -> None:
+def test_the_test_of_the_template_passes(copied: Path) -> None:
     done = run(copied, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_my_capillary.py")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "4 passed" in done.stdout

@@ -182,7 +182,8 @@ def test_an_installed_wheel_does_what_the_checkout_does(wheel: Path, tmp_path: P
     inside = call(
         str(program / "python"), "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", folder=tmp_path
     )
-    (Path(inside.strip()) / "others.pth").write_text(sysconfig.get_path("purelib"))  # without its editable pywet
+    # packages of this environment, without its editable pywet
+    (Path(inside.strip()) / "others.pth").write_text(sysconfig.get_path("purelib"))
     call(str(program / "python"), "-m", "pip", "install", "-q", "--no-deps", "--no-index", str(wheel), folder=tmp_path)
 
     def pywet(*words: str, folder: Path = tmp_path) -> str:
@@ -199,6 +200,6 @@ def test_an_installed_wheel_does_what_the_checkout_does(wheel: Path, tmp_path: P
     assert "quantity" in pywet("score", "viscous_pull", "--template")
     pywet("init", "study")
     assert "fraction retained" in pywet("run", "1", folder=tmp_path / "study")
-    pywet("scene", "pull", "--seconds", "0.02", folder=tmp_path / "study")  # with the plugin
+    pywet("scene", "pull", "--seconds", "0.02", folder=tmp_path / "study")  # requires the plugin
     output_text = pywet("replay", "--json", "results/scenes/pull", folder=tmp_path / "study")
     assert json.loads(output_text)["status"] == "agrees"

@@ -40,7 +40,7 @@ SCENES: dict[str, dict[str, Any]] = {
         "duration_s": 0.02, "materials": {"glass": {"density_kg_per_m3": 2500}}, "liquid": {"percent": 1},
         "spheres": [{
             **BEADS, "count": 5, "box": {"low_mm": [-9, -9, 4], "high_mm": [9, 9, 12]},
-            "velocity_m_per_s": [0, 0, -1], "fed": {"from_s": 0.002, "for_s": 0.01},
+            "velocity_m_per_s": [0, 0, -1], "insertion": {"from_s": 0.002, "for_s": 0.01},
         }],
         "walls": [{"name": "tray", "block": {"low_mm": [-20, -20, -5], "high_mm": [20, 20, 0]}}],
     },
@@ -96,7 +96,7 @@ def test_scenes_that_raised_an_alarm(tmp_path: Path, name: str) -> None:
     run = pywet.run(pywet.Scene(name=name, **SCENES[name]), tmp_path)
     assert run.replay["quantities"]["ledger"]["count"] == len(run.scene.output_steps)
     assert read_json(tmp_path / "engine" / "run.json")["spheres"] == sum(c.count for c in run.scene.classes)
-    link = chain.ledger(io.read(tmp_path))  # that a run with another fault would be diagnosed with
+    link = chain.ledger(io.read(tmp_path))  # used for the diagnosis of a faulty run
     assert np.abs(link.logged - link.expected).max() <= link.tolerance * link.size.max()
     assert (len(run.events) == 0) == (name == "no bridge forms")
 

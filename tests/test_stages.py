@@ -114,9 +114,7 @@ def test_summary_of_a_dry_run_knows_gravity_and_the_rest(tmp_path: Path) -> None
     run = synthetic.make(tmp_path / "case01", moist=False)
     stages.results(run)
     energy = json.loads((run / "summary.json").read_text())["energy_J"]
-    assert energy["contact_and_wall_motion"] == pytest.approx(
-        -energy["gravity"], rel=1e-12
-    )  # the speeds stay as they are
+    assert energy["contact_and_wall_motion"] == pytest.approx(-energy["gravity"], rel=1e-12)  # velocities are unchanged
     assert energy["gravity"] != 0.0 and energy["unaccounted"] is None
 
 

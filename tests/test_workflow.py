@@ -206,7 +206,7 @@ def test_failed_cases_stop_nothing_are_reported_and_tried_again(folder: Path) ->
     assert (numbers["cases.done"]["value"], numbers["cases.count"]["value"]) == (0, 2)
     assert "stage scene failed: feed bin:" in report
     again = _snakemake(folder, "-n", "--config", "cases=[1,2]")
-    assert _jobs(again.stdout + again.stderr)["scene"] == 3  # the twin of case 2 as well
+    assert _jobs(again.stdout + again.stderr)["scene"] == 3  # includes the preset-comparison run of case 2
 
 
 WAITING = """

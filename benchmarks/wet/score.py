@@ -104,7 +104,7 @@ def read(path: Path) -> list[dict]:
         except (TypeError, ValueError):
             given = f"at {printable(repr(row['at']))}, value {printable(repr(row['value']))}"
             raise Refused(f"{where}: {given}; expected numbers") from None
-        if not (abs(at) <= LARGEST and abs(value) <= LARGEST):  # nor is NaN
+        if not (abs(at) <= LARGEST and abs(value) <= LARGEST):  # false for NaN
             raise Refused(f"{where}: {value} at {at}; expected finite numbers, at most {LARGEST:g}")
         row["at"], row["value"] = at, value
     return [row for row in rows if not isinstance(row["value"], str)]
@@ -290,7 +290,7 @@ def main(given: list[str] | None = None) -> int:
         return _asked(options)
     except Refused as refusal:
         print(refusal, file=sys.stderr)
-    except BrokenPipeError:  # who read the answer has gone
+    except BrokenPipeError:  # the reader of the pipe has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, MemoryError) as error:
         print(

@@ -163,9 +163,8 @@ def laws(
     table = Table(*names, "what it gives", box=None, header_style="bold")
     for row in rows:
         table.add_row(*row)
-    Console(highlight=False, width=max(out.width, 80)).print(
-        table
-    )  # a narrower terminal breaks lines, and no name is cut
+    # in a narrower terminal lines are wrapped, and no name is cut
+    Console(highlight=False, width=max(out.width, 80)).print(table)
 
 
 for commands in (cases.app, bodies.app, evidence.app, plant.app, script.app):

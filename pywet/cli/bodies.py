@@ -113,7 +113,7 @@ def run_scene(
     runs = {folder: description}
     for k in range(1, seeds):
         runs[folder.with_name(f"{folder.name}-{first + k}")] = description.with_(seed=first + k)
-    with ExitStack() as held:  # to the end of the page: another call would move a run aside under it
+    with ExitStack() as held:  # held until the page is written: another call would move the run aside meanwhile
         for where, what in runs.items():
             held.enter_context(commands.held(what, where))
             commands.finish(what, where, ranks, progress=True)

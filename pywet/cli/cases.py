@@ -123,7 +123,7 @@ def run(
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
     folder = folder.resolve() if folder.name in ("", "..") else folder
     first, folders = loaded.settings.seed, []
-    with ExitStack() as held:  # to the end of the last page: another call would move a run aside under it
+    with ExitStack() as held:  # held until the last page is written: another call would move the run aside meanwhile
         for k in range(seeds):
             folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
             seeded = loaded.with_seed(first + k)

@@ -73,7 +73,7 @@ def pinned() -> dict[str, str]:
 
 def banner_version(program: str) -> str | None:
     """Return the version in the first line that the engine prints; None if there is none."""
-    with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
+    with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts into its working directory
         message = process.output_of([program, "-log", "none"], "\n", Path(folder))
     named = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", message)
     return named.group(1) if named else None
@@ -159,7 +159,7 @@ def main(as_json: bool = False) -> int:
     for c in made:
         state = "ok" if c.ok else "WRONG" if c.found else "MISSING"
         table.add_row(state, c.name, c.version or "", c.needed, c.found or "", style=None if c.ok else "red")
-    console = Console(highlight=False, width=max(Console().width, 120))  # whole paths in a pipe
+    console = Console(highlight=False, width=max(Console().width, 120))  # paths are not shortened in a pipe
     console.print(table)
     for c in bad:
         console.print(c.sentence(), soft_wrap=True, markup=False)

@@ -175,7 +175,7 @@ def _report(folder: Path) -> Path | None:
         return page.of_run(folder)
     except PywetError as error:
         if isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ENOSPC:
-            raise  # what comes next would fail as well
+            raise  # the next step would fail as well
         err.print(f"no report: {one_line(str(error))}", soft_wrap=True, markup=False)
         return None
 

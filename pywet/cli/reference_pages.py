@@ -106,12 +106,12 @@ Columns of every table of a run, with unit and meaning, from `pywet/schema.py`. 
 
 def columns() -> str:
     """Return the page of all documented columns, codes and reservoirs."""
-    from pywet.schema import CODES, HOLDERS, TABLES, meanings
+    from pywet.schema import CODES, RESERVOIRS, TABLES, meanings
 
     lines = [COLUMNS, "\n## Codes\n\n| column | code | stands for |\n|---|---|---|"]
     lines += [f"| `{column}` | {code} | {text} |" for column, rows in CODES.items() for code, text in rows.items()]
     lines += ["\n## Holders\n\n| `holder` | what holds the liquid |\n|---|---|"]
-    lines += [f"| `{word}` | {text} |" for word, text in HOLDERS.items()]
+    lines += [f"| `{word}` | {text} |" for word, text in RESERVOIRS.items()]
     for table in (t for t in TABLES if meanings(t)):
         lines += [f"\n## {table}\n\n| column | unit | what |\n|---|---|---|"]
         rows = {re.sub("_[xyz]$", "_x, _y, _z", c): reported for c, reported in meanings(table).items()}

@@ -23,7 +23,7 @@ def at_work(folder: Path) -> tuple[list[int], list[int]]:
         try:
             words = (entry / "cmdline").read_bytes().decode(errors="replace").split("\0")
             here = (entry / "cwd").resolve() == folder.resolve()
-        except OSError:  # it has ended, or is another user's
+        except OSError:  # the process has ended, or belongs to another user
             continue
         if here and any(SCRIPTS in word for word in words):
             jobs.append(int(entry.name))

@@ -36,7 +36,7 @@ def compare(
     plot: Path | None = None,
 ) -> int:
     """Compare, print the result and return the exit code."""
-    with ExitStack() as held:  # until all is written: a figure reads the runs again
+    with ExitStack() as held:  # held until all is written: a figure reads the runs again
         try:
             if against is not None:
                 return _against(runs, against)

@@ -91,7 +91,7 @@ def facts(scene: EngineScene) -> dict[str, Any]:
         "materials": [[p.friction, p.rolling_friction_m, p.restitution] for p in scene.pairs],
         "contact angles": [c.contact_angle_rad for c in scene.classes] + [w.contact_angle_rad for w in scene.walls],
         "duration": scene.duration_s,
-        "walls": [[w.name, w.holder, w.motion, len(w.triangle_part)] for w in scene.walls],
+        "walls": [[w.name, w.reservoir, w.motion, len(w.triangle_part)] for w in scene.walls],
         "hertz": None if scene.hertz is None else scene.hertz.model_dump(mode="json"),
         "vibration": None if scene.vibration is None else scene.vibration.model_dump(mode="json"),
         "gravity": scene.gravity_m_per_s2,
@@ -211,7 +211,7 @@ def _liquid(run: RunDir) -> Iterator[Quantity]:
                     f"liquid {name}", "of all", table["time_s"], table[column] / table["initial_m3"].max(), 1.0
                 )
     elif ledger is not None:
-        put_in = ledger["initial"].max()  # of a scene with inserted spheres, all that will have been put in
+        put_in = ledger["initial"].max()  # with inserted spheres: the total at the end
         for column in ("films", "bridges", "walls"):
             yield _curve(f"liquid {column}", "of all", ledger["time"], ledger[column] / (put_in or 1.0), 1.0)
 

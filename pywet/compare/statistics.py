@@ -135,7 +135,7 @@ def _p_value(a: Floats, b: Floats) -> tuple[float, float]:
     """Return |t| and two-sided p of one number."""
     difference = abs(float(a.mean() - b.mean()))
     one, two = (float(x.std(ddof=1)) if len(x) > 1 else 0.0 for x in (a, b))
-    if max(one, two) < ROUND_OFF:  # no spread at all: the runs do not depend on the seed
+    if max(one, two) < ROUND_OFF:  # no scatter: the runs do not depend on the seed
         return (0.0, 1.0) if difference <= ROUND_OFF else (difference / ROUND_OFF, 0.0)
     several = min(len(a), len(b)) > 1
     t, p = stats.ttest_ind_from_stats(a.mean(), one, len(a), b.mean(), two, len(b), equal_var=not several)

@@ -49,7 +49,7 @@ class Case(Limited):
         return self
 
     @property
-    def own_feed(self) -> bool:
+    def has_feed(self) -> bool:
         """Return whether the case specifies the amount of its feed."""
         return self.class_mass_g is not None or self.class_volume_cm3 is not None
 

@@ -335,7 +335,7 @@ def read_yaml(path: Path, model: type[BaseModel], cure: str = CONFIGURATION) -> 
     """
     try:
         data = yaml.load(_read_text(path, cure), _Loader)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: a date or number that is none
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: an impossible date or number
         mark = getattr(error, "problem_mark", None)
         line = f" in line {mark.line + 1}" if mark is not None else ""
         raise ConfigError(
@@ -451,7 +451,7 @@ def _look_up(case: Case, data: Materials) -> None:
     """
     for diameter in case.diameters_mm:
         data.size(case.material, diameter)
-        if not case.own_feed:
+        if not case.has_feed:
             data.size(data.feed.reference_material, diameter)
     data.liquid_named(case.liquid)
     data.screen(case.aperture_mm)

@@ -30,7 +30,8 @@ def mistake(error: ValidationError, model: type[BaseModel], where: str) -> Confi
     """Format one line per error, misspelt keys first; a missing key that a misspelt one explains is not reported."""
     problems: list[Any] = sorted(error.errors(), key=lambda p: p["type"] != "extra_forbidden")
     meant = {(*p["loc"][:-1], _meant(p, problems, model)) for p in problems if p["type"] == "extra_forbidden"}
-    inside = {p["loc"][:n] for p in problems for n in range(len(p["loc"]))}  # a list is too short for want of these
+    # a list that contains an invalid entry is reported as too short as well
+    inside = {p["loc"][:n] for p in problems for n in range(len(p["loc"]))}
     reported = [p for p in problems if p["loc"] not in {"missing": meant, "too_short": inside}.get(p["type"], ())]
     lines = [f"{where}: {_sentence(p, problems, model)}" for p in reported[:MOST]]
     if len(reported) > MOST:
@@ -58,7 +59,7 @@ def _data(problem: Any, problems: list[Any], model: type[BaseModel]) -> dict[str
     if kind == "missing":
         given, expected = None, _kind(model, problem["loc"])
     if kind == "value_error":
-        given = None  # a group as a whole
+        given = None  # an error of a whole group
     return {
         "code": CODES.get(kind, "config.value"),
         "key": key,

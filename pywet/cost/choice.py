@@ -246,7 +246,7 @@ def rank(table: dict[str, Any], setting: str, kind: str, group: str) -> Rank | N
         "every cheaper level is less accurate, every more accurate one dearer",
     )
     for other in levels:
-        if other is at_default or other["low"] > at_default["high"]:  # dearer in every round
+        if other is at_default or other["low"] > at_default["high"]:  # more expensive in every round
             continue
         better, worse = _compare(other, at_default)
         price = f"{other['price']:.2f} of the cost ({other['low']:.2f} to {other['high']:.2f})"

@@ -57,7 +57,7 @@ class Coefficients:
         """Return the processor time of the time loop [s]."""
         n = load.spheres
         stock = _program(load) == "stock"
-        # a triangle's cost is told from the plugin's where spheres are few
+        # with few spheres the cost of a triangle cannot be separated from that of the plugin
         more = load.triangles - (self._total(n, "triangles") if stock else 0.0)
         step = self._total(n, "step_stock" if stock else "step") + more * self.few.triangle
         step += load.touches * self._each(n, "touch")

@@ -75,7 +75,7 @@ def load_of(config: Config, case: int, scale: str) -> Load:
     spheres = sum(c.count for c in scene.classes)
     bridges = FILM_BRIDGES * spheres if scene.effects.bridges else 0.0
     analytic_wires = any(w.prisms for w in scene.walls)
-    wires = next(w for w in scene.walls if w.holder == "wires")
+    wires = next(w for w in scene.walls if w.reservoir == "wires")
     return Load(
         steps=steps,
         lists=float(scene.duration_s * np.mean(list_rate(scene, apparatus, time, on_screen.sum(axis=1)))),

@@ -94,7 +94,7 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
     turned = with_entries(
         config, {**values, **entries(SCALE, {parameter: getattr(setting, parameter) for parameter in CONFIGURABLE})}
     )
-    return turned.without_retirement()  # a study is of the whole bed, and has no checkpoints
+    return turned.without_retirement()  # a study uses the whole bed, without checkpoints
 
 
 def put(part: Any, path: str, value: Any) -> Any:

@@ -161,7 +161,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
             spheres=len(spheres),
             pairs=len(cKDTree(spheres[["x", "y", "z"]]).query_pairs(2.0 * min(c.radius_m for c in scene.classes))),
             near=near,
-            triangles=sum(len(w.triangle_part) for w in scene.walls if w.holder == "wires"),
+            triangles=sum(len(w.triangle_part) for w in scene.walls if w.reservoir == "wires"),
             bridges=run["bridges"],
         )
 
@@ -183,9 +183,9 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
     case, scale = made.case(which.case), made.scale(SCALE)
     apparatus = build_apparatus(cases.apparatus_spec(made, case, scale))
     scene = cases.assemble(made, case, scale, cases.ingredients(made, case.case, SCALE), apparatus)
-    walls = tuple(w.model_copy(update={"prisms": which.prisms and w.holder == "wires"}) for w in scene.walls)
+    walls = tuple(w.model_copy(update={"prisms": which.prisms and w.reservoir == "wires"}) for w in scene.walls)
     scene = scene.model_copy(update={"walls": walls, "time_step_s": FROZEN})
-    wires = next(s for s in apparatus.surfaces if s.holder == "wires")
+    wires = next(s for s in apparatus.surfaces if s.reservoir == "wires")
     low = float(wires.corners[..., 2].max()) if which.screen else apparatus.feed_region.z_low_m
     spheres = _lattice(scene, apparatus.feed_region.width_m, low, 0.0 if which.pressed else LOOSE)
     write_initial(scene, apparatus.surfaces, spheres, folder)

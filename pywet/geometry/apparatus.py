@@ -14,7 +14,7 @@ from pywet.geometry.packing import FeedRegion
 from pywet.geometry.screen import build_wires
 from pywet.geometry.solids import Part, bin_solid, plate, polygon, square, tube
 from pywet.geometry.surface import Motion, Surface, make_surface
-from pywet.scene import Holder
+from pywet.scene import Reservoir
 
 BIN_OVERLAP_M = 0.006
 """Height [m] of the collecting bin's rim above the outlet's lower end."""
@@ -71,19 +71,19 @@ def build_apparatus(spec: ApparatusSpec) -> Apparatus:
     _check_heights(spec)
     apothem, sides = tower.equal_area_apothem(spec.shape, spec.width_m, spec.cylinder_sides)
     t, gap = spec.wall_thickness_m, spec.clearance_m
-    mid_wall = polygon(apothem + 0.5 * t, sides)  # where wires and plates end
+    mid_wall = polygon(apothem + 0.5 * t, sides)  # ends of wires and plates
     z_outlet = -spec.wire_diameter_m
     z_end = z_outlet - spec.outlet_height_m
     z_rim = z_end + BIN_OVERLAP_M
-    plate_top = z_outlet - 2.0 * spec.aperture_m  # two apertures of room below the wires
+    plate_top = z_outlet - 2.0 * spec.aperture_m  # a space of two apertures below the wires
     half_slide = float(np.abs(mid_wall).max())
     feed_low, feed_high = spec.feed_bin_bottom_m, spec.feed_bin_bottom_m + spec.feed_bin_height_m
     slope = (apothem - spec.outlet_opening_m, spec.impact_plate_angle_rad)
-    walls: list[tuple[Holder, list[Part], Motion]] = [
-        # holds the wires in its thickness
+    walls: list[tuple[Reservoir, list[Part], Motion]] = [
+        # contains the wires within its thickness
         ("side_wall", tube(apothem, t, sides, z_outlet, spec.side_wall_height_m), "vibrates"),
         ("feed_bin", tube(apothem, t, sides, feed_low, feed_high), "fixed"),
-        # closes the feed bin from below; its edges lie inside that wall
+        # closes the feed bin from below; its edges are inside that wall
         ("slide", plate(square(half_slide), spec.slide_height_m - t, spec.slide_height_m), "slides"),
         ("outlet", tube(apothem, t, sides, z_end, z_outlet), "vibrates"),
         ("impact_plate", tower.impact_plate(mid_wall, *slope, t, plate_top), "vibrates"),

@@ -33,7 +33,7 @@ def read_cad(
     """
     corners, changes = _parsed(path)
     corners = corners * unit_m - (np.zeros(3) if origin_m is None else origin_m)
-    if not len(corners) or not np.abs(corners).max() <= FARTHEST_M:  # of NaN neither
+    if not len(corners) or not np.abs(corners).max() <= FARTHEST_M:  # also false for NaN
         raise PywetError(
             f"{path} holds {len(corners)} triangles, expected at least four with corners at most {FARTHEST_M:g} m from the "
             "origin; export it again",
@@ -127,9 +127,9 @@ class _Mesh:
         _, start, count = np.unique(ordered, axis=0, return_index=True, return_counts=True)
         pair = start[count == 2]
         a, b = face[pair], face[pair + 1]
-        same = edges[pair, 0] == edges[pair + 1, 0]  # both run the same way: one is turned
+        same = edges[pair, 0] == edges[pair + 1, 0]  # both have the same orientation: one is reversed
         n = len(self.triangles)
-        # each facet stands twice, as it is and turned: what can go together is one component
+        # each facet occurs twice, as it is and reversed: facets that can be combined form one component
         rows, cols = np.concatenate([a, a + n]), np.concatenate([b + n * same, b + n * ~same])
         links = scipy.sparse.coo_array((np.ones(len(rows)), (rows, cols)), shape=(2 * n, 2 * n))
         _, label = scipy.sparse.csgraph.connected_components(links, directed=False)
@@ -183,7 +183,7 @@ class _Mesh:
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         away = np.zeros_like(self.points)
-        for point in np.unique(self.triangles):  # as far from every facet around a point as half the thickness
+        for point in np.unique(self.triangles):  # at half the thickness from every facet around a point
             around = np.unique(normal[(self.triangles == point).any(axis=1)].round(6), axis=0)
             away[point] = 0.5 * thickness * np.linalg.lstsq(around, np.ones(len(around)), rcond=0.05)[0]
         n, free = len(self.points), self._free(edges)

@@ -58,11 +58,11 @@ def half_width(corners: Floats) -> float | None:
     edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     pairs, count = np.unique(edges, axis=0, return_counts=True)
     border = points[pairs[count == 1]].astype(np.float64)
-    if not len(border):  # as of a wall thinner than single precision, which is refused as a surface
+    if not len(border):  # for instance a wall thinner than single precision resolves, which is rejected as a surface
         return None
     along = border[:, 1] - border[:, 0]
     length = np.linalg.norm(along, axis=1)
-    if len(points) - len(pairs) + len(triangles) <= 0:  # Euler's characteristic: 1 of a face without a hole
+    if len(points) - len(pairs) + len(triangles) <= 0:  # Euler characteristic: 1 for a face without a hole
         half = float(_area(corners).sum() / length.sum())
     else:
         across = np.cross(largest, along / length[:, None])

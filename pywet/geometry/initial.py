@@ -21,7 +21,7 @@ def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) 
     """Return the scene's description of a surface; `prisms`: dry contacts with its parts as analytic wires."""
     return WallMesh(
         name=surface.name,
-        holder=surface.holder,
+        reservoir=surface.reservoir,
         stl=Path("stl") / f"{surface.name}.stl",
         contact_angle_rad=contact_angle_rad,
         motion=surface.motion,
@@ -47,7 +47,7 @@ def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
     tables, first = [], 0
     for surface in surfaces:
         rows = pd.DataFrame(
-            {"part": surface.part + first, "mesh": surface.name, "holder": surface.holder, "area": surface.area}
+            {"part": surface.part + first, "mesh": surface.name, "holder": surface.reservoir, "area": surface.area}
         )
         rows[CORNERS] = surface.corners.reshape(-1, 9)
         tables.append(rows)
@@ -74,7 +74,7 @@ def part_table(scene: EngineScene, surfaces: Sequence[Surface]) -> pd.DataFrame:
         area = np.bincount(surface.part, weights=surface.area)
         for half_width, a in zip(wall.part_half_width_m, area, strict=True):
             width, angle = math.inf if half_width is None else half_width, wall.contact_angle_rad
-            row = (surface.name, surface.holder, math.nan if half_width is None else width, angle, float(a))
+            row = (surface.name, surface.reservoir, math.nan if half_width is None else width, angle, float(a))
             rows.append((len(rows), *row, groups[width, angle]))
     return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area", "part_class"])
 
@@ -92,5 +92,5 @@ def write_initial(scene: EngineScene, surfaces: Sequence[Surface], spheres: pd.D
     if surfaces:
         write_table(triangle_table(surfaces), history / "triangles.parquet")
         write_table(part_table(scene, surfaces), history / "parts.parquet")
-    else:  # what an earlier scene may have left
+    else:  # files of an earlier scene
         run_folder.remove(run_dir, "history/triangles.parquet", "history/parts.parquet")

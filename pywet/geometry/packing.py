@@ -60,7 +60,7 @@ def refuse_beyond_memory(count: int, where: str, cure: str) -> None:
     """Refuse more spheres than fit into this machine's memory, before it is allocated."""
     there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if count * SPHERE_B > there:
-        many = Decimal(count)  # a float cannot hold any number of digits
+        many = Decimal(count)  # a float cannot represent numbers of any length
         raise PywetError(
             f"{where}: {many:.3g} spheres need at least {many * SPHERE_B / 10**9:.3g} GB of memory, this machine has "
             f"{there / 1e9:.3g} GB; {cure}",

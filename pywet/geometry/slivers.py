@@ -145,7 +145,7 @@ class _Mesh:
         a, b, c = self._corners([triangle])[0]
         normal = np.cross(b - a, c - a)
         size = float(np.linalg.norm(normal))
-        # a sliver's own plane is known only as well as its corners: three times rounding at its height
+        # the plane of a sliver is only as accurate as its corners: three roundings at its height
         height = size / max(float(np.linalg.norm(p)) for p in (b - a, c - b, a - c))
         away = abs(float((self.points[point] - a) @ normal)) / size if size else np.inf
         lever = float(np.linalg.norm(self.points[point] - a)) / height if height else np.inf

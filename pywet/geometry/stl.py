@@ -11,7 +11,7 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.geometry.surface import Motion, Surface, make_surface
-from pywet.scene import Holder
+from pywet.scene import Reservoir
 from pywet.util.files import atomic_write
 
 
@@ -46,7 +46,7 @@ def unreadable(path: Path, error: BaseException) -> PywetError:
 
 def read_stl(
     path: Path,
-    holder: Holder = "wall",
+    reservoir: Reservoir = "wall",
     name: str | None = None,
     motion: Motion = "fixed",
     half_width: float | None = None,
@@ -62,12 +62,11 @@ def read_stl(
     if not path.is_file():
         raise missing(path)
     try:
-        with np.errstate(
-            over="ignore"
-        ):  # meshio takes the text of an ASCII file for a number of triangles before it looks
+        # meshio reads the text of an ASCII file as a number of triangles before it checks
+        with np.errstate(over="ignore"):
             mesh = meshio.read(path, file_format="stl")
         triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
         corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m
     except (meshio.ReadError, ValueError, IndexError, UnicodeDecodeError, SystemExit) as error:
         raise unreadable(path, error) from error
-    return make_surface(name or path.stem, holder, [(corners, half_width)], motion)
+    return make_surface(name or path.stem, reservoir, [(corners, half_width)], motion)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pywet.errors import PywetError
 from pywet.geometry.slivers import SMALLEST_ANGLE_DEG, angles_deg, divided
-from pywet.scene import Holder
+from pywet.scene import Reservoir
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -40,7 +40,7 @@ class Surface:
     """
 
     name: str
-    holder: Holder
+    reservoir: Reservoir
     vertices: Floats
     triangles: Ints
     part: Ints
@@ -104,7 +104,7 @@ def inside(point: Floats, corners: Floats) -> bool:
 
 def make_surface(
     name: str,
-    holder: Holder,
+    reservoir: Reservoir,
     parts: Sequence[tuple[Floats, float | None]],
     motion: Motion = "fixed",
 ) -> Surface:
@@ -123,11 +123,11 @@ def make_surface(
     triangles = index.reshape(-1, 3).astype(np.int64)
     part = np.repeat(np.arange(len(parts)), [len(c) for c, _ in parts]).astype(np.int64)
     if len(triangles) and np.isfinite(vertices).all() and angles_deg(corners).min() < SMALLEST_ANGLE_DEG:
-        _check_edges(name, vertices, triangles)  # what is not closed cannot be divided
+        _check_edges(name, vertices, triangles)  # an open surface has no inside
         vertices, triangles, part = divided(vertices, triangles, part)
     surface = Surface(
         name=name,
-        holder=holder,
+        reservoir=reservoir,
         vertices=vertices,
         triangles=triangles,
         part=part,
@@ -153,7 +153,8 @@ def check_surface(surface: Surface) -> None:
     for k in range(count):
         of_body, others = surface.corners[body == k], surface.corners[body != k]
         volume = enclosed(of_body)
-        if volume <= 0 and not (volume < 0 and inside(of_body[0].mean(axis=0), others)):  # a cavity looks inward
+        cavity = volume < 0 and inside(of_body[0].mean(axis=0), others)  # its normals point inward
+        if volume <= 0 and not cavity:
             raise PywetError(
                 f"surface {surface.name}: its triangles enclose {volume:.3g} m3, expected a positive volume; "
                 "reverse the triangles so that normals point outward",

@@ -41,7 +41,7 @@ numbers of each function.
 TEXT = """def make(key):
     def batch(n, rows, surface_tension, viscosity, prepared, out):
         key
-        values = stack()  # that no law can point at: what a law reads from memory stays what it was
+        values = stack()  # laws receive no pointers: data that a law reads from memory cannot change
         for k in range(n):
 {body}
         for k in range({count}):
@@ -71,9 +71,9 @@ def batch(functions: tuple[ForceLaw, ...]) -> Batch:
         laws = [_inlined(f.prepared.evaluate if f.prepared else f.python, digest) for f in functions]
         try:
             return Batch(_compiled(functions, laws, digest.hexdigest()), True)
-        except Exception:  # code that numba cannot keep, such as that of a law that raises
+        except Exception:  # code that numba cannot cache, such as that of a law that raises
             return Batch(_compiled(functions, laws, digest.hexdigest(), keep=False), True)
-    except Exception:  # whatever it is: by itself the law compiles, or is refused with a sentence
+    except Exception:  # whatever the error: compiled alone the law works, or is rejected with a message
         return Batch(_compiled(functions, [f.compiled for f in functions], ""), False)
 
 
@@ -117,6 +117,6 @@ def _swapped(value: Any, digest: Any) -> Any:
         return _inlined(value.py_func, digest)
     try:
         digest.update(pickle.dumps(value))
-    except Exception:  # modules and the like
+    except Exception:  # for example modules
         digest.update(repr(value).encode())
     return value

@@ -86,7 +86,7 @@ def log(x):  # type: ignore[no-untyped-def]
     """Return the natural logarithm; like `math.log` in compiled code, −∞ at 0 and NaN below."""
     small = x < 2.2250738585072014e-308
     bits = to_bits(x * 18014398509481984.0 if small else x)
-    above = bits - 0x3FE6A09E667F3BCD  # √½: the mantissa is taken from √½ to √2
+    above = bits - 0x3FE6A09E667F3BCD  # √½: the mantissa is reduced to √½ … √2
     k = from_bits((above >> 52) + _ROUND_BITS) - _ROUND
     f = from_bits(bits - (above & -0x10000000000000)) - 1.0
     k = k - 54.0 if small else k

@@ -159,7 +159,7 @@ def buck_water(
     share, radius, phi = _half(volume, radius_i, radius_j, 0.2617993877991494)
     reduced, rim = radius * share, radius * math.sin(phi)
     inertia = 2.0 * rim * abs(normal_velocity) * WATER_DENSITY
-    if viscosity <= 0.0:  # what is left of the drag without viscosity
+    if viscosity <= 0.0:  # remaining factor of the drag, without the viscosity
         return -math.pi / 10.0 * rim * inertia * normal_velocity
     reynolds = inertia / viscosity
     drag = rim * (1.0 + 0.25 * reynolds / (1.0 + math.sqrt(reynolds)) + reynolds / 60.0)

@@ -63,7 +63,7 @@ def placed(name: str, folder: Path = Path()) -> str:
 def kind_of(name: str) -> str:
     """Return the kind of law whose arguments match those of the file's function best; the file is read, not run."""
     if not _path(name).is_file():
-        return next(iter(KINDS))  # it is refused when it is asked for
+        return next(iter(KINDS))  # it is rejected when it is used
     given = _arguments(read_bytes(_path(name), CURE), name.rpartition(":")[2])
     if not given:
         return next(iter(KINDS))
@@ -166,7 +166,7 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
     word = hashlib.sha256(f"{_mark(path, source).name} {kind} {name}".encode(errors="surrogateescape")).hexdigest()
     answer = caches.folder("tried") / f"{word}.json"
     if not answer.exists():
-        if b"young_laplace" in source:  # whose tables would take longer than the trial may
+        if b"young_laplace" in source:  # its tables would exceed the time of the trial
             from pywet.laws import force_law, young_laplace
 
             first, second = (force_law.PROBE[f"contact_angle_{body}"] for body in "ij")

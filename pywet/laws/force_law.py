@@ -80,7 +80,7 @@ class ForceLaw:
     def _value(self, *arguments: Any) -> Any:
         if self.tabulated:
             self.tables(dict(zip(self.arguments, arguments, strict=True)))
-        with np.errstate(all="ignore"):  # both sides of a branch may be evaluated; `check` looks at the value
+        with np.errstate(all="ignore"):  # both sides of a branch may be evaluated; `check` examines the value
             value = self._ufunc(*arguments)
         return float(value) if np.ndim(value) == 0 else value
 
@@ -127,12 +127,12 @@ class ForceLaw:
         return self._compile(lambda cache: numba.vectorize([self._signature], cache=cache)(self.python))
 
     def _compile(self, build: Callable[[bool], Any]) -> Any:
-        # numba finds again what can be imported by name; closures of one text would share a file and are left out
+        # numba caches only what can be imported by name; closures with the same source would share a file and are excluded
         named = Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
         in_file = self.cached and named and self.python.__closure__ is None
         try:
             return build(in_file)
-        except Exception as error:  # numba lets through whatever the user's text makes it raise
+        except Exception as error:  # numba passes on whatever the user's code raises
             lines = [line.strip() for line in str(error).splitlines() if line.strip()]
             reasons = [line for line in lines if not line.startswith("Failed in nopython mode")]
             reason = reasons[0] if reasons else type(error).__name__
@@ -154,7 +154,7 @@ def _called(function: Any, seen: set[int]) -> Iterator[ForceLaw]:
     cells = [cell.cell_contents for cell in function.__closure__ or ()]
     names = function.__code__.co_names
     values = [function.__globals__[name] for name in names if name in function.__globals__] + cells
-    for value in values:  # to which a module adds what the function names of it
+    for value in values:  # the module adds the names that the function uses
         if id(value) in seen:
             continue
         seen.add(id(value))
@@ -207,7 +207,7 @@ def force_law(given: Any, name: str = "") -> Any:
 
 
 def _known(kind: str, name: str, law: ForceLaw) -> ForceLaw:
-    if law.__module__ in sys.modules:  # a file that is run by its path is named by it
+    if law.__module__ in sys.modules:  # a file run by its path is identified by it
         register(kind, name or law.name, law)
     return law
 
@@ -274,7 +274,7 @@ def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None)
         values = np.asarray(law(*grid))
     except PywetError:
         raise
-    except Exception as error:  # whatever the user's law raises
+    except Exception as error:  # any exception of the user's law
         raise LawError(
             f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; fix {law.python.__code__.co_filename}",
             law=law.name, code="law.raises_on_grid", where=law.python.__code__.co_filename,

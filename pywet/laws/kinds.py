@@ -58,7 +58,7 @@ BRAKES: Sense = ("a coefficient of 0 or more", lambda value, at: value >= 0)
 PARTS: Sense = ("a distance above 0", lambda value, at: value > 0)
 STRETCHES: Sense = ("a factor above 0", lambda value, at: value > 0)
 DRAWS: Sense = (
-    "a volume from 0 to that of the film",  # a wall's film counts within ten radii
+    "a volume from 0 to that of the film",  # the film of a wall counts within ten radii
     lambda value, at: (value >= 0) & (value <= 1.000001 * _film(at)),
 )
 SHEAR = ("separation", "radius_i", "radius_j", "viscosity")
@@ -73,7 +73,7 @@ KINDS: dict[str, Kind] = {
         "pitois",
         force=True,
     ),
-    # what a turn adds may have either sign
+    # the rotational part may have either sign
     "viscous_tangential": Kind((Part(SHEAR, BRAKES), Part(SHEAR)), "goldman", force=True),
     "rupture": Kind((Part(BRIDGE, PARTS),), "willett_unequal", "young_laplace", needed=True),
     "dynamic_rupture": Kind((Part(("speed", "viscosity", "surface_tension"), STRETCHES),), "pitois"),

@@ -144,6 +144,6 @@ def _fits(kind: str, point: EntryPoint) -> bool:
     try:
         law = _load(point)
     except PywetError:
-        return False  # it is refused when it is asked for by name
+        return False  # it is rejected when it is requested by name
     functions = law if isinstance(law, tuple) else (law,)
     return [getattr(f, "arguments", ()) for f in functions] == [part.arguments for part in KINDS[kind].parts]

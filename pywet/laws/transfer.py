@@ -98,7 +98,7 @@ def solve(pair: Pair, volume: float, separation: float, guess: tuple[float, floa
     def equations(angles: Floats) -> tuple[float, float]:
         return residual(pair, shape(pair, float(angles[0]), float(angles[1]), separation), volume)
 
-    from scipy.optimize import root  # laws in closed form need no scipy
+    from scipy.optimize import root  # closed-form laws do not need scipy
 
     angles = root(equations, guess, method="hybr", options={"xtol": 1e-13}).x
     alpha_i, alpha_j = (float(x) for x in angles)

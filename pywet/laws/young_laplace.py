@@ -130,7 +130,7 @@ def _place(data, q, kx, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
 def _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
     """Evaluate S_rup/(r_eff √V*) by the spline."""
     at = _HEAD + (1 + ky) * _X + kx
-    a0 = a1 = a2 = a3 = 0.0  # four sums side by side: the processor adds them in one instruction
+    a0 = a1 = a2 = a3 = 0.0  # four independent sums, which the processor adds in one instruction
     for weight in (y0, y1, y2, y3):
         a0 += weight * data[at]
         a1 += weight * data[at + 1]

@@ -73,7 +73,7 @@ def _row(row: dict[str, Any], measured: dict[str, Any]) -> AuditRow:
     effect, on = row["effect"], bool(row["on"])
     value, measure = _measured(effect, measured)
     predicted, tolerance = row.get("predicted_share"), float(row["threshold"])
-    # a share of impulse can be laid next to a prediction only where that is one too
+    # a measured share of impulse is compared only with a predicted share
     within = float(row.get("predicted_within") or WITHIN) if predicted is not None and measure == IMPULSE else None
     verdict, text = _judge(row, value, predicted if within else None, within, tolerance)
     return AuditRow(effect, on, measure, predicted if within else None, within, value, tolerance, verdict, text)
@@ -86,7 +86,7 @@ def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]
         return sum(shares), IMPULSE
     entry = measured.get(OTHER_NAMES.get(effect, effect))
     key, name = MEASURES.get(effect, ("impulse_share", IMPULSE))
-    # without liquid there is nothing that walls, sizes or stretched bridges could have done
+    # without liquid, effects of walls, sizes and dynamic rupture cannot contribute
     return (entry.get(key) if entry is not None else 0.0 if effect in MEASURES else None), name
 
 

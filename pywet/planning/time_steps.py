@@ -119,7 +119,7 @@ def largest_step(
 
     bounds = [value for value in (math.sqrt(m / k) if k > 0 else 0.0, m / gamma if gamma > 0 else 0.0) if value > 0]
     if implicit and (k <= 0.0 or c >= 1e3 * math.sqrt(m * k)):
-        return math.inf  # no limit, or one far beyond any use
+        return math.inf  # no limit, or one far above any useful step
     high = 4.0 * max([*bounds, m / c if c > 0 else 0.0])
     while margin(high) > 0.0:
         high *= 2.0
@@ -241,7 +241,7 @@ def hertz_lines(
 def _speed(scene: EngineScene) -> float:
     """Return the typical impact speed [m/s]: that of the fastest wall, at least 0.1."""
     fastest = 0.1
-    for way in (scene.vibration, scene.slide, *(w.own_motion for w in scene.walls)):
+    for way in (scene.vibration, scene.slide, *(w.motion_parameters for w in scene.walls)):
         if isinstance(way, Vibration):
             fastest = max(fastest, peak_speed(way))
         if isinstance(way, Slide):

@@ -100,10 +100,8 @@ def count(run: RunDir, wall: WallMesh, deck: int = 1) -> int:
     nets = [w for w in run.scene.walls if w.name in (wall.name, of_deck(CROSS, deck))]
     low, high = (np.concatenate(ends) for ends in zip(*(extents(run, w) for w in nets), strict=True))
     along_x = (high - low)[:, 0] > (high - low)[:, 1]
-    across, along = (
-        int(along_x.sum()),
-        int((~along_x).sum()),
-    )  # gaps across the deck are between wires along it, and so on
+    # gaps across the deck are between wires along it, and vice versa
+    across, along = int(along_x.sum()), int((~along_x).sum())
     periodic = run.scene.periodic
     return max(1, across - (periodic != "y")) * max(1, along - (periodic != "x"))
 

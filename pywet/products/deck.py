@@ -51,7 +51,7 @@ class Stroke(Excusable):
         """Return amplitude and phase along x and z of the combined oscillation, the short axis a quarter period behind."""
         short = {"linear": 0.0, "circular": 1.0, "elliptic": self.ratio}[self.kind] * (-1.0 if self.forward else 1.0)
         c, s = math.cos(math.radians(self.angle_deg)), math.sin(math.radians(self.angle_deg))
-        # along the long axis (c, s) goes sin, along (s, -c) cos; turned round where the path goes to +x at its top
+        # sin along the long axis (c, s), cos along (s, -c); reversed if the path moves to +x at its top
         x, z = (c, short * s), (s, -short * c)
         amplitudes = [self.amplitude_mm * math.hypot(*part) for part in (x, z)]
         phases = [math.degrees(math.atan2(part[1], part[0])) for part in (x, z)]
@@ -144,11 +144,9 @@ class Deck(Mesh):
             raise ValueError(f"deck: length_mm and width_mm of at least one aperture and wire, {self.pitch_mm:g} mm")
         decks: list[Deck | Beneath] = [self, *self.beneath]
         for deck in decks if self.periodic else ():
-            if deck.is_plate:  # what the engine presses at a seam of a plate is not what the replay expects
+            if deck.is_plate:  # the engine's force at a seam of a plate differs from the replay's
                 raise ValueError(f"deck: mesh square, woven or slotted with periodic, not {deck.mesh}")
-            every = deck.pitch_mm * (
-                2.0 if deck.mesh == "woven" else 1.0
-            )  # neighbours of a woven wire go the other way
+            every = deck.pitch_mm * (2.0 if deck.mesh == "woven" else 1.0)  # adjacent woven wires alternate
             times = self.width_mm / every
             if abs(times - round(times)) > 1e-6:
                 raise ValueError(
@@ -193,7 +191,7 @@ class Deck(Mesh):
         if axis == "y":
             return math.ceil(self.length_mm / deck.pitch_mm - 1e-9), 0.5 * deck.wire_mm
         count = max(1, math.ceil((self.width_mm - deck.aperture_mm) / deck.pitch_mm - 1e-9))
-        if self.periodic:  # half an aperture at either face
+        if self.periodic:  # half an aperture at each face
             count = round(self.width_mm / deck.pitch_mm)
         return count, -0.5 * (count - 1) * deck.pitch_mm
 
@@ -287,7 +285,7 @@ class Deck(Mesh):
         if not self.beneath:
             found.append({"name": "overs", "low_mm": (self.length_mm + away, None, None)})
         for name, (deck, z), clearance in zip(DECKS, self.levels, self._clearances, strict=False):
-            if self.beneath:  # taken at the end itself, before it falls to the height of the next deck
+            if self.beneath:  # removed at the end of the deck, before it falls to the next one
                 found.append({"name": name, "low_mm": (self.length_mm, None, z - deck.thick_mm - FALLEN * clearance)})
         for k in range(1, self.sections + 1):
             last = k == self.sections

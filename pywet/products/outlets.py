@@ -84,7 +84,7 @@ def with_reach(
         return low, high
     far = reach(speed, gravity)
     lows, highs = [low], [high]
-    for outlet in outlets:  # a bound is where spheres come in, an open end where they go on
+    for outlet in outlets:  # spheres enter at the finite bound; at the open end they leave
         lows.append([low[k] if b is None else b for k, b in enumerate(outlet.high_m)] - far)
         highs.append([high[k] if b is None else b for k, b in enumerate(outlet.low_m)] + far)
     return np.minimum.reduce(lows), np.maximum.reduce(highs)

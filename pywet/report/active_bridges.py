@@ -31,7 +31,7 @@ def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
     of_type = {c.type: c.contact_angle_rad for c in run.scene.classes}
     angle = np.array([of_type[kind] for kind in run.spheres["type"]])
     i = np.searchsorted(ids, bridges["i"].to_numpy())
-    j = np.searchsorted(ids, np.where(at_wall, ids[:1], bridges["j"]))  # a wall's number is a part's
+    j = np.searchsorted(ids, np.where(at_wall, ids[:1], bridges["j"]))  # for a wall the number of its part
     angle_j = angle[j]
     if at_wall.any():
         of_mesh = {wall.name: wall.contact_angle_rad for wall in run.scene.walls}
@@ -70,6 +70,6 @@ def age(run: RunDir, bridges: pd.DataFrame, step: int) -> Floats:
     ends = bridge_ends(bridges)
     row = np.minimum(np.searchsorted(names, ends), len(names) - 1)
     last = np.searchsorted(codes, row * span + step, side="right") - 1
-    formed = codes[np.maximum(last, 0)] - row * span  # below 0: of another bridge
+    formed = codes[np.maximum(last, 0)] - row * span  # negative: belongs to another bridge
     known = (last >= 0) & (formed >= 0) & (names[row] == ends)
     return np.where(known, (step - formed) * run.scene.time_step_s, np.nan)

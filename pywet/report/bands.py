@@ -256,7 +256,7 @@ def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WI
         labels = _labels(groups)
         below = max(_rows(panel.entries(labels)) for panel in shown) * ROW
         figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, (HEIGHT + below) / INCH))
-        for one, panel in zip(axes, shown, strict=False):  # the last row may have spare axes
+        for one, panel in zip(axes, shown, strict=False):  # the last row may have unused axes
             _draw(one, panel, labels)
         notes = ["bands: 95 % confidence interval of the mean over the seeds"] * any(
             len(r) > 1 for r in groups.values()

@@ -31,7 +31,7 @@ def sentence(run: RunDir, step: int) -> str:
     """Return name, time, and, in screening, the share of the spheres' mass that is not in the bin."""
     line = run.timeline
     row = int(np.searchsorted(line.steps, step))
-    if all(w.holder == "wall" for w in run.scene.walls):
+    if all(w.reservoir == "wall" for w in run.scene.walls):
         return f"{run.scene.name}   t = {line.times[row]:.3f} s"
     retained = 1.0 - float(line.mass @ line.passed[row] / line.mass.sum())
     return f"{run.scene.name}   t = {line.times[row]:.3f} s   retained {100 * retained:.1f} % of the spheres' mass"

@@ -30,7 +30,7 @@ LOOP = 24
 def write(run_dir: Path, frames: int = 48, progress: Callable[[float], None] = lambda share: None) -> list[Path]:
     """Write movie.mp4 and the loop movie.webp of a run and return both."""
     run = RunDir(Path(run_dir))
-    _ffmpeg()  # before the work, not after it
+    _ffmpeg()  # checked before the work starts
     with tempfile.TemporaryDirectory() as folder:
         for share in render.in_child("pywet.report.movie", str(run.path), folder, str(frames)):
             progress(float(share))
@@ -91,7 +91,7 @@ def _ffmpeg() -> Any:
 
 
 def _mp4(pictures: list[Image.Image], path: Path) -> Path:
-    wide, high = (length // 2 * 2 for length in pictures[0].size)  # the codec takes even sizes only
+    wide, high = (length // 2 * 2 for length in pictures[0].size)  # the codec requires even sizes
     with atomic_write(path) as temporary:
         how = {"fps": PER_SECOND, "macro_block_size": 2, "ffmpeg_log_level": "quiet", "output_params": ["-f", "mp4"]}
         writer = _ffmpeg().write_frames(str(temporary), (wide, high), **how)

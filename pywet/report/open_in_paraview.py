@@ -70,7 +70,7 @@ def bridges(view: Any) -> Any:
         look.ColorArrayName = PLAIN
         look.DiffuseColor = look.AmbientColor = rgb("#e4572e")
         made.append(some)
-    pv.Hide(made[1], view)  # they would hang in the air before the translucent walls
+    pv.Hide(made[1], view)  # they would appear to float in front of the translucent walls
     return made
 
 

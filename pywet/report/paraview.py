@@ -63,11 +63,11 @@ def shown(run: RunDir) -> dict[str, Any]:
     }
 
 
-def opacity(holder: str) -> float:
+def opacity(reservoir: str) -> float:
     """Return the initial opacity of a wall; 0 for a wall that would hide the scene."""
-    if holder in METALS:
+    if reservoir in METALS:
         return 1.0
-    return 0.0 if holder in render.HIDDEN else 0.15
+    return 0.0 if reservoir in render.HIDDEN else 0.15
 
 
 def charts(run: RunDir) -> list[dict[str, Any]]:

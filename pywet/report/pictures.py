@@ -35,7 +35,7 @@ STYLE: Any = {
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
     "text.color": INK,
-    "text.parse_math": False,  # a material's name is no formula
+    "text.parse_math": False,  # a material's name is not a formula
     "grid.color": GRID,
     "grid.linewidth": 0.7,
     "legend.frameon": False,

@@ -316,7 +316,7 @@ def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
     used = [name for name in PLACES if f"{name}_m3" in table]
     parts = [100.0 * table[f"{name}_m3"] / table["initial_m3"] for name in used]
     labels, colours = zip(*(PLACES[name] for name in used), strict=True)
-    axes.grid(False)  # of lines through areas one cannot say which is which
+    axes.grid(False)  # lines through areas cannot be distinguished
     stack = axes.stackplot(
         table["time_since_opening_s"], parts, labels=labels, colors=colours, edgecolor="white", linewidth=0.3
     )

@@ -115,7 +115,7 @@ def in_child(module: str, *arguments: str) -> Generator[str, None, None]:
             message, data = messages.read(), data_of() or {"code": "render.ended"}
         if child.returncode == 0:
             return
-        if child.returncode == 1:  # a sentence of `border`: no other way of drawing would do
+        if child.returncode == 1:  # a message of `border`: another renderer would not help
             sentence = message.strip().splitlines()[-1] if message.strip() else f"{module} ended without a word"
             raise PywetError(sentence, **data)
     raise PywetError(

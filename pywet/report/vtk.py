@@ -34,7 +34,7 @@ def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells
     for name, values in dict(of_points).items():
         if len(values):
             made.point_data[name] = np.array(values)
-        else:  # pyvista refuses vectors of no point
+        else:  # pyvista rejects empty arrays of vectors
             made.GetPointData().AddArray(pv.convert_array(values, name=name))
     made.cell_data.update(dict(of_cells))
     return made

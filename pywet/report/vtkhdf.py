@@ -58,7 +58,7 @@ def write(run_dir: Path) -> list[Path]:
     ended at its first message.
     """
     run = RunDir(Path(run_dir))
-    _ = run.timeline  # refused here, not within VTK
+    _ = run.timeline  # checked here, not within VTK
     files = [run.path / "vtk" / f"{kind}.vtkhdf" for kind in vtk.KINDS]
     for kind, path in zip(vtk.KINDS, files, strict=True):
         with atomic_write(path) as temporary:
@@ -88,7 +88,7 @@ def draw(run: RunDir, kind: str, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    os.dup2(1, 2)  # HDF5 writes what fails there
+    os.dup2(1, 2)  # HDF5 prints its own error
     with border():
         run_dir, kind, out = arguments(RUN_DIR=Path, KIND=str, OUT=Path)
         draw(RunDir(run_dir), kind, out)

@@ -98,7 +98,7 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
             label=name,
         )
         for part, word in zip((drawn.lines[0], *drawn.lines[1]), ("mean", "95 % low", "95 % high"), strict=True):
-            part.set_label(f"_{name} {word}".replace("_ ", "_"))  # named in a CSV file, not in the legend
+            part.set_label(f"_{name} {word}".replace("_ ", "_"))  # named in a CSV file instead of the legend
     axes.set(xlabel=label(rows, x), ylabel=label(rows, y))
     if x in sweep.axes and sweep.axes[x].logarithmic:
         _scale(axes, "x", True)

@@ -60,7 +60,7 @@ def drawn(sweep: Sweep) -> list[Point]:
         return [{}]
     keys, how = sweep.ranges, sweep.design
     if how.sobol:
-        with warnings.catch_warnings(action="ignore", category=UserWarning):  # a count that is no power of two
+        with warnings.catch_warnings(action="ignore", category=UserWarning):  # a number that is not a power of two
             shares = qmc.Sobol(len(keys), rng=how.seed).random(how.sobol)
     else:
         shares = qmc.LatinHypercube(len(keys), rng=how.seed).random(how.latin_hypercube or 0)

@@ -7,7 +7,7 @@ from typing import Any
 
 from pywet.cases.custom import description, walls
 from pywet.cases.screening import cases
-from pywet.cases.screening.results import WALL_HOLDERS, column
+from pywet.cases.screening.results import WALL_RESERVOIRS, column
 from pywet.config import Config
 from pywet.runs.loaded import Run
 
@@ -57,7 +57,7 @@ def of_scene(scene: description.Scene) -> list[str]:
 def of_case(config: Config, number: int, scale: str) -> list[str]:
     """Return the names of the results of a case."""
     classes = [c.name for c in cases.ingredients(config, number, scale).classes]
-    liquid = [*WALL_HOLDERS, "coarse_material", "fines", "left", "total"]
+    liquid = [*WALL_RESERVOIRS, "coarse_material", "fines", "left", "total"]
     liquid += [column(place, name) for place in ("coarse_material", "fines") for name in classes]
     retained = [f"{column('fraction_retained', name)}_end" for name in (*classes, "spheres")]
     return [*RETAINED, *retained, *OF_ANY, *_of_liquid(liquid)]

@@ -49,7 +49,7 @@ def _attempt(kind: Kind, run: Run, store: Store, folder: Path, ranks: int) -> bo
         store.fail(run.built.name, str(error))
     except OSError as error:
         store.fail(run.built.name, refused(error))
-    except Exception as error:  # a fault of the program at one point stops no other
+    except Exception as error:  # an internal error at one point does not stop the others
         store.fail(run.built.name, f"fault in the program, {type(error).__name__}: {one_line(error)}")
     else:
         if kind.engine:

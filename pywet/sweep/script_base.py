@@ -122,7 +122,7 @@ class OfScript(Kind):
                 code="sweep.script_ranks", key="ranks", given=ranks, expected=1, where=self.file,
             )  # fmt: skip
         line, work = self._read[0], folder / WORK
-        shutil.rmtree(work, ignore_errors=True)  # of a call that was killed: a script has no checkpoint
+        shutil.rmtree(work, ignore_errors=True)  # left by a call that was killed: a script has no checkpoint
         for name, content in built.given.files.items():
             make_folder((work / name).parent)
             (work / name).write_bytes(content)

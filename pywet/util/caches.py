@@ -92,7 +92,7 @@ def _private(path: Path) -> Path:
 def alone(path: Path) -> Iterator[None]:
     """Let one process at a time make a file of the cache; others wait and then find it."""
     with path.with_name(f"{path.name}.lock").open("w") as lock:
-        with suppress(OSError):  # a file system without locks: both make it
+        with suppress(OSError):  # a file system without locks: both processes compile it
             fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 

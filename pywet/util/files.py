@@ -82,7 +82,7 @@ def _stream(path: Path) -> bool:
         return False
     try:
         kind = os.stat(path).st_mode
-    except FileNotFoundError:  # a link to a file that is to be made
+    except FileNotFoundError:  # a link to a file that will be created
         return False
     if (
         stat.S_ISCHR(kind)
@@ -185,7 +185,7 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         value = json.loads(
             content, object_pairs_hook=no_twins, parse_int=number, parse_float=number, parse_constant=constant
         )
-        json.dumps(value, ensure_ascii=False).encode("utf-8")  # half a surrogate pair is no text
+        json.dumps(value, ensure_ascii=False).encode("utf-8")  # half a surrogate pair is not text
         return value
     except UnicodeDecodeError as error:
         raise FileError(
@@ -283,7 +283,7 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
         _bounded(path)
         filters = None if step is None else [("step", "==", step)]
         table = parquet.read_table(path, page_checksum_verification=True, filters=filters)
-        table = table.to_pandas(ignore_metadata=True)  # an index that pandas has noted is a column as others
+        table = table.to_pandas(ignore_metadata=True)  # an index that pandas has recorded is an ordinary column
     _check_table(table, path, cure, columns, empty=None if step is None else False)
     return table
 
@@ -300,7 +300,7 @@ def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int 
         none = file.schema_arrow.empty_table().to_pandas(ignore_metadata=True)
     _check_table(none, path, cure, columns, empty=file.metadata.num_rows == 0)
     with _readable(path, cure):
-        for group in range(file.num_row_groups):  # a reader keeps what it has read of the groups it was asked for
+        for group in range(file.num_row_groups):  # a reader caches the row groups it has read
             for batch in file.iter_batches(rows, row_groups=[group], columns=list(columns)):
                 part = pa.Table.from_batches([batch]).to_pandas(ignore_metadata=True)
                 _check_values(part, path, cure)
@@ -353,7 +353,7 @@ def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
     from pywet.schema import NUMBER, expected_columns
 
     kinds = expected_columns(path)
-    if path.parent.name == "results" and kinds:  # one column more for each size class and reservoir
+    if path.parent.name == "results" and kinds:  # one additional column for each size class and reservoir
         kinds = {**{str(name): NUMBER for name in table.columns}, **kinds}
     for name, kind in kinds.items():
         if name in table:

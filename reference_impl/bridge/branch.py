@@ -108,7 +108,7 @@ def touching(problem: Problem) -> State:
     easy_volume = min(problem.volume, EASY_VOLUME * cube)
 
     def at(share: float) -> Problem:
-        # the first half of the way changes the angles, the second the volume
+        # the first half of the path changes the contact angles, the second half the volume
         ti, tj = easy_angles + (angles - easy_angles) * min(1.0, 2.0 * share)
         volume = easy_volume * (problem.volume / easy_volume) ** max(0.0, 2.0 * share - 1.0)
         return replace(problem, theta_i=float(ti), theta_j=float(tj), volume=volume)
@@ -210,7 +210,7 @@ def step_from(problem: Problem, point: Point, step: float, weight: Floats) -> Po
     if guess.length <= 0.0 or np.min(guess.r) <= 0.0:
         return None
     state = newton(problem, guess, heading * weight, guess)
-    # far from the guess it may lie on another branch
+    # a solution far from the guess may be on another branch
     if state is None or apart(state, guess, weight) > 0.5 * abs(step):
         return None
     try:

@@ -140,7 +140,7 @@ def _bracket(problem: Problem, target: float = math.inf) -> tuple[Problem, Point
             if found is None:
                 raise ArithmeticError(f"{problem} could not be refined")
             before = found
-        # where the branch bends sharply a shorter step must do
+        # at a sharp bend of the branch only a shorter step converges
         steps = (step_from(problem, before, step / 2**k, norm_weight(before.state)) for k in range(20))
         ahead = next(point for point in steps if point is not None)
     return problem, before, ahead
@@ -152,7 +152,7 @@ def _distance(a: Point, b: Point) -> float:
 
 def _end(problem: Problem, point: Point, step: float) -> Point:
     """Find the point beyond the stable `point`, within about `step`, at which the lowest eigenvalue is zero."""
-    # a sharp bend close to the end (nearly equal bodies) may need a closer start
+    # a sharp bend close to the end (nearly equal bodies) may require a start closer to it
     for near in (2e-3, 2e-5, 2e-7):
         point, step = _approached(problem, point, step, near)
         found = _zero(problem, point, step)

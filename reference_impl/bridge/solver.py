@@ -187,7 +187,7 @@ def jacobian(problem: Problem, state: State) -> Floats:
     jac[e + 1, gap], jac[e + 4, gap] = 0.5, -0.5
     jac[e + 6, r] = 2.0 * math.pi * (g.weights * rg * (g.slope @ state.z)) @ g.value
     jac[e + 6, z] = math.pi * (g.weights * rg**2) @ g.slope
-    # a cap grows by pi (its radius)^2 for each unit of depth
+    # dV/d(depth) of a cap is pi times the square of its radius
     for kappa, arc, column in ((problem.kappa_i, state.arc_i, arc_i), (problem.kappa_j, state.arc_j, arc_j)):
         jac[e + 6, column] = -math.pi * body(kappa, arc)[0] ** 2 * math.sin(kappa * arc)
     return jac

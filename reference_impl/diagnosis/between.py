@@ -48,7 +48,7 @@ def _capillary(table: pd.DataFrame) -> Link:
         ratio = logged / np.where(high == 0.0, np.nan, 0.5 * (low + high))
         f = middle(ratio[tight] if tight.any() else ratio[rows])
         if np.isfinite(f) and f != 0.0:
-            # where it held for a part of the interval only, or for a while, the bounds are not met by the factor itself
+            # a factor that applies to part of an interval or of the run is outside the bounds elsewhere
             near = (logged / f >= (1.0 - ROUGH) * low) & (logged / f <= (1.0 + ROUGH) * high)
             yield Suspect(f"it is {f:.4g} times what is expected", np.where(near, logged, np.nan), f)
 

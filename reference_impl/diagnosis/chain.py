@@ -27,14 +27,14 @@ Pair = tuple[Floats, Floats]
 
 
 def sides(table: pd.DataFrame, moves: Pair, fixed: Bodies) -> pd.DataFrame:
-    """Return two rows per event, first all of i, then all of j: holder (film t of a wall counts as -1 - t), films, liquid moved.
+    """Return two rows per event, first all of i, then all of j: reservoir (film t of a wall: -1 - t), films, liquid moved.
 
     Events of one `phase` draw from the same films: bridges that end by retirement follow all others of their step.
     """
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - fixed.film_of[table["triangle"].to_numpy()], table["j"].to_numpy())
     columns = {
-        "holder": np.concatenate([table["i"].to_numpy(), j]).astype(np.int64),
+        "reservoir": np.concatenate([table["i"].to_numpy(), j]).astype(np.int64),
         "step": np.tile(table["step"].to_numpy(), 2),
         "phase": np.tile(2 * table["step"].to_numpy(np.int64) + (table["kind"].to_numpy() == RETIREMENT), 2),
         "move": np.concatenate(moves),
@@ -55,7 +55,7 @@ def histories(run: Run) -> pd.DataFrame:
         keys = keys.assign(wall=keys["partner_kind"] != laws.SPHERE).drop_duplicates(["wall", "i", "j"])
         here = active.assign(wall=active["partner_kind"] != laws.SPHERE)[["wall", "i", "j"]].assign(kind=RUPTURE)
         ends = keys.merge(here, on=["wall", "i", "j"], how="left")
-        # a bridge that stands is as if it ruptured now, one that does not as if it were to form
+        # an active bridge is treated as a rupture at this step, a missing one as a formation
         parts.append(ends.assign(kind=ends["kind"].fillna(FORMATION).astype(int), step=last)[columns])
     rows = pd.concat(parts, ignore_index=True)
     rows["wall"] = rows["partner_kind"] != laws.SPHERE
@@ -81,12 +81,12 @@ def broken_lives(run: Run) -> dict[str, pd.DataFrame]:
     return {TWICE: rows[twice], MISSING_FORMATION: rows[without], MISSING_RUPTURE: rows[again]}
 
 
-def of_lives(run: Run, holder: pd.Series, logged: Floats) -> Iterator[Suspect]:
+def of_lives(run: Run, reservoir: pd.Series, logged: Floats) -> Iterator[Suspect]:
     """Attribute wrong films to bridges with an inconsistent life of the same sphere or triangle."""
     for fault, found in broken_lives(run).items():
         of_walls = bodies(run).film_of[found.loc[found["wall"], "triangle"]]
         touched = {*found["i"], *found.loc[~found["wall"], "j"], *(-1 - of_walls)}
-        yield Suspect(fault, np.where(holder.isin(touched), logged, np.nan))
+        yield Suspect(fault, np.where(reservoir.isin(touched), logged, np.nan))
 
 
 def life(run: Run) -> Iterator[Link]:
@@ -133,15 +133,15 @@ def stored(run: Run, expected: Pair) -> Link:
 def carried(run: Run, both: pd.DataFrame) -> Link:
     """Check that the film at the start of a step equals the film after the last event of the same reservoir."""
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
-    ends = both.drop_duplicates(["holder", "phase"], keep="last").sort_values("phase", kind="stable")
-    before = ends.groupby("holder")["after"].shift(1)
-    start = ends["holder"].map(first).where(ends["holder"] > 0, 0.0)
-    known = ends.assign(expected=before.fillna(start))[["holder", "phase", "expected"]]
-    rows = both.merge(known, on=["holder", "phase"], how="left")
+    ends = both.drop_duplicates(["reservoir", "phase"], keep="last").sort_values("phase", kind="stable")
+    before = ends.groupby("reservoir")["after"].shift(1)
+    start = ends["reservoir"].map(first).where(ends["reservoir"] > 0, 0.0)
+    known = ends.assign(expected=before.fillna(start))[["reservoir", "phase", "expected"]]
+    rows = both.merge(known, on=["reservoir", "phase"], how="left")
     logged, expected = rows["before"].to_numpy(float), rows["expected"].to_numpy(float)
 
     def suspects(_: Floats) -> Iterator[Suspect]:
-        yield from of_lives(run, rows["holder"], logged)
+        yield from of_lives(run, rows["reservoir"], logged)
         yield Suspect("liquid has gone between two events", np.where(logged < expected, logged, np.nan), general=True)
         yield Suspect("liquid has come between two events", np.where(logged > expected, logged, np.nan), general=True)
 
@@ -160,7 +160,7 @@ def booked(run: Run, expected: Pair) -> Link:
 
     def after(i: Floats, j: Floats) -> Floats:
         both = sides(events, (i, j), bodies(run))
-        moved = both.groupby(["holder", "phase"])["move"].transform("sum").to_numpy()
+        moved = both.groupby(["reservoir", "phase"])["move"].transform("sum").to_numpy()
         return np.asarray(both["before"].to_numpy() + moved)
 
     sign = np.where(formation, -1.0, 1.0)
@@ -169,7 +169,7 @@ def booked(run: Run, expected: Pair) -> Link:
     logged, n = both["after"].to_numpy(float), len(events)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
-        yield from of_lives(run, both["holder"], logged)
+        yield from of_lives(run, both["reservoir"], logged)
         yield Suspect("the volume is drawn twice", after(np.where(back, i, 2 * i), np.where(back, j, 2 * j)))
         yield Suspect("liquid given back to j is lost", after(i, np.where(back, 0.0, j)))
         yield Suspect("liquid given back to i is lost", after(np.where(back, 0.0, i), j))
@@ -183,36 +183,36 @@ def booked(run: Run, expected: Pair) -> Link:
         yield Suspect("events of one step overwrite each other", both["before"].to_numpy() + both["move"].to_numpy())
         yield from factor(logged, after(i, j), rows)
 
-    marks = {"films of i": np.arange(2 * n) < n, "films of j": np.arange(2 * n) >= n, "on walls": (both["holder"] < 0).to_numpy(),
-             "steps with a rupture": np.tile(back, 2)}  # fmt: skip
+    marks = {"films of i": np.arange(2 * n) < n, "films of j": np.arange(2 * n) >= n,
+             "on walls": (both["reservoir"] < 0).to_numpy(), "steps with a rupture": np.tile(back, 2)}  # fmt: skip
     return Link("film_after", "film after an event", both, logged, after(i, j), _typical(run, 2 * n), suspects,
                 excuses=(after(sign * expected[0], sign * expected[1]),), marks=marks)  # fmt: skip
 
 
 def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
     """Compare films in the snapshots, and films of spheres when retired, with the event log."""
-    ends = both.sort_values("phase", kind="stable").drop_duplicates(["holder", "step"], keep="last")
+    ends = both.sort_values("phase", kind="stable").drop_duplicates(["reservoir", "step"], keep="last")
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
     tables = {"snapshot_films": run.table("films"), "snapshot_wall_films": run.table("wall_films")}
     tables["retired_film"], fixed = _retired(run), bodies(run)
     for name, table in tables.items():
         turn = 1 if "id" in table else -1
-        rows = table.assign(holder=table["id" if turn > 0 else "triangle"])
-        rows["part"] = 1.0 if turn > 0 else fixed.share_of(rows["holder"])
-        rows["holder"] = (rows["holder"] if turn > 0 else -1 - fixed.film_of[rows["holder"]]).astype(np.int64)
+        rows = table.assign(reservoir=table["id" if turn > 0 else "triangle"])
+        rows["part"] = 1.0 if turn > 0 else fixed.share_of(rows["reservoir"])
+        rows["reservoir"] = (rows["reservoir"] if turn > 0 else -1 - fixed.film_of[rows["reservoir"]]).astype(np.int64)
         rows = rows.sort_values("step", kind="stable").reset_index(drop=True)
         if not len(rows):
             continue
-        found = pd.merge_asof(rows, ends[["holder", "step", "after"]], on="step", by="holder")
+        found = pd.merge_asof(rows, ends[["reservoir", "step", "after"]], on="step", by="reservoir")
         expected = (
-            found["after"].fillna(rows["holder"].map(first).fillna(0.0)).to_numpy(float) * rows["part"].to_numpy()
+            found["after"].fillna(rows["reservoir"].map(first).fillna(0.0)).to_numpy(float) * rows["part"].to_numpy()
         )
         logged = rows["film"].to_numpy(float)
 
         def suspects(
             broken: Floats, logged: Floats = logged, expected: Floats = expected, rows: pd.DataFrame = rows
         ) -> Iterator[Suspect]:
-            yield from of_lives(run, rows["holder"], logged)
+            yield from of_lives(run, rows["reservoir"], logged)
             yield from factor(logged, expected, broken)
 
         what = "film of a retired sphere" if name == "retired_film" else "film in a snapshot"
@@ -230,7 +230,7 @@ def by_events(run: Run, steps: Floats) -> Floats:
     events = run.table("events")
     events = events[events["step"] > run.since]
     both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
-    films = both.drop_duplicates(["holder", "phase"])
+    films = both.drop_duplicates(["reservoir", "phase"])
     sign = np.where(events["kind"].to_numpy() == FORMATION, 1.0, -1.0)
     at = np.concatenate([films["step"], events["step"]])
     gain = np.concatenate([films["after"] - films["before"], sign * events["volume"].to_numpy(float)])
@@ -263,7 +263,7 @@ def ledger(run: Run) -> Link:
 
     moved = expected + by_events(run, table["step"].to_numpy())
     seen = np.where(np.abs(moved - expected) > 1e-9 * size, moved, np.nan)
-    # sums of many events lose digits
+    # the sum over many events has round-off
     excuse = np.where(np.abs(held - seen) < 1e-9 * size, held, np.nan)
     return Link("ledger", "ledger of the liquid", table, held, expected, size, suspects, 1e-12, excuses=(excuse,))
 
@@ -274,7 +274,7 @@ def links(run: Run, expected: Pair) -> Iterator[Link]:
     if len(events):
         both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
         yield stored(run, expected)
-        if "drops" not in run.tables:  # these change films between the events
+        if "drops" not in run.tables:  # drops change films between the events
             yield carried(run, both)
             yield from snapshots(run, both)
         yield booked(run, expected)

@@ -72,12 +72,12 @@ def volume(c: Contacts, formed: pd.DataFrame, drawn: Floats) -> Link:
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield Suspect(links_chain.MISSING_FORMATION, np.where(np.isfinite(expected), np.nan, c.volume))
-        # a volume that changes by one factor in each step: log(V/V0) grows with the age of the bridge
+        # if the volume changes by a constant factor in each step, log(V/V0) is proportional to the age of the bridge
         age = c.table["step"].to_numpy(float) - formed["formed"].to_numpy(float)
         rate = middle((np.log(c.volume / expected) / age)[rows & (age > 0)])
         if len(np.unique(age[rows & (age > 0)])) > 1:
             grown = expected * np.exp(rate * age)
-            # the logarithm of a ratio near one has few digits
+            # the logarithm of a ratio near one is inaccurate
             steady = np.where(np.abs(c.volume - grown) < 1e-6 * expected, c.volume, np.nan)
             yield Suspect(links_chain.CHANGES, steady, rate, "of itself a step")
         yield from factor(c.volume, expected, rows)

@@ -176,7 +176,7 @@ def place(link: Link, rows: Floats) -> tuple[str, str]:
     steps, first = link.table["step"].to_numpy(), int(np.argmax(rows))
     later = group & (steps >= steps[first])
     row = link.table.iloc[first]
-    who = ", ".join(f"{k} {int(row[k])}" for k in ("i", "j", "holder") if k in row.index)
+    who = ", ".join(f"{k} {int(row[k])}" for k in ("i", "j", "reservoir") if k in row.index)
     if (rows == group).all():
         since = "in every record"
     elif rows.sum() == 1:
@@ -195,7 +195,7 @@ def judge(link: Link) -> list[Finding]:
     rest = broken(link)
     findings: list[Finding] = []
     while rest.any() and len(findings) < ROUNDS:
-        # of each suspect only the records it explains are stored: values of many records are large
+        # only the records that each suspect explains are stored, because its values take too much memory
         tried = [
             (within(link, s.value, link.tolerance or BITWISE) & rest, replace(s, value=NOTHING))
             for s in link.suspects(rest)
@@ -340,7 +340,7 @@ def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
     causes = []
     for n, finding in enumerate(findings):
         first = n
-        for _ in findings:  # of a cause that shows another one again, that one
+        for _ in findings:  # follow a finding that repeats another one to its origin
             first = next((k for k, fit in enumerate(fits[first]) if fit and k != first), first)
         if first == n:
             causes.append(finding)

@@ -91,12 +91,12 @@ def _before_last(table: pd.DataFrame, number: Floats, fixed: Bodies) -> Floats:
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - fixed.film_of[table["triangle"]], table["j"])
     both = pd.DataFrame({
-        "holder": np.concatenate([table["i"], j]), "step": np.tile(table["step"], 2),
+        "reservoir": np.concatenate([table["i"], j]), "step": np.tile(table["step"], 2),
         "film": np.concatenate([table["film_i_before"], table["film_j_before"]]),
-    }).drop_duplicates(["holder", "step"]).sort_values("step", kind="stable")  # fmt: skip
-    asked = pd.DataFrame({"holder": number, "step": table["step"].to_numpy(), "row": np.arange(len(table))})
-    asked["holder"], both["holder"] = asked["holder"].astype(np.int64), both["holder"].astype(np.int64)
-    found = pd.merge_asof(asked.sort_values("step"), both, on="step", by="holder", allow_exact_matches=False)
+    }).drop_duplicates(["reservoir", "step"]).sort_values("step", kind="stable")  # fmt: skip
+    asked = pd.DataFrame({"reservoir": number, "step": table["step"].to_numpy(), "row": np.arange(len(table))})
+    asked["reservoir"], both["reservoir"] = asked["reservoir"].astype(np.int64), both["reservoir"].astype(np.int64)
+    found = pd.merge_asof(asked.sort_values("step"), both, on="step", by="reservoir", allow_exact_matches=False)
     return found.sort_values("row")["film"].to_numpy(float)
 
 

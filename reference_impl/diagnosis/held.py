@@ -132,11 +132,11 @@ def likeness(wrong: Held, held: Sequence[Held]) -> str:
     if not _is_number(wrong.given) or not _is_number(wrong.expected):
         return ""
     stem, _, last = wrong.name.rpartition(".")
-    stem = "" if ": " in last else stem  # fields of a file itself are no family
+    stem = "" if ": " in last else stem  # top-level keys of a file are not related
     family = [h for h in held if h is not wrong and _is_number(h.expected)]
     family = [h for h in family if h.name.rpartition(".")[2] == last or (stem and h.name.rpartition(".")[0] == stem)]
     same = [h for h in family if wrong.given != 0 and math.isclose(wrong.given, h.expected, rel_tol=1e-9)]
-    # where several have this value, the one that has this one's in turn
+    # of several numbers with this value prefer the one with which it was swapped
     same.sort(key=lambda h: h.wrong and _is_number(h.given) and h.given == wrong.expected, reverse=True)
     counts = isinstance(wrong.given, int) and isinstance(wrong.expected, int)
     ratio = "" if counts or not wrong.expected else of_factor(wrong.given / wrong.expected)

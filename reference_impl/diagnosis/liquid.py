@@ -123,7 +123,7 @@ def due(run: Run, e: Events) -> Link | None:
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield Suspect("dynamic rupture is ignored", np.where(gap >= reach * (1.0 - 1e-9), wrong, np.nan))
         lowest = float((gap / limit)[rows].min())
-        # of a limit set too low, each passes it by less than the way from one look to the next
+        # with a limit that is too low, each separation exceeds it by less than the displacement between two checks
         first = gap - e.pair.speed * impulses.every(run) * float(run.meta["time_step"]) < lowest * limit
         words = f"it is made too early (at {lowest:.4g} of the limit)"
         yield Suspect(words, np.where(first, wrong, np.nan), lowest)
@@ -174,7 +174,7 @@ def granted(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     both = links_chain.sides(
         e.table, (np.where(e.formation, asks[0], 0.0), np.where(e.formation, asks[1], 0.0)), e.fixed
     )
-    want = both.groupby(["holder", "step"])["move"].transform("sum").to_numpy()
+    want = both.groupby(["reservoir", "step"])["move"].transform("sum").to_numpy()
     with np.errstate(all="ignore"):
         part = np.where(want > both["before"], both["before"] / want, 1.0)
     n = len(e.table)
@@ -185,7 +185,7 @@ def one_after_another(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, F
     """Return the draws of one step in the order of the log, each from what the earlier ones have left."""
     both = links_chain.sides(e.table, (e.column("share_i"), e.column("share_j")), e.fixed)
     both["move"] = np.where(np.tile(e.formation, 2), both["move"], 0.0)
-    taken = both.sort_values("row", kind="stable").groupby(["holder", "step"])["move"].cumsum().sort_index()
+    taken = both.sort_values("row", kind="stable").groupby(["reservoir", "step"])["move"].cumsum().sort_index()
     left = both["before"].to_numpy() - (taken - both["move"]).to_numpy()
     with np.errstate(all="ignore"):
         part = left / both["before"].to_numpy()

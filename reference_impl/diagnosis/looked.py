@@ -63,7 +63,7 @@ def _part(run: Run, at: Before, steps: Floats) -> tuple[Run, int]:
     ledger = run.table("ledger")
     ledger = ledger[ledger["step"] <= last]
     tables = {name: table for name, table in run.tables.items() if name not in io.LOGS}
-    # of bridges that are gone the formation alone may be left: no part of a life that goes on
+    # of a bridge that has ended only its formation may be loaded; it is not treated as active
     lives = np.append(np.isin(rows, at.active), np.ones(len(events) - len(rows), dtype=bool))
     known = {**run.known, "lives": lives}
     return replace(run, tables={**tables, **there, "events": events, "ledger": ledger}, since=before, known=known), last

@@ -36,10 +36,11 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
         yield Link(
             "wall_closest_point", "closest point of a wall", rows, logged, expected, size, _shift(logged, expected)
         )
-        return  # forces at a wrong place follow from it
+        return  # wrong forces at this point are a consequence
     yield from _pushes(found, failed)
     for link in sprung.links(setup, found, failed):
-        if any(finding.fault for finding in judge(link)):  # else springs follow from forces
+        # without a cause of its own, a wrong spring is a consequence of wrong forces
+        if any(finding.fault for finding in judge(link)):
             yield link
     shares = [parts.of(setup, f) for f in found]
     for name, what, kind in (("newton_force", "force that acts", 0), ("newton_torque", "torque that acts", 1)):

@@ -34,7 +34,8 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
             broken: Floats, name: str = name, one: Floats = one, two: Floats = two, marks: Any = marks
         ) -> Iterator[Suspect]:
             if name == "contact_logged":
-                if any((mark == broken).all() for mark in marks.values()):  # else it is one that does not touch
+                # otherwise the row is of a pair without contact
+                if any((mark == broken).all() for mark in marks.values()):
                     yield Suspect("it is left out", 0.0 * two)
                 return
             fresh, after, before = (

@@ -163,7 +163,7 @@ def fitted(value: Callable[[float], Floats], logged: Floats, rows: Floats, begin
     by, use = begin, rows
     for n in range(8):
         now = value(by)
-        if n > 3:  # where a second fault is in some of the records, those that it spares decide
+        if n > 3:  # if some records contain a second fault, fit only the better half
             off = length(logged - now)
             use = rows & (off <= np.median(off[rows]))
         slope = (value(by * (1.0 + 1e-5)) - now)[use] / (1e-5 * by)

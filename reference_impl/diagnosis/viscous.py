@@ -49,7 +49,7 @@ def acting(run: Run, c: Contacts, marks: Marks) -> Link | None:
     one, push = np.ones(len(c.table)), (vectors(c.table, "push") * c.n).sum(axis=1)
     drag = -laws.VISCOUS_NORMAL[name](c.gap, c.volume, c.ri, c.rj, c.wall, one, run.meta["viscosity"])
     with np.errstate(all="ignore"):
-        used = np.where(c.vn != 0.0, -law / c.vn, drag)  # as the engine had it
+        used = np.where(c.vn != 0.0, -law / c.vn, drag)  # as used by the engine
     expected = -drag * (c.vn + push) * bare if coverage.semi_implicit(run) else law
     logged = c.column("viscous_normal")
 

@@ -195,7 +195,7 @@ class Between:
                 coefficient(self.run, rows, p, np.maximum(most, 0.0)),
             )
             shift = splitting.shift(self.run, self.setup, rows, both, c, faster * time)
-            # the velocity is that of the next step: the change of the separation begins and ends one step later
+            # the velocity is that of the next step, so the separation changes one step later
             later = sum(self._opening(both, rows, at, p) for at in (step, before_it)) * dt
             doubt = shift.doubt + c[0] * (faster**2 * time * dt / p.ri + later)
             calm &= doubt < UNKNOWN * np.abs(expected - shift.pushed)

@@ -42,7 +42,7 @@ def judged(run: Run) -> bool:
 def depth(run: Run, table: pd.DataFrame, gap: Floats, distance: Floats) -> Floats:
     """Return the capillary energy of bridges, -integral of the force from the gap to the static rupture distance."""
     force = summed.pull_of(run, table)
-    # in s = u^2 the square-root start of some laws is smooth
+    # with s = u^2 laws that begin as a square root are smooth
     low, high = np.sqrt(np.maximum(gap, 0.0)), np.sqrt(distance)
     total = np.maximum(-gap, 0.0) * force(0.0 * gap)
     for node, weight in zip(NODES, WEIGHTS, strict=True):
@@ -109,7 +109,7 @@ class Budget:
         )
         for n in np.flatnonzero(np.isnan(self.begun[:, 0]) & (enters <= outputs[-1])):
             k = int(np.searchsorted(step, enters[n])) - 1
-            # half a step before its first weight, as the mean of both steps' powers has it
+            # half a step before its weight first acts, because the work is that of the mean power of two steps
             self.begun[n] = at[k, n] + speed[k, n] * (enters[n] - 0.5 - step[k]) * dt
             met = (events["i"] == self.setup.ids[n]) | (
                 (events["partner_kind"] == 0) & (events["j"] == self.setup.ids[n])
@@ -280,12 +280,13 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
         return None
     rows = pd.DataFrame({"step": [p[0] for p in parts]})
     logged, expected, size, margin = (np.array([p[k] for p in parts]) for k in (1, 2, 3, 4))
-    if not setup.scene["effects"].get("wall_films", True):  # the plugin has no forces on walls: contact holds both
+    # the plugin has no forces on walls: `contact` contains both terms
+    if not setup.scene["effects"].get("wall_films", True):
         contact, wall = WORKS.index("contact"), WORKS.index("wall_motion")
         for works in (logged, expected):
             works[:, contact] += works[:, wall]
             works[:, wall] = 0.0
-    # the logged works are differences of sums over the whole run
+    # the logged energy terms are differences of sums over the whole run
     least = 1e-6 * float(log[list(WORKS)].abs().to_numpy().max())
     return logged, expected, np.maximum(size, least) + margin / LIMITS["windows"], rows
 

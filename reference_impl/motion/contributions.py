@@ -162,7 +162,7 @@ class Moved:
         self.pairs.add(volume[shared])
         self.unequal.add(np.abs(share - 0.5 * volume)[shared])
         self.ruptures += int(broke.sum())
-        # of the speed at rupture also where dynamic rupture was off: then what it would have been
+        # computed also if dynamic rupture is off: the contribution that it would have
         if run.meta["surface_tension"] > 0.0:
             speed = events["speed"].to_numpy(float)[broke]
             longer = laws.pitois_factor(speed, run.meta["viscosity"], run.meta["surface_tension"]) - 1.0

@@ -78,7 +78,7 @@ def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Fl
     slides = stretch > grip
     share = np.where(slides, grip / np.maximum(stretch, 1e-300), 1.0)
     spring = share[:, None] * moved
-    # of a spring as logged one at the limit has been cut back to it, to round-off
+    # a logged spring that slides is at the friction limit to round-off
     at_limit = slides if given is None else slides | (given & (stretch >= (1.0 - AT_LIMIT) * grip))
     dashpot = np.where(at_limit, 0.0, gamma_side)
     slid, side = (1.0 - share) * stretch, -kt[:, None] * spring - dashpot[:, None] * slip

@@ -45,9 +45,9 @@ def check(
     works = run is not None and not setup.foreign and budget.judged(run)
     shares, counts = contributions.Shares(setup, run), Counter[str]()
     parts: dict[str, list[Quantity]] = {}
-    waiting: list[newton.Compared] = []  # of short windows, which are compared together
+    waiting: list[newton.Compared] = []  # of short windows, compared in one batch
     small = io.small(io.where(folder, "trajectory"), "trajectory")
-    for f in newton.each(setup, run):  # a window's forces are large: one at a time
+    for f in newton.each(setup, run):  # one window at a time, because its forces take much memory
         io.note(f"window from step {f.window.steps[0]}")
         shares.add(f)
         counts.update({"foreign": len(f.touches)} if setup.foreign else f.counts)
@@ -66,7 +66,7 @@ def check(
         for q in (*(newton.quantities(setup, waiting) if full else ()), *in_windows, *of_works):
             parts.setdefault(q.name, []).append(q)
         waiting = [] if full else waiting
-        del f  # before the next one is made
+        del f  # free the memory before the next window
     for q in newton.quantities(setup, waiting):
         parts.setdefault(q.name, []).append(q)
     found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]

@@ -73,9 +73,10 @@ def judged(run: Run) -> bool:
     known = {None, *capillary.LAWS, *laws.VISCOUS_NORMAL, *laws.VISCOUS_TANGENTIAL}
     laws_known = all(coverage.law(run, effect) in known for effect in TERMS[1:])
     explicit = not coverage.semi_implicit(run) and impulses.every(run) == 1
-    films_on_walls = io.scene(run.folder)["effects"].get("wall_films", True)  # else a wall is met without an event
+    # without wall films a collision with a wall causes no event
+    films_on_walls = io.scene(run.folder)["effects"].get("wall_films", True)
     if script.of(run.folder):
-        return False  # whose gravity and other forces are not known
+        return False  # gravity and other forces of a script are unknown
     heavy = run.meta["effects"].get("liquid_weight") or run.meta["effects"].get("shedding")
     return bool(laws_known and explicit and films_on_walls and not heavy and where(run.folder, "trajectory").exists())
 
@@ -113,7 +114,7 @@ class Hangar:
         setup, fixed = self.setup, bodies(self.run)
         start, end = (logs["trajectory"][logs["trajectory"]["step"] == s].sort_values("id") for s in (one, two))
         stand, film = (logs[n][logs[n]["step"] == one] for n in ("bridges", "films"))
-        # a bridge that forms at the first output acts from the next step on only
+        # a bridge that forms at the first output acts only from the next step
         events = logs["events"][(logs["events"]["step"] >= one) & (logs["events"]["step"] <= two)]
         p, q = pairs(stand, fixed), pairs(events, fixed)
         place = np.full(len(fixed.radius), -1)
@@ -184,7 +185,7 @@ def fly(
         return 0.5 * dt * force / f.mass[:, None], 0.5 * dt * torque / inertia[:, None]
 
     kick, turn = np.zeros_like(f.x), np.zeros_like(f.x)
-    for _ in range(ROUNDS):  # the forces of the first output were taken at the speeds half a kick before
+    for _ in range(ROUNDS):  # forces of the first output are evaluated at velocities of half a kick earlier
         before = kick, turn
         kick, turn = kicks(f.x, f.v - kick, f.w - turn)
         if max(np.abs(kick - before[0]).max(initial=0.0), np.abs(turn - before[1]).max(initial=0.0)) == 0.0:

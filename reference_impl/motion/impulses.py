@@ -26,7 +26,7 @@ def new(run: Run, table: Table) -> Floats:
     step = np.asarray(table["step"], dtype=np.int64)
     if every(run) == 1 or not len(table):
         return np.zeros(len(table), dtype=bool)
-    # of the events only those of the same steps can tell that a bridge is new
+    # events of the same steps are sufficient to identify a new bridge
     lives = Lives(none(), run.rows("events", int(step.min()), int(step.max())), 0, int(step.min()) - 1)
     at = lives.at(keys(table), step, strictly=False)
     return np.asarray(np.append(lives.all.step, -1)[at] == step)

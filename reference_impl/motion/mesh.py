@@ -74,9 +74,9 @@ def topology(corners: Floats, apart: bool = False, numbers: int | None = None) -
     for meeting in at_node.values():
         for group in _connected(meeting, neighbours):
             t, k = max(group, key=lambda one: one[0] % numbers)
-            if min(s for s, _ in group) < numbers:  # about others not all copies are there
+            if min(s for s, _ in group) < numbers:  # for other triangles some periodic copies are missing
                 corner[t % numbers, k] = _corner_active(group, edge, nodes, active)
-    # the engine keeps only what it finds for the last corner
+    # the engine stores only the result of the last corner
     obtuse = np.where(np.einsum("ij,ij->i", edge[:, 2], edge[:, 1]) > 0.0, 2, -1)
     bound = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
     return Topology(

@@ -84,7 +84,7 @@ def _touching(run: Run, setup: Setup, tables: dict[str, pd.DataFrame], outputs: 
     events = events[events["kind"] != FORMATION]
     at = outputs.interval(events["step"].to_numpy(np.int64))
     touched = shots[shots["least_separation"] <= 0.0]
-    # a bridge that ends by retirement at the first output acts on half a step more, which no impulse holds
+    # a bridge that ends by retirement at the first output acts half a step longer, which no logged impulse contains
     retired = events[events["kind"] == RETIREMENT]
     after = outputs.interval(retired["step"].to_numpy(np.int64) + 1)
     for table, interval in (

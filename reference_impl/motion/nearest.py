@@ -99,7 +99,7 @@ class Parts:
                 y = self.motion.to_rest(w, step, x + shift)
                 found.append(_within(y, reach, parts, most, self.low, self.high, self._shape, values))
         whole, real = (np.concatenate([np.zeros((0, n)), *(f[k] for f in found)]) for k, n in ((0, 3), (1, 2)))
-        if self.others:  # of several copies of a part the nearest
+        if self.others:  # the nearest of several periodic copies of a part
             order = np.lexsort((real[:, 0], whole[:, 1], whole[:, 0]))
             whole, real = whole[order], real[order]
             first = np.append(True, (np.diff(whole[:, :2], axis=0) != 0).any(axis=1))[: len(whole)]

@@ -82,7 +82,7 @@ def _window(
     logs: touching.Springs, walls: touching.Springs,
 ) -> Forces:  # fmt: skip
     counts: Counter[str] = Counter()
-    # whoever touches nearly is left out where contacts are the engine's own
+    # with the engine's own contact model spheres that almost touch are excluded
     near = replace(setup, radius=setup.radius * (1.0 + NEARLY)) if setup.foreign else setup
     pairs = touching.of_pairs(near, window)
     at_walls = touching.of_walls(near, window, motion, shapes)
@@ -98,9 +98,9 @@ def _window(
     contact = dry.contacts(setup, window, touches, start, known)
     of_log = [log.of(window.steps[t.k], t.a, t.b) for t, (_, log) in zip(found, parts, strict=True)]
     logged, there = (np.concatenate([of[n] for of in of_log]) for n in (0, 1))
-    # a head-on contact has only rounding for a spring; one that slides has that of the wall's place
+    # the spring of a head-on contact is round-off only; a sliding one has the round-off of the wall's position
     scale = np.maximum(arrays.size(start) + arrays.size(contact.slip) * setup.step, 1e-9 * setup.radius[touches.a])
-    law = setup.dry  # between two walls there is none
+    law = setup.dry  # no contact between two walls
     slid = np.divide(law.friction * law.normal, law.tangential, out=np.zeros_like(law.normal), where=law.tangential > 0)
     scale[touches.wall] += float(slid.max()) * rounding(setup) / SCALES["contact_spring"][1]
     rows = pd.DataFrame(
@@ -288,7 +288,7 @@ def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
     """Return step (index in the window) and sphere for which the law is checked."""
     w = f.window
     k = np.flatnonzero((np.diff(w.steps) == 1) & ~np.isin(w.steps[:-1], list(setup.broken)))
-    free = np.flatnonzero(setup.free & (setup.leaves >= w.steps[-1]))  # nobody is retired within a window
+    free = np.flatnonzero(setup.free & (setup.leaves >= w.steps[-1]))  # no sphere is retired within a window
     return np.repeat(k, len(free)), np.tile(free, len(k))
 
 
@@ -297,7 +297,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     w, dt = f.window, setup.step
     at, who = records(setup, f)
     m, r = w.mass[at, who], setup.radius[who]
-    part = m / w.mass[at + 1, who]  # liquid may have come or gone between the two halves of the kick
+    part = m / w.mass[at + 1, who]  # the liquid may change between the two halves of the kick
     inertia = 0.4 * m * r**2
     rows = pd.DataFrame({"step": w.steps[at], "i": setup.ids[who]})
     scale = np.maximum(0.5 * (f.sizes[at, who] + f.sizes[at + 1, who]), m * STANDARD_WEIGHT)

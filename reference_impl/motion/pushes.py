@@ -71,7 +71,7 @@ def against_log(
             shared[at, column] = count[on] * setup.free[who[at]]
     logged = {"window_push": vectors(b.table, "push"), "window_spin_push": vectors(b.table, "spin_push")}
     for pushed in of_second.values():
-        pushed[b.wall] = 0.0  # of the first alone
+        pushed[b.wall] = 0.0  # only of the first body
     found: dict[str, tuple[Any, ...]] = {n: (logged[n], expected[n], scale[n], b.table, of_second[n]) for n in expected}
     message = b.table[["sharing_i", "sharing_j"]].to_numpy(float)
     return {**found, "window_sharing": (message, shared, np.ones(len(message)), b.table, shared * [0.0, 1.0])}

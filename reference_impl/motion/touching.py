@@ -62,7 +62,7 @@ def near_copies(x: Floats, reach: Floats, box: Images) -> tuple[Floats, Floats]:
     near = [np.flatnonzero(((c > low) & (c < high)).all(axis=1)) for c in copies]
     of = np.concatenate([np.arange(n), *near])
     a, b = near_pairs(np.concatenate([x, *(c[at] for c, at in zip(copies, near, strict=True))]), reach[of])
-    one = (a < n) & (of[a] != of[b])  # of two copies that are both outside there is another pair
+    one = (a < n) & (of[a] != of[b])  # a pair of two copies outside the box is counted elsewhere
     pairs = np.unique(np.stack([np.minimum(of[a], of[b]), np.maximum(of[a], of[b])], axis=1)[one], axis=0)
     return pairs[:, 0], pairs[:, 1]
 
@@ -137,7 +137,8 @@ def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mes
         one_step = _analytic_wire_step if wall.analytic else _wall_step
         rows = []
         for k, step in enumerate(window.steps.tolist()):
-            y = rest[0] + box.nearest(rest[k] - rest[0]) if box.any else rest[k]  # next to the copies that were near
+            # at the periodic copy that was found near
+            y = rest[0] + box.nearest(rest[k] - rest[0]) if box.any else rest[k]
             at, b, apart, point, face = one_step(setup, wall, shape, y, a, t)
             place = motion.to_world(wall, step, point) + (rest[k] - y)[at]
             some = np.ones(len(at), dtype=bool)

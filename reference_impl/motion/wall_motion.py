@@ -101,10 +101,10 @@ class Motion:
 
     def _vibrated(self, wall: Wall) -> Floats:
         """Return the displacement of a vibration after 0, 1, 2, … steps [m]."""
-        name = repr(wall.way)  # walls that share a motion share its sums
+        name = repr(wall.way)  # computed once for all walls with this motion
         if name not in self._sums:
             found = self._sums[name] = np.zeros((len(self._time()), 3))
-            for axis in range(3):  # of a long run each is 100 MB
+            for axis in range(3):  # each array is 100 MB in a long run
                 way = self._speed(wall, axis, self._time())
                 way[0] = 0.0
                 way *= self._setup.step

@@ -247,7 +247,7 @@ def _walls(folder: Path, scene: dict[str, Any], recorded: bool) -> tuple[tuple[W
     table = every(path).sort_values("triangle")
     corners = np.stack([vectors(table, f"v{k}") for k in range(3)], axis=1)
     far = 10.0 * float(np.abs([scene["box_low_m"], scene["box_high_m"]]).max())
-    if not (np.abs(corners) <= far).all():  # what may be lost to rounding grows with them
+    if not (np.abs(corners) <= far).all():  # round-off grows with the coordinates
         raise ReplayError(f"{path} has corners beyond {far:.3g} m, ten times the scene's box: run the case again")
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
@@ -276,7 +276,7 @@ def _broken(scene: dict[str, Any]) -> frozenset[int]:
 def way_of(scene: dict[str, Any], wall: dict[str, Any]) -> dict[str, Any]:
     """Return the motion of a wall: its own, or the scene's for its kind; empty for a fixed wall."""
     shared = {"vibrates": "vibration", "slides": "slide", "turns": "rotation"}.get(wall["motion"])
-    return dict(wall.get("own_motion") or (shared and scene.get(shared)) or {})
+    return dict(wall.get("motion_parameters") or (shared and scene.get(shared)) or {})
 
 
 def slide_steps(scene: dict[str, Any]) -> dict[str, tuple[int, int]]:
@@ -331,9 +331,9 @@ def _window(
     turn = acted * (0.5 * setup.step / (0.4 * mass * setup.radius**2))[:, :, None]
     spun = turn * s["t"]
     w_half, largest = s["w"] - spun, np.abs(spun).max(axis=2)
-    # of the kick some ten roundings, of the spin that of the sum
+    # about ten roundings of the kick and one of the sum
     margin = np.finfo(float).eps * (8.0 * largest + np.abs(s["w"]).max(axis=2))
-    # a sphere that did not spin must not seem to: rolling resistance asks for the direction alone
+    # round-off must not become a spin: rolling resistance depends on its direction only
     lost = (np.abs(w_half) < STILL * largest[:, :, None]) & (w_half != 0.0)
     w_half[lost] = 0.0
     margin += STILL * largest * np.sqrt(lost.sum(axis=2))
@@ -359,7 +359,7 @@ def springs(setup: Setup, name: str) -> pd.DataFrame:
         sign = np.ones(len(table))
     else:
         other = np.searchsorted(setup.ids, table["j"].to_numpy())
-        sign = np.where(a < other, 1.0, -1.0)  # the spring turns round with the order of the two
+        sign = np.where(a < other, 1.0, -1.0)  # the sign of the spring depends on the order of the spheres
         a, b = np.minimum(a, other), np.maximum(a, other)
     found = pd.DataFrame({"step": table["step"], "a": a, "b": b})
     for axis in "xyz":

@@ -38,7 +38,7 @@ class Ends:
         p = pairs(table, bodies(run))
         x, step = places[["x", "y", "z"]].to_numpy(float), table["step"].to_numpy(np.int64)
         steps, shot = np.unique(places["step"].to_numpy(np.int64), return_inverse=True)
-        row_of = np.full((len(steps) + 1, len(bodies(run).radius)), -1)  # the last step is one that is not known
+        row_of = np.full((len(steps) + 1, len(bodies(run).radius)), -1)  # the last row is for steps without positions
         row_of[shot, places["id"].to_numpy(np.int64)] = np.arange(len(x))
         here = np.searchsorted(steps, step)
         here[np.append(steps, -1)[here] != step] = len(steps)
@@ -65,7 +65,7 @@ class Ends:
         expected = parts.closest(step[w], self.xi[w], part[w])
         distance, point = parts.to(step[w], self.xi[w], triangle)
         right = parts.setup.part[triangle] == part[w]
-        # of several as near the logged one has the point that is meant
+        # of several triangles at equal distance the logged one has the correct point
         same = right & (distance <= expected.distance * (1.0 + nearest.SAME))
         self.xj[w] = np.where(same[:, None], point, expected.point)
         self.off[w] = np.where(right, distance - expected.distance, STRANGE)

@@ -45,7 +45,7 @@ def _shown(error: Refused) -> str:
 def forget(folder: Path, out: Path | None = None) -> None:
     """Remove the result of an earlier replay, so that it is not mistaken for the new one."""
     if not ((folder / "scene.json").exists() or (folder / "history").exists()):
-        return  # no run: what has these names is somebody's own
+        return  # not a run: files with these names belong to the user
     for path in (out or folder / "replay.json", folder / "contributions.json"):
         path.unlink(missing_ok=True)
 

@@ -63,7 +63,7 @@ def gathered(parts: Sequence[Deviations]) -> Deviations:
 def _class(each: Floats, classes: Floats) -> None:
     """Add deviations to a histogram."""
     more = np.bincount(np.minimum(each, 1e30).astype(np.float32).view(np.uint32) >> DROPPED_BITS)
-    classes[: len(more)] += more  # most are small: all that is above stays untouched
+    classes[: len(more)] += more  # most deviations are small: larger classes are unchanged
 
 
 @dataclass
@@ -143,7 +143,7 @@ def compare(
     largest, first = float(deviation[at]), None
     if largest > tolerance and "step" in rows:
         first = int(np.asarray(rows["step"])[np.argmax(deviation > tolerance)])
-    row = {str(name): np.asarray(column)[at] for name, column in rows.items()}  # pandas is slow to make a row
+    row = {str(name): np.asarray(column)[at] for name, column in rows.items()}  # creating a row is slow in pandas
     row |= {"reference": expected[at].tolist(), "logged": logged[at].tolist()}
     return Quantity(name, scale, len(logged), largest, tolerance, row, deviations=Deviations(deviation), first=first)
 
@@ -151,7 +151,7 @@ def compare(
 def merged(parts: Sequence[Quantity]) -> Quantity:
     """Merge one quantity over records that were compared part by part."""
     worst = max(parts, key=lambda q: q.largest)
-    if not worst.row:  # the first of equals may be a part without records
+    if not worst.row:  # the first of equal maxima may be a chunk without records
         worst = next((q for q in parts if q.row), worst)
     every, first = gathered([q.deviations for q in parts]), [q.first for q in parts if q.first is not None]
     return replace(worst, count=every.count, deviations=every, first=min(first, default=None))

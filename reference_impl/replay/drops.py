@@ -51,7 +51,7 @@ class Places:
 
     def __init__(self, run: Run) -> None:
         self._setup = window.read(run.folder)
-        # walls that hold no films take no drops either: they pass
+        # without wall films drops pass through walls
         self._walls = self._setup.walls if self._setup.scene["effects"].get("wall_films", True) else ()
         self._motion = Motion(self._setup)
         self.at: dict[int, Floats] = {}
@@ -142,7 +142,8 @@ class Falling:
             kind, j, way = min(d.partner_kind, 1), d.j, d.fallen
             if at is not None:
                 kind, j, way = self._places.landing(step, d, at)
-            near = abs(way - d.fallen) < 1e-9 * self._fixed.radius[d.i]  # next to a seam either triangle may be met
+            # next to a seam the drop may hit either triangle
+            near = abs(way - d.fallen) < 1e-9 * self._fixed.radius[d.i]
             same = kind == min(d.partner_kind, 1) if d.partner_kind != NOTHING else kind == NOTHING
             same = same and (j == d.j or (kind == laws.LARGE_WALL and near))
             for name, value in (

@@ -82,13 +82,13 @@ def capillary_term(run: Run, c: Contacts) -> Term:
     """Return the recomputed value for a closed form; the logged one if the exact bridge was sampled or the law is not known."""
     name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
     if coverage.solved(run, "capillary") or not coverage.known(run, "capillary"):
-        return Term(logged, np.abs(logged), [])  # of the exact bridge see sampled.py
+        return Term(logged, np.abs(logged), [])  # the exact bridge is checked in sampled.py
     expected = np.zeros(len(c.table))
     whole = expected + TINY
     if name is not None:
         expected = capillary.LAWS[name](c.gap, c.volume, c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
         whole = np.abs(expected)
-        # some fits pass through zero; of the others two cosines are spared
+        # some fits have a zero; two cosines are computed only for small forces
         low = np.flatnonzero(~(whole > 2e-3 * np.pi * sigma * capillary.limit_radius(c.ri, c.rj, c.wall)))
         ri, rj, wall, ti, tj = (values[low] for values in (c.ri, c.rj, c.wall, c.ti, c.tj))
         whole[low] = np.maximum(whole[low], 1e-3 * capillary.limit_at_touch(ri, rj, wall, ti, tj, sigma))

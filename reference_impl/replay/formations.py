@@ -95,7 +95,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     film, other, gap, ri = films_at_events(run)
     step = events["step"].to_numpy(np.int64)
     way = every * float(run.meta["time_step"]) * events["speed"].to_numpy(float) * ROOM_OF_WAY[0]
-    # speeds are known at one of several steps
+    # with `every` > 1 speeds are known at some steps only
     way = way * (1.0 if every == 1 else 2.0) + (ROOM_OF_WAY[1] if every == 1 else 1e-3) * ri + _turned(run, ri)
     since = _changed(run, held, step)
     judged = (events["kind"] == FORMATION).to_numpy() & (step > _born(run)) & (since < step - every)
@@ -106,7 +106,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
         if _over_an_edge(run, lives, events.iloc[row], int(step[row]) - every):
             excess[row] = 0.0
             continue
-        # the closest point may have come over an edge, from a triangle with less, of the same part or of one that meets it
+        # the closest point may have crossed an edge, from an adjacent triangle with a thinner film
         beside = _thinnest_beside(run, held, events.iloc[row], int(step[row]) - every)
         excess[row] = max(film[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
     return excess, way
@@ -185,9 +185,8 @@ def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
     at = places.iloc[int(np.abs(places["step"].to_numpy() - event["step"]).argmin())]
     x, v = (at[list(names)].to_numpy(float) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
     fastest = FASTER * max(float(np.sqrt((v**2).sum())), float(event["speed"]))
-    since_look = abs(float(at["step"]) - float(event["step"])) + impulses.every(
-        run
-    )  # an output can be at the event's step
+    # an output may be at the step of the event
+    since_look = abs(float(at["step"]) - float(event["step"])) + impulses.every(run)
     way = fastest * float(run.meta["time_step"]) * since_look
     parts, step = nearest.parts(run), np.full(len(triangles), int(event["step"]))
     x_of_all = np.repeat(x[None], len(triangles), axis=0)
@@ -226,7 +225,7 @@ def _changed(run: Run, held: Held, step: Floats) -> Floats:
     ordered, of = change[order], reservoir[order]
     new = np.ones(len(order), dtype=bool)
     new[1:] = (ordered[1:] != ordered[:-1]) | (of[1:] != of[:-1])
-    first = np.flatnonzero(new)  # of several changes of a holder in one step
+    first = np.flatnonzero(new)  # the first of several changes of a reservoir in one step
     before = np.where(
         np.append(-1, of[first][:-1]) == of[first], np.append(-1, ordered[first][:-1]), held.changed[of[first]]
     )

@@ -174,7 +174,7 @@ def readable(path: Path, what: str = "the history of a moist run") -> Iterator[N
         yield
     except ReplayError:
         raise
-    except Exception as error:  # a cut or foreign file: pyarrow has many names for that
+    except Exception as error:  # a truncated or foreign file: pyarrow raises many types
         raise ReplayError(f"{path} is not a readable Parquet table; expected {what}: run the case again") from error
 
 

@@ -9,9 +9,9 @@ from reference_impl.motion import impulses
 from reference_impl.replay import coverage, io, laws
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs
-from reference_impl.replay.booking import Columns
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
+from reference_impl.replay.liquid_ledger import Columns
 from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys
 from reference_impl.replay.plans import entered
 
@@ -81,7 +81,7 @@ def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
         at_formation = np.append(lives.all.speed, 0.0)[lives.previous]
         most = FASTER[0] * np.maximum(speed, at_formation) + FASTER[1]
         factor = laws.pitois_factor(most, run.meta["viscosity"], run.meta["surface_tension"])
-    # one that formed at the last look was not asked yet
+    # a bridge formed at the last check has not been checked for rupture
     formed = np.append(lives.all.step, np.iinfo(np.int64).max)[lives.previous]
     stood = (events["kind"] == RUPTURE) & (formed < events["step"] - every)
     return np.asarray(stood & (gap - way > static * factor * (1.0 + 1e-9)))

@@ -67,7 +67,7 @@ class Lives:
         new = np.ones(len(sorted_key), dtype=bool)
         new[1:] = sorted_key[1:] != sorted_key[:-1]
         self._keys, rank = sorted_key[new], np.cumsum(new) - 1
-        # a bridge and a step as one number; what stood at the start counts as formed before it
+        # bridge and step are encoded as one number; bridges active at the start count as formed before it
         self._span = max(int(step.max(initial=start)) - start, 0) + 2
         self._code = rank * self._span + np.maximum(self.all.step[self._order] - start, 0)
         self._ends = np.append(new[1:], True)[: len(new)]
@@ -111,7 +111,7 @@ class Lives:
         first = rank * self._span
         until = first + np.minimum(step - self.start, self._span - 1) + (0 if strictly else 1)
         place = self._last[rank]
-        # back from the bridge's last record: it has few in a part of the log
+        # search backward from the bridge's last record: a chunk has few records of one bridge
         late = np.flatnonzero(self._code[place] >= until)
         while len(late):
             place[late] -= 1

@@ -33,7 +33,7 @@ def check(run: Run, lives: Lives) -> Quantity:
 def judged(run: Run, lives: Lives) -> pd.DataFrame:
     """Return bridges at walls at formation and at outputs, with the position of their sphere, and whether they are `wrong`."""
     found = pd.concat([_formations(run, lives), _at_outputs(run, lives)], ignore_index=True)
-    return found.sort_values("step", kind="stable", ignore_index=True)  # as it is of a log read in parts
+    return found.sort_values("step", kind="stable", ignore_index=True)  # the same order as of a log read in chunks
 
 
 def neighbours(parts: nearest.Parts) -> tuple[Floats, Floats]:

@@ -156,7 +156,7 @@ def enters(scene: dict[str, Any], kind: Floats) -> Floats:
     """Return the step at which each sphere enters; inserted classes enter one by one; `kind` in the order of ids."""
     found = np.zeros(len(kind), dtype=np.int64)
     for c in scene["classes"]:
-        if given := c.get("fed"):
+        if given := c.get("insertion"):
             members = np.flatnonzero(kind == c["type"])
             at = enter_times(given, c["count"])[: len(members)]
             found[members] = np.rint(at / scene["time_step_s"]).astype(np.int64)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from reference_impl.diagnosis import diagnosis, faults, looked
-from reference_impl.diagnosis import kept as of_tables
+from reference_impl.diagnosis import tables as of_tables
 from reference_impl.motion import dynamics, window
 from reference_impl.replay import (
     coverage,
@@ -153,7 +153,7 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
     beside = diagnosis.diagnose(of_tables.links(run, events, failed), failed)
-    # which bridges share a place at an edge follows from the closest points
+    # bridges that share a position at an edge are a consequence of the closest points
     of_edges = "wall_closest_point" in failed and all(
         f["quantities"] == ["formation_shared"] for f in found["findings"]
     )

@@ -66,7 +66,7 @@ def rule(folder: Path) -> Rule | outlets.Regions | None:
         return None
     planned = plans.plan(folder)
     every = plans.checkpoints_every(scene, planned.steps)
-    at = np.arange(every, planned.steps + 1, every)  # the end too, where it is one
+    at = np.arange(every, planned.steps + 1, every)  # includes the end if it is a checkpoint
     inside = np.zeros(len(at), dtype=bool)
     for first, last in planned.windows:
         inside |= (at >= first) & (at < last)
@@ -143,7 +143,9 @@ class Count:
     def check(self, part: Run, outputs: Floats, shots: Floats, mean: float) -> list[Quantity]:
         """Check one chunk of the logs; `shots`: liquid of all reservoirs after its outputs, `mean`: mean film of a sphere."""
         rows, after = self.gone, np.searchsorted(outputs, self.gone["step"])
-        inside = (after < len(outputs)) & ~self.seen  # a script's spheres go at any step: what they hold then stays
+        inside = (
+            after < len(outputs)
+        ) & ~self.seen  # a script may delete spheres at any step; their liquid is constant afterwards
         self.seen |= inside
         rows, after = rows[inside].reset_index(drop=True), after[inside]
         films, size = shots[after, rows["id"]], np.full(len(rows), mean)

@@ -40,7 +40,7 @@ def known(folder: Path, functions: Mapping[str, str]) -> Iterator[None]:
             if kind not in TABLES:
                 raise ReplayError(f"{name} is for {kind}; expected one for {', '.join(TABLES)}")
             if law is None or law in TABLES[kind]:
-                continue  # the effect is off, or the law is known anyhow
+                continue  # the effect is off, or the law is built in
             TABLES[kind][law] = _with_walls(kind, _in_numbers(kind, name))
             coverage.CLOSED[kind].add(law)
             put.append((kind, law))

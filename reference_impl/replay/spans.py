@@ -29,9 +29,9 @@ from reference_impl.replay import (
 )
 from reference_impl.replay.arrays import Columns, Floats
 from reference_impl.replay.bodies import all_known, bodies, holders, known, pairs
-from reference_impl.replay.booking import book
 from reference_impl.replay.compare import Quantity, merged
 from reference_impl.replay.io import Run, note, where
+from reference_impl.replay.liquid_ledger import book
 from reference_impl.replay.lives import Lives, none
 from reference_impl.replay.stream import BATCH, END, Rows
 from reference_impl.replay.transfer import Tables

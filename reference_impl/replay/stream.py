@@ -41,7 +41,7 @@ class Rows:
         with readable(path):
             file = parquet.ParquetFile(path)
             complete(path, file.schema_arrow.names, NEEDED[name])
-            # one group of rows after the other: a reader keeps what it has read of those it was asked for
+            # one row group at a time: a reader caches the row groups it was asked for
             groups = range(file.num_row_groups)
             self._batches = (b for k in groups for b in file.iter_batches(batch, [k], columns, use_threads=False))
             self.none = _columns(file.schema_arrow.empty_table().select(columns or file.schema_arrow.names))

@@ -132,9 +132,9 @@ def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floa
     guesses = [start] if start is not None else []
     guesses += [first_guess(shape, gap, volume, w) for w in (1.2, 1.0, 1.5, 0.8, 2.0)]
     for guess in guesses:
-        if not np.isfinite(guess).all():  # no such bridge: its law of rupture gives no gap
+        if not np.isfinite(guess).all():  # no such bridge: the rupture law gives no gap
             continue
-        # derivatives by MINPACK itself: least_squares takes them in Python, a third of a replay's time
+        # MINPACK computes the derivatives; least_squares would do so in Python, a third of a replay's time
         u, _, found, _, _ = leastsq(
             equations, guess, (shape, gap, volume), full_output=True, xtol=1e-15, ftol=1e-15, gtol=1e-15
         )
@@ -188,9 +188,9 @@ def exact_ratios(kind: int, ri: float, rj: float, ti: float, tj: float, nodes: F
     """
     other = np.inf if kind == laws.LARGE_WALL else rj
     if (ri, ti) == (other, tj):
-        return np.full(len(at), 0.5)  # where symmetry breaks, either body may win
+        return np.full(len(at), 0.5)  # after symmetry breaking either body may have the larger share
     r = 2.0 * ri * rj / (ri + rj) if kind == laws.SPHERE else ri
-    turned = kind == laws.SPHERE and (rj, tj) < (ri, ti)  # rows (i, j) and (j, i) are one solution
+    turned = kind == laws.SPHERE and (rj, tj) < (ri, ti)  # rows (i, j) and (j, i) have the same solution
 
     def ratio(node: int) -> float | None:
         volume = max(float(nodes[node]), SMALLEST) * r**3

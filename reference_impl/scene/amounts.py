@@ -103,7 +103,7 @@ def film(of: Sequence[Class], config: Mapping[str, Any]) -> float:
     """Return the thickness [m] of the same film on every sphere, which contains the case's per cent of the spheres' mass."""
     liquid = number(config["materials"]["liquid"], "density_kg_per_m3")
     volume = moisture(config) * sum(c.count * c.mass for c in of) / liquid
-    # 4/3 pi sum n ((r+h)^3 - r^3) = a h + b h^2 + c h^3 by Newton's method; convex from h = 0, so from the flat film down
+    # Newton's method for 4/3 pi sum n ((r+h)^3 - r^3) = a h + b h^2 + c h^3, which is convex, from the flat film downward
     a, b, c = (k * math.pi * sum(o.count * o.radius**p for o in of) for k, p in ((4.0, 2), (4.0, 1), (4.0 / 3.0, 0)))
     h = volume / a
     for _ in range(60):

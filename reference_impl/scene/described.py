@@ -124,10 +124,14 @@ def _classes(written: Mapping[str, Any], scene: Mapping[str, Any]) -> Expected:
         }
         if s["count"] or s["at_mm"]:
             found[f"{at}.count"] = (s["count"] or len(s["at_mm"]), f"spheres {s['name']}")
-        if s["fed"]:
-            fed = {"profile": "constant", "pulse_share": 0.5, **s["fed"]}
-            fed["pulses"] = fed.get("pulses") or 1
-            found |= {f"{at}.fed.{k}": (fed[k], f"spheres {s['name']} fed") for k in fed if k != "unusual"}
+        if s["insertion"]:
+            insertion = {"profile": "constant", "pulse_share": 0.5, **s["insertion"]}
+            insertion["pulses"] = insertion.get("pulses") or 1
+            found |= {
+                f"{at}.insertion.{k}": (insertion[k], f"spheres {s['name']} insertion")
+                for k in insertion
+                if k != "unusual"
+            }
     return found
 
 
@@ -224,9 +228,9 @@ def _walls(written: Mapping[str, Any]) -> Expected:
     for word, w in zip(words, written["walls"], strict=True):
         at, key = f"walls.{word}", f"walls {w['name']}"
         found[f"{at}.contact_angle_rad"] = (math.radians(w["contact_angle_deg"]), f"{key} contact_angle_deg")
-        found |= {f"{at}.own_motion.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, written["origin_mm"])}
+        found |= {f"{at}.motion_parameters.{k}": (v, f"{key} {m}") for k, v, m in _motion(w, written["origin_mm"])}
         if not any(w[m] for m in MOTIONS):
-            found[f"{at}.motion"], found[f"{at}.own_motion"] = ("fixed", key), (None, key)
+            found[f"{at}.motion"], found[f"{at}.motion_parameters"] = ("fixed", key), (None, key)
     return found
 
 
@@ -316,7 +320,11 @@ def _start(folder: Path, written: Mapping[str, Any], scene: Mapping[str, Any]) -
     for k, places in waits.items():
         name, r = written["spheres"][k - 1]["name"], 0.5 * MM * written["spheres"][k - 1]["diameter_mm"]
         yield from _vectors(
-            f"position of {name}, waiting to enter", x[kind == k], places, f"{FILE}: seed, fed and region of {name}", r
+            f"position of {name}, waiting to enter",
+            x[kind == k],
+            places,
+            f"{FILE}: seed, insertion and region of {name}",
+            r,
         )
 
 

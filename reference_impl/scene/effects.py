@@ -57,7 +57,7 @@ def expected(config: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {"bridges": bridges}
     for effect in SWITCHED:
         state = on(effect, bridges)
-        # of an effect whose number decided, the law at least is known where it is on
+        # if the dimensionless number decides, the effect is off or has this law
         found[effect] = None if state is False else laws[effect] if state else (None, laws[effect])
     shared = on("sharing_by_size", bridges)
     for kind in NEEDED:

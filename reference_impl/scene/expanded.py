@@ -141,7 +141,7 @@ def _spheres(feed: Description, scene: Description) -> Iterator[dict[str, Any]]:
     if moist is not None and feed["moisture_of"] == "moist":
         moist = 100.0 / (100.0 / moist - 1.0) if moist else 0.0
     common = {key: feed[key] for key in ("material", "box", "cylinder", "velocity_m_per_s")}
-    common |= {"fed": feed["insertion"], "percent": moist, "film_um": None, "at_mm": None, "count": None}
+    common |= {"insertion": feed["insertion"], "percent": moist, "film_um": None, "at_mm": None, "count": None}
     for size in _read(feed, scene) if feed["psd"]["file"] else _sizes(feed["psd"]):
         yield {**common, "name": f"{feed['name']} {size:.4g} mm", "diameter_mm": size}
 

@@ -24,7 +24,7 @@ def places(description: Mapping[str, Any], scene: Mapping[str, Any], films: list
     """Return positions (n, 3) of each class that enters [m], by type, in the order of entry; none if one cannot be placed."""
     entries, classes = description["spheres"], scene["classes"]
     arrivals = sorted(
-        (float(at), c["type"]) for c in classes if c.get("fed") for at in enter_times(c["fed"], c["count"])
+        (float(at), c["type"]) for c in classes if c.get("insertion") for at in enter_times(c["insertion"], c["count"])
     )  # fmt: skip
     generator = np.random.default_rng(description["seed"])
     size = [c["radius_m"] + h for c, h in zip(classes, films, strict=True)]

@@ -60,7 +60,7 @@ def _classes(config: Mapping[str, Any], of: Sequence[Class]) -> Expected:
             "contact_angle_rad": (angle, f"{of_material}.contact_angle_deg"),
             "count": (c.count, "materials.yaml: feed.class_mass_g on the sieve's area"),
             "passes_aperture": (c.passes, "cases.csv: aperture_mm"),
-            "fed": (None, "all are there from the start"),
+            "insertion": (None, "all are there from the start"),
         }
         found |= {f"classes.{c.name}.{key}": value for key, value in rows.items()}
     return found
@@ -135,12 +135,12 @@ def _walls(config: Mapping[str, Any]) -> Expected:
         material = data["wall_materials"][name]["material"]
         angle = math.radians(number(data["walls"][material], "contact_angle_deg"))
         rows = {
-            "holder": (name, "the part it is"),
+            "reservoir": (name, "the part it is"),
             "stl": (f"stl/{name}.stl", "the part it is"),
             "motion": (motion, "docs/geometry.md"),
             "contact_angle_rad": (angle, f"materials.yaml: walls.{material}.contact_angle_deg"),
             "prisms": (analytic_wires and name == "wires", "scales.yaml: wires"),
-            "own_motion": (None, "walls of a case share the scene's motions"),
+            "motion_parameters": (None, "walls of a case share the scene's motions"),
             "feature_angle_deg": (None, "the parts of a case's walls are those of the tower"),
         }
         found |= {f"walls.{name}.{key}": value for key, value in rows.items()}
@@ -205,10 +205,10 @@ def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
             found[path] = value
 
     named = {
-        "classes": {c["name"]: {"fed": None, **_but(c, "name")} for c in scene["classes"]},
+        "classes": {c["name"]: {"insertion": None, **_but(c, "name")} for c in scene["classes"]},
         "pairs": {f"{p['a']}-{p['b']}": p for p in scene["pairs"]},
         "walls": {
-            w["name"]: {"own_motion": None, "feature_angle_deg": None, **_but(w, "name", *OF_THE_MESH)}
+            w["name"]: {"motion_parameters": None, "feature_angle_deg": None, **_but(w, "name", *OF_THE_MESH)}
             for w in scene["walls"]
         },
     }

@@ -71,7 +71,7 @@ def numbers(scene: Mapping[str, Any], speed: float, g: float) -> dict[str, float
     found["sharing_by_size"] = max(unequal, 0.25) if wet else 0.0
     found["formation"] = DRAWN if wet else 0.0
     if scene.get("hertz"):
-        for effect in ("viscous_normal", "wall_films"):  # whose stiffness depends on the impact
+        for effect in ("viscous_normal", "wall_films"):  # the contact stiffness depends on the impact speed
             del found[effect]
     return found
 
@@ -85,9 +85,8 @@ def _of_class(
     film = liquid.get("initial_film_thickness_m", 0.0)
     sigma, eta, rho = (liquid.get(k, 0.0) if film else 0.0 for k in ("surface_tension_N_per_m", "viscosity_Pa_s",
                                                                       "density_kg_per_m3"))  # fmt: skip
-    load = (
-        4.0 / 3.0 * math.pi * film * (3.0 * r * (r + film) + film**2) * rho
-    )  # no difference of cubes: films may be thin
+    # a difference of cubes would be inaccurate for thin films
+    load = 4.0 / 3.0 * math.pi * film * (3.0 * r * (r + film) + film**2) * rho
     bond = mass * g / (2.0 * math.pi * r * sigma * math.cos(c["contact_angle_rad"])) if sigma else math.inf
     found = {"bridges": film / r, "capillary": 1.0 / bond, "liquid_weight": load / mass, "gravity": 1.0}
     found["dynamic_rupture"] = math.sqrt(v * eta / sigma) if sigma else 0.0

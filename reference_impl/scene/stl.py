@@ -154,7 +154,7 @@ def half_width(corners: Floats, upright: bool) -> float | None:
     border = pairs[count == 1]
     normal = _normals(corners)
     normal = normal / np.sqrt((normal**2).sum(axis=1))[:, None]
-    ring = len(points) - len(pairs) + len(index) == 0  # Euler's characteristic: 1 of a face without a hole
+    ring = len(points) - len(pairs) + len(index) == 0  # Euler characteristic: 1 for a face without a hole
     if (normal @ normal[0] < 1.0 - 1e-6).any():
         if not upright:
             return None

@@ -201,8 +201,8 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
         _row("history/parts.area", p["area"].to_numpy(float), size, size, 1e-6),
         _row("history/parts.half_width", np.nan_to_num(in_part, posinf=0.0), np.nan_to_num(wide, posinf=0.0), 1e-3),
     ]
-    for column in ("mesh", "holder"):
-        want = [scene["walls"][k]["name" if column == "mesh" else "holder"] for k in wall_of]
+    for column, key in (("mesh", "name"), ("holder", "reservoir")):
+        want = [scene["walls"][k][key] for k in wall_of]
         bad = next((k for k, (a, b) in enumerate(zip(t[column], want, strict=True)) if a != b), 0)
         found.append(
             Held(f"history/triangles.{column} (triangle {bad})", t[column].iloc[bad], want[bad], "scene.json: walls")

@@ -49,7 +49,7 @@ def _moved(shown: Floats, expected: Floats, broken: Floats) -> Iterator[Suspect]
         unit = next((f" ({name})" for value, name in UNITS.items() if abs(ratio / value - 1.0) < 1e-9), "")
         yield Suspect(f"it is {ratio:.9g} times what it should be{unit}", ratio * expected, float(ratio))
     by = np.atleast_1d(np.median(shown[broken] - expected[broken], axis=0))
-    by = np.where(np.abs(by) > 1e-9 * np.abs(by).max(), by, 0.0)  # what round-off moved
+    by = np.where(np.abs(by) > 1e-9 * np.abs(by).max(), by, 0.0)  # components changed by round-off only
     words = ", ".join(f"{v:.6g}" for v in by)
     yield Suspect(f"it is moved by {words}", expected + by)
     for rows, name in ((1, "the row before"), (-1, "the row after")):

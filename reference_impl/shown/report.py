@@ -263,9 +263,8 @@ def _colours(runs: Runs, figure: str, panel: Panel, seen: dict[tuple[str, str], 
             continue
         what = meaning.split()[0]
         here[what] = curve.colour
-        moist = (
-            kind == "moisture" and what != "0"
-        )  # materials have other amounts: the lesser has one colour, the greater another
+        # amounts differ between materials: each has one colour for the lower and one for the higher
+        moist = kind == "moisture" and what != "0"
         for scope, means in ((f"{kind} {runs.rows[number]['material']}", what), (kind, "moist" if moist else what)):
             other = seen.setdefault((scope, curve.colour), means)
             if other != means:

@@ -163,7 +163,7 @@ class Scene:
         ri = self.logs.radius[i]
         rj = np.where(kind == 0, self.logs.radius[np.maximum(j, 0)], np.inf)
         apart = expected["separation"].to_numpy(float) + ri + np.where(kind == 0, rj, 0.0)
-        free = side < (1.0 - SINGLE) * np.sqrt(2.0) * np.minimum(ri, rj)  # else it is as wide as its sphere
+        free = side < (1.0 - SINGLE) * np.sqrt(2.0) * np.minimum(ri, rj)  # otherwise it is as wide as its sphere
         volume = expected["volume"].to_numpy(float)
         if _off(_seen(side, apart, ri, rj)[free], volume[free], SEEN * volume[free]).any():
             yield "bridges have another volume to be seen than they hold"

@@ -233,7 +233,7 @@ class Collision:
                 if below.any():
                     k = int(below.argmax())
                     fine = np.linspace(times[k], times[k + 1], 200)
-                    f = np.asarray(value(path(fine)))  # a bounce may begin and end in here
+                    f = np.asarray(value(path(fine)))  # a bounce may begin and end within this interval
                     top = int(f.argmax())
                     at = fine[top]
                     if f[top] > 0.0:

@@ -32,7 +32,7 @@ def written(folder: Path) -> bool:
     try:
         return path.exists() and "contacts_end" in json.loads(path.read_text())
     except (OSError, ValueError, TypeError, RecursionError):
-        return False  # said where it is read
+        return False  # reported by the function that reads it
 
 
 def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:

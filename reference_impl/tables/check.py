@@ -70,6 +70,6 @@ def _tables(section: Section, run: Path, mine: Recomputed) -> None:
         section.add(f"results_{name}", "1, or the liquid put in", held, f"columns of {name} ({rows} values)")
     path = run / "results" / "checks.json"
     if mine.ends is not None:
-        return  # a scene of one's own has its checks in the summary alone
+        return  # a user-defined scene has its checks in summary.json only
     listed = summary.load(path) if path.exists() else None
     section.add("results_checks", "1", [*summary.checks("results/checks.json", listed, mine)], "numbers of checks.json")

@@ -22,7 +22,7 @@ def read(path: Path) -> pd.DataFrame:
     """Read a table of the results, Parquet or CSV."""
     try:
         return parquet_table(path) if path.suffix == ".parquet" else pd.read_csv(path)
-    except Exception as error:  # damage has many names
+    except Exception as error:  # a damaged file raises many types
         raise ReplayError(
             f"{path} is not a readable table; expected what `pywet run` writes: make the results again"
         ) from error
@@ -87,7 +87,7 @@ def _likenesses(c: str, wrong: dict[str, Floats], recomputed: pd.DataFrame, scal
 
     others = {n: recomputed[n].to_numpy() for n in map(str, recomputed) if n not in (c, "step")}
     for n, v in others.items():
-        # a value that never changes may be equal by chance: then both must have changed places
+        # constant values may be equal by coincidence: then both columns must be swapped
         if same(values, v) and (np.ptp(values) > 0.0 or (n in wrong and same(wrong[n], expected))):
             yield f"it holds what {n} should hold"
     lasting = np.abs(expected) > 1e-6 * scale

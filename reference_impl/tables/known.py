@@ -67,7 +67,7 @@ def held(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:
             yield Held(f"{RESULT}: {key} of {diameter:.4g} mm", there.get(key, MISSING), value, SOURCE)
     known = bool(widest) and max(widest) <= asked["partition_percent"] / 100.0
     known = known and number - first >= asked["least_blocks"]
-    ends = min(c["fed"]["from_s"] + c["fed"]["for_s"] for c in scene["classes"] if c.get("fed"))
+    ends = min(c["insertion"]["from_s"] + c["insertion"]["for_s"] for c in scene["classes"] if c.get("insertion"))
     over_all = {
         "asked": asked["partition_percent"] / 100.0,
         "blocks": number,

@@ -40,7 +40,7 @@ class Bodies:
     film: Floats
     names: dict[int, str]
     density: float
-    holder: Floats
+    reservoir: Floats
     """Row of `walls` for each triangle."""
     walls: list[str]
 
@@ -55,11 +55,11 @@ class Bodies:
                               "run: run the case again")  # fmt: skip
         rows = list(dict.fromkeys(row_of(w) for w in scene["walls"]))
         counts = [len(w["triangle_part"]) for w in scene["walls"]]
-        holder = np.repeat([rows.index(row_of(w)) for w in scene["walls"]], counts).astype(int)
+        reservoir = np.repeat([rows.index(row_of(w)) for w in scene["walls"]], counts).astype(int)
         liquid = scene["liquid"]
         return cls(
             spheres["id"].to_numpy(int), kind, np.array([mass[k] for k in kind]), spheres["film"].to_numpy(float),
-            {c["type"]: c["name"] for c in scene["classes"]}, liquid["density_kg_per_m3"] if liquid else 0.0, holder, rows,
+            {c["type"]: c["name"] for c in scene["classes"]}, liquid["density_kg_per_m3"] if liquid else 0.0, reservoir, rows,
         )  # fmt: skip
 
     @property
@@ -151,11 +151,11 @@ def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tu
     on += np.bincount(of.at(b["i"], path), share, n)
     on += np.bincount(of.at(b["j"][pair], path), (volume - share)[pair], n)
     triangle = np.concatenate([wet["triangle"], b["triangle"][~pair]]).astype(int)
-    if len(triangle) and not 0 <= triangle.min() <= triangle.max() < len(of.holder):
+    if len(triangle) and not 0 <= triangle.min() <= triangle.max() < len(of.reservoir):
         raise ReplayError(f"{folder}: liquid is on triangles that scene.json does not have; expected those of its walls: "
                           "run the case again")  # fmt: skip
     amount = np.concatenate([wet["film"], (volume - share)[~pair]])
-    return on, np.bincount(of.holder[triangle], amount, len(of.walls)), float(volume.sum()), len(b)
+    return on, np.bincount(of.reservoir[triangle], amount, len(of.walls)), float(volume.sum()), len(b)
 
 
 def accounted(liquid: pd.DataFrame, initial: float) -> float:

@@ -18,7 +18,7 @@ NAMES = ("fraction_retained", "liquid_by_holder")
 
 def tables(folder: Path, scene: Mapping[str, Any]) -> Recomputed:
     """Read all outputs of a run once. The slide is the feed bin's floor."""
-    of = Bodies.of(folder, scene, lambda wall: FEED_BIN if wall["holder"] == "slide" else wall["holder"])
+    of = Bodies.of(folder, scene, lambda wall: FEED_BIN if wall["reservoir"] == "slide" else wall["reservoir"])
     passed, back = np.zeros(len(of.ids), bool), np.zeros(len(of.ids), bool)
     opening = scene["slide"]["opens_at_s"] if scene["slide"] else 0.0
     rows: list[tuple[dict[str, float], dict[str, float]]] = []

@@ -81,9 +81,8 @@ def held(given: Mapping[str, Any], expected: Recomputed, scene: Mapping[str, Any
     yield from _group("effects", given, scene["effects"], "scene.json")
     yield from _of_ledger(given, scene, folder)
     energy = energies(folder, scene)
-    rounding = 1e-14 * sum(
-        abs(e) for e in energy.values() if e is not None and np.isfinite(e)
-    )  # what is left of their difference
+    # round-off of their difference
+    rounding = 1e-14 * sum(abs(e) for e in energy.values() if e is not None and np.isfinite(e))
     yield from (replace(held, allowance=rounding) for held in _group("energy_J", given, energy, LOGS))
     yield from checks("summary.json", given.get("checks"), expected)
 
@@ -115,7 +114,7 @@ def _of_ledger(given: Mapping[str, Any], scene: Mapping[str, Any], folder: Path)
         "events", given, {"formations": formed, "ruptures": ended, "standing_bridges": formed - ended}, LOGS
     )
     held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] + ledger["retired"]
-    # before the first sphere is inserted there is no liquid to be relative to: the most that there ever is
+    # relative to the largest amount, because there is none before the first sphere is inserted
     most = float(ledger["initial"].max())
     error = float((held - ledger["initial"]).abs().max()) / (most if most > 0.0 else 1.0)
     yield Held("summary.json: ledger_error", given.get("ledger_error", MISSING), error, LOGS, 1.0)
@@ -160,7 +159,7 @@ def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats)
 def _at(folder: Path, scene: Mapping[str, Any], step: int) -> tuple[float, float, float]:
     """Return translational and rotational kinetic energy, and work of gravity from the origin [J], at an output."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", step)])
-    if step and scene.get("outlets"):  # of spheres that left, as they left
+    if step and scene.get("outlets"):  # spheres that left are counted with their last state
         t = io.table(where(folder, "trajectory"), "trajectory").sort_values("step").drop_duplicates("id", keep="last")
     radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
     m, r = (np.array([of[k] for k in t["type"]]) for of in (io.masses(scene), radius))

@@ -48,7 +48,7 @@ def live_with(table: dict[str, Any]) -> str:
             groups = tuple(g for g in wanted if kind == "moist" or g in ("fraction retained", "restitution"))
             last: list[str] = []
             for accuracy in ACCURACIES:
-                with suppress(PywetError):  # out of reach
+                with suppress(PywetError):  # no settings reach this accuracy
                     chosen = choice.choose(table, accuracy, kind == "moist", groups)
                     words = [f"{KNOBS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
                     message = [", ".join(words) or "the defaults", f"{chosen.price:.2f}\u00a0×"]

@@ -82,7 +82,7 @@ def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> 
     if quantity.name not in done:
         return
     runs = done[(done["scene"] == scene) & done[quantity.name].notna()]
-    member = "instant" if quantity.name == "restitution" else "seed"  # instants of touch count as seeds
+    member = "instant" if quantity.name == "restitution" else "seed"  # different instants of touch are treated as seeds
     of_parameter = {parameter: of.set_index(member) for parameter, of in runs.groupby("knob")}
     if "default" not in of_parameter:
         return
@@ -125,7 +125,7 @@ def _limit(d: np.ndarray, pooled: tuple[float, int] | None, confidence: float) -
         return 0.0
     deviation, freedom = pooled or (float(d.std(ddof=1)), len(d) - 1)
     if freedom == 0:
-        return 1.0  # one seed says nothing of chance
+        return 1.0  # one seed gives no statistical uncertainty
     return half_width(deviation, len(d), freedom, confidence)
 
 

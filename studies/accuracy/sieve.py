@@ -72,7 +72,7 @@ def quantities(folder: Path) -> dict[str, Any]:
     retained, liquid = made.retained, made.liquid
     since, curve = (retained[name].to_numpy() for name in ("time_since_opening_s", "fraction_retained"))
     opens = -float(since[0])
-    # steps differ between settings, so that one run's last output may be an interval before another's: all have one here
+    # time steps differ between settings, so the last output may differ by one interval; all runs use this one
     end = run.scene.steps * run.scene.time_step_s - opens - run.scene.output.interval_s
     measured: dict[str, Any] = of_curve(since, curve, end)
     if run.moist:

@@ -133,7 +133,7 @@ class AccuracyStudy(study.Study):
             try:
                 total += self.predict(run.labels, machine, habit) + 0.5
             except PywetError:
-                continue  # refused in no time
+                continue  # rejected before any computation
         return total
 
 
@@ -141,7 +141,7 @@ def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
     """Return the result as one small table: costs and errors by setting and level, with their sources."""
     found, prices = errors.errors(runs, size), errors.prices(runs, size)
     failed = runs[runs["failed"].notna()]
-    failed = failed.assign(said=failed["scene"] + ": " + failed["failed"].astype(str))
+    failed = failed.assign(message=failed["scene"] + ": " + failed["failed"].astype(str))
     message = ["scene", "quantity", "group", "value", "limit", "family", "seeds"]
     rows = {
         name: [
@@ -149,7 +149,7 @@ def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
                 "level": level,
                 "price": _of(prices, name, level).set_index("scene")[["ratio", "low", "high"]].to_dict("index"),
                 "errors": _of(found, name, level)[message].to_dict("records"),
-                "failed": sorted(_of(failed, name, level)["said"].unique()),
+                "failed": sorted(_of(failed, name, level)["message"].unique()),
             }
             for level in parameter.levels(size)
         ]

@@ -93,7 +93,7 @@ def cost(methods: dict[str, int] | None = None, repeats: int = 3) -> pd.DataFram
     exact = [wall.integrate(s.parameters, s.state, 1e-13, "compiled").state for s in starts]
     rows = []
     for method, setting, collide in settings(methods or METHODS):
-        raws = [collide(s) for s in starts]  # machine code is made before the clock starts
+        raws = [collide(s) for s in starts]  # compile before the measurement
         if any(raw.code != compiled.OK for raw in raws):
             continue
         seconds = min(timeit.repeat(lambda c=collide: [c(s) for s in starts], number=1, repeat=repeats))  # type: ignore[misc]

@@ -1,4 +1,4 @@
-"""Draw the tables of `curves`, `accuracy_cost` and `twin`: model lines only, without the paper's measurements."""
+"""Draw the tables of `curves`, `accuracy_cost` and `buck_impact`: model lines only, without the paper's measurements."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pywet.report import page
-from studies.buck2018 import accuracy_cost, curves, readings, twin
+from studies.buck2018 import accuracy_cost, buck_impact, curves, readings
 from studies.buck2018 import buck_figures as figures
 from studies.items import Item, sections
 
@@ -57,7 +57,7 @@ ITEMS = {
     "engine": Item(
         "The same collision inside the engine",
         "1.74 mm glass on 100 µm of water: this model, the equations that the engine has, the engine itself.",
-        twin.over_velocity, figures.engine,
+        buck_impact.over_velocity, figures.engine,
     ),
     "readings": Item(
         "What each reading of the paper changes",

@@ -63,7 +63,7 @@ def exact(angle_deg: float) -> Outcome:
     while not started or delta > 0.0:
         started = True
         normal = STIFFNESS * delta + dashpot * approach
-        slip = slide - 2.0 * spin  # both spheres turn the same way; spin is R ω
+        slip = slide - 2.0 * spin  # both spheres rotate in the same direction; spin is R ω
         stretch += slip * step
         force, limit = spring * stretch, FRICTION * abs(normal)
         if abs(force) > limit:
@@ -141,7 +141,7 @@ def prepare(folder: Path, angle_deg: float) -> list[small.Sphere]:
     along, side = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
     v = 0.5 * SPEED * (along * MOVING + side * ACROSS)
     step = duration / PARTS
-    at = MOVING * (R + 0.25 * SPEED * along * step)  # touch is half a step after the start
+    at = MOVING * (R + 0.25 * SPEED * along * step)  # contact begins half a step after the start
     bodies = [small.Sphere(1, tuple(-at), tuple(v)), small.Sphere(1, tuple(at), tuple(-v))]
     steps = PARTS + 20
     small.prepare(

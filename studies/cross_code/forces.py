@@ -213,7 +213,7 @@ def _formation(pair: Pair, column: str, edge: float) -> Iterator[Cell]:
     if column == YADE:
         yield impossible(row, YADE, "no liquid migration: the volume of a bridge is a property of the material")
         return
-    angle = 0.5 * ANGLE**2  # both models take the product of the angles for the mean one, halved
+    angle = 0.5 * ANGLE**2  # both models use half the product of the angles in place of the mean angle
     volume = (edge / (1.0 + 0.5 * angle)) ** 3
     share = 0.05 if column == WASHINO else 0.5 * (1.0 - math.sqrt(0.75))
     film = pair.volume / (2.0 * share)

@@ -37,8 +37,8 @@ def _buck(folder: Path) -> Iterator[Cell]:
     """Yield the impact of a wet sphere on a wall: the engine compared with its equations in Python, integrated to 1e-9."""
     from pywet.collisions.wall import wall
     from studies.buck2018 import engine
+    from studies.buck2018.buck_impact import normal_coefficient
     from studies.buck2018.curves import problem
-    from studies.buck2018.twin import normal_coefficient
 
     row, engine_e, expected, model = "buck", [], [], []
     for k, speed in enumerate(SPEEDS):

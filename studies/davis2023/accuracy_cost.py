@@ -44,7 +44,7 @@ def measured() -> pd.DataFrame:
         for method, polar, rtol in ((m, p, t) for m in METHODS for p in (True, False) for t in TOLERANCES):
             try:
                 runs = [run(problem.with_(rtol=rtol), method, polar) for _ in range(REPEATS)]
-            except PywetError:  # beyond the work bound: no point
+            except PywetError:  # more steps than allowed: no point
                 continue
             one, wall = runs[0], float(np.median([r.wall_s for r in runs]))
             residual = abs(one.energy.residual) / one.energy.start

@@ -104,7 +104,8 @@ def in_engine(
     table = read_table(run_dir / "trajectory.parquet").sort_values(["step", "id"])
     at, v = (table[[f"{q}{axis}" for axis in "xyz"]].to_numpy().reshape(-1, 3, 3) for q in ("", "v"))
     moments = table["time"].to_numpy().reshape(-1, 3)[:, 0]
-    return EngineRun(moments * SPEED / delta, at @ TILT / delta, v @ TILT / SPEED, wall_s)  # back in its plane
+    # rotated into the plane of the problem
+    return EngineRun(moments * SPEED / delta, at @ TILT / delta, v @ TILT / SPEED, wall_s)
 
 
 def error(seen: EngineRun, exact: Run) -> float:

@@ -30,7 +30,7 @@ def many(jobs: Iterable[dict[str, Any]], then: Callable[[Run], Any]) -> list[Any
         return then(run(three_equal_spheres(**given)))
 
     jobs = list(jobs)
-    first = [one(jobs[0])] if jobs else []  # compiles, if need be, in one thread
+    first = [one(jobs[0])] if jobs else []  # compiles in one thread if necessary
     with ThreadPoolExecutor() as pool:
         return first + list(pool.map(one, jobs[1:]))
 

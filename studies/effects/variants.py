@@ -77,14 +77,13 @@ def prepare(setup: Setup, effects: Effects, run_dir: Path) -> EngineScene:
     """Make the run directory of one choice."""
     if setup.build is not None:
         return setup.build(effects, run_dir)
-    step = step_choice.of_packing(
-        setup.classes, setup.pairs, STEP_FRACTION
-    )  # of all choices, so that their times compare
+    # of all choices, so that times are comparable
+    step = step_choice.of_packing(setup.classes, setup.pairs, STEP_FRACTION)
     steps = round(setup.seconds / step)
     reach = 1.1 * max([float(np.abs(w.corners).max()) for w in setup.walls], default=0.0)
     reach = max(reach, 3.0 * max(abs(c) for s in setup.spheres for c in s.position))
     liquid = setup.liquid
-    if effects.bridges and liquid is None:  # the plugin with nothing to do
+    if effects.bridges and liquid is None:  # the plugin in a dry scene: a liquid without films
         liquid = wetting(setup.classes, 0.0)
     windows: dict[str, Any] = {"contact_windows": min(SAMPLES, steps), "contact_window_steps": 1}
     return small.prepare(

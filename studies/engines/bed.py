@@ -74,7 +74,7 @@ def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> EngineScene:
     return small.prepare(
         run_dir, [sphere], poured, contacts(1, STIFFNESS), liquid=choice.liquid(sphere),
         effects=EFFECTS if wet else small.DRY.model_copy(update={"rolling": False}),
-        wall_angle_rad=sphere.contact_angle_rad,  # one contact angle, which is all that YADE takes
+        wall_angle_rad=sphere.contact_angle_rad,  # YADE has a single contact angle
         time_step_s=step, steps=steps, box=1.1 * max(float(np.abs(w.corners).max()) for w in where["walls"]),
         output=Output(interval_s=max(1, steps // (50 if bed.drum else 10)) * step, contact_windows=0, energy=False), **where,
     )  # fmt: skip
@@ -151,7 +151,7 @@ def _cohesion(scene: EngineScene, bed: Bed, model: str) -> deck.Cohesion:
     """Return the cohesion model with its parameters as the deck of a dry scene needs it."""
     sphere = bed.choice.glass(bed.spheres)
     content = 0.01 * bed.moisture_percent * sphere.density_kg_per_m3 / 1000.0
-    # both models' longest bridge, (1 + theta/2) V^(1/3), with all liquid of two spheres in it
+    # rupture distance of both models, (1 + theta/2) V^(1/3), for all liquid of two spheres
     length = 2.0 * (2.0 * content * sphere.mass_kg / sphere.density_kg_per_m3) ** (1 / 3)
     numbers = COHESION.format(
         tension=bed.choice.liquid(sphere).surface_tension_N_per_m,

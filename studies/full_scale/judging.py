@@ -93,7 +93,7 @@ def neighbours(case: int, runs: Mapping[int, Sequence[StoredRun]], run: StoredRu
 
 def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answer:
     """Judge whether the stored runs confirm a statement."""
-    if not statement.cases:  # of the law alone
+    if not statement.cases:  # of the law only
         return _decided(statement, [{}], [0.0] * len(statement.parts))
     if any(not runs.get(case) for case in statement.cases):
         return Answer(MISSING)
@@ -103,7 +103,7 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answ
         return Answer(MISSING)
     worlds = [{case: seeds[seed] for case, seeds in by_seed.items()} for seed in common]
     worlds = [w for w in worlds if not np.isnan([part.quantity(w) for part in statement.parts]).any()]
-    if not worlds:  # no run recorded it
+    if not worlds:  # not recorded in any run
         return Answer(MISSING)
     if len(worlds) > 1:
         spreads = [np.std([part.quantity(w) for w in worlds], ddof=1) for part in statement.parts]

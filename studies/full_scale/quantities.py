@@ -87,9 +87,9 @@ def largest(c: Cases, a: int, kind_a: str | None, b: int, kind_b: str | None) ->
     )
 
 
-def rise(stored: StoredRun, holder: str, sign: float = 1.0) -> float:
+def rise(stored: StoredRun, reservoir: str, sign: float = 1.0) -> float:
     """Return the largest rise (with −1 fall) of a reservoir's share from one output to the next after the opening."""
-    values = stored.liquid(holder)[stored.times >= 0.0]
+    values = stored.liquid(reservoir)[stored.times >= 0.0]
     return float(np.max(np.diff(sign * values), initial=0.0))
 
 

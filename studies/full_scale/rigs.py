@@ -47,17 +47,17 @@ very similar.
 All 18 cases have run on 185 mm with one seed: of the 37 statements that cases decide 23 are confirmed, as many as with the
 same seed on 200 mm: statements 2, 6, 11, 19 and 20 only on 185 mm, 8, 9, 10, 15 and 30 only on 200 mm. On apertures of 5.6 mm
 (cases 7 and 16) 25 % of the undersize of dry POM and 35 % of dry glass are still on 185 mm after 20 s, and 0 and 24 % on 200
-mm. With neither diameter are glass and POM similar.
+mm. Glass and POM are not similar with either diameter.
 
 **Equation (14) as printed** (`printed`: the eight moist cases on 8 mm, on 185 mm; dry cases are unaffected) slows POM
-and confirms fewer statements: 30 is gained, 11 and 34 are lost, and 7, 12, 17, 21 and 26 remain not confirmed. In case 2 less
-than 1 % of the undersize is left after 10.5 s instead of 8.2 s. On 200 mm (cases 3 and 12)
+and confirms fewer statements: 30 is confirmed in addition, 11 and 34 are no longer confirmed, and 7, 12, 17, 21 and 26 are
+still not confirmed. In case 2 less than 1 % of the undersize is left after 10.5 s instead of 8.2 s. On 200 mm (cases 3 and 12)
 statements 17 and 21 are not confirmed either.
 
 **Films of whole walls** with the transfer ratio at a tenth of the rupture distance (`wall`) raise in case 2 the liquid of the
 apparatus from 0.41 to 0.79 of that of the coarse material on 200 mm, from 0.37 to 0.69 on 185 mm: statement 26, which no other
-run confirms, is confirmed on 200 mm. With cases 3 and 11 on 200 mm statements 23, 24, 25, 29 and 31 remain confirmed, 17 not
-confirmed; 30 is lost (0.994, must exceed 1). Other cases have not run with this reading.
+run confirms, is confirmed on 200 mm. With cases 3 and 11 on 200 mm statements 23, 24, 25, 29 and 31 are still confirmed, 17 still
+not; 30 is no longer confirmed (0.994, must exceed 1). Other cases have not run with this reading.
 
 **Three seeds on 200 mm** (`sieve200`, cases 1 to 3) decide statement 7, which the campaign's single run of case 3 leaves
 inconclusive: it is not confirmed. From 2.5 to 10 s mean Y2 − Y1 is −0.0003, within 0.0013 in each seed; the paper's text

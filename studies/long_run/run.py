@@ -34,7 +34,7 @@ def engine_memory_kB(run_dir: Path) -> int:
         try:
             if f"pywet.engines.liggghts.worker\0{run_dir}\0" in (folder / "cmdline").read_text():
                 return int((folder / "statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
-        except OSError:  # it ended meanwhile
+        except OSError:  # the process has ended
             continue
     return 0
 

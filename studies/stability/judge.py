@@ -164,7 +164,7 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
     swing = np.cumsum(run.by_cell(known, "i", np.abs(energy_of)), axis=0)
     play = np.maximum.accumulate(kinetic + touching + inside, axis=0) + np.abs(active) + swing
     stiffest = max(p.normal_stiffness_N_per_m for p in run.batch.pairs)
-    play = np.maximum(play, 0.5 * stiffest * (1e-9 * run.radius.min()) ** 2)  # below, places are round-off
+    play = np.maximum(play, 0.5 * stiffest * (1e-9 * run.radius.min()) ** 2)  # positions below this are round-off
     made, raw = np.max(gained / play, axis=0), np.max((total - total[0]) / play, axis=0)
     held = (touching + np.abs(active)).max(axis=0) / play.max(axis=0)
     return made, np.array([order(run, n) for n in range(len(run.batch.cells))]) + held * rounding(run, kinetic), raw
@@ -194,7 +194,7 @@ def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
 
     ledger: largest error of its liquid over its liquid. made: energy created over the energy in play; below zero:
     all of it was lost or stored. allowed: its limit by the order of the method. raw: `made` with nothing
-    subtracted for the step between a bridge's formation and its first force. said: nothing, as no guard stopped
+    subtracted for the step between a bridge's formation and its first force. message: nothing, as no guard stopped
     it.
     """
     run = Run(batch, run_dir)
@@ -203,15 +203,15 @@ def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
     finite = run.by_cell(run.trajectory, "id", 1.0 - good).sum(axis=0) == 0.0
     ledger = ledgers(run)
     made, allowed, raw = energies(run)
-    if batch.vibration is not None:  # moving walls give energy: the run's own budget is asked instead
+    if batch.vibration is not None:  # moving walls add energy, so the energy budget of the run is used
         made, raw = 0.0 * made, 0.0 * raw
     count = np.bincount(run.cell[run.events["i"].to_numpy(int)], minlength=len(batch.cells))
-    fine = np.where(made <= allowed, "stable", "energy")  # not a number counts as made
+    fine = np.where(made <= allowed, "stable", "energy")  # NaN counts as energy created
     state = np.select([~finite, ledger > LEDGER], ["not finite", "ledger"], fine)
     names = [cell.name for cell in batch.cells]
     reported = {
         "state": state,
-        "said": "",
+        "message": "",
         "ledger": ledger,
         "made": made,
         "allowed": allowed,

@@ -132,12 +132,12 @@ ORDER = ("stable", "energy", "ledger", "not finite", "stopped")
 def states(batch: Batch, run_dir: Path) -> list[dict[str, Any]]:
     """Run a job and return the state of each of its cells, by the maps' own measure of energy."""
     left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
-    made = {name: {"state": "stopped", "said": message, "made": math.nan} for name, message in stopped.items()}
+    made = {name: {"state": "stopped", "message": message, "made": math.nan} for name, message in stopped.items()}
     if len(stopped) < len(batch.cells):
         for name, v in judge.verdicts(left, run_dir).items():
             by_energy = "energy" if v["raw"] > MADE else "stable"
             state = by_energy if v["state"] in ("stable", "energy") else v["state"]
-            made.setdefault(name, {"state": state, "said": "", "made": v["raw"]})
+            made.setdefault(name, {"state": state, "message": "", "made": v["raw"]})
     return [made[c.name] for c in batch.cells]
 
 

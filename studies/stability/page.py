@@ -75,7 +75,7 @@ def edges(centres: Floats, log: bool) -> Floats:
 def draw(axes: Axes, chart: Map, table: pd.DataFrame) -> set[str]:
     """Draw one map and return the kinds of points in it."""
     x, y = chart.x[1], chart.y[1]
-    kinds = [kind_of(str(s), str(t)) for s, t in zip(table["state"], table["said"], strict=True)]
+    kinds = [kind_of(str(s), str(t)) for s, t in zip(table["state"], table["message"], strict=True)]
     grid = np.array([STATES.index(k) for k in kinds]).reshape(len(y), len(x))
     colours = ListedColormap(COLOURS)
     axes.pcolormesh(
@@ -181,7 +181,7 @@ def hard_section(table: pd.DataFrame) -> page.Section:
         "ledger error": lambda r: f"{r.ledger:.0e}" if r.state != "stopped" else "",
         "events": lambda r: str(r.events),
         "replay": lambda r: r.replay,
-        "sentence of the guard": lambda r: page.left(r.said),
+        "sentence of the guard": lambda r: page.left(r.message),
     })  # fmt: skip
     return page.Section("Hard scenes", body, "Hard scenes")
 
@@ -213,7 +213,7 @@ def case_section(cases: pd.DataFrame) -> page.Section:
     if len(bad):
         body += page.table_of(bad.itertuples(), {
             "case": lambda r: r.case, "what": lambda r: r.kind, "state": lambda r: page.Cell(r.state, "bad"),
-            "sentence": lambda r: r.said, "replay": lambda r: r.replay,
+            "sentence": lambda r: r.message, "replay": lambda r: r.replay,
         })  # fmt: skip
     return page.Section(f"{len(cases)} hard cases", body, "Cases")
 

@@ -159,7 +159,8 @@ def at_wall(s: Setting, how: str) -> tuple[tuple[Sphere, ...], tuple[Part, ...]]
     """Return a sphere at a plate, at its edge, on a wire, or on two or three wires at once."""
     kind = int(s.random.integers(1, len(s.radii) + 1))
     r, film = s.radii[kind - 1], s.film(kind)
-    gap = max(s.gap(s.thickness(kind, film)), 1e-4 * r)  # walls are rounded to single precision: no exact touch
+    # walls are rounded to single precision, so an exact touch is impossible
+    gap = max(s.gap(s.thickness(kind, film)), 1e-4 * r)
     half, thin = 5.0 * r, 0.4 * s.radii[0]
     v = s.fast() * direction(s.random) * [1.0, 1.0, 0.3]
     spin = tuple(s.fast() / r * direction(s.random))
@@ -174,7 +175,7 @@ def at_wall(s: Setting, how: str) -> tuple[tuple[Sphere, ...], tuple[Part, ...]]
         place, walls = (0.0, 0.0, r + thin + gap), [bar(half, thin, 0), bar(half, thin, 1), bar(half, thin, 1, 1.5 * r)]
         v = s.fast() * np.array([1.0, 0.2, 0.0])
     else:
-        apart = 0.6 * (r + thin)  # the sphere sits in the gap of two wires
+        apart = 0.6 * (r + thin)  # the sphere is in the gap between two wires
         height = math.sqrt((r + thin + gap) ** 2 - apart**2)
         place, walls = (0.0, 0.0, height), [bar(half, thin, 0, -apart), bar(half, thin, 0, apart)]
     return (ball(kind, place, v, spin, film),), tuple(walls)

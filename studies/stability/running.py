@@ -91,7 +91,7 @@ def objected(batch: Batch, run_dir: Path) -> dict[str, str]:
     return {cell: "; ".join(sentences) for cell, sentences in message.items()}
 
 
-STOPPED = {"state": "stopped", "said": "", "ledger": 0.0, "made": 0.0, "allowed": 0.0, "events": 0}
+STOPPED = {"state": "stopped", "message": "", "ledger": 0.0, "made": 0.0, "allowed": 0.0, "events": 0}
 """Verdict of a cell that a guard stopped."""
 PASSIVE = "lian"
 """Tangential law with one coefficient for sliding and spin, which is passive.
@@ -125,7 +125,7 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
     if len(stopped) < len(batch.cells):
         verdicts = judge.verdicts(left, run_dir)
         replayed, books = objected(left, run_dir), judge.budget(run_dir)
-    verdicts |= {name: {**STOPPED, "said": message} for name, message in stopped.items()}
+    verdicts |= {name: {**STOPPED, "message": message} for name, message in stopped.items()}
     made = {name for name, v in verdicts.items() if v["state"] == "energy"}
     explained = by_the_law(left, made, run_dir.with_name(run_dir.name + "-passive"), allow_unstable)
     for cell in batch.cells:
@@ -137,7 +137,7 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
         if state == "energy" and cell.name in explained and not objection:
             state = "law"
         rows.append({
-            "case": cell.name, **v, "state": state, "replay": "" if v["said"] else objection or "agrees",
+            "case": cell.name, **v, "state": state, "replay": "" if v["message"] else objection or "agrees",
             "identity": books["identity"], **cell.says,
         })  # fmt: skip
     return pd.DataFrame(rows).drop(columns="raw", errors="ignore")

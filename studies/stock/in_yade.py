@@ -88,7 +88,7 @@ def measure(law: str, points: list) -> list:
     return [0.0 - O.forces.f(b)[2] for _, b, _, _ in bodies]
 
 
-# YADE leaves the script's arguments from index 1 on
+# in YADE the script's arguments begin at index 1
 with open(sys.argv[1]) as given:
     task = json.load(given)
 with open(sys.argv[2], "w") as result:

@@ -126,7 +126,7 @@ def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
         "stiffness": STIFFNESS,
         "viscosity": f"{viscosity:.17g}",
         "surface_tension": f"{first['surface_tension']:.17g}",
-        # the engine wants degrees
+        # the engine expects degrees
         "contact_angle_i": f"{np.degrees(first['contact_angle']):.17g}",
         "contact_angle_j": f"{np.degrees(first['contact_angle_j']):.17g}",
         "farthest": f"{layout.farthest:.17g}",
@@ -146,7 +146,7 @@ def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
         run_program(["liggghts", "-in", "in.pairs", "-log", "run.log", "-screen", "screen.log"], folder, "liggghts")
         lines = (folder / "forces.txt").read_text().splitlines()
     forces = np.array([line.split() for line in lines[lines.index("ITEM: ATOMS id z fz ") + 1 :]], dtype=float)
-    last = np.cumsum(np.where(wall, 1, 2)) - 1  # the moved body of each point: it is pulled downwards
+    last = np.cumsum(np.where(wall, 1, 2)) - 1  # force on the moved body at each point, directed downward
     return np.asarray(0.0 - forces[last, 2], dtype=float)
 
 

@@ -106,7 +106,7 @@ def test_rounds_stop_when_enough_is_known_or_the_runs_are_spent() -> None:
     random = np.random.default_rng(1)
     quiet = searched(lambda u: 10.0 * u, 5.0, 2.0, 0.1, random, 40)
     assert quiet.stopped == ENOUGH and quiet.runs is not None and len(quiet.runs.places) == 10
-    narrow = searched(lambda u: 10.0 * u, 5.0, 0.1, 0.01, random, 40)  # the second round looks closer
+    narrow = searched(lambda u: 10.0 * u, 5.0, 0.1, 0.01, random, 40)  # the second round refines the range
     assert narrow.runs is not None and len(narrow.runs.places) == 20
     assert np.ptp(np.array(narrow.runs.places)[10:]) == pytest.approx(2 * 2 * 1.96 * 0.1 / 10, rel=0.1)
     bound = searched(lambda u: 10.0 * u, 0.0, 0.1, 0.01, random, 40)  # up to the bound, no further and no less

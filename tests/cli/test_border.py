@@ -67,7 +67,7 @@ PROGRAMS = [
 def test_programs_beside_the_command_say_what_they_need(
     words: list[str], says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(process, "die_with_parent", lambda: None)  # of this very process
+    monkeypatch.setattr(process, "die_with_parent", lambda: None)  # would apply to the test's own process
     code, message = in_process(words[0], words[1:])
     assert code == 1 and len(message.splitlines()) == 1 and says in message, message
 
@@ -105,7 +105,7 @@ def test_every_program_of_the_package_has_the_border() -> None:
     programs = [p for package in ("pywet", "studies", "reference_impl") for p in (root / package).rglob("*.py")]
     programs = [p for p in programs if '__name__ == "__main__"' in p.read_text()]
     bare = [str(p.relative_to(root)) for p in programs if "border(" not in p.read_text()]
-    assert bare == ["pywet/laws/trial.py"]  # whose end, whatever it is, its parent puts into words
+    assert bare == ["pywet/laws/trial.py"]  # its parent process reports how it ended
     assert len(programs) >= 18
 
 

@@ -47,7 +47,7 @@ def finished(folder: Path, retained: float = RETAINED, **replay: object) -> Path
     write_json(run / "replay.json", {**REPLAY, **replay})
     summary = json.loads((run / "summary.json").read_text())
     write_json(run / "summary.json", {**summary, "fraction_retained_end": retained, "coarse_share": 0.5})
-    Image.new("RGB", (8, 8)).save(run / "picture.png")  # as new as the results: none is drawn
+    Image.new("RGB", (8, 8)).save(run / "picture.png")  # as new as the results, so no picture is drawn
     write_json(run / "config.json", config.load(ROOT / "config").resolved(2, "smoke"))
     return run
 

@@ -68,14 +68,14 @@ def check(content: dict[str, Any]) -> None:
     energies = got["energy_J"]
     assert all(math.isfinite(x) for x in energies.values())
     assert all(math.isfinite(got[k]) for k in ("e_n", "v_n_out", "v_t_out", "omega_out", "duration_s"))
-    # at 1e-6 m/s gravity turns over 1e9 times the initial energy; from 1e3 times on the round-off of the steps may be the larger
+    # at 1e-6 m/s the work of gravity is 1e9 times the initial energy; from 1e3 times on round-off may be larger than the loss
     assert abs(energies["residual"]) <= CLOSURE * max(abs(x) for x in energies.values())
     if energies["in"] > 1e-3 * max(abs(x) for x in energies.values()):
         assert abs(energies["residual"]) <= CLOSURE * energies["in"]
-    if content["variant"] == "mended":  # the print's suction pushes and can throw a sphere out
+    if content["variant"] == "mended":  # the suction as printed is repulsive and may add energy
         assert 0.0 <= got["e_n"] <= content["particle"]["restitution"] + 1e-5
         assert energies["viscous"] >= 0.0 and energies["capillary"] >= 0.0
-        if content["friction"] == 0.0:  # with it see test_whole_slip_can_give_energy
+        if content["friction"] == 0.0:  # with friction see test_whole_slip_can_give_energy
             assert energies["contact"] >= -CLOSURE * energies["in"]
     assert got["stuck"] == (got["events"][-1]["kind"] == "stick")
 

@@ -37,7 +37,7 @@ def rotated(height: float, radius: float, phi: float, angle: float) -> float:
     r_m = height / (1.0 + math.cos(angle))
     axis = radius * math.sin(phi) + r_m * math.sin(angle)
 
-    def area(turn: float) -> float:  # the arc by its angle, so that nothing is singular at its ends
+    def area(turn: float) -> float:  # the arc is parametrised by its angle, without a singularity at its ends
         radius_here = axis - r_m * math.sin(turn)
         return math.pi * radius_here * radius_here * r_m * math.sin(turn)
 

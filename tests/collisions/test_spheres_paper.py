@@ -41,9 +41,8 @@ def test_jumps_are_where_the_solution_has_them() -> None:
 def test_no_contact_below_1_80_not_2_4() -> None:
     """The paper says 2.4; the value for St_n = 2 in its own Fig. 7 and 14 needs the contact that this gives."""
     assert davis_numbers.first_contact(1e-9) == pytest.approx(1.8044, abs=5e-4)
-    assert davis_numbers.first_contact(1e-9, h_min=0.025) == pytest.approx(
-        2.427, abs=1e-3
-    )  # 2.4 belongs to half the roughness
+    # the paper's 2.4 results with half the roughness
+    assert davis_numbers.first_contact(1e-9, h_min=0.025) == pytest.approx(2.427, abs=1e-3)
 
 
 def test_collinear_critical_value_is_5_84_not_4_8() -> None:

@@ -193,7 +193,7 @@ def test_digest_of_given_runs(tmp_path: Path) -> None:
     assert code == 2 and "differ in gravity" in output_text and "changed" not in output_text
     code, output_text = run(str(seeds[0]), str(other), "--out", file, command="digest")
     assert code == 2 and "expected runs of one scene" in output_text
-    assert run(str(seeds[0]), command="digest")[0] == 2  # no file is named
+    assert run(str(seeds[0]), command="digest")[0] == 2  # without --out
     code, output_text = run(str(seeds[0]), "--digest", str(references.STORE / "pull.json"))
     assert code == 2 and "differ in case" in output_text
 

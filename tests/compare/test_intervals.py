@@ -48,7 +48,7 @@ def of_calibration(scatter: float, error: float) -> float:
             lambda u, of=surface: (*of.at(u), np.full(1, float(of.freedom))),
             np.array([wanted]), np.array([error]), np.array([math.inf]), 0.95, (np.full(1, 0.1), np.full(1, 0.9)),
         )  # fmt: skip
-        # one target of one parameter: the least sum is zero, and the hidden value fits if its own is within the quantile
+        # one target of one parameter: the minimum of the sum is zero, and the hidden value fits if its sum is within the quantile
         problem.__dict__["minima"] = [np.array([hidden])]
         held += problem.sum(np.array([hidden])) <= problem.quantile**2
     return held / SETS

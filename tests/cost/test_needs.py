@@ -29,7 +29,7 @@ def test_what_is_asked_of_a_cluster_doubles_with_each_attempt() -> None:
 
 
 @pytest.mark.parametrize("slower", [1.0, 40.0])
-def test_campaign_counts_every_seed_and_the_twin_of_another_preset(
+def test_campaign_counts_every_seed_and_the_run_of_another_preset(
     slower: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On a slow machine too: 1020 core-hours were once printed as 1.02e+03."""

@@ -47,7 +47,7 @@ def test_spheres_leave_the_screen_as_in_a_run() -> None:
     share = counts.staying(scene, spec, time).sum(axis=1) / sum(c.count for c in scene.classes)
     np.testing.assert_allclose(np.interp([1.1, 1.5, 2.1], time, share), [0.696, 0.511, 0.330], atol=0.06)
     assert share[time < 0.5] == pytest.approx(1.0)
-    assert share[-1] == pytest.approx(356 / 4211, abs=0.01)  # those too large for an aperture
+    assert share[-1] == pytest.approx(356 / 4211, abs=0.01)  # spheres too large for an aperture
 
 
 def test_lists_are_made_as_often_as_in_a_run() -> None:
@@ -122,7 +122,7 @@ def test_lattices_are_what_their_counts_say(tmp_path: Path) -> None:
     """A cubic lattice has three pairs a sphere but for its faces, half of which touch; a list is made in every tenth step."""
     scene, spheres, _ = trial._prepare(tmp_path, CONFIG, 50.0, Lattice(1, prisms=False, pressed=True, lists=True))
     pairs = len(cKDTree(spheres[["x", "y", "z"]]).query_pairs(2.0 * 2.5e-3))
-    # 335 spheres of 5 mm in a sieve of 50 mm: ten by ten in a layer; on three layers three rows and a half
+    # 335 spheres of 5 mm in a sieve of 50 mm: three layers of ten by ten, and three and a half rows
     bonds = 3 * (2 * 10 * 9) + 2 * 100 + 35 + (3 * 9 + 4) + (2 * 10 + 5)
     assert pairs == pytest.approx(bonds / 2, abs=3 * bonds**0.5 / 2)  # three standard deviations
     found = trial._run(tmp_path, scene, (100,), Lattice(1, prisms=False, pressed=True, lists=True))

@@ -20,7 +20,7 @@ from tests.reliability.kills import Stopped
     [
         (4, 2, None, 2),
         (2, 1, None, 1),
-        (4, 1, "2", 2),  # SLURM's own answer, where Snakemake looks at another machine
+        (4, 1, "2", 2),  # SLURM's value for the job, not that of the submitting machine
         (4, 4, None, None),
         (4, 1, "4", None),
         (1, 1, None, None),

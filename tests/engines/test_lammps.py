@@ -148,7 +148,7 @@ def test_plates_tubs_wires_and_tubes_along_the_axes_are_regions() -> None:
         assert words[:2] == ["cylinder", axis] and words[7:] == ["side", "out"]
         assert [float(w) for w in words[2:7]] == pytest.approx([0.5, 0.25, 0.125, -1.0, 2.0], rel=1e-6)
     thin, edged = (round_wire((0.03, 0.02, -0.04), (0.07, 0.02, -0.04), 2.5e-4, n).vertices for n in (32, 30))
-    words = deck.regions(thin.astype(np.float32).astype(float), "thin")[0].split()  # as an STL file has it
+    words = deck.regions(thin.astype(np.float32).astype(float), "thin")[0].split()  # coordinates of an STL file
     assert [float(w) for w in words[2:7]] == pytest.approx([0.02, -0.04, 2.5e-4, 0.03, 0.07], abs=5e-9)
     with raises_code("lammps.wall"):
         deck.regions(edged.astype(np.float32).astype(float), "thin")
@@ -251,7 +251,7 @@ def test_a_sphere_that_rolls_on_a_turntable_goes_round_at_two_sevenths_of_its_sp
     turn, stiffness, speed = 10.0, 1e4, 0.05
     sphere = sphere_classes(R)[0]
     height = R - sphere.mass_kg * 9.81 / stiffness
-    spin = (turn * 0.01 / R, (speed + turn * 0.005) / R, 0.0)  # the contact moves as the table there
+    spin = (turn * 0.01 / R, (speed + turn * 0.005) / R, 0.0)  # the contact point moves with the table
     one = [small.Sphere(1, (0.01, 0.005, height), (speed, 0.0, 0.0), spin)]
     table = make_surface("table", "wall", plate(polygon(0.06, 4), -0.004, 0.0), "turns")
     small.prepare(

@@ -61,7 +61,9 @@ def dripping(_: Path) -> dict[str, Any]:
 def inserted(_: Path) -> dict[str, Any]:
     """The spheres of the second class have weight from the middle of the run on."""
     large, little = sphere_classes(R, SMALL, counts=(3, 1))
-    inserted_class = SphereClass.model_validate({**little.model_dump(), "fed": {"from_s": 0.0, "for_s": STEPS * STEP}})
+    inserted_class = SphereClass.model_validate(
+        {**little.model_dump(), "insertion": {"from_s": 0.0, "for_s": STEPS * STEP}}
+    )
     return {"classes": (large, inserted_class)}
 
 

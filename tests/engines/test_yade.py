@@ -112,7 +112,7 @@ def test_sphere_on_the_edge_of_a_plate_is_in_contact_once(tmp_path: Path) -> Non
     scene_in(tmp_path, spheres, 6000, walls=(small.floor(half_side=0.02),))
     yade.run(tmp_path, progress=False)
     end = last(tmp_path).loc[1]
-    # the direction to the edge stays that of the flight, to the place of the edge in single precision
+    # the direction to the edge is that of the flight, to the single precision of the edge's position
     assert np.array([end.vx, end.vz]) == pytest.approx(E_WALL * speed * direction[[0, 2]], rel=3e-3)
 
 
@@ -140,9 +140,9 @@ def test_sliding_then_rolling(tmp_path: Path) -> None:
     sliding = table.loc[1]
     early = sliding[(sliding.index > 0.1 * stop) & (sliding.index < 0.9 * stop)]
     slope = np.polyfit(early.index, early["vx"], 1)[0]
-    # the sphere is set down at rest in its spring; it sinks no further, so |N| = mg to the small damping of round-off
+    # the sphere starts in equilibrium with its contact spring, so |N| = mg to round-off
     assert slope == pytest.approx(-FRICTION * g, rel=1e-3)
-    # the shear spring swings about rolling, without damping: its mean is the exact value
+    # the undamped shear spring oscillates about rolling; the mean is the exact value
     assert sliding["vx"].iloc[-20:].mean() == pytest.approx(5 / 7 * speed, rel=0.01)
     assert table.loc[2]["vx"].iloc[-20:].mean() == pytest.approx(2 / 7 * speed, rel=0.02)
 

@@ -124,7 +124,7 @@ def test_short_dry_screening_in_both_engines(tmp_path: Path) -> None:
     assert one[["step", "id", "type"]].equals(two[["step", "id", "type"]])
     motion = [pd.read_parquet(tmp_path / e / "mesh_motion.parquet") for e in tables]
     assert motion[0][["step", "mesh"]].equals(motion[1][["step", "mesh"]])
-    # the wires are where they are in LIGGGHTS; the slide's time of start is rounded to a step
+    # wires are at the positions of LIGGGHTS; the start of the slide is rounded to a step
     wires = motion[0]["mesh"] != "slide"
     columns = ["dx", "dy", "dz"]
     assert motion[1].loc[wires, columns].to_numpy() == pytest.approx(
@@ -172,7 +172,7 @@ def test_rebound_from_the_vibrating_screen_sphere_by_sphere(tmp_path: Path) -> N
     apart = np.sqrt(((frames[0] - frames[1]) ** 2).sum(axis=1)).groupby("id").last()
     moved = np.sqrt(((frames[0].loc[0] - frames[0].groupby("id").last()) ** 2).sum(axis=1))
     assert moved.median() > 3e-3
-    # a few touch two wires at once, where a micrometre decides
+    # a few touch two wires at once, where a micrometre determines the direction
     assert apart.quantile(0.8) < 1e-4
     assert apart.median() < 3e-5
 
@@ -189,7 +189,7 @@ def test_bridges_of_a_moist_bed_are_made_of_nothing(tmp_path: Path) -> None:
     rupture = r * (1 + liquid.contact_angle_rad / 2) * (reduced ** (1 / 3) + 0.1 * reduced ** (2 / 3))
     assert len(found) > 20 and found["wall"].any()
     assert (found["volume"] == liquid.volume_m3).all()
-    # the rule holds at walls with the sphere's radius, as between spheres; 1e-12: the same formula
+    # the rule uses the sphere's radius at walls, as between spheres; 1e-12: the same formula
     assert found["rupture"].to_numpy() == pytest.approx(rupture, rel=1e-12)
     assert (found["gap"] <= rupture).all()
 

@@ -23,13 +23,13 @@ from tests.faults.mutants import code, draw
 from tests.faults.rooms import ROOMS, below
 from tests.faults.trial import Bench
 
-COLUMNS = ("number", "room", "file", "line", "what", "code", "by", "said")
+COLUMNS = ("number", "room", "file", "line", "what", "code", "by", "message")
 OPEN = ("not reached", "no effect", "survives")
 """Verdicts after which the tests are asked."""
 SAID = 300
-"""Letters that are stored of what is said."""
+"""Number of characters of a message that are stored."""
 ASKED = "asked:"
-"""Begins what is said of a fault that no test noticed."""
+"""Beginning of the message of a fault that no test noticed."""
 
 
 def main(
@@ -59,21 +59,21 @@ def main(
         rows.append(row)
         write(table, rows)
         left = (time.monotonic() - begun) / done * (len(ahead) - done)
-        print(f"{done}/{len(ahead)} {said(row)} ({left / 60:.0f} min to go)", flush=True)
+        print(f"{done}/{len(ahead)} {one_line(row)} ({left / 60:.0f} min to go)", flush=True)
     for row in rows if tests else ():
-        if row["by"] in OPEN and not row["said"].startswith(ASKED) and row["room"] in packages:
+        if row["by"] in OPEN and not row["message"].startswith(ASKED) and row["room"] in packages:
             if (mutant := asked.again(row, bench.tree / "pywet")) is None:
                 continue
             failed = asked.ask(bench, mutant, engine=engine)
-            row |= {"by": "tests", "said": failed} if failed else {"said": f"{ASKED} {row['said']}"}
+            row |= {"by": "tests", "message": failed} if failed else {"message": f"{ASKED} {row['message']}"}
             write(table, rows)
-            print(said(row), flush=True)
+            print(one_line(row), flush=True)
     print("\n".join(score(rows)))
 
 
-def said(row: dict[str, str]) -> str:
-    """A line on one fault."""
-    return f"{row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['said'][:90]}"
+def one_line(row: dict[str, str]) -> str:
+    """Write one fault on a line."""
+    return f"{row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['message'][:90]}"
 
 
 def one(bench: Bench, number: int, seed: int, module: str) -> dict[str, str]:
@@ -82,7 +82,7 @@ def one(bench: Bench, number: int, seed: int, module: str) -> dict[str, str]:
     while verdict is None:
         mutant = draw(bench.files(module), rng)
         verdict: Verdict | None = bench.judge(mutant, module)
-    reported = verdict.said.replace(f"{bench.tree}/", "")[:SAID]  # in this order: half a path would be kept
+    reported = verdict.message.replace(f"{bench.tree}/", "")[:SAID]  # before truncation, which might cut the path
     text = code(mutant.path.read_text(), mutant.line)
     values = (str(number), module, below(mutant.path), str(mutant.line), mutant.what, text, verdict.by, reported)
     return dict(zip(COLUMNS, values, strict=True))

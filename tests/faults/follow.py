@@ -29,7 +29,7 @@ class Verdict:
     """`by`: replay, program (it stopped, with a sentence), crash (a traceback or a signal), not reached, no effect, survives."""
 
     by: str
-    said: str = ""
+    message: str = ""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _of_scene(run: Path) -> Verdict | None:
     try:
         section = check.check(run)
     except (ReplayError, OSError):
-        return None  # said again, with the engine's files
+        return None  # the same message again, with the engine's files
     bad = [q.name for q in section.quantities if not q.ok]
     return Verdict("replay", _finding([f for f in section.findings], bad)) if bad else None
 
@@ -141,7 +141,7 @@ def _of_view(run: Path) -> Verdict | None:
     series.write(run)
     try:
         wrong = vtk.disagreement(run)
-    except ReplayError as error:  # the reference cannot read it, and says so
+    except ReplayError as error:  # the reference rejects the file
         wrong = str(error)
     return Verdict("replay", wrong) if wrong else None
 

@@ -68,7 +68,7 @@ def page(rows: list[dict[str, str]]) -> str:
         counts = " | ".join(str(of[name]) for name in NAMES)
         all_faults = noticed + of["open"]
         table.append(f"| {module} | {len(tried)} | {counts} | {noticed} of {all_faults} |")
-    engine = [r["said"] for r in distinct if r["by"] == "replay" and r["file"].startswith(ENGINE)]
+    engine = [r["message"] for r in distinct if r["by"] == "replay" and r["file"].startswith(ENGINE)]
     contact = [message for message in engine if not message.startswith(OF_NO_CONTACT)]
     return HEAD.format(
         messages=len(contact),
@@ -103,7 +103,7 @@ def keep(table: Path) -> None:
     known = {key(r): r for r in stored}
     found = {}
     for r in read(table):
-        if r["by"] not in OPEN or r["said"].startswith(ASKED):
+        if r["by"] not in OPEN or r["message"].startswith(ASKED):
             old = known.get(key(r), {})
             found[key(r)] = {**r, BEFORE: old.get(BEFORE, r["by"]), WHY: old.get(WHY, "")}
     others = [r for r in stored if key(r) not in found]

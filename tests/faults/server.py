@@ -36,7 +36,7 @@ def in_copy(work: Callable[[], dict[str, Any]], limit_s: float) -> dict[str, Any
         child = os.fork()
         if not child:
             os.setsid()
-            _quiet(Path(folder) / "said.log")
+            _quiet(Path(folder) / "message.log")
             os._exit(_answered(work, answer))
         ended = _wait(child, limit_s)
         if answer.exists():

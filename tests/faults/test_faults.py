@@ -127,4 +127,6 @@ def test_the_page_is_that_of_the_stored_table() -> None:
     assert page.PAGE.read_text() == page.page(rows)
     assert read(page.UNFOUND) == page.unfound(rows)
     assert all(row[page.WHY] for row in rows if page.verdict(row) in ("equivalent", "open"))
-    assert [row["said"] for row in rows if re.search(r"(?<![\w.])/\w+/", row["said"])] == []  # folders of a machine
+    assert [
+        row["message"] for row in rows if re.search(r"(?<![\w.])/\w+/", row["message"])
+    ] == []  # folders of a machine

@@ -1,4 +1,4 @@
-"""One fault tried: the smallest moist case that comes to its line is run with it, and what is said of the run is the verdict.
+"""One fault tried: the smallest moist case that comes to its line is run with it, and the message of the run is the verdict.
 
 Works in copies of one process that has all imported (`server.py`). The tests of the program are asked by `asked.py`.
 """
@@ -190,7 +190,7 @@ class Bench:
             return Verdict("crash", answer["crash"])
         if answer["by"] == "survives" and module not in BUILT:
             return self._changed(scene, module)
-        return Verdict(answer["by"], answer["said"])
+        return Verdict(answer["by"], answer["message"])
 
     def _changed(self, scene: str, part: str) -> Verdict:
         """Return whether a run that nothing objects to left other files than the correct one."""
@@ -213,4 +213,4 @@ class Bench:
             name = ".".join(mutant.path.relative_to(self.tree).with_suffix("").parts).removesuffix(".__init__")
             server.forget(name, self.tree)
         verdict = follow(way)
-        return {"by": verdict.by, "said": verdict.said}
+        return {"by": verdict.by, "message": verdict.message}

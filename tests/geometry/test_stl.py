@@ -17,9 +17,9 @@ def test_round_trip_is_exact(apparatus: Apparatus, tmp_path: Path) -> None:
     for surface in apparatus.surfaces:
         path = tmp_path / f"{surface.name}.stl"
         write_stl(surface, path)
-        back = read_stl(path, holder=surface.holder, motion=surface.motion)
+        back = read_stl(path, reservoir=surface.reservoir, motion=surface.motion)
         np.testing.assert_array_equal(back.corners, surface.corners)
-        assert (back.name, back.holder, back.motion) == (surface.name, surface.holder, surface.motion)
+        assert (back.name, back.reservoir, back.motion) == (surface.name, surface.reservoir, surface.motion)
         assert path.stat().st_size == 84 + 50 * len(surface.triangles)
     assert not list(tmp_path.glob(".*"))
 

@@ -43,9 +43,8 @@ def test_c_function_equals_the_python_function(law: ForceLaw, wanted: tuple[str,
 
 @each_law
 def test_arrays_equal_scalars(law: ForceLaw, wanted: tuple[str, ...]) -> None:
-    one_pair = (
-        {"contact_angle_i": [0.2], "contact_angle_j": [0.5]} if isinstance(law, TableLaw) else {}
-    )  # a table for each
+    # each pair of contact angles requires a table
+    one_pair = {"contact_angle_i": [0.2], "contact_angle_j": [0.5]} if isinstance(law, TableLaw) else {}
     grid = np.array(list(itertools.product(*(one_pair.get(name, PROBE[name][-2:]) for name in wanted)))).T
     assert law(*grid).tolist() == [law(*column) for column in grid.T]
 
@@ -117,7 +116,7 @@ def test_bad_law_is_refused_in_one_sentence(function: Callable[..., float], code
     text = str(refusal.value)
     assert f"law {function.__name__} " in text
     assert "\n" not in text
-    assert __file__ in text  # where to fix it
+    assert __file__ in text  # the file to be fixed
 
 
 def test_law_without_a_file_works() -> None:

@@ -24,7 +24,7 @@ def test_small_volume_limit_at_touch(ri: float, rj: float) -> None:
     phi = (1e-24 / ri**3) ** 0.25  # 1e-4 and below; the second term is of order φ sin θ
     assert rabinovich(0.0, 1e-24, ri, rj, 0.3, 0.5, SIGMA) == pytest.approx(limit, rel=4 * phi)
     assert rabinovich(0.0, 0.0, ri, rj, 0.3, 0.5, SIGMA) == pytest.approx(limit, rel=1e-15)
-    assert rabinovich(1e-5, 0.0, ri, rj, 0.3, 0.5, SIGMA) == 0.0  # no liquid, no bridge, once apart
+    assert rabinovich(1e-5, 0.0, ri, rj, 0.3, 0.5, SIGMA) == 0.0  # without liquid there is no bridge after contact
 
 
 def test_willetts_fit_ends_where_his_volumes_do() -> None:
@@ -95,7 +95,7 @@ def test_a_wall_is_a_huge_sphere() -> None:
     assert willett_unequal(1e-10, ri, math.inf, 0.3, 0.5) == pytest.approx(
         willett_unequal(1e-10, ri, huge, 0.3, 0.5), rel=1e-9
     )
-    # viscous: the same reduced radius, but S_min is 0.001 r_i at a wall, 0.002 r_i in the limit; far from it they meet
+    # viscous: the same reduced radius, but S_min is 0.001 r_i at a wall and 0.002 r_i in the limit, so S is shifted here
     assert pitois(1e-3, 1e-9, ri, math.inf, 0.1, ETA) == pytest.approx(
         pitois(1e-3 - 2e-6, 1e-9, ri, huge, 0.1, ETA), rel=1e-6
     )

@@ -211,7 +211,7 @@ def test_a_bridge_takes_laws_of_every_kind_that_it_asks(followed: Path) -> None:
     assert answer["viscous_normal_N"][f"{file}:drag"] == pytest.approx([1e-4] * 3)
     assert answer["viscous_tangential_kg_per_s"][f"{file}:sideways"] == [pytest.approx([3e-2 * 0.0025] * 3)] * 2
     assert answer["dynamic_rupture_factor"] == 1.25
-    film = math.cbrt(3.0 * 1e-10 / (4.0 * math.pi) + 0.0025**3) - 0.0025  # each of two films gives half of itself
+    film = math.cbrt(3.0 * 1e-10 / (4.0 * math.pi) + 0.0025**3) - 0.0025  # each of two films gives half of its liquid
     assert answer["film_thickness_m"][f"{file}:halves"] == pytest.approx(film, rel=1e-9)
 
 

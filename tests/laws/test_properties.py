@@ -63,7 +63,7 @@ def test_continuous_at_touch_and_constant_in_overlap(name: str) -> None:
         ri, rj, r = bodies(ratio, wall)
         touch = law(0.0, v * r**3, ri, rj, *angles, SIGMA)
         near = law(1e-9 * r, v * r**3, ri, rj, *angles, SIGMA)
-        # willett's S*-power is steepest: exp(f3 ln S*) with f3 near 0.9 leaves 1e-5
+        # willett's power of S* is the steepest: exp(f3 ln S*) with f3 near 0.9 is 1e-5
         assert near == pytest.approx(touch, rel=3e-5, abs=1e-6 * SIGMA * r)
         assert law(-1e-3 * r, v * r**3, ri, rj, *angles, SIGMA) == touch
 

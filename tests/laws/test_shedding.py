@@ -33,7 +33,7 @@ def largest_pendant(radius: float) -> float:
         bend = 0.5 * pressure if r < 1e-9 else math.sin(angle) / r
         return [math.cos(angle), math.sin(angle), pressure - z - bend, math.pi * r * r * math.sin(angle)]
 
-    best, size = 0.0, (1.5 * radius) ** (1.0 / 3.0)  # of the ball of Tate's weight
+    best, size = 0.0, (1.5 * radius) ** (1.0 / 3.0)  # radius of the sphere with Tate's weight
     for pressure in np.geomspace(1.3 / size, 3.2 / size, 30):  # 2/R of the tip
         r, z, angle, volume = solve_ivp(
             slope, [0.0, 7.0], [1e-6, 0.0, 0.0, 0.0], args=(pressure,), max_step=0.03, rtol=1e-6

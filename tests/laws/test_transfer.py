@@ -99,7 +99,7 @@ def test_tables_are_bounded_smooth_and_free_of_size(
     table = transfer_table(radius_i, size_j, theta_i * DEG, theta_j * DEG, kind)
     assert table.shape == V_STAR_GRID.shape
     assert ((table >= 0) & (table <= 1)).all()
-    # a jump to another root would show: beyond V* = 0.05 the slope dT/dV* stays below 3
+    # a jump to another root would exceed the largest slope, dT/dV* < 3 above V* = 0.05
     slope = np.abs(np.diff(table) / np.diff(V_STAR_GRID))
     assert slope[V_STAR_GRID[1:] > 0.05].max() < 3.0
     twice = transfer_table(2 * radius_i, 2 * size_j, theta_i * DEG, theta_j * DEG, kind)

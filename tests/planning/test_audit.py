@@ -42,7 +42,7 @@ def judged(row: dict[str, Any], share: float | None) -> audit.AuditRow:
         (planned(predicted_share=0.6, predicted_within=3.0), 0.1, audit.WRONG, "predicted 0.6, measured 0.1"),
         (planned(predicted_share=0.25, predicted_within=3.0), 0.1, audit.OK, "contributes 0.1"),
         (planned(predicted_share=0.6, predicted_within=10.0), 0.1, audit.OK, "contributes 0.1"),
-        # a factor of a hundred between two shares that are both below the tolerance is no matter
+        # a factor of a hundred between two shares below the tolerance is irrelevant
         (planned(number=0.001, predicted_share=1e-3, predicted_within=3.0), 1e-5, audit.OK, "negligible"),
         (planned(), None, audit.UNKNOWN, "measured nothing"),
         (planned("liquid_weight", on=False), 0.2, audit.OK, "in no preset, left out; would contribute 0.2"),
@@ -62,8 +62,8 @@ def test_measures() -> None:
     assert judged(planned("wall_films", predicted_share=0.9), 0.05).measure.startswith("liquid drawn")
     assert judged(planned("wall_films", predicted_share=0.9), 0.05).predicted is None
     assert judged(planned("dynamic_rupture"), 0.05).measure.startswith("mean stretch")
-    assert judged(planned("gravity"), 0.05).measured == 0.05  # the plan's name of the weight
-    assert judged(planned("bridges"), 0.1).measured == pytest.approx(0.3)  # three forces of 0.1
+    assert judged(planned("gravity"), 0.05).measured == 0.05  # the weight is called `gravity` in the plan
+    assert judged(planned("bridges"), 0.1).measured == pytest.approx(0.3)  # the sum of three forces of 0.1
 
 
 def test_file(tmp_path: Path) -> None:

@@ -67,7 +67,7 @@ def test_numbers_by_hand() -> None:
     drag = 6 * math.pi * 1e-3 * 1.25e-3 * (8 / 15 * math.log(500) + 0.9588) * SPEED
     assert numbers["viscous_tangential"] == pytest.approx(drag / (0.35 * weight))
     assert numbers["dynamic_rupture"] == pytest.approx(math.sqrt(SPEED * 1e-3 / 0.07275))
-    # under the bridge's pull rolling friction bears more than under the friction of the weight: mu_r/r F/W against mu_r/(mu r)
+    # the capillary force increases rolling friction more than the weight does: mu_r/r F/W and mu_r/(mu r)
     assert numbers["rolling"] == pytest.approx(5e-5 / 2.5e-3 * max(1 / 0.35, numbers["capillary"]))
     film = 4 / 3 * math.pi * ((2.55e-3) ** 3 - 2.5e-3**3)
     assert numbers["liquid_weight"] == pytest.approx(film * 998.2 / (weight / 9.81), rel=1e-9)

@@ -9,7 +9,7 @@ import pandas as pd
 
 from pywet import run_folder
 from pywet.cases.small import bodies
-from pywet.scene import Effects, EngineScene, Fed, Outlet, Output, SphereClass
+from pywet.scene import Effects, EngineScene, Insertion, Outlet, Output, SphereClass
 from pywet.schema import TABLES
 from pywet.util.files import write_json, write_table
 
@@ -25,10 +25,10 @@ OUTLETS = (
 
 
 def scene(steps: int = 2000) -> EngineScene:
-    """Four sizes of one density, all fed in the first 2 s."""
+    """Four sizes of one density, all inserted in the first 2 s."""
     classes = tuple(
         SphereClass(name=f"{d:g} mm", type=k, radius_m=0.5e-3 * d, density_kg_per_m3=2500.0, contact_angle_rad=0.2,
-                    count=EACH, fed=Fed(from_s=0.0, for_s=2.0))
+                    count=EACH, insertion=Insertion(from_s=0.0, for_s=2.0))
         for k, d in enumerate(SIZES_MM, start=1)
     )  # fmt: skip
     return EngineScene(
@@ -52,7 +52,8 @@ def make(run_dir: Path) -> Path:
     write_table(spheres, run_dir / "history" / "spheres.parquet")
     enters, nth = np.array(made.enters(kind.tolist())), (ids - 1) % EACH
     step = np.ceil((enters + 100) / EVERY).astype(np.int64) * EVERY
-    outlet = np.where(nth % 4 * 10 < np.array(OVERS)[kind - 1], 1, 2)  # of each four in a row as many as of all
+    # the same proportion in every four consecutive spheres
+    outlet = np.where(nth % 4 * 10 < np.array(OVERS)[kind - 1], 1, 2)
     here = step < made.steps
     rows = {"step": step, "time": step * STEP, "id": ids, "type": kind, "outlet": outlet, "pad": 0, "film": FILM * kind}
     x = np.where(outlet == 1, 0.2, 0.0), np.zeros(len(ids)), np.where(outlet == 1, 0.0, -0.1)

@@ -59,7 +59,7 @@ def test_a_made_up_deck(tmp_path: Path) -> None:
     found = batch_to_deck.predict(seeds, deck).set_index("class")
     entered = np.array(made_up.scene().enters([4] * made_up.EACH))
     stay = made_up.STEP * (np.ceil((entered + 100) / made_up.EVERY) * made_up.EVERY - entered)
-    stay = stay[entered * made_up.STEP + stay < 2.0]  # the others are there at the end
+    stay = stay[entered * made_up.STEP + stay < 2.0]  # the others have not left at the end
     assert list(found.index) == ["2 mm", "3 mm", "4 mm"] and found["T"].tolist() == pytest.approx(
         [0.25, 0.75, 1.0], abs=0.1
     )
@@ -79,7 +79,7 @@ def made_batch(folder: Path, outlet: int = 2, inserted: bool = False) -> Path:
     scene = json.loads((run / "scene.json").read_text())
     if not inserted:
         for kind in scene["classes"]:
-            kind["fed"] = None
+            kind["insertion"] = None
     write_json(run / "scene.json", scene)
     path = run / "history" / "retired.parquet"
     write_table(read_table(path).assign(outlet=outlet), path)

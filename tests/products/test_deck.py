@@ -183,9 +183,8 @@ def test_two_decks_part_three_sizes(tmp_path: Path) -> None:
     assert counts["overs"][1] == 4 and counts["unders"][2] == 0  # too large for the upper deck and for the lower one
     assert counts["middlings"][2] >= 4 and counts["unders"][3] >= 36
     first, second = (pywet.screen(tmp_path, from_s=0.0, deck=k) for k in (1, 2))
-    mass = counts.mul(pd.Series({1: 12.0**3, 2: 6.0**3, 3: 2.0**3}), axis=0).drop(
-        index=1
-    )  # of what can pass the upper deck
+    # relative to the spheres that can pass the upper deck
+    mass = counts.mul(pd.Series({1: 12.0**3, 2: 6.0**3, 3: 2.0**3}), axis=0).drop(index=1)
     assert first["undersize_recovery"] == pytest.approx(1.0 - mass["overs"].sum() / mass.to_numpy().sum())
     passed = counts.loc[3, ["middlings", "unders"]]
     assert second["undersize_recovery"] == pytest.approx(passed["unders"] / passed.sum())
@@ -209,12 +208,10 @@ def test_the_double_deck_of_the_examples(tmp_path: Path) -> None:
     for k, page in ((1, "screen.html"), (2, "screen_2.html")):
         found = pywet.screen(tmp_path, deck=k)
         assert 0.0 < found["efficiency"] < 1.0 and (tmp_path / page).exists()
-        assert found["apertures"] == (4 * 7 if k == 1 else 6 * 11)  # across as many as wires: the strip repeats
-        for key in (
-            "pegged",
-            "pegged_half_width",
-            "pegged_share",
-        ):  # recomputed by the reference, which names one that is off
+        # the strip is periodic: as many apertures as wires across
+        assert found["apertures"] == (4 * 7 if k == 1 else 6 * 11)
+        # recomputed by the reference, which names a wrong one
+        for key in ("pegged", "pegged_half_width", "pegged_share"):
             changed = {**found, key: found[key] * 1.01 + 1e-3}
             named = [h.name for h in plant.held(tmp_path, io.scene(tmp_path), changed) if h.wrong]
             assert named == [f"{plant.RESULTS[k]}: {key}"]
@@ -334,7 +331,8 @@ def test_smaller_spheres_pass_and_larger_do_not(tmp_path: Path, mesh: str) -> No
         "stroke": {"amplitude_mm": 1.2, "frequency_Hz": 25, "angle_deg": 90},
     }  # fmt: skip
     lid = {"name": "gate", "block": {"low_mm": (30.2, -10, -4), "high_mm": (34, 10, 40)}}
-    glass = {"glass": {"density_kg_per_m3": 2500, "restitution": 0.5}}  # softer ones are pressed through
+    # softer spheres would be pressed through the wires
+    glass = {"glass": {"density_kg_per_m3": 2500, "restitution": 0.5}}
     more = {"materials": glass, "duration_s": 0.4, "time_step": {"share": 0.2}, "results": {"windows": 4}}
     made = scene(spheres=spheres, deck=deck, walls=[lid], **more)
     run = pywet.run(made, tmp_path)

@@ -37,7 +37,7 @@ def scene(**changes: Any) -> pywet.Scene:
     """Moist beads that enter one after the other and slide off a plate."""
     entry = {
         "name": "beads", "material": "glass", "diameter_mm": 3, "count": 40, "velocity_m_per_s": (0, 0, -0.3),
-        "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "fed": {"from_s": 0.0, "for_s": 0.15},
+        "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "insertion": {"from_s": 0.0, "for_s": 0.15},
     }  # fmt: skip
     given = {
         "duration_s": 0.3,
@@ -89,7 +89,7 @@ def test_the_liquid_is_booked_to_the_outlets(run: pywet.Run) -> None:
     held = liquid[[c for c in liquid if c.startswith(("spheres_", "wall_", "outlet_"))]].sum(axis=1)
     assert np.abs(held - liquid["initial_m3"]).max() < 1e-12 * liquid["initial_m3"].iloc[-1]
     assert liquid["wall_slope_m3"].iloc[-1] > 0 and ledger_error(run.ledger) < 1e-12
-    assert (run.events["kind"] == 2).any()  # a bridge ended since a sphere left
+    assert (run.events["kind"] == 2).any()  # a bridge ended because a sphere left
     rows = run.replay["quantities"]
     assert all(rows[f"retired_{name}"]["count"] == len(left) for name in ("who", "place", "speed", "film"))
 
@@ -115,7 +115,7 @@ def test_killed_and_on_two_ranks(run: pywet.Run, tmp_path: Path) -> None:
 STRIP = [
     {
         "name": name, "material": "glass", "diameter_mm": size, "count": count, "velocity_m_per_s": (0, 0, -0.4),
-        "box": {"low_mm": (2, -14, 8), "high_mm": (24, 14, 20)}, "fed": {"for_s": 0.12},
+        "box": {"low_mm": (2, -14, 8), "high_mm": (24, 14, 20)}, "insertion": {"for_s": 0.12},
     }
     for name, size, count in (("fine", 3, 50), ("coarse", 6, 8))
 ]  # fmt: skip
@@ -181,7 +181,7 @@ def test_dry_spheres_fall_into_an_outlet_until_nobody_is_left(tmp_path: Path) ->
     looked = 0.02 * np.arange(1, 8)
     want = [looked[0.5 * 9.81 * looked**2 > 0.010 + z][0] for z in (0.0, 0.010, 0.020)]
     assert left["time"].to_numpy() == pytest.approx(want, abs=1e-9) and (left["film"] == 0).all()
-    assert found.trajectory["step"].max() < found.scene.output_steps[-1]  # nobody is there at the end
+    assert found.trajectory["step"].max() < found.scene.output_steps[-1]  # no spheres are left at the end
     assert found.contact_statistics["largest_speed_m_per_s"].iloc[-1] == 0.0
 
 

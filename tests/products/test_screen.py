@@ -191,7 +191,8 @@ def test_a_second_deck(tmp_path: Path) -> None:
     first, second = (screening_report.write(folder, aperture_mm=2.5, from_s=0.0, deck=deck) for deck in (1, 2))
     assert first["d50_mm"] == pytest.approx(2.5, rel=0.02)
     curve = pd.read_parquet(folder / "results" / "partition_2.parquet").set_index("diameter_mm")["T"]
-    assert sorted(curve.index) == pytest.approx([1.0, 2.0, 3.0])  # none of the coarsest comes down to it
+    # no sphere of the coarsest size reaches the second deck
+    assert sorted(curve.index) == pytest.approx([1.0, 2.0, 3.0])
     assert curve.to_numpy() == pytest.approx([0.5, 0.5, 0.5], abs=0.06)
     assert second["deck"] == 2 and sum(second["spheres"].values()) == first["spheres"]["unders"]
     for name in ("screen", "screen_2"):

@@ -29,7 +29,7 @@ from tests.reliability.kills import Stopped, assert_same, tables_of
 ASKED = {"partition_percent": 12, "block_s": 0.06, "least_blocks": 5, "least_spheres": 10, "from_s": 0.1}
 BEADS = {
     "name": "beads", "material": "glass", "diameter_mm": 3, "count": 140, "velocity_m_per_s": (0, 0, -0.3),
-    "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "fed": {"from_s": 0.0, "for_s": 0.72},
+    "box": {"low_mm": (-8, -8, 20), "high_mm": (8, 8, 26)}, "insertion": {"from_s": 0.0, "for_s": 0.72},
 }  # fmt: skip
 OUTLETS = [
     {"name": "edge", "product": "overs", "low_mm": (-4, None, None), "high_mm": (-1, None, 3)},
@@ -94,9 +94,9 @@ def test_a_longer_run_begins_like_a_shorter_one() -> None:
     [
         ({}, {"outlets": []}, "config.inconsistent", "until together with a deck or with outlets"),
         ({}, {"outlets": OUTLETS[:1]}, "scene.until_outlets", ""),
-        ({}, {"spheres": [{**BEADS, "fed": {"for_s": 0.5}}]},
+        ({}, {"spheres": [{**BEADS, "insertion": {"for_s": 0.5}}]},
          "config.inconsistent", "until with an insertion up to duration_s, 0.72 s"),
-        ({}, {"spheres": [{k: v for k, v in BEADS.items() if k != "fed"}]},
+        ({}, {"spheres": [{k: v for k, v in BEADS.items() if k != "insertion"}]},
          "config.inconsistent", "until together with spheres that are inserted"),
         ({"block_s": 0.2}, {}, "scene.until_blocks", ""),
         ({"least_blocks": 2}, {}, "config.value", "least_blocks"),
@@ -131,7 +131,7 @@ def test_a_run_ends_when_its_partition_is_known(run: pywet.Run, tmp_path: Path) 
     building.write(known(), tmp_path / "whole", found["blocks"])
     driver.run(tmp_path / "whole", progress=False)
     assert_same(tables_of(tmp_path / "whole"), tables_of(run.path))
-    pywet.run(known(), run.path)  # is there already
+    pywet.run(known(), run.path)  # the run already exists
     assert EngineScene.read(run.path / "scene.json").blocks == found["blocks"]
 
 
@@ -159,15 +159,16 @@ def test_killed_within_a_block_and_between_two(run: pywet.Run, tmp_path: Path, m
     def stop(*_: object) -> None:
         raise Stopped
 
-    with monkeypatch.context() as patch:  # before the decision
+    with monkeypatch.context() as patch:  # interrupted before the decision
         patch.setattr(until, "assess", stop)
         with pytest.raises(Stopped):
             pywet.run(asked, tmp_path)
-    with monkeypatch.context() as patch:  # after it, before the scene of one block more is written
+    # interrupted after the decision, before the scene with one more block is written
+    with monkeypatch.context() as patch:
         patch.setattr(driver, "write_json", stop)
         with pytest.raises(Stopped):
             pywet.run(asked, tmp_path)
-    with monkeypatch.context() as patch:  # and after that
+    with monkeypatch.context() as patch:  # interrupted after the scene is written
         patch.setattr(driver, "_together", stop)
         with pytest.raises(Stopped):
             pywet.run(asked, tmp_path)

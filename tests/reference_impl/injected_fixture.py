@@ -104,7 +104,7 @@ def later(table: pd.DataFrame) -> pd.DataFrame:
     """Places of the output before."""
     columns, spheres = ["x", "y", "z"], table["id"].nunique()
     table = table.sort_values(["step", "id"], ignore_index=True)
-    # the first places stay: they are compared with the scene's
+    # the initial positions are unchanged, because they are compared with the scene
     table.loc[spheres:, columns] = table[columns].shift(spheres).loc[spheres:].to_numpy()
     return table
 

@@ -96,7 +96,7 @@ def half_delaunay(neck: float, pressure: float, contact: float) -> tuple[float, 
     force = 2 * neck - neck**2 * pressure
 
     def rise(u: float, power: int) -> float:
-        # r = neck + u²: the vertical tangent at the neck goes out
+        # r = neck + u² removes the singularity at the neck
         r = neck + u * u
         sine = (force + r * r * pressure) / (2 * r)
         return 2 * sine / math.sqrt((2 - pressure * (r + neck)) / (2 * r) * (1 + sine)) * r**power
@@ -156,7 +156,7 @@ def test_small_volume_limit_of_the_contact_force(theta: float, radius_j: float) 
     harmonic = 2.0 if math.isinf(radius_j) else 2 * radius_j / (1 + radius_j)
     limit = math.pi * harmonic * (math.cos(theta) + math.cos(0.2))
     short = [abs(solve(0.0, volume, 1.0, radius_j, theta, 0.2).force / limit - 1) for volume in (1e-8, 1e-12)]
-    # the correction goes with the half-filling angle, V^(1/4): ten times less for 1e-4 of the volume
+    # the correction is proportional to the half-filling angle, V^(1/4): a tenth for 1e-4 of the volume
     assert short[1] < 2e-3
     assert short[1] == pytest.approx(0.1 * short[0], rel=0.05)
 
@@ -199,7 +199,7 @@ def test_second_variation_of_a_cylinder(length: float) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_stability_ends_where_the_separation_folds(case: tuple[float, ...]) -> None:
-    # between unequal bodies the two are the same place, found by different equations
+    # between unequal bodies both criteria give the same point, by different equations
     end = rupture(*case)  # type: ignore[arg-type]
     assert end.kind == "fold"
     separations = []
@@ -217,7 +217,7 @@ def test_stability_ends_where_the_separation_folds(case: tuple[float, ...]) -> N
 def test_equal_bodies_at_a_large_angle_lose_symmetry_before_the_fold() -> None:
     end = rupture(0.3, 1.0, 1.0, 0.7, 0.7)
     assert (end.kind, end.transfer_ratio_i) == ("instability", pytest.approx(0.5, abs=1e-9))
-    # an angle that differs by e makes it a fold, short of it by e^(2/3) as for any imperfect pitchfork
+    # a difference e of the angles gives a fold earlier by e^(2/3), as for any imperfect pitchfork
     short = [end.separation - rupture(0.3, 1.0, 1.0, 0.7, 0.7 + e).separation for e in (1e-6, 1e-4)]
     assert short[1] / short[0] == pytest.approx(100 ** (2 / 3), rel=0.01)
     assert rupture(0.3, 1.0, 1.0, 0.2, 0.2).kind == "fold"

@@ -70,11 +70,11 @@ def test_rolling_and_friction(tmp_path: Path) -> None:
         small.Sphere(1, (0.0, 0.0, 0.05)),
     ]
     found = measured(tmp_path, spheres, 100, gravity=(0.0, 0.0, -9.81))["effects"]
-    # the drag opens the overlap by v^2 t^2/(4 R), under 0.4 % at the end; the spring fills in the first slips
+    # the displacement reduces the overlap by v^2 t^2/(4 R), below 0.4 % at the end; the spring soon reaches its limit
     pressed = 1e3 * overlap / WEIGHT
     assert found["contact_tangential"]["impulse_share"] == pytest.approx(0.3 * pressed, rel=0.1)
     assert found["rolling"]["impulse_share"] == pytest.approx(5e-5 / (R / 2) * pressed, rel=0.005)
-    # the spin carries the point of contact the other way; the first mu k delta/k_t of slip fills the spring
+    # the spin reverses the slip; the first mu k delta/k_t of it stretches the spring to its limit
     grip, slid = 0.3 * 1e3 * overlap, (50.0 * (R - overlap / 2) - speed) * 100 * STEP
     assert found["contact_tangential"]["dissipated_J"] == pytest.approx(grip * (slid - grip / 300.0), rel=0.005)
 

@@ -17,7 +17,7 @@ from pywet.products import deck
 from pywet.products.deck import Deck, Stroke
 from pywet.products.feed import FeedAmount
 from pywet.products.size_classes import SizeDistribution
-from pywet.scene import Fed
+from pywet.scene import Insertion
 from reference_impl.scene import check
 
 ROOT = Path(__file__).parents[2]
@@ -30,7 +30,7 @@ def scene(path: Path, **changes: object) -> Scene:
 
 
 def example(name: str, **changes: object) -> Scene:
-    """A shipped one, or the slotted deck with entries of spheres that are fed."""
+    """A shipped one, or the slotted deck with entries of spheres that are inserted during the run."""
     folder = ROOT / ("tests/cases/custom" if name == "slotted_deck" else "examples/scenes")
     return scene(folder / f"{name}.yaml", **changes)
 
@@ -134,9 +134,9 @@ def film(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(building, "_film", lambda *given: 1.1 * sound(*given))
 
 
-def fed(patch: pytest.MonkeyPatch) -> None:
+def inserted_longer(patch: pytest.MonkeyPatch) -> None:
     """Insertion takes twice as long."""
-    patch.setattr(building.typed, "Fed", lambda for_s, **more: Fed(for_s=2.0 * for_s, **more))
+    patch.setattr(building.typed, "Insertion", lambda for_s, **more: Insertion(for_s=2.0 * for_s, **more))
 
 
 def density(patch: pytest.MonkeyPatch) -> None:
@@ -189,9 +189,9 @@ FAULTS: dict[str, tuple[Plant, str, str]] = {
     "inserted spheres wait a hundredth too far": (waiting(0.01), "slotted_deck", "waiting to enter"),
     "inserted spheres wait a millionth too far": (waiting(1e-6), "slotted_deck", "waiting to enter"),
     "films a tenth thick": (film, "drum", "first film of beads"),
-    "insertion twice as long": (fed, "slotted_deck", "classes.fine.fed.for_s is 0.9, expected 0.45"),
+    "insertion twice as long": (inserted_longer, "slotted_deck", "classes.fine.insertion.for_s is 0.9, expected 0.45"),
     "an inclined deck turned round": (inclination, "deck", "gravity_m_per_s2.x is -2.53"),
-    "the whole stroke for its half": (stroke, "deck", "walls.screen.own_motion.amplitude_m.x"),
+    "the whole stroke for its half": (stroke, "deck", "walls.screen.motion_parameters.amplitude_m.x"),
     "unders leave too early": (outlet, "deck", "outlets.unders_1.high_m.z is -0.015, expected -0.03"),
     "sizes in the middle of their classes": (sizes, "deck", "classes is "),
     "moisture of the moist mass": (moisture, "deck", "first film of ore"),

@@ -39,7 +39,7 @@ def test_fault_in_the_log_is_named(heap_dir: Path, tmp_path: Path, name: str) ->
     found = result["diagnosis"]["findings"]
     assert fault.words in found[0]["sentence"] and fault.quantity in found[0]["quantities"], found
     assert found[0]["share"] == 1.0
-    assert len(found) == 1  # what motion, works and counts show of it again stands with it
+    assert len(found) == 1  # consequences in motion, energy terms and counts are listed with this cause
     assert found[0]["sentence"] in table(result)
     assert json.loads((tmp_path / "replay.json").read_text())["diagnosis"] == result["diagnosis"]
 

@@ -15,9 +15,10 @@ from reference_impl.replay.lives import Lives, none
 @pytest.mark.parametrize(
     ("at_formation", "at_rupture", "gap", "late"),
     [
-        (1.6007, 0.2178, 5.66280e-4, False),  # met at full scale: an impact on a third sphere, limit 5.5e-4 after it
-        (0.2000, 0.2178, 5.66280e-4, True),  # never so fast
-        (1.6007, 0.2178, 6.30000e-4, True),  # beyond the limit at the speed of the formation too
+        # from a run at full scale: an impact on a third sphere, after which the limit is 5.5e-4
+        (1.6007, 0.2178, 5.66280e-4, False),
+        (0.2000, 0.2178, 5.66280e-4, True),  # always slower than the rupture requires
+        (1.6007, 0.2178, 6.30000e-4, True),  # above the limit also at the speed of formation
         (1.6007, 1.6007, 5.90000e-4, False),
     ],
 )

@@ -72,4 +72,4 @@ def test_transfer_of_twins_and_of_order() -> None:
     small = transfer.recomputed_ratio(laws.SPHERE, 7e-3, 5e-3, angle, angle, v)
     large = transfer.recomputed_ratio(laws.SPHERE, 10e-3, 5e-3, angle, angle, v)
     assert (small > 0.5).all() and (large > small).all()
-    assert (np.diff(large) > 0).all()  # and with V*
+    assert (np.diff(large) > 0).all()  # also increases with V*

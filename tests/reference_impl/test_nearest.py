@@ -49,7 +49,7 @@ def test_a_triangle_is_in_reach_of_the_look_before_an_output(tmp_path: Path, eve
     """A formation at an output's step: its closest point was elsewhere one look before (met once in 4 million events)."""
     (tmp_path / "trajectory.parquet").touch()
     at_edge = {"step": 5650, "id": 411, "x": 0.0, "y": 0.0, "z": 0.0, "vx": 0.3, "vy": 0.0, "vz": 0.0}
-    farther = 1.77e-5 * 0.3 * every * np.array([0.0, 1.0, 20.0])  # than the nearest, of three triangles of one part
+    farther = 1.77e-5 * 0.3 * every * np.array([0.0, 1.0, 20.0])  # additional distance of three triangles of one part
     parts = SimpleNamespace(
         setup=SimpleNamespace(part=np.zeros(3, int)),
         closest=lambda step, x, part: SimpleNamespace(distance=np.full(len(x), 1e-4)),
@@ -82,7 +82,7 @@ def test_within_is_what_all_triangles_one_by_one_say() -> None:
     """Spheres about two parts of ten triangles: pairs, distance, triangle and least value of those as near."""
     random = np.random.default_rng(5)
     corners, part = random.uniform(0.0, 1.0, (20, 3, 3)), np.arange(20) % 2
-    corners[4] = corners[2] + 1e-12  # of one part, as near to nine digits
+    corners[4] = corners[2] + 1e-12  # two triangles of one part at equal distance to nine digits
     setup: Any = SimpleNamespace(
         corners=corners, part=part, step=1e-6, scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},
         walls=[SimpleNamespace(first=0, last=20, motion="fixed", way=None, name="all")],

@@ -237,7 +237,7 @@ def test_faults_are_found(tmp_path: Path, request: pytest.FixtureRequest, name: 
     scene = json.loads((folder / "scene.json").read_text())
     FAULTS[name](scene)
     (folder / "scene.json").write_text(json.dumps(scene))
-    if kind == "moist":  # as a replay sees it, without what else that looks at
+    if kind == "moist":  # as in a replay, without its other checks
         quantities, _ = scenes.closed(folder)
         assert not quantities[SEEN_IN[name]].ok
         assert quantities[SEEN_IN[name]].largest > 1e3 * FORCE
@@ -295,7 +295,7 @@ def test_wrong_closest_point_is_found(tmp_path: Path, moist: Path) -> None:
     table.to_parquet(path)
     quantities, _ = scenes.closed(folder)
     assert [n for n, q in quantities.items() if not q.ok] == ["wall_closest_point"]
-    assert quantities["wall_closest_point"].largest == pytest.approx(1e-3, rel=0.3)  # one of two radii
+    assert quantities["wall_closest_point"].largest == pytest.approx(1e-3, rel=0.3)  # the deviation is one of two radii
 
 
 # ---- the pieces -----------------------------------------------------------------------------------------------------------

@@ -187,8 +187,8 @@ def test_custom_law_is_named_and_the_rest_is_checked(tmp_path: Path) -> None:
     assert f"{law_file}:spring" not in capillary.LAWS and f"{law_file}:spring" not in coverage.CLOSED["capillary"]
     path = run / "history" / "contacts.parquet"
     frame = pd.read_parquet(path)
-    frame["capillary"] *= 1.0 + 1e-6  # no longer what went into the total
-    frame["rupture_distance"] *= 1.0 + 1e-6  # no longer that of the formation
+    frame["capillary"] *= 1.0 + 1e-6  # differs from the value in the logged sum
+    frame["rupture_distance"] *= 1.0 + 1e-6  # differs from the value at formation
     frame.to_parquet(path, index=False)
     assert set(far(replay(run))) == {"force", "rupture_limit"}
 

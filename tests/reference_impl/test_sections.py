@@ -199,7 +199,7 @@ def test_results_added_up_by_hand_agree(tmp_path: Path, moist: bool) -> None:
     stages.results(folder)
     found = results.check(folder)
     wrong = {f["what"] for f in found.findings}
-    # its event log tells numbers only: more bridges are formed than stand
+    # in the synthetic event log more bridges form than are active
     assert wrong <= {"summary.json: events.standing_bridges"}
     assert {q.name for q in found.quantities} == {
         f"results_{n}" for n in ("fraction_retained", "liquid_by_holder", "checks", "summary", "screen")

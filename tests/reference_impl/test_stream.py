@@ -15,7 +15,7 @@ import pytest
 from pyarrow import parquet
 
 from reference_impl.diagnosis import chain, looked
-from reference_impl.replay import bodies, booking, compare, io, spans, transfer
+from reference_impl.replay import bodies, compare, io, liquid_ledger, spans, transfer
 from reference_impl.replay.lives import Lives, keys, none
 from reference_impl.replay.replay import replay
 from tests.reference_impl import injected_log
@@ -167,10 +167,10 @@ def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.Mon
     partners, outputs, results = bodies.pairs(events, fixed), np.array([0, 500, 1000]), []
     for _ in range(2):
         held, lives = fixed.liquid(), Lives(none(), events, 0, -1)
-        columns, shots = booking.book(events, partners, fixed, tables, lives, held, True, outputs)
+        columns, shots = liquid_ledger.book(events, partners, fixed, tables, lives, held, True, outputs)
         results.append([*columns, shots, held, lives.all.recomputed])
         for name in ("_book", "_ask", "_grant", "_ratio"):
-            monkeypatch.setattr(booking, name, getattr(getattr(booking, name), "py_func", None))
+            monkeypatch.setattr(liquid_ledger, name, getattr(getattr(liquid_ledger, name), "py_func", None))
     assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(*results, strict=True))
 
 
@@ -184,5 +184,5 @@ def test_median_of_many_is_good_to_a_thousandth() -> None:
         one_by_one = compare.gathered([one_by_one, part])
     assert together.count == one_by_one.count == len(values)
     assert together.median == one_by_one.median
-    # the class of a value is cut off at ten binary digits of its mantissa
+    # classes of the histogram have ten binary digits of the mantissa
     assert abs(together.median / np.median(values) - 1.0) < 2.0**-10

@@ -178,9 +178,8 @@ OPTIONS: tuple[tuple[str, ...], ...] = (
 @st.composite
 def arguments(draw: st.DrawFn) -> Call:
     words = draw(st.sampled_from(OPTIONS))
-    return Call(
-        (*words, draw(WORDS.filter(lambda word: word != "--" or words[-1].startswith("-"))))
-    )  # alone it ends the options
+    # a bare `--` ends the options
+    return Call((*words, draw(WORDS.filter(lambda word: word != "--" or words[-1].startswith("-")))))
 
 
 SCRIPTS = (

@@ -186,6 +186,6 @@ def _table(data: bytes, rng: random.Random) -> bytes:
     out = io.BytesIO()
     try:
         table.to_parquet(out)
-    except (ValueError, TypeError, OverflowError, pa.lib.ArrowException):  # what cannot be written is no file
+    except (ValueError, TypeError, OverflowError, pa.lib.ArrowException):  # values that cannot be written give no file
         return data[: rng.randrange(len(data))]
     return out.getvalue()

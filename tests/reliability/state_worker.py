@@ -40,7 +40,7 @@ def resume(plugin: plugin_api.Plugin, state: Path) -> None:
     whole, other, ends = state.read_bytes(), Path("damaged.state"), Counter[str]()
     for seed in range(0 if Path("damaged.json").exists() else int(os.environ["PYWET_DAMAGED"])):
         other.write_bytes(damaged(whole, seed))
-        Path("damaged.seed").write_text(str(seed))  # for who looks at a process that has ended
+        Path("damaged.seed").write_text(str(seed))  # to reproduce a crash of this process
         try:
             state_file.places(other), state_file.retired(other)
             SOUND(plugin, other)

@@ -210,7 +210,7 @@ def test_one_rule_for_laws_that_a_given_file_names(
     command: str, side: tuple[Path, Path], tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In the folder of the file that was given a law runs; elsewhere, also behind a link in that folder, only with --trust."""
-    monkeypatch.setattr(stages, "simulate", lambda *_, **__: 1 / 0)  # a law is tried before that
+    monkeypatch.setattr(stages, "simulate", lambda *_, **__: 1 / 0)  # the law is tested before the simulation
     law, ran = side
     folder = tmp_path / "given"
     folder.mkdir()
@@ -228,7 +228,7 @@ def test_one_rule_for_laws_that_a_given_file_names(
     pywet(*arguments)
     assert ran.exists()
     ran.unlink()
-    if command in ("calibrate", "liggghts"):  # which have no --trust
+    if command in ("calibrate", "liggghts"):  # these commands have no --trust
         return
     pywet(*naming_elsewhere(command, law, folder), "--trust")
     assert ran.exists()
@@ -337,7 +337,7 @@ def test_the_cache_is_private_and_where_it_should_be(tmp_path: Path, monkeypatch
     assert (tmp_path / "xdg" / "pywet").stat().st_mode & 0o777 == 0o700
     monkeypatch.delenv("XDG_CACHE_HOME")
     assert caches.folder() == tmp_path / "home" / ".cache" / "pywet"
-    (tmp_path / "file").write_text("")  # a home that cannot be written, also not by root
+    (tmp_path / "file").write_text("")  # a home that even root cannot write
     monkeypatch.setenv("HOME", str(tmp_path / "file"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     assert caches.folder() == tmp_path / f"pywet-{os.getuid()}"
@@ -466,7 +466,8 @@ def open_folder() -> Iterator[Path]:
 def test_a_user_without_a_home_can_work(open_folder: Path) -> None:
     """The checkout is read-only for nobody, who has no home: everything goes into a private folder below TMPDIR."""
     become = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"]
-    become += ["--inh-caps=+dac_read_search", "--ambient-caps=+dac_read_search"]  # Python may lie in root's home
+    # Python may be installed in root's home
+    become += ["--inh-caps=+dac_read_search", "--ambient-caps=+dac_read_search"]
     if subprocess.run([*become, sys.executable, "-c", ""], check=False, stderr=subprocess.DEVNULL).returncode:
         pytest.skip("nobody cannot start this Python")
     environment = {

@@ -51,7 +51,7 @@ def in_process(program: str, words: list[str]) -> tuple[int, str]:
             contextlib.redirect_stdout(output_text),
             warnings.catch_warnings(),
         ):
-            warnings.simplefilter("ignore")  # a module that is imported already is run once more
+            warnings.simplefilter("ignore")  # a module that is already imported is executed again
             (runpy.run_path if program.endswith(".py") else runpy.run_module)(program, run_name="__main__")
         code = 0
     except SystemExit as end:
@@ -76,7 +76,7 @@ def test_a_call_that_cannot_be_right_is_refused_in_a_sentence(
     (work / "results" / "smoke" / "case05" / "trajectory.parquet").write_text("days of work")
     before = content(work)
     monkeypatch.chdir(work)
-    monkeypatch.setattr(process, "die_with_parent", lambda: None)  # of this very process
+    monkeypatch.setattr(process, "die_with_parent", lambda: None)  # would apply to the test's own process
 
     def served(*_: object) -> None:
         raise AssertionError("a server was started")
@@ -119,7 +119,7 @@ def test_a_call_that_cannot_be_right_is_refused_in_a_sentence(
         f"{sum(ends.values())} calls that cannot be right, {ends[1]} with exit code 1, {ends[2]} with 2:",
         dict(programs),
     )
-    assert sum(ends.values()) >= count * 0.75  # of MANY 300; hypothesis repeats none
+    assert sum(ends.values()) >= count * 0.75  # hypothesis repeats no example
 
 
 def test_every_command_is_among_them() -> None:
@@ -140,4 +140,4 @@ def test_every_number_of_a_command_has_a_range() -> None:
             )
             if plain and kind.__metadata__[0].parser is None:
                 bare.add(f"{command.callback.__name__} {name}")
-    assert bare == {"score within"}  # whose range is that of benchmarks/wet/score.py
+    assert bare == {"score within"}  # its range is checked in benchmarks/wet/score.py

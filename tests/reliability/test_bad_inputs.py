@@ -6,7 +6,7 @@ A row:  name: what is wrong
         config: {materials.yaml: [old, new]}  optional: one replacement in a file of the copy (must be found)
         write: {query.json: text}             optional: files in {here}; `hex: …` for bytes, `repeat: [text, n]` for long ones
                                               (or `repeat: [[text, n], …]`)
-        made: moist                           optional: moist or dry, a synthetic finished run in {run}; {twin} is another
+        made: moist                           optional: moist or dry, a synthetic finished run in {run}; {comparison} is another
         damage: {scene.json: cut}             optional, in {run}: cut (half), empty, gone, folder, {write: …} as above, or of a
                                               table: {without: column}, {only: rows}, {set: {column: value}}
         exit: 1
@@ -96,7 +96,7 @@ def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, m
     for name, how in row.get("damage", {}).items():
         damage(run / name, how)
     comparison = made.get(row.get("made", ""))
-    arguments = [str(a).format(here=here, config=config, run=run, twin=comparison) for a in row["run"]]
+    arguments = [str(a).format(here=here, config=config, run=run, comparison=comparison) for a in row["run"]]
     result = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, arguments)
     output_text = result.stderr + result.stdout
     assert result.exit_code == row["exit"], output_text
@@ -112,10 +112,11 @@ def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, m
             assert where in (*row["config"], "config.yaml", "cases.csv", "")
         assert str(error).splitlines()[0] in output_text
     if row["exit"] == 1:
-        lines = [  # where nobody has called `make setup` yet, that is said first
+        lines = [  # without `make setup` a notice is printed first
             line for line in result.stderr.strip().splitlines() if not line.startswith("compiling for this processor")
         ]
-        assert len({line.partition(": ")[0] for line in lines}) == len(lines[:1]), result.stderr  # several of one file
+        # several messages about one file
+        assert len({line.partition(": ")[0] for line in lines}) == len(lines[:1]), result.stderr
 
 
 def test_the_table_is_as_long_as_promised() -> None:

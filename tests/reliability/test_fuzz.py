@@ -225,13 +225,13 @@ def table(bench: Bench, given: tuple[float, float, float, str, Any]) -> None:
             frame[name] = [new] * len(frame)
         elif how == "one" and len(frame):
             frame[name] = [new if k == keep else v for k, v in enumerate(frame[name])]
-    except UnicodeEncodeError:  # nor does pandas hold half a surrogate pair
+    except UnicodeEncodeError:  # pandas rejects half a surrogate pair
         return
     frame = {"drop": frame.drop(columns=name), "rows": frame.iloc[:keep], "twice": pd.concat([frame, frame]),
              "empty": frame.iloc[:0]}.get(how, frame)  # fmt: skip
     try:
         frame.to_parquet(path)
-    except Exception:  # what pandas does not write is no input
+    except Exception:  # values that pandas cannot write are not an input
         return
     sentence(*readers(bench, run))
 
@@ -322,7 +322,7 @@ TARGETS: dict[str, tuple[Callable[[Bench, Any], None], st.SearchStrategy[Any]]] 
 def test_any_input_is_fine_or_refused_in_a_sentence(
     target: str, count: int, bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(simulate, "MOST_STEPS", 2000)  # enough to find out that nothing breaks
+    monkeypatch.setattr(simulate, "MOST_STEPS", 2000)  # sufficient to detect a crash
     monkeypatch.setattr(report, "_figures", lambda found: {})  # seconds each
     check, strategy = TARGETS[target]
 

@@ -57,7 +57,7 @@ def test_the_plugin_takes_up_no_damaged_state(
     print(count, "states:", ends)
     assert sum(ends.values()) == count
     refused = "the checkpoint FILE is damaged or of another scene; expected one of this run: remove engine.partial and call again"
-    assert ends[refused] > count / 4  # a film or a force that is another number is taken up
+    assert ends[refused] > count / 4  # a changed film or force is a valid number and is accepted
     assert_same(tables_of(unbroken), tables_of(run))
 
 

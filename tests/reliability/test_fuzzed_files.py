@@ -59,7 +59,7 @@ def tried(name: str, folder: Path, seeds: Iterable[int], file: str = "") -> Coun
     reader = READERS[name]
     sound = {path: path.read_bytes() for path in reader.make(folder)}
     for path in sound:
-        reader.read(path)  # as it is; compiles what is to be compiled
+        reader.read(path)  # undamaged first, which also compiles functions
     paths, ends = [path for path in sorted(sound) if file in ("", path.name)], Counter[str]()
     for seed in seeds:
         path = paths[seed % len(paths)]
@@ -82,7 +82,7 @@ def test_a_damaged_file_is_read_or_refused_in_a_sentence(name: str, count: int, 
     ends = tried(name, tmp_path, range(count))
     print(f"{name}: {count} damaged files, {ends['read']} read, {ends['refused']} refused")
     assert sum(ends.values()) == count
-    assert ends["refused"] or not READERS[name].refusals  # or nothing was damaged
+    assert ends["refused"] or not READERS[name].refusals  # otherwise nothing was damaged
 
 
 @pytest.mark.parametrize(

@@ -254,7 +254,7 @@ def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path:
     cases = [(path, path.stat().st_size // 2, True) for path in (newer.engine, newer.state, sums) if path]
     for name, (size, _) in newer.logs.items():
         first = older.logs.get(name, (0, 0))[0]
-        if size > first:  # behind what the older one needs
+        if size > first:  # after the part that the older checkpoint needs
             cases.append((partial / name, size - 1, first == 0 or damage in ("flipped", "cut")))
         if first > 0:
             cases.append((partial / name, first - 1, False))

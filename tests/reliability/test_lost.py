@@ -172,7 +172,7 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
     finally:
         os.kill(child, 9)
         os.waitpid(child, 0)
-    with run_lock.hold(run):  # the lock went with its process
+    with run_lock.hold(run):  # the lock ended with its process
         pass
 
 

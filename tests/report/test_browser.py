@@ -180,7 +180,7 @@ def test_pointing_at_a_sphere_says_what_it_is(shown: Any) -> None:
 
 def test_bridges_can_be_left_out_and_the_scene_turned(shown: Any) -> None:
     at(shown, 2)
-    shown.uncheck(".walls")  # the plate that means the wires hides the bridge below the sphere
+    shown.uncheck(".walls")  # the plate drawn for the wires hides the bridge below the sphere
     with_bridges = picture(shown)
     shown.uncheck(".bridges")
     orange = [(pixels[..., 0] - pixels[..., 2] > 30).sum() for pixels in (with_bridges, picture(shown))]
@@ -266,7 +266,5 @@ def test_tables_of_eighteen_cases_fit_the_page(tmp_path: Path, tab: Any) -> None
 
 def test_the_library_names_no_place_in_a_network() -> None:
     text = (Path(browser.__file__).parent / "three.min.js").read_text()
-    assert set(re.findall(r"https?://[\w./-]+", text)) <= {
-        "http://www.w3.org/1999/xhtml"
-    }  # the name of HTML in a document
+    assert set(re.findall(r"https?://[\w./-]+", text)) <= {"http://www.w3.org/1999/xhtml"}  # XML namespace of HTML
     assert "MIT License" in text[:200]

@@ -50,7 +50,7 @@ def test_the_surface_ends_on_both_bodies_and_encloses_the_volume(
     else:
         np.testing.assert_allclose(np.linalg.norm(points[-1] - second, axis=1), rj * MM, rtol=1e-9)
         caps += cap(rj * MM, bridge.contact_radii[1])
-    # 60 frusta in place of a curve: a few parts in a thousand of what they enclose
+    # 60 frusta approximate the curve: the volume differs by a few parts per thousand
     assert enclosed(points, axis) - caps == pytest.approx(volume * MM**3, rel=5e-3)
 
 

@@ -55,7 +55,7 @@ def test_the_movie_has_every_output_and_its_loop_too(run: Path) -> None:
         for k in range(3):
             frames.seek(k)
             seen.append(np.asarray(frames.convert("RGB"), dtype=float)[: movie.SIZE[1], : movie.SIZE[0]])
-    # spheres fall out of sight one after the other: less blue in each frame
+    # spheres leave the picture one after the other: less blue in each frame
     blue = [np.mean(frame[..., 2] - frame[..., 0] > 40) for frame in seen]
     assert blue[0] > blue[1] > blue[2] > 0
 

@@ -42,7 +42,7 @@ def test_spheres_and_bonds_of_every_output(run: Path) -> None:
         assert table[["id", "type", "radius", "vx"]].to_numpy().tolist() == [
             [1, 1, 4e-3, 0.1], [2, 2, 2e-3, 0.1], [3, 2, 2e-3, 0.1],
         ]  # fmt: skip
-    # of two bridges the one at the wire is no bond
+    # bridges at wires are not bonds
     assert [len(table) for _, table in bridges] == [0, 0, 1]
     bond = bridges[-1][1].iloc[0]
     assert (bond["id1"], bond["id2"], bond["volume"]) == (1, 3, pytest.approx(2 * UNIT, rel=1e-8))

@@ -110,7 +110,7 @@ def test_moist_cases_without_bridges_are_done_and_have_no_ledger(config: setting
     text = _write(config, unbridged, cases=(2, 3))
     assert re.search(r"<b>2 of 2</b><span>cases done", text) and re.search(r"<b>0 of 0</b><span>moist cases", text)
     ledger = text.partition('<section id="ledger">')[2].partition("</section>")[0]
-    assert ledger.count("<tr>") == 1  # the head alone
+    assert ledger.count("<tr>") == 1  # header row only
 
 
 def test_the_summary_of_a_dry_run_is_not_taken_for_a_moist_case(config: settings.Config, tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ def _killed(of: Plan, count: int) -> int:
 
 def test_two_hundred_points_killed_five_times_give_the_same_table(tmp_path: Path) -> None:
     """The very table of an unbroken sweep, and each kill left less than all points."""
-    wall.collide(plan.read(write(tmp_path, MANY)).runs[0].built.given)  # machine code is there before processes part
+    wall.collide(plan.read(write(tmp_path, MANY)).runs[0].built.given)  # compile before processes are forked
     (tmp_path / "one").mkdir()
     (tmp_path / "two").mkdir()
     whole = done(asked(tmp_path / "one", MANY))
@@ -106,7 +106,7 @@ def test_a_point_is_run_once_in_all_sweeps_and_an_axis_can_be_extended(tmp_path:
     assert same["e_n"].tolist() == first["e_n"].tolist()
     other = {**WALL, "name": "another", "axes": {"normal_velocity_m_per_s": [1.0, 3.0], "friction": [0.2]}}
     done(asked(tmp_path, other, "other.yaml"))
-    assert len(counted) == 10  # one of its two points is in the store
+    assert len(counted) == 10  # the other of its two points is in the store
 
 
 def test_a_failed_point_is_tried_again_and_stops_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -44,13 +44,12 @@ def test_points_have_their_values_in_script_and_liquid(tmp_path: Path) -> None:
     assert len(set(names)) == 12 and all(name.startswith("script-") for name in names)
     given = of.run(4, 2).built.given
     text = given.files["in.script"].decode()
-    assert "equal 0.4\n" in text and given.wet.liquid.percent == 1.0  # a comment behind a value goes with it
+    assert "equal 0.4\n" in text and given.wet.liquid.percent == 1.0  # a comment after a value is replaced with it
     assert "packing index 49979737\n" in text  # the second prime after 49979687
     assert sorted(given.files) == ["in.script", "more/tail", "plate.stl"]
     changed = (tmp_path / "mine" / "more" / "tail").write_text(TAIL.replace("500", "50"))
-    assert changed and not {run.built.name for run in asked(tmp_path, seeds=3).runs} - {
-        *names
-    }  # written again as it was
+    # written again without changes
+    assert changed and not {run.built.name for run in asked(tmp_path, seeds=3).runs} - {*names}
     (tmp_path / "mine" / "plate.stl").write_text(scripts.PLATE.replace(".001", ".0011"))
     again = plan.read(of.file, of.folder, of.store.folder)
     assert not {run.built.name for run in again.runs} & {*names}

@@ -180,7 +180,7 @@ def test_a_figure_has_means_and_intervals_of_the_table(sweep: Sweep) -> None:
     means = made[made["law"] == "y"].groupby("a")["e_n"].mean().tolist()
     assert any(np.allclose(np.asarray(line.get_ydata(), float), means) for line in lines)
     labels = {str(line.get_label()): list(line.get_ydata()) for line in figure.axes[0].get_lines()}
-    assert labels["_law y mean"] == pytest.approx(means)  # these and both ends of the interval are the CSV of the page
+    assert labels["_law y mean"] == pytest.approx(means)  # means and interval bounds are also in the CSV of the page
     ends = [
         np.add(labels["_law y 95 % high"], labels["_law y 95 % low"]) / 2,
         np.subtract(labels["_law y 95 % high"], means),

@@ -12,7 +12,7 @@ from pywet.engines.choice import chosen as engine_of
 from pywet.errors import PywetError
 from pywet.cost.needs import need
 from pywet.runs.second import word
-from pywet.cases.screening.identity import content, expect, told
+from pywet.cases.screening.identity import content, expect, fingerprint_or_reason
 from pywet.shipped import open_studies, place
 
 STUDIES_HERE = open_studies()
@@ -87,7 +87,7 @@ CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
 def fingerprint(case):
     """File with the fingerprint that a run must have; newer than the run where the run there, whoever made it, has another."""
     number, preset, seed = RUNS[case]
-    word = f"{ENGINE} {told(CONFIGURED.with_seed(seed), number, SCALE, preset)}"
+    word = f"{ENGINE} {fingerprint_or_reason(CONFIGURED.with_seed(seed), number, SCALE, preset)}"
     return str(expect(Path(ROOT) / case, word, Path(".snakemake") / "fingerprints" / ROOT / case))
 
 

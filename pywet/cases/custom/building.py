@@ -95,7 +95,7 @@ class Building:
         groups: dict[Any, list[Spheres]] = defaultdict(list)
         for s in self.user_scene.spheres:
             if s.mass_g is not None:
-                groups[s.material, s.box or s.cylinder, s.fed].append(s)
+                groups[s.material, s.box or s.cylinder, s.insertion].append(s)
         return tuple(
             amount
             for group in groups.values()
@@ -127,7 +127,7 @@ class Building:
     def _pair(self, a: int, b: int) -> typed.ContactPair:
         spheres = self.user_scene.spheres
         dry = self.user_scene.dry(spheres[a - 1].material, spheres[b - 1].material if b else WALLS)
-        assert dry is not None  # the description refuses what it has no data for
+        assert dry is not None  # scenes without contact data are rejected on reading
         other = self.classes[b - 1].radius_m if b else math.inf
         return bodies.contact(
             a, b, dry.stiffness_N_per_m, friction=dry.friction, restitution=dry.restitution,
@@ -171,14 +171,14 @@ class Building:
             mention_bars(wall, surface)
             mention_crossing(wall, surface)
         return tuple(
-            repeating.continued(self.user_scene, wall.name, surface, wall.own_motion(surface.vertices))
+            repeating.continued(self.user_scene, wall.name, surface, wall.motion_parameters(surface.vertices))
             for wall, surface in zip(self.user_scene.walls, found, strict=True)
         )
 
     @cached_property
     def motions(self) -> tuple[EngineMotion | None, ...]:
         """Motion of each wall, in the order of the scene."""
-        return tuple(w.own_motion(s.vertices) for w, s in zip(self.user_scene.walls, self.surfaces, strict=True))
+        return tuple(w.motion_parameters(s.vertices) for w, s in zip(self.user_scene.walls, self.surfaces, strict=True))
 
     @cached_property
     def spheres(self) -> pd.DataFrame:
@@ -254,7 +254,8 @@ class Building:
         chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, user_scene.effects, laws, around)
         if self.hertz is None:
             return replace(chosen, amounts=self.amounts)
-        effects = chosen.effects.model_copy(update={"tangential_history": True})  # whose friction is a spring
+        # friction of this model is a tangential spring
+        effects = chosen.effects.model_copy(update={"tangential_history": True})
         lines = hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
         return replace(chosen, amounts=self.amounts, effects=effects, contact=lines)
 
@@ -274,7 +275,7 @@ class Building:
                 deep = expected(self.speed, c.mass_kg, pair.normal_stiffness_N_per_m)
                 if deep > PRESSED * thick:
                     least = f"stiffness_N_per_m {(self.speed / (PRESSED * thick)) ** 2 * c.mass_kg:.2g}"
-                    if self.hertz:  # the overlap goes with the moduli to the power of -2/5
+                    if self.hertz:  # the overlap scales with the modulus to the power -2/5
                         least = f"{(deep / (PRESSED * thick)) ** 2.5:.2g} times youngs_modulus_Pa of both"
                     found.append(
                         f"{c.name} at up to {self.speed:.2g} m/s may overlap wall {wall.name} by {1e3 * deep:.2g} mm, and the "
@@ -302,7 +303,7 @@ class Building:
             "liquid": self.liquid,
             "walls": tuple(
                 wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(
-                    update={"own_motion": motion, "feature_angle_deg": w.fold_deg}
+                    update={"motion_parameters": motion, "feature_angle_deg": w.fold_deg}
                 )
                 for s, w, motion in zip(self.surfaces, user_scene.walls, self.motions, strict=True)
             ),
@@ -352,7 +353,7 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", {**user_scene.model_dump(mode="json"), "origin_mm": made.origin_mm})
-    run_folder.remove(run_dir, "config.json")  # a screening case's, had one been built here before
+    run_folder.remove(run_dir, "config.json")  # left by a screening case that was built here before
     return scene
 
 
@@ -372,12 +373,12 @@ def _sphere_kg(spheres: Spheres, user_scene: Scene) -> float:
 
 def _sphere_class(kind: int, spheres: Spheres, user_scene: Scene, of_mass: int | None) -> typed.SphereClass:
     """Return the size class of an entry; `of_mass`: number of spheres computed from its mass."""
-    material = user_scene.materials[spheres.material]
+    material, given = user_scene.materials[spheres.material], spheres.insertion
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
         contact_angle_rad=math.radians(material.contact_angle_deg),
         count=of_mass or spheres.count or len(spheres.at_mm or ()),
-        fed=typed.Fed(**spheres.fed.model_dump(exclude_none=True, exclude={"unusual"})) if spheres.fed else None,
+        insertion=typed.Insertion(**given.model_dump(exclude_none=True, exclude={"unusual"})) if given else None,
     )  # fmt: skip
 
 
@@ -397,7 +398,7 @@ def _first_places(made: Building) -> pd.DataFrame:
         if entry.at_mm is not None:
             at = 1e-3 * np.array(entry.at_mm)
             tables.append(pd.DataFrame({"type": sphere.type, "x": at[:, 0], "y": at[:, 1], "z": at[:, 2]}))
-        elif entry.fed is None:
+        elif entry.insertion is None:
             regions[entry.box or entry.cylinder].append(sphere)
     for number, (shape, inside) in enumerate(regions.items()):
         tables.append(fill(inside, shape.region(), made.user_scene.seed + number))
@@ -448,4 +449,4 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
 
 
 def _some(spheres: int) -> str:
-    return f"{spheres} spheres" if spheres else "the ways of spheres that are fed"
+    return f"{spheres} spheres" if spheres else "the paths of spheres that are inserted"

@@ -24,6 +24,7 @@ from pywet.products.outlets import Outlet
 from pywet.products.size_classes import Sizes
 from pywet.products.until import Until
 from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
+from pywet.util.notices import notice
 
 WALLS = "walls"
 """Name that stands for all walls in a contact; walls are one material in the engine."""
@@ -125,7 +126,7 @@ class Cylinder(Excusable):
         )
 
 
-class Fed(Excusable):
+class Insertion(Excusable):
     """Insertion of spheres one after the other at random positions in their region, with their `velocity_m_per_s`.
 
     Until then they move on a straight path, without weight, from an initial position that follows from that
@@ -151,7 +152,7 @@ class Fed(Excusable):
     @model_validator(mode="after")
     def _has_pulses(self) -> Self:
         if (self.pulses is not None) != (self.profile == "pulsed"):
-            raise ValueError("fed or insertion: pulses with profile: pulsed, and only then")
+            raise ValueError("insertion: pulses with profile: pulsed, and only then")
         return self
 
 
@@ -179,12 +180,21 @@ class Spheres(Excusable):
     """Position of each sphere, in place of a region."""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
     """Velocity of the spheres at the start, or on insertion."""
-    fed: Fed | None = None
+    insertion: Insertion | None = None
     """Insertion during the run, together with the liquid; without it the spheres are present from the start."""
     percent: Percent | None = None
     """Mass of liquid over the mass of these spheres, in place of the scene's amount."""
     film_um: NonNegative | None = None
     """Thickness of the film on these spheres, in place of `percent`."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _former_key(cls, given: Any) -> Any:
+        """Accept `fed`, the former name of `insertion`, with a warning."""
+        if not isinstance(given, dict) or "fed" not in given:
+            return given
+        notice.warning("spheres: the key fed is now insertion; this version still accepts fed")
+        return {"insertion" if key == "fed" else key: value for key, value in given.items()}
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -196,8 +206,8 @@ class Spheres(Excusable):
                 f"spheres {self.name}: no count and no mass_g together with at_mm, which gives the number of spheres"
             )
         chosen(self, "percent", "film_um", needed=False)
-        if self.fed and (self.at_mm is not None or not any(self.velocity_m_per_s)):
-            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s together with fed")
+        if self.insertion and (self.at_mm is not None or not any(self.velocity_m_per_s)):
+            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s together with insertion")
         return self
 
     @property
@@ -218,7 +228,7 @@ class Feed(FeedAmount):
     """Cylinder in which spheres are placed at random, in place of `box`."""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
     """Velocity of the spheres at the start, or on insertion."""
-    insertion: Fed | None = None
+    insertion: Insertion | None = None
     """Interval in which it is inserted at a constant rate; required by `rate_t_per_h`. None: present from the start."""
 
     @model_validator(mode="after")
@@ -232,8 +242,8 @@ class Feed(FeedAmount):
 
     def spheres(self, folder: Path) -> tuple[tuple[Spheres, ...], Sizes]:
         """Return the entries of `spheres` that the feed becomes, and its sizes."""
-        keys = {k: k for k in ("material", "box", "cylinder", "velocity_m_per_s")} | {"insertion": "fed"}
-        common = {to: getattr(self, k) for k, to in keys.items() if getattr(self, k) is not None}
+        keys = ("material", "box", "cylinder", "velocity_m_per_s", "insertion")
+        common = {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
         found, sizes = entries(self.name, self, folder, self.insertion.for_s if self.insertion else None, common)
         return tuple(_made(Spheres, entry, f"feed {self.name}") for entry in found), sizes
 
@@ -374,8 +384,8 @@ class Scene(Excusable):
         used = sorted({*self._of_spheres} & self.materials.keys())
         pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
         wrong += [f"an entry in contacts with between: [{a}, {b}]" for a, b in pairs]
-        late = [s.name for s in self.spheres if s.fed and s.fed.end_s > self.duration_s]
-        wrong += [f"spheres {name} to be fed before the end, duration_s ({self.duration_s:g})" for name in late]
+        late = [s.name for s in self.spheres if s.insertion and s.insertion.end_s > self.duration_s]
+        wrong += [f"spheres {name} to be inserted before the end, duration_s ({self.duration_s:g})" for name in late]
         wet = [s.percent or s.film_um for s in self.spheres] + [f.moisture_percent for f in self.feed]
         if self.liquid is None and any(wet):
             wrong.append("the key liquid, as spheres have some")
@@ -391,12 +401,10 @@ class Scene(Excusable):
         found = []
         if not self.outlets and self.deck is None:
             found.append("until together with a deck or with outlets, by which spheres are counted")
-        given = [*(s.fed for s in self.spheres), *(f.insertion for f in self.feed)]
+        given = [*(s.insertion for s in self.spheres), *(f.insertion for f in self.feed)]
         inserted = [one for one in given if one]
         if not inserted:
-            found.append(
-                "until together with spheres that are inserted during the run (fed), or a feed with an insertion"
-            )
+            found.append("until together with spheres that are inserted during the run, or a feed with an insertion")
         ends = [one.end_s for one in inserted]
         if ends and min(ends) < self.duration_s * (1.0 - 1e-9):
             found.append(

@@ -47,7 +47,7 @@ def waiting(
         else:
             raise ConfigError(
                 f"spheres {entry.name}: {n} fit into their path, the next does not; expected fewer, a larger region, a longer "
-                "fed.for_s or a larger velocity_m_per_s",
+                "insertion.for_s or a larger velocity_m_per_s",
                 code="scene.crowded_feed",
                 key=f"spheres.{entry.name}",
                 given=n,
@@ -57,7 +57,7 @@ def waiting(
 
 def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
     """Refuse a region that is too small for a sphere, and paths that are too long to be checked."""
-    if not sphere.fed:
+    if not sphere.insertion:
         return
     refuse_beyond_memory(sphere.count, f"spheres {entry.name}", "expected a smaller count or mass_g")
     region = (entry.box or entry.cylinder).region()  # type: ignore[union-attr]
@@ -71,7 +71,7 @@ def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
             given=least,
             expected=2.0 * sphere.radius_m,
         )
-    way = (sphere.fed.from_s + sphere.fed.for_s) * math.hypot(*entry.velocity_m_per_s)
+    way = (sphere.insertion.from_s + sphere.insertion.for_s) * math.hypot(*entry.velocity_m_per_s)
     if sphere.count * way / (2.0 * sphere.radius_m) > MOST_PLACES:
         raise ConfigError(
             f"spheres {entry.name}: {sphere.count} of them come {way:.3g} m until the last enters, expected at most "
@@ -97,7 +97,7 @@ def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, F
 
 def times(sphere: SphereClass) -> list[float]:
     """Return the times [s] at which the spheres of a class enter; empty if the class is not inserted during the run."""
-    return [sphere.fed.at(k, sphere.count) for k in range(sphere.count)] if sphere.fed else []
+    return [sphere.insertion.at(k, sphere.count) for k in range(sphere.count)] if sphere.insertion else []
 
 
 def _inside(shape: Any, radius: float, random: np.random.Generator) -> Floats:

@@ -363,7 +363,7 @@ class Wall(Excusable):
         key = chosen(self, *MOTIONS, needed=False)
         return MOTIONS[key] if key else "fixed"
 
-    def own_motion(self, corners: Floats) -> EngineMotion | None:
+    def motion_parameters(self, corners: Floats) -> EngineMotion | None:
         """Convert the wall's motion to SI units; `corners` (n, 3) as it is at the start [m]."""
         way = self.vibrates or self.turns or self.moves or self.removed
         return way.engine_motion(corners) if way else None

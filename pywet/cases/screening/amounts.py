@@ -52,7 +52,7 @@ def common_film_thickness(classes: Sequence[SphereClass], volume_m3: float) -> f
     if volume_m3 <= 0:
         return 0.0
     area = sum(c.count * 4.0 * math.pi * c.radius_m**2 for c in classes)
-    upper = volume_m3 / area  # as if flat: a sphere's film of this thickness holds more
+    upper = volume_m3 / area  # of a flat film; on a sphere the same thickness contains more liquid
     refuse_too_thin(upper, classes)
 
     def excess(share: float) -> float:

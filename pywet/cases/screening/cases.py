@@ -250,9 +250,9 @@ def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
 
 def mesh_of(config: Config, scale: Scale, surface: Surface) -> WallMesh:
     """Return the scene's description of a surface, with the contact angle of its reservoir's material."""
-    material = config.materials.walls[getattr(config.materials.wall_materials, surface.holder).material]
+    material = config.materials.walls[getattr(config.materials.wall_materials, surface.reservoir).material]
     angle = math.radians(material.contact_angle_deg.value)
-    if surface.holder != "wires":
+    if surface.reservoir != "wires":
         return wall_mesh(surface, angle)
     mesh, read = wall_mesh(surface, angle, prisms=scale.wires == "prism"), config.settings.readings.small_half_width
     widths = tuple(None if w is None else read(w, scale.wire_sides.value) for w in mesh.part_half_width_m)

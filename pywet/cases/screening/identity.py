@@ -41,12 +41,12 @@ def identity(config: Config, number: int, scale_name: str) -> str:
     scene = cases.assemble(config, case, scale, made, build_apparatus(spec))
     text = json.dumps([scene.model_dump(mode="json"), asdict(spec), _code()], sort_keys=True)
     for law in sorted(set(scene.effects.laws.values())):
-        if custom_laws.is_custom(law):  # what its file says counts, not where it lies
+        if custom_laws.is_custom(law):  # the content of the file counts, not its path
             text = text.replace(json.dumps(law), _text(law))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def told(config: Config, number: int, scale_name: str, preset: str | None = None) -> str:
+def fingerprint_or_reason(config: Config, number: int, scale_name: str, preset: str | None = None) -> str:
     """Return the fingerprint of a case for the workflow, with another preset if given; the reason if a case cannot be built."""
     try:
         return identity(config.with_preset(preset) if preset else config, number, scale_name)

@@ -19,7 +19,7 @@ from pywet.runs.summary import general
 from pywet.scene import EngineScene
 from pywet.util.files import write_json, write_table
 
-WALL_HOLDERS = {
+WALL_RESERVOIRS = {
     "wires": ("wires",),
     "side_wall": ("side_wall",),
     "feed_bin": ("feed_bin", "slide"),
@@ -104,7 +104,7 @@ def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
 def wall_liquid(run: RunDir) -> pd.DataFrame:
     """Return the liquid on walls [m3] at each output, films and share of active bridges; one column per WALL_HOLDERS."""
     return run.on_walls(
-        {reservoir: name for name, reservoirs in WALL_HOLDERS.items() for reservoir in reservoirs}, "holder"
+        {reservoir: name for name, reservoirs in WALL_RESERVOIRS.items() for reservoir in reservoirs}, "holder"
     )
 
 
@@ -123,12 +123,12 @@ def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
         frame[f"{prefix}_m3"] = (line.liquid * place).sum(axis=1)
         for kind in scene.classes:
             frame[column(prefix, kind.name, "_m3")] = (line.liquid * place)[:, line.types == kind.type].sum(axis=1)
-    used = {wall.holder for wall in scene.walls}
-    for name, reservoirs in WALL_HOLDERS.items():
+    used = {wall.reservoir for wall in scene.walls}
+    for name, reservoirs in WALL_RESERVOIRS.items():
         if used & set(reservoirs):
             frame[f"{name}_m3"] = walls[name].to_numpy()
     frame["left_m3"] = run.ledger_at("left")
-    places = ["coarse_material_m3", "fines_m3", "left_m3", *(f"{n}_m3" for n in WALL_HOLDERS if f"{n}_m3" in frame)]
+    places = ["coarse_material_m3", "fines_m3", "left_m3", *(f"{n}_m3" for n in WALL_RESERVOIRS if f"{n}_m3" in frame)]
     frame["total_m3"] = frame[places].sum(axis=1)
     frame["standing_bridges_m3"] = run.ledger_at("bridges")
     frame["initial_m3"] = line.initial_film.sum()
@@ -144,7 +144,7 @@ def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Ch
     start = run.timeline
     initial = float(start.initial_film.sum())
     liquid_mass = initial * (run.scene.liquid.density_kg_per_m3 if run.scene.liquid else 0.0)
-    # Between two passages Y may creep up by liquid drawn back out of the bin: at most 0.1 % of the liquid is allowed for.
+    # Between two passages Y may increase by liquid drawn back out of the bin: at most 0.1 % of the liquid is accepted.
     limit = 1e-12 + 1e-3 * liquid_mass / (float(start.mass.sum()) + liquid_mass)
     error = float((liquid["total_m3"] - initial).abs().max()) / initial if initial > 0 else 0.0
     return [

@@ -39,7 +39,7 @@ class Agreement:
 
 def agreement(replay: dict[str, Any]) -> list[Agreement]:
     """Rows of the agreement table from the content of replay.json."""
-    numbers = ("largest", "median", "tolerance")  # a file may hold them as text that can be read as numbers
+    numbers = ("largest", "median", "tolerance")  # a file may contain numbers as text
     return [
         Agreement(name, str(row["scale"]), int(row["count"]), *(float(row[number]) for number in numbers))
         for name, row in replay["quantities"].items()

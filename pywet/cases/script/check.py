@@ -170,7 +170,7 @@ def _pair(f: Facts, scene: EngineScene, hertz: Hertz | None, of: dict[int, int],
         normal, side = f.material("kn", of[a], of[b]), f.material("kt", of[a], of[b])
     elif hertz is not None:
         normal, side = hertz.springs(scene.classes, ContactPair.model_construct(a=a, b=b))
-        side = normal if f.normal_model == "hooke" else side  # the engine's own rule
+        side = normal if f.normal_model == "hooke" else side  # rule of the engine
     if normal is None or side is None:
         return None
     return ContactPair.model_construct(

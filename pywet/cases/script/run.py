@@ -66,7 +66,7 @@ def run(path: Path, words: list[str], say: Callable[[str], None], engine: str = 
         folder.collect(log, found.line.windows)
     if status:
         tables = f"; tables until then are in {log}" if there else ""
-        if status == REFUSED:  # the sentence is printed
+        if status == REFUSED:  # its message is printed
             raise SystemExit(1)
         raise EngineError(
             f"the engine ended with {status} on {path}, see its last lines{tables}; expected a script that runs",
@@ -86,7 +86,7 @@ REFUSED = 3
 def _engine(found: Found, path: Path, words: list[str], say: Callable[[str], None], engine: str) -> int:
     """The engine's process: read the script, return its exit status."""
     for stop in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(stop, signal.SIG_DFL)  # in the engine no Python answers
+        signal.signal(stop, signal.SIG_DFL)  # inside the engine there is no Python to answer
     libc = C.CDLL(None)
     libc.setvbuf(C.c_void_p.in_dll(libc, "stdout"), None, LINE_BUFFERED, 0)
     host = HOSTS[engine](words)

@@ -46,7 +46,7 @@ def commands(path: Path, depth: int = 0, variables: Variables | None = None) -> 
     for row in re.sub(r"&[ \t]*\n", " ", text).splitlines():
         try:
             words = shlex.split(row, comments=True)
-        except ValueError:  # a quote that is not closed: the engine says so
+        except ValueError:  # an unclosed quote: the engine reports it
             words = row.split("#")[0].split()
         if variables:
             words = variables.filled(words)

@@ -93,7 +93,7 @@ def _pull(
     )
     bodies = [moving] if wall else [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), moving]
     step = (far - start) / speed / STEPS
-    dry = contacts(len(radii), 1.0, friction=0.0, restitution=0.5)  # some contact: bodies that are driven feel none
+    dry = contacts(len(radii), 1.0, friction=0.0, restitution=0.5)  # any contact law: driven bodies ignore it
     laws = {
         "capillary": capillary,
         "rupture": rupture,
@@ -121,7 +121,7 @@ def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:
             code="bridge.short_life",
         )
     gaps, values = log["separation"].to_numpy(), log[column].to_numpy()
-    apart = gaps > 0.0  # overlapping bodies have the values of touching ones
+    apart = gaps > 0.0  # overlapping bodies have the forces of touching ones
     spline = CubicSpline([0.0, *gaps[apart]], [values[~apart][-1], *values[apart]])
     reach = gaps[-1] + (gaps[-1] - gaps[-2])
     return [float(spline(max(s, 0.0))) if s <= reach else None for s in query.separations_m]

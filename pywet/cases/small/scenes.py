@@ -235,9 +235,9 @@ def _ledger(run_dir: Path) -> pd.Series:
     return read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
 
 
-def _share(ledger: pd.Series, holder: str) -> float:
+def _share(ledger: pd.Series, reservoir: str) -> float:
     """Return the share of the liquid in a reservoir; 0 without liquid."""
-    return float(ledger[holder] / ledger["initial"]) if ledger["initial"] > 0 else 0.0
+    return float(ledger[reservoir] / ledger["initial"]) if ledger["initial"] > 0 else 0.0
 
 
 def _run(

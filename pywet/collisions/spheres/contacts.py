@@ -158,7 +158,7 @@ def resolve(s: Any, w: Any) -> None:
         if w.rest[p] and not still:
             release(w, p)
         elif still and not w.rest[p] and w.lam[p] >= 0.0 and w.geometry[k][H] <= s.h_min * (1.0 + 1e-9):
-            w.rest[p] = True  # touching without speed: the forces decide, below
+            w.rest[p] = True  # touching at zero velocity: the forces decide, below
             if s.polar:
                 w.y[place(s, k) + 2] = 0.0
         if not w.rest[p]:

@@ -111,7 +111,7 @@ def resting_forces(y: Any, dy: Any, s: Any, w: Any, lam: Any) -> float:
             k = w.geometry[slots[a]]
             matrix[a, b] = shared(s, p, w.act[slots[a]]) * (x * k[COS] + z * k[SIN])
         matrix[b, b] *= 1.0 + 1e-12  # redundant contacts of a dense cluster share the load
-    if not math.isfinite(matrix.sum() + wanted.sum()):  # a trial stage far off: its step is refused
+    if not math.isfinite(matrix.sum() + wanted.sum()):  # a trial stage far from the solution: its step is rejected
         dy[:] = math.nan
         return math.nan
     force = np.linalg.solve(matrix, wanted)

@@ -58,7 +58,7 @@ def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[fl
         x = k / SAMPLES
         v = cubic(a, da, b, db, x)
         if v > slack and (before <= slack or v > before):
-            if k == 1 and a > -slack:  # starts on the level: begin where it is deepest below
+            if k == 1 and a > -slack:  # starts at the threshold: begin at the minimum below it
                 best = 0.0
                 for o in range(1, 16):
                     if cubic(a, da, b, db, o / (16.0 * SAMPLES)) < min(best, 0.0):

@@ -43,7 +43,7 @@ def apply(kind: int, p: int, s: Any, w: Any) -> None:
         w.y[place(s, w.slot[p])] = math.log(s.h_min)
     elif kind == RELEASE:
         contacts.release(w, p)
-        w.lam[p] = -1.0  # and does not close again at once, see `resolve`
+        w.lam[p] = -1.0  # and does not close again immediately, see `resolve`
 
 
 @compiled
@@ -149,7 +149,7 @@ def advance(limit: float, s: Any, w: Any) -> tuple[int, int]:
         w.now.step = min(0.9 * dt, next_length(error, dt, w))
     stiff = w.now.stiffness
     kind, p, low, high = first_event(dt, s, w)
-    if low < 0.0 and dt > SHORTEST:  # a bounce that the cubic does not show is somewhere in this step
+    if low < 0.0 and dt > SHORTEST:  # a bounce within this step that the cubic interpolant misses
         w.now.step = 0.1 * dt
         return -3, -1
     low = max(low, 0.0)
@@ -157,7 +157,7 @@ def advance(limit: float, s: Any, w: Any) -> tuple[int, int]:
     if kind >= 0:
         taken, real = locate(dt, kind, p, low, high, s, w)
         kind = kind if real else -1
-        for _ in range(20):  # another pair may have been there before
+        for _ in range(20):  # another pair may have bounced earlier
             other, q, low, high = first_event(taken, s, w)
             if other < 0 or (other == kind and q == p):
                 break

@@ -68,7 +68,7 @@ def _run_phase(
         forces.rates(phase, y, p, change)
         return change
 
-    # implicit methods and LSODA start badly on δ^{1/4}: the first step is given, and none may leap over a whole phase
+    # implicit methods and LSODA start badly on δ^{1/4}: the first step is prescribed, and no step may skip a phase
     options: dict[str, Any] = {"method": method, "rtol": max(rtol, 2.3e-14), "atol": atol, "first_step": 1e-4 * scale}
     events = [ending(lambda t, y, n=n: forces.events(phase, y, p)[n], 1.0) for n in range(3)]  # type: ignore[misc]
     options |= {"events": events, "dense_output": True}

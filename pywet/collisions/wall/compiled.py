@@ -61,7 +61,7 @@ def first_event(
     if phase == BRIDGE and which > PASSAGE:
         end = np.empty(SIZE)
         stages(phase, state, at * step, p, k, end)
-        length = forces.rupture(end[H], 0.0, p)  # √Ca has gone: shorter than at any velocity before
+        length = forces.rupture(end[H], 0.0, p)  # without √Ca it is shorter than at any velocity before
         if length >= 0.0 and before[0] < 0.0:
             return PASSAGE, at * locate(PASSAGE, phase, state, at * step, p, k, before[0], length)
     return which, at

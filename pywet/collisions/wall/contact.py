@@ -20,7 +20,7 @@ def damping_constant(restitution: float) -> float:
     """
     if restitution <= 0.0:
         return math.sqrt(5.0)
-    log = math.log(restitution)  # as digests have it: steps of an adaptive integrator follow the last bit
+    log = math.log(restitution)  # as in stored digests: the steps of an adaptive integrator depend on the last bit
     return -math.sqrt(5.0) * log / math.hypot(log, math.pi)
 
 

@@ -93,7 +93,7 @@ def outcome(problem: Problem, p: Parameters, first: np.ndarray, raw: Course, rto
     end, in_bridge = raw.state, raw.log[-1][1] == BRIDGE
     stuck = raw.log[-1][2] != 1
     volume = float(forces.bridge_volume(end[H], p)) if in_bridge else None
-    length = float(end[H]) - (0.0 if p.other.rupture_from else p.layer)  # from where it is counted
+    length = float(end[H]) - (0.0 if p.other.rupture_from else p.layer)  # measured from the film or from the wall
     spin = problem.omega_rad_per_s + (end[W] - first[W]) * p.mass / problem.mass / p.radius
     return {
         "e_n": 0.0 if stuck else max(0.0, float(end[U])) / p.speed,

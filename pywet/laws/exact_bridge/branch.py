@@ -201,7 +201,7 @@ def trace(y0: Floats, c: Case, stop: float) -> tuple[int, Floats]:
                 return FOLD, points[:count]
             if c.symmetric:
                 return ASYMMETRY, points[:count]
-            # The step had jumped to another branch: go on from the last stable point in finer steps.
+            # The step has jumped to another branch: continue from the last stable point with smaller steps.
             if size < 1e-7:
                 return LOST, points[:count]
             size = 0.02 * size

@@ -30,7 +30,7 @@ def neck_position(y: Floats, c: Case) -> float:
     """Return the arc length of the narrowest section; that of the narrower contact line if there is no minimum between."""
     h, t = y[CURVATURE], y[LENGTH]
     w0, w1, w2, _ = start(y, c)
-    # a meridian that meets a body beyond its equator widens before it narrows
+    # a meridian that meets a body beyond its equator first widens, then narrows
     at = np.argmin(np.array([square(k * t / LOOKS, h, w0, w1, w2) for k in range(LOOKS + 1)]))
     low, high = max(at - 1, 0) * t / LOOKS, min(at + 1, LOOKS) * t / LOOKS
     if slope(low, h, w1, w2) < 0.0 and slope(high, h, w1, w2) > 0.0:

@@ -117,7 +117,7 @@ def balance_at(v_star: float, ti: float, tj: float) -> float:
     """Return q* of a volume, by bisection; nan if the bridge always breaks at the same body."""
     low, high = -SOLVED, 1.0 + SOLVED
     at_low, at_high = leans(low, v_star, ti, tj), leans(high, v_star, ti, tj)
-    while at_low == 0.0 and low < -0.01:  # no such bridge in so deep a hollow
+    while at_low == 0.0 and low < -0.01:  # no bridge exists in so deep a cavity
         low *= 0.5
         at_low = leans(low, v_star, ti, tj)
     while at_high == 0.0 and high > 1.01:
@@ -167,7 +167,7 @@ def fill(q: float, v_star: float, ti: float, tj: float, u: Floats, ratio: Floats
     last = end[GAP]
     of_i, other = parts(end, c)
     m = 1
-    for n in range(u.size - 1, -1, -1):  # from touching to rupture
+    for n in range(u.size - 1, -1, -1):  # from contact to rupture
         gap = last * (1.0 - u[n] * u[n])
         while m < points.shape[0] - 1 and points[m, GAP] < gap:
             m += 1

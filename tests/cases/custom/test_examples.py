@@ -25,11 +25,11 @@ def test_hopper_keeps_all_until_its_gate_is_drawn(tmp_path: Path) -> None:
     run = pywet.run(pywet.Scene(**{**dict(scene), "walls": walls, "duration_s": 0.1}), tmp_path)
     lowest = run.trajectory.groupby("time")["z"].min()
     assert lowest[lowest.index < 0.02].min() > -0.5e-3
-    assert lowest.iloc[-1] < -0.02  # on the way to the tray, whose floor is at -35 mm
+    assert lowest.iloc[-1] < -0.02  # falling to the tray, whose floor is at -35 mm
     names = [f"wall_{name}_m3" for name in ("hopper", "bin", "gate", "tray")]
     total = run.liquid[["spheres_beads_m3", *names]].sum(axis=1)
     assert np.abs(total / total[0] - 1).max() < 1e-12
-    assert run.liquid["wall_gate_m3"].iloc[-1] > 0  # it takes along what it has
+    assert run.liquid["wall_gate_m3"].iloc[-1] > 0  # the gate carries its film along
 
 
 def test_drum_lifts_its_bed(tmp_path: Path) -> None:
@@ -79,4 +79,4 @@ def test_repose_leaves_a_heap_when_its_tube_is_lifted(tmp_path: Path) -> None:
     run = pywet.run(pywet.Scene(**{**dict(scene), "walls": walls, "duration_s": 0.16}), tmp_path)
     away = np.hypot(run.trajectory["x"], run.trajectory["y"]).groupby(run.trajectory["time"]).max()
     assert away[away.index < 0.05].max() < 0.0125 - 0.0015 + 1e-4
-    assert away.iloc[-1] > 0.0112  # it kept centres within 11 mm
+    assert away.iloc[-1] > 0.0112  # while closed it restricts centres to 11 mm

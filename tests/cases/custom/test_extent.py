@@ -96,7 +96,7 @@ def test_margin_for_thrown_spheres(v: Any, speed: float, gravity: Any, duration:
     below, above = extent.thrown(speed, gravity, duration)
     for t in np.linspace(0.0, duration, 50):
         way = start * t + 0.5 * np.array(gravity) * t * t
-        if way @ np.array(gravity) <= 0.0:  # not lower than it began
+        if way @ np.array(gravity) <= 0.0:  # not lower than the start
             assert (way >= -below * (1 + 1e-9) - 1e-12).all() and (way <= above * (1 + 1e-9) + 1e-12).all()
 
 

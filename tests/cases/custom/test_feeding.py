@@ -20,17 +20,17 @@ from tests.error_codes import raises_code
 INLET = {"low_mm": (-10, -10, 20), "high_mm": (10, 10, 26)}
 
 
-def fed(**changes: Any) -> dict[str, Any]:
+def inserted(**changes: Any) -> dict[str, Any]:
     entry = {
-        "name": "fed", "material": "glass", "diameter_mm": 3, "count": 12, "box": INLET, "velocity_m_per_s": (0, 0, -0.2),
-        "fed": {"from_s": 0.01, "for_s": 0.06}, **changes,
+        "name": "beads", "material": "glass", "diameter_mm": 3, "count": 12, "box": INLET, "velocity_m_per_s": (0, 0, -0.2),
+        "insertion": {"from_s": 0.01, "for_s": 0.06}, **changes,
     }  # fmt: skip
     return beads(duration_s=0.1, spheres=[entry])
 
 
 def test_a_sphere_waits_as_far_back_as_it_has_to_come() -> None:
     """At its time it is in the region; centres keep more than touch."""
-    made = Building(pywet.Scene(**fed()))
+    made = Building(pywet.Scene(**inserted()))
     table, times = made.spheres, 0.01 + 0.06 * (np.arange(12) + 0.5) / 12
     assert np.array(made.scene().enters(table["type"])) == pytest.approx(times / made.time_step, abs=0.51)
     at = table[[*"xyz"]].to_numpy() + times[:, None] * table[["vx", "vy", "vz"]].to_numpy()
@@ -42,16 +42,16 @@ def test_a_sphere_waits_as_far_back_as_it_has_to_come() -> None:
 @pytest.mark.parametrize(
     ("entry", "walls", "code", "says"),
     [
-        ({"velocity_m_per_s": (0, 0, 0)}, [], "config.inconsistent", "velocity_m_per_s together with fed"),
-        ({"fed": {"for_s": 0.2}}, [], "config.inconsistent", "to be fed before the end"),
+        ({"velocity_m_per_s": (0, 0, 0)}, [], "config.inconsistent", "velocity_m_per_s together with insertion"),
+        ({"insertion": {"for_s": 0.2}}, [], "config.inconsistent", "to be inserted before the end"),
         (
-            {"fed": {"for_s": 0.05, "pulses": 2}},
+            {"insertion": {"for_s": 0.05, "pulses": 2}},
             [],
             "config.inconsistent",
             "pulses with profile: pulsed, and only then",
         ),
         (
-            {"fed": {"for_s": 0.05, "profile": "pulsed"}},
+            {"insertion": {"for_s": 0.05, "profile": "pulsed"}},
             [],
             "config.inconsistent",
             "pulses with profile: pulsed, and only then",
@@ -69,14 +69,14 @@ def test_a_feed_that_cannot_be_is_refused(
     entry: dict[str, Any], walls: list[dict[str, Any]], code: str, says: str
 ) -> None:
     with raises_code(code, says=says):
-        _ = Building(pywet.Scene(**{**fed(**entry), "walls": walls})).spheres
+        _ = Building(pywet.Scene(**{**inserted(**entry), "walls": walls})).spheres
 
 
 @pytest.mark.engine
 def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
     """Straight on until then, free fall after: z - z0 = v t - g (t - t_enters)^2/2."""
     floor = {"name": "floor", "block": {"low_mm": (-20, -20, -70), "high_mm": (20, 20, -65)}}  # not reached
-    scene = pywet.Scene(**{**fed(), "time_step": {"time_step_s": 2e-5}, "walls": [floor]})
+    scene = pywet.Scene(**{**inserted(), "time_step": {"time_step_s": 2e-5}, "walls": [floor]})
     run = pywet.run(scene, tmp_path)
     table = run.trajectory.sort_values(["step", "id"])
     first = table[table["step"] == 0]
@@ -95,7 +95,7 @@ def test_a_deck_with_feed_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     """Add a film to the inserted liquid for each sphere that enters; the replay disagrees if it is given other times."""
     scene = example(
         "slotted_deck",
-        {"fed": {"from_s": 0.0, "for_s": 0.05, "profile": "pulsed", "pulses": 2}},
+        {"insertion": {"from_s": 0.0, "for_s": 0.05, "profile": "pulsed", "pulses": 2}},
         Path(__file__).parent,
         duration_s=0.07,
     )
@@ -110,7 +110,7 @@ def test_a_deck_with_feed_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     copy = Path(shutil.copytree(tmp_path / "deck", tmp_path / "other"))
     reported = json.loads((copy / "scene.json").read_text())
     for c in reported["classes"]:
-        c["fed"]["from_s"] += 0.01
+        c["insertion"]["from_s"] += 0.01
     (copy / "scene.json").write_text(json.dumps(reported))
     wrong = {name for name, q in (pywet.replay(copy) or {})["quantities"].items() if not q["ok"]}
     assert {"newton_force", "ledger", "energy_gravity", "results_liquid_by_wall"} <= wrong
@@ -119,8 +119,8 @@ def test_a_deck_with_feed_counts_liquid_as_it_comes(tmp_path: Path) -> None:
 @pytest.mark.parametrize("profile", ["constant", "ramp", "pulsed"])
 def test_rates_over_time(profile: str) -> None:
     """Part that has entered by t of 4 s: t/4, (t/4)^2, and by halves in the first quarter of every two seconds."""
-    fed = typed.Fed(from_s=1.0, for_s=4.0, profile=profile, pulses=2, pulse_share=0.25)
-    at = np.array([fed.at(k, 4000) for k in range(4000)]) - 1.0
+    insertion = typed.Insertion(from_s=1.0, for_s=4.0, profile=profile, pulses=2, pulse_share=0.25)
+    at = np.array([insertion.at(k, 4000) for k in range(4000)]) - 1.0
     come = [(at <= t).mean() for t in (0.25, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0)]
     want = {
         "constant": [1 / 16, 1 / 8, 1 / 4, 1 / 2, 5 / 8, 3 / 4, 1],
@@ -128,4 +128,4 @@ def test_rates_over_time(profile: str) -> None:
         "pulsed": [1 / 4, 1 / 2, 1 / 2, 1 / 2, 1, 1, 1],
     }
     assert come == pytest.approx(want[profile], abs=5e-4)
-    assert enter_times(fed.model_dump(), 4000) == pytest.approx(at + 1.0, rel=1e-14)
+    assert enter_times(insertion.model_dump(), 4000) == pytest.approx(at + 1.0, rel=1e-14)

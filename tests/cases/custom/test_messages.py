@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[3]
 BOX = {"low_mm": (0, 0, 0), "high_mm": (20, 20, 20)}
 BEADS = {"name": "beads", "material": "glass", "diameter_mm": 3, "count": 20, "box": BOX}
 BLOCK = {"name": "w", "block": {"low_mm": (-5, -5, -5), "high_mm": (30, 30, -1)}}
-FED = {**BEADS, "velocity_m_per_s": (0, 0, -0.3), "fed": {"for_s": 0.005}}
+INSERTED = {**BEADS, "velocity_m_per_s": (0, 0, -0.3), "insertion": {"for_s": 0.005}}
 FAULTY: dict[str, dict[str, Any]] = {
     "too many for their box": {"spheres": [{**BEADS, "count": 2000}]},
     "too many for their cylinder": {"spheres": [{**BEADS, "box": None, "cylinder": {"diameter_mm": 4, "height_mm": 9}}]},
@@ -37,9 +37,9 @@ FAULTY: dict[str, dict[str, Any]] = {
     "a stiffness that is none": {"materials": {"glass": {"density_kg_per_m3": 2500, "stiffness_N_per_m": 1e-9}}},
     "a density of air": {"materials": {"glass": {"density_kg_per_m3": 1e-3}}},
     "a duration below a step": {"duration_s": 1e-9},
-    "too many to feed": {"spheres": [{**FED, "count": 3000}]},
-    "fed from a narrow region": {"spheres": [{**FED, "diameter_mm": 40}]},
-    "fed after the end": {"spheres": [{**FED, "fed": {"from_s": 9.0, "for_s": 1.0}}]},
+    "too many to feed": {"spheres": [{**INSERTED, "count": 3000}]},
+    "inserted from a narrow region": {"spheres": [{**INSERTED, "diameter_mm": 40}]},
+    "inserted after the end": {"spheres": [{**INSERTED, "insertion": {"from_s": 9.0, "for_s": 1.0}}]},
     "no law of this name": {"laws": {"capillary": "rabinovitch"}, "liquid": {"percent": 1}},
     "an effect of no name": {"effects": {"gravitation": "on"}},
     "a bridge without liquid": {"effects": {"bridges": "on"}},

@@ -22,7 +22,7 @@ def cup(name: str, x: float, **motion: Any) -> dict[str, Any]:
 
 
 @pytest.mark.engine
-def test_every_wall_moves_in_its_own_way(tmp_path: Path) -> None:
+def test_every_wall_has_its_motion(tmp_path: Path) -> None:
     """Two vibrations, two walls that move at different times (one across a checkpoint), two that turn, and beads in all cups."""
     walls = [
         cup("tossed", 0, vibrates=TOSS),
@@ -51,8 +51,8 @@ def test_every_wall_moves_in_its_own_way(tmp_path: Path) -> None:
     for name, way in ways.items():
         rows = moved[moved["mesh"] == name]
         want = np.array([way(step * dt) for step in rows["step"]])
-        # the engine moves walls by whole steps: at most one and a half of them at the top speed
+        # the engine moves walls in whole steps: the error is at most one and a half steps at the highest speed
         assert np.abs(rows[["dx", "dy", "dz"]].to_numpy() - want).max() < 1.5 * fastest[name] * dt
     last = run.trajectory[run.trajectory["step"] == run.trajectory["step"].max()]
     lowest = last.groupby((last["x"] + 0.02) // 0.04)["z"].min()
-    assert lowest[2] > 0.0015 + 0.0024 - 2e-4  # above the floor of the cup that was lifted by 2.4 mm
+    assert lowest[2] > 0.0015 + 0.0024 - 2e-4  # above the floor of the cup, which has risen by 2.4 mm

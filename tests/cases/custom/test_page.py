@@ -16,9 +16,9 @@ import pywet
 from pywet.cases.custom.building import Building
 from pywet.cases.custom.walls import MOTIONS, SHAPES
 from pywet.runs.loaded import Run
-from pywet.scene import Holder, Vibration
+from pywet.scene import Reservoir, Vibration
 from pywet.scene_stages import read_scene
-from pywet.schema import HOLDERS, TABLES, meanings
+from pywet.schema import RESERVOIRS, TABLES, meanings
 from tests.cases.custom.conftest import EXAMPLES, beads
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -64,7 +64,7 @@ def test_the_yaml_of_the_page(tmp_path: Path) -> None:
     made = Building(read_scene(tmp_path / "scene.yaml"))
     assert [c.count for c in made.classes] == [11, 10]
     assert made.thickness[1] == pytest.approx(20e-6)
-    assert isinstance(made.scene().walls[0].own_motion, Vibration)
+    assert isinstance(made.scene().walls[0].motion_parameters, Vibration)
 
 
 def test_the_feed_of_the_page() -> None:
@@ -88,7 +88,7 @@ def test_every_scene_of_the_gallery_is_there() -> None:
 
 
 def test_every_reservoir_is_explained() -> None:
-    assert set(HOLDERS) == set(get_args(Holder))
+    assert set(RESERVOIRS) == set(get_args(Reservoir))
 
 
 def test_shapes_and_motions_are_those_of_the_source() -> None:

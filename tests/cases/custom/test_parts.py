@@ -112,7 +112,7 @@ def test_a_convex_edge_gives_one_bridge_while_a_sphere_rolls_over_it(folder: Pat
     assert run.bridges.groupby(["step", "i"]).size().max() == 1
     events = run.events[run.events["i"] == 1]
     assert events["kind"].tolist() == [0, 1, 0] and events["j"].iloc[0] == events["j"].iloc[1] != events["j"].iloc[2]
-    assert events["separation"].iloc[1] > 3e-4  # its foot stayed at the edge
+    assert events["separation"].iloc[1] > 3e-4  # the wall end of the bridge stayed at the edge
     rests = run.trajectory[run.trajectory["id"] == 2]
     assert np.abs(rests["x"] + 2e-4).max() < 1e-6
     assert run.replay["quantities"]["formation_missed"]["count"] > 10
@@ -163,7 +163,7 @@ def test_positions_are_moved_to_an_origin_and_back(
     assert read_table(tmp_path / "far" / "spheres.parquet")["x"].iloc[0] == pytest.approx(3.49e-3, abs=1e-12)
     at_start = run.trajectory.iloc[0]
     assert at_start["x"] == pytest.approx(1000.00349, abs=1e-9) and at_start["y"] == pytest.approx(3.49e-3)
-    bridge = run.bridges[run.bridges["xj_z"] < 1e-4].iloc[0]  # the one at the floor
+    bridge = run.bridges[run.bridges["xj_z"] < 1e-4].iloc[0]  # the bridge at the floor
     assert bridge["xi_x"] == pytest.approx(1000.00349, abs=1e-6) and bridge["xj_x"] == pytest.approx(
         bridge["xi_x"], abs=1e-9
     )
@@ -198,7 +198,7 @@ def test_plant_coordinates_are_moved_to_an_origin(folder: Path) -> None:
                           [(1.0, 0, 5)]))  # fmt: skip
     np.testing.assert_allclose(made.surfaces[0].corners, near.surfaces[0].corners, atol=1e-9)
     assert made.scene().box_low_m == pytest.approx(near.scene().box_low_m, abs=1e-9)
-    assert made.scene().walls[0].own_motion == near.scene().walls[0].own_motion
+    assert made.scene().walls[0].motion_parameters == near.scene().walls[0].motion_parameters
     assert made.spheres["x"].tolist() == [0.001]
 
 

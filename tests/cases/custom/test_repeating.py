@@ -79,7 +79,7 @@ def test_a_strip_has_no_sides_and_repeats_where_its_apertures_do() -> None:
             "wall rod moves along y",
         ),
         (
-            {"spheres": [{**ONE, "at_mm": None, "count": 2, "velocity_m_per_s": (0, 9, -1), "fed": {"for_s": 0.005},
+            {"spheres": [{**ONE, "at_mm": None, "count": 2, "velocity_m_per_s": (0, 9, -1), "insertion": {"for_s": 0.005},
                           "box": {"low_mm": (0, -9, 5), "high_mm": (20, 9, 20)}}]},
             "scene.periodic",
             "beads at -.* outside",
@@ -124,7 +124,7 @@ def test_two_spheres_across_a_face_are_those_in_the_middle(tmp_path: Path) -> No
     """Two spheres meet over a wire, touch it and each other, and part, in the middle of the strip and at its face: the same
     events at the same steps, the same volumes and paths up to round-off; the replay, which `run` asks, agrees."""
     deck = {**DECK, "inclination_deg": 0, "width_mm": 42, "stroke": {"amplitude_mm": 0.5, "frequency_Hz": 40}}
-    face = 1e3 * float(np.float32(0.021))  # as walls have it
+    face = 1e3 * float(np.float32(0.021))  # in single precision, as wall coordinates
     ends = {"left": (-1.1, 0.1), "right": (1.1, -0.1)}
     spheres = [
         {**ONE, "name": name, "diameter_mm": 2, "at_mm": [(30.3, y, 2.2), (30.3, y - math.copysign(face, y), 2.2)],

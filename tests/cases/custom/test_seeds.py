@@ -50,7 +50,7 @@ def test_the_page_combines_the_seeds(folder: Path) -> None:
     for column in ("spheres_beads_m3", "wall_cup_m3"):
         values = [1e9 * float(end[column]) for end in ends]
         shares = [100.0 * float(end[column] / end["initial_m3"]) for end in ends]
-        assert len(set(values)) == SEEDS  # of different packings
+        assert len(set(values)) == SEEDS  # each seed has a different packing
         name = column.removesuffix("_m3").replace("_", " ")
         assert f">{name}</td><td>{with_interval(values, 4)}</td><td>{with_interval(shares, 3)} %</td>" in text
     formed, active = (
@@ -73,7 +73,7 @@ def test_few_curves_of_liquid_add_up(folder: Path, monkeypatch: pytest.MonkeyPat
     runs = [pywet.load(folder)]
     (data,) = re.findall(r'<script type="application/json">(.*?)</script>', page._liquid(runs))
     curves = {line["label"]: line["y"] for line in json.loads(data)}
-    assert list(curves) == ["2 others"]  # spheres and cup
+    assert list(curves) == ["2 others"]  # bridges on spheres and on the cup
     assert curves["2 others"][-1] == pytest.approx(1e9 * runs[0].liquid["total_m3"].iloc[-1], rel=1e-12)
 
 

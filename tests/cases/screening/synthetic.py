@@ -36,7 +36,7 @@ def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Eng
     walls = tuple(
         WallMesh(
             name=mesh,
-            holder=mesh,
+            reservoir=mesh,
             stl=Path(f"stl/{mesh}.stl"),
             contact_angle_rad=1.3,
             motion="fixed" if mesh == "collecting_bin" else "vibrates",
@@ -135,7 +135,7 @@ def _liquid(history: Path) -> None:
     write_table(
         pd.DataFrame([(200, 4, 0.5 * UNIT)], columns=["step", "triangle", "film"]), history / "wall_films.parquet"
     )
-    # four formations and two ruptures after the last window of contacts; only their numbers are told
+    # four formations and two ruptures after the last window of contacts; only their numbers are used
     events = np.zeros(6, dtype=RAW["events"])
     events["step"], events["kind"] = range(161, 167), (0, 0, 0, 0, 1, 1)
     events["i"], events["j"] = (1, 1, 1, 2, 1, 2), (2, 3, 0, 3, 2, 3)

@@ -77,7 +77,7 @@ def test_film_holds_the_liquid(number: int, scale: str) -> None:
     assert liquid is not None
     h = liquid.initial_film_thickness_m
     held = sum(c.count * 4 / 3 * math.pi * (3 * c.radius_m**2 * h + 3 * c.radius_m * h**2 + h**3) for c in made.classes)
-    # brentq closes to round-off of the thickness; 1e-12 leaves three digits for the sums
+    # brentq finds the thickness to round-off; 1e-12 allows for round-off of the sums
     assert held * liquid.density_kg_per_m3 == pytest.approx(0.01 * percent * mass(made.classes), rel=1e-12)
 
 
@@ -119,7 +119,7 @@ def test_collision_time_is_half_a_damped_period() -> None:
     assert step_choice.of_collisions([pair], [sphere], 0.05) == pytest.approx(0.05 * expected, rel=0.01)
     assert step_choice.of_collisions([pair], [sphere], 0.05) <= 0.05 * expected
     assert step_choice.of_collisions([pair], [sphere], 0.05, 1.0) == pytest.approx(0.05 * m_eff / drag / 10, rel=0.01)
-    # a class without spheres meets none, however stiff its contacts are
+    # a class without spheres has no collisions, whatever its stiffness
     none = sphere.model_copy(update={"type": 2, "count": 0})
     stiff = [
         pair.model_copy(update={"a": a, "b": b, "normal_stiffness_N_per_m": 1e6}) for a, b in ((2, 0), (1, 2), (2, 2))
@@ -181,7 +181,7 @@ def test_walls_of_the_run(built: tuple[Path, EngineScene]) -> None:
     assert wires["half_width"].tolist() == pytest.approx([1e-3] * len(wires))
     kinds = parts[["half_width", "contact_angle", "part_class"]].drop_duplicates()  # one class for each width and angle
     assert len(kinds) == kinds["part_class"].nunique() == len(kinds.drop(columns="part_class").drop_duplicates())
-    angles = {w.holder: math.degrees(w.contact_angle_rad) for w in scene.walls}
+    angles = {w.reservoir: math.degrees(w.contact_angle_rad) for w in scene.walls}
     assert {h for h, a in angles.items() if a == pytest.approx(50)} == {"feed_bin", "slide"}
     assert all(a == pytest.approx(45) for h, a in angles.items() if h not in ("feed_bin", "slide"))
 
@@ -191,7 +191,7 @@ def test_slide_opens_on_a_steadily_moving_screen(built: tuple[Path, EngineScene]
     assert scene.slide is not None and scene.vibration is not None
     assert scene.slide.opens_at_s * scene.vibration.frequency_Hz >= 10
     drawn = scene.slide.velocity_m_per_s[0] * scene.slide.travel_s
-    assert drawn > 0.05  # out of a sieve 50 mm wide
+    assert drawn > 0.05  # farther than the width of the sieve, 50 mm
     assert scene.slide.opens_at_s + scene.slide.travel_s < scene.duration_s
 
 

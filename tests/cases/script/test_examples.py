@@ -71,7 +71,7 @@ def test_the_replay_agrees(tmp_path: Path, name: str) -> None:
     weighed = name in WEIGHED
     assert any(sentence.startswith("gravity and Newton") for sentence in found["not_checked"]) == (not weighed)
     assert (found["quantities"]["between_momentum"]["count"] > 20) == weighed
-    if name in ("mixer", "stream"):  # meshes that turn, spheres that come and go: files compared with the logs
+    if name in ("mixer", "stream"):  # scenes with rotating meshes and with spheres inserted and deleted
         stages.vtk(tmp_path / "a" / "wet")
         assert len(list((tmp_path / "a" / "wet" / "vtk").glob("walls_*.vtu"))) > 10
     if name == "mixer":  # a wrong gravity is found

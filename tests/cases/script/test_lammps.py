@@ -112,7 +112,7 @@ def test_bridges_reach_across_periodic_boundaries(tmp_path: Path) -> None:
     assert found["status"] == "agrees" and found["events"] > 300
     bridges, ledger = (pd.read_parquet(tmp_path / f"wet/history/{name}.parquet") for name in ("bridges", "ledger"))
     for axis in "xy":
-        assert (bridges[f"xj_{axis}"].abs() > 0.02).sum() > 10  # whose other end is a copy
+        assert (bridges[f"xj_{axis}"].abs() > 0.02).sum() > 10  # bridges across the periodic boundary
     assert np.abs((ledger["films"] + ledger["bridges"]) / ledger["initial"] - 1).max() < 1e-12
 
 

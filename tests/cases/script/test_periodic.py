@@ -114,7 +114,7 @@ def test_two_spheres_across_a_boundary_are_those_in_the_middle(tmp_path: Path) -
     for name, rows, least in (("events", events, 2), ("contacts", contacts, 300), ("bridges", bridges, 6)):
         one, *others = (rows[rows["i"] == 2 * k + 1].reset_index(drop=True) for k in range(len(MIDDLES)))
         assert len(one) >= least
-        # the other end of a bridge is that near the first one
+        # the second end is the periodic image nearest to the first
         assert name == "events" or (np.abs(rows["xi_x"] - rows["xj_x"]) < 3 * R).all()
         for other in others:
             assert other["step"].tolist() == one["step"].tolist()
@@ -152,7 +152,7 @@ def test_a_sheared_bed_is_replayed_and_the_same_half_a_box_further_and_on_two_ra
     assert len(events) > 200 and (events["partner_kind"] == 1).sum() > 30 and (events["kind"] == 1).sum() > 20
     assert np.abs(held / ledger["initial"] - 1).max() < 1e-12
     bridges = table(log, "bridges").query("partner_kind == 0")
-    assert (np.abs(bridges["xj_x"]) > SIDE / 2).sum() > 10  # whose other end is a copy
+    assert (np.abs(bridges["xj_x"]) > SIDE / 2).sum() > 10  # bridges across the periodic boundary
     assert agrees(log)
     others = {
         "half": wet_run(tmp_path / "half", bed(0.5), "run 2000\n", OF_BED, WALLS),

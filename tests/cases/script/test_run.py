@@ -122,9 +122,8 @@ def test_films_on_a_mesh_that_vibrates(tmp_path: Path) -> None:
     assert np.abs(total / ledger["initial"] - 1).max() < 1e-12
     z = 0.0005 * np.sin(2 * np.pi * poses["step"] * 1e-5 / 0.02)
     first = poses["step"] == poses["step"].min()
-    assert poses["shift_z"].to_numpy() == pytest.approx(
-        (z - z[first].iloc[0]).to_numpy(), abs=1.6e-6
-    )  # a step of its speed
+    # its displacement in one step
+    assert poses["shift_z"].to_numpy() == pytest.approx((z - z[first].iloc[0]).to_numpy(), abs=1.6e-6)
 
 
 def table(folder: Path, name: str) -> pd.DataFrame:

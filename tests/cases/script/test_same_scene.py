@@ -38,7 +38,7 @@ def script(scene: EngineScene, folder: Path) -> None:
         "#",
     )
     lines = [row for row in text.splitlines() if not row.startswith(plugin)]
-    # lists see twice the scene's skin, of which a script's films get half, so that they are made again at the same steps
+    # a script reserves half of the skin for films: with twice the skin neighbour lists are rebuilt at the same steps
     lines = [f"neighbor {2.0 * deck.skin(scene)!r} bin" if row.startswith("neighbor ") else row for row in lines]
     lines = [row for row in lines if not row.startswith(("dump", "variable        frame"))]
     lines = [row.replace("processors      ${columns} 1", "processors      * * 1") for row in lines]

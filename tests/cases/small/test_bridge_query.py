@@ -80,7 +80,7 @@ def test_values_are_those_of_the_laws_and_null_beyond_rupture(query: dict[str, A
             assert values[k] == (want if want is None else pytest.approx(want, rel=1e-12))
             nulls += want is None
         for name, values in found["viscous_normal_N"].items():
-            # separating bodies are pulled back: attraction is positive, the law's force along n negative
+            # the force on separating bodies is attractive: positive here, negative along n in the law
             want = -function("viscous_normal", name)(gap, VOLUME, ri, rj, SPEED, ETA) if gap <= limit else None
             assert values[k] == (want if want is None else pytest.approx(want, rel=1e-12))
             assert want is None or want > 0.0
@@ -209,7 +209,7 @@ def test_engine_gives_what_python_gives(runner: CliRunner) -> None:
     for name in ("pitois", "adams_perchard"):
         assert measured["viscous_normal_N"][name][:-1] == pytest.approx(python["viscous_normal_N"][name][:-1], rel=1e-5)
     for name, distance in measured["rupture_distance_m"].items():
-        # found at the first step beyond it
+        # detected at the first step beyond the distance
         step = 1.1 * max(*WALL["separations_m"], python["rupture_distance_m"][name]) / 4000
         assert 0.0 <= distance - python["rupture_distance_m"][name] < step
 

@@ -38,7 +38,7 @@ def bed(side: tuple[int, int, int], seed: int = 1) -> list[small.Sphere]:
         at = (np.array(cell) - 0.5 * (np.array(side) - 1.0) * [1, 1, 0]) * 2.15 * RADIUS
         at = at + [0, 0, 2.0 * RADIUS] + random.uniform(-0.05, 0.05, 3) * RADIUS
         if 0.012 - RADIUS * 1.1 < at[2] < 0.014 + RADIUS * 1.1 and abs(at[1]) < 0.2 * 0.03 + 1.1 * RADIUS:
-            continue  # where the plate is
+            continue  # no sphere inside the plate
         velocity = random.normal(0.0, 0.05, 3)
         spheres.append(small.Sphere(1 + int(random.integers(2)), tuple(at), tuple(velocity)))
     return spheres
@@ -98,7 +98,7 @@ def table(run_dir: Path, name: str) -> pd.DataFrame:
     return pd.read_parquet(run_dir / f"{name}.parquet")
 
 
-def standing(run_dir: Path) -> pd.DataFrame:
+def active_bridges(run_dir: Path) -> pd.DataFrame:
     """Return the active bridges at each output."""
     return table(run_dir, "history/bridges")[["step", "partner_kind", "i", "j"]]
 

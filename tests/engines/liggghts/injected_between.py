@@ -147,9 +147,8 @@ ON_RANKS: dict[str, tuple[str, str]] = {
 def prepare(folder: Path, kind: str) -> list[small.Sphere]:
     """Prepare the fixture scene with the shipped windows: with explicit or semi-implicit drag, or wires; or a small wet bed."""
     if kind == DRIPPING:
-        beds.prepare(
-            folder, beds.bed((2, 2, 4)), 900, effects=DRIPS, liquid=SOAPY
-        )  # 8 spheres, all of which are sampled
+        # so few spheres that all are sampled
+        beds.prepare(folder, beds.bed((2, 2, 4)), 900, effects=DRIPS, liquid=SOAPY)
         return []
     more: dict[str, Any] = {"viscous_integration": "semi_implicit"} if kind == SEMI else {}
     bodies = fixture_scene.prepare(folder, **more, prisms=("screen",) if kind == WIRES else ())

@@ -94,12 +94,12 @@ def pump(folder: Path) -> list[small.Sphere]:
         corners = 1.2e-3 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) + [x, 0.0]
         plates.append(make_surface(name, "wall", plate(corners, -4e-3, 0.0)))
     up = ((0.0, 0.0, swing), period)
-    high, off = radius + swing + 1e-5, 4e-4  # off the edge between the two triangles of a plate
+    high, off = radius + swing + 1e-5, 4e-4  # away from the edge between the two triangles of a plate
     bodies = [small.Sphere(1, (x + off, -off, high), driven=True, wiggle=up) for x in (-0.01, 0.01)]
     small.prepare(
         folder, spheres_of(radius), bodies, contacts(1, stiffness=1e4), liquid=water(3e-5), effects=small.PAPER,
         walls=plates, wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=15000,
-        output=Output(interval_s=1e-4, contact_windows=0),  # so often that it is known where a sphere was
+        output=Output(interval_s=1e-4, contact_windows=0),  # dense enough in time to follow a sphere
     )  # fmt: skip
     return bodies
 

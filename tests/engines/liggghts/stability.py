@@ -46,7 +46,7 @@ def is_stable(run_dir: Path, viscosity: float, step: float, how: str, bridges_ev
     _, bodies = pressed_pair(run_dir, viscosity, step, how, bridges_every)
     try:
         small.run(run_dir, bodies, allow_unstable=True)
-    except Exception as error:  # a guard that stops the run
+    except Exception as error:  # a run-time check that stops the run
         if "step" not in str(error):
             raise
         return False

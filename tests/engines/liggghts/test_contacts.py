@@ -61,7 +61,7 @@ def test_random_pairs(tmp_path: Path) -> None:
     same_bits(tmp_path / "stock", tmp_path / "batched")
     springs = beds.table(tmp_path / "batched", "history/window_pair_springs")
     first, last = (len(springs[springs["step"] == springs["step"].agg(end)]) for end in ("min", "max"))
-    assert first > 300 and last < first  # some have parted
+    assert first > 300 and last < first  # some pairs have separated
 
 
 @pytest.mark.parametrize("ranks", [pytest.param(1, marks=pytest.mark.slow), 2])
@@ -74,7 +74,7 @@ def test_moist_bed(tmp_path: Path, ranks: int) -> None:
     spheres = beds.bed((9, 9, 7))
     for way in WAYS:
         scene = beds.prepare(tmp_path / way, spheres, 1000, checkpoints=2)
-        quiet = scene.output.model_copy(update={"energy": False})  # works at walls are added up in another order
+        quiet = scene.output.model_copy(update={"energy": False})  # energy terms at walls are summed in another order
         written = scene.model_copy(update={"contacts": way, "output": quiet}).model_dump_json()
         (tmp_path / way / "scene.json").write_text(written)
         small.run(tmp_path / way, spheres, ranks)
@@ -93,4 +93,4 @@ def test_without_an_effect(tmp_path: Path, effect: str) -> None:
     assert in_batches(tmp_path / "batched") == (effect == "rolling")
     same_bits(tmp_path / "stock", tmp_path / "batched")
     last = beds.table(tmp_path / "batched", "trajectory").query("step == 1500")
-    assert (last[["wx", "wy", "wz"]].abs() > 1.0).any(axis=1).sum() >= 10  # of 32 have rubbed
+    assert (last[["wx", "wy", "wz"]].abs() > 1.0).any(axis=1).sum() >= 10  # of 32 rotate because of friction

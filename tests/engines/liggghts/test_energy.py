@@ -43,7 +43,7 @@ def test_budget_of_a_bed_closes(tmp_path: Path) -> None:
     turnover = energy[WORKS].abs().sum(axis=1).iloc[-1]
     assert (gap_of(energy) - energy["half_kick"]).abs().max() < 1e-12 * turnover
     assert (energy[WORKS[:-1]].iloc[-1].abs() > 1e-9).all() and energy["drive"].abs().max() == 0.0
-    assert energy["viscous_normal"].is_monotonic_decreasing  # a drag only takes
+    assert energy["viscous_normal"].is_monotonic_decreasing  # drag only dissipates
 
 
 def held_together(run_dir: Path, step: float, bridges_every: int = 1) -> pd.DataFrame:

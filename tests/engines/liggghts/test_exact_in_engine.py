@@ -87,11 +87,11 @@ def pull(run_dir: Path, name: str) -> pd.DataFrame:
         box=0.16,
     )
     held = run_dir / "history" / "spheres.parquet"
-    write_table(pd.read_parquet(held).assign(film=films.ravel()), held)  # a film of its own on each sphere
+    write_table(pd.read_parquet(held).assign(film=films.ravel()), held)  # a different film on each sphere
     small.run(run_dir, bodies)
     log = pd.read_parquet(run_dir / "history" / "contacts.parquet")
     index = log["i"] - 1 if floor else (log[["i", "j"]].min(axis=1) - 1) // 2
-    assert np.abs(log["volume"] / volumes[index] - 1).max() < 1e-9  # the films that were asked for
+    assert np.abs(log["volume"] / volumes[index] - 1).max() < 1e-9  # bridge volumes follow from these films
     other = math.inf if floor else np.array(RADII)[kinds[index, 1]]
     return log.assign(bridge=index, radius_i=np.array(RADII)[kinds[index, 0]], radius_j=other)
 
@@ -101,7 +101,7 @@ def test_capillary_force_is_within_a_thousandth_of_the_direct_solution(
     tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One logged step of each bridge; the error is measured in the exact force of touching bodies."""
-    # who keeps the liquid after rupture plays no part, and the tables of 210 pairs of sizes would take minutes
+    # sharing after rupture is irrelevant here, and tables of 210 pairs of sizes would take minutes
     monkeypatch.setitem(registry.TRANSFER, "parabola", lambda *_, **__: np.full(V_STAR_GRID.shape, 0.5))
     count, angles = SCENES[name]
     rad = [math.radians(a) for a in angles]
@@ -117,7 +117,7 @@ def test_capillary_force_is_within_a_thousandth_of_the_direct_solution(
         errors.append(abs(row.capillary - exact.force(sigma)) / touching.force(sigma))
         shares.append(row.separation / row.rupture_distance)
     assert max(errors) <= 1e-3, f"{name}: worst {max(errors):.1e}, median {np.median(errors):.1e}"
-    # the thousand spans touch to rupture, and V* over orders of magnitude
+    # the thousand records cover separations from touch to rupture, and several orders of magnitude of V*
     assert min(shares) < 0.03 and max(shares) > 0.97
     effective = 2 / (1 / rows["radius_i"] + 1 / rows["radius_j"])
     v_star = rows["volume"] / effective**3

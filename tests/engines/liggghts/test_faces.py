@@ -93,7 +93,7 @@ def test_paths_over_edges_and_corners(tmp_path: Path, sides: int, motion: str, e
     if effect != "tangential_history":
         springs = beds.table(tmp_path / "planes", "history/window_wall_springs")
         met = springs.groupby("i")["triangle"].nunique()
-        assert len(met) >= 40 and (met >= 2).sum() >= 4  # spheres; those on several triangles
+        assert len(met) >= 40 and (met >= 2).sum() >= 4  # spheres at the wall, and those on several triangles
 
 
 def test_bed_in_a_cup(tmp_path: Path) -> None:

@@ -74,7 +74,7 @@ def test_an_elastic_impact_is_that_of_hertz(tmp_path: Path, wall: bool) -> None:
         off.append([abs(-low / depth - 1.0), abs(end / lasts - 1.0), abs(speed[-1] / SPEED - 1.0)])
     errors = np.array(off)
     assert errors[1].max() < 1e-4 and errors[1, 2] < 1e-6
-    assert (errors[3, :2] < errors[1, :2] / 12.0).all()  # second order: a sixteenth for a quarter of the step
+    assert (errors[3, :2] < errors[1, :2] / 12.0).all()  # second order: 1/16 of the error with 1/4 of the step
 
 
 @pytest.mark.parametrize("wall", [False, True])
@@ -106,7 +106,7 @@ def test_no_slip_stiffness_and_coulombs_limit(tmp_path: Path) -> None:
     stiffness = float(np.polyfit(way[small_way], force[small_way], 1)[0])
     pair = next(p for p in contacts() if (p.a, p.b) == (1, 2))
     normal = 4.0 / 3.0 * HERTZ.moduli(pair)[0] * radius * depth
-    turned = normal / (R + 2e-3 - depth)  # the line of centres turns, and the normal force with it
+    turned = normal / (R + 2e-3 - depth)  # the normal force rotates with the line of centres
     assert stiffness + turned == pytest.approx(8.0 * effective_shear_modulus(SOFT, HARD) * radius, rel=1e-4)
     apart = math.hypot(R + 2e-3 - depth, way[-1])
     tilted = R + 2e-3 - apart

@@ -90,7 +90,7 @@ def test_a_thousand_cycles_lose_nothing(tmp_path: Path, wall: bool) -> None:
     held = ledger["films"] + ledger["bridges"] + ledger["walls"]
     assert ledger["formations"].iloc[-1] >= cycles and ledger["ruptures"].iloc[-1] >= cycles - 1
     assert (held / ledger["initial"] - 1.0).abs().max() < 1e-12
-    if not wall:  # equal twins: each side gets back what it gave
+    if not wall:  # equal bodies: each gets back the liquid that it gave
         films = beds.table(tmp_path, "history/films")
         first = films.query("step == 0")["film"].iloc[0] + 0.5 * ledger["bridges"].iloc[0]
         last = films[films["step"] == films["step"].max()]["film"] + 0.5 * ledger["bridges"].iloc[-1]
@@ -118,11 +118,10 @@ def test_bridge_goes_over_an_edge_without_a_kick(tmp_path: Path) -> None:
     )  # fmt: skip
     small.run(tmp_path, bodies)
     log = beds.table(tmp_path, "history/contacts")
-    assert (
-        log.groupby("step").size().max() == 1
-    )  # one at a convex edge: none with the face beyond while the foot is there
+    # one bridge at a convex edge: none with the second face while the wall end is at the edge
+    assert log.groupby("step").size().max() == 1
     past = log[log["xi_x"] > 0.0]
-    assert len(past) > 500 and past["xj_x"].abs().max() < 1e-12  # its foot stays at the edge
+    assert len(past) > 500 and past["xj_x"].abs().max() < 1e-12  # the wall end of the bridge stays at the edge
     way = speed * math.hypot(1.0, 0.5) * step
     for _, one in log.groupby("j"):
         one = one.sort_values("step")
@@ -189,6 +188,6 @@ def test_bridge_comes_off_a_flat_crossing(tmp_path: Path) -> None:
     events = beds.table(tmp_path, "history/events")
     formed = events[events["kind"] == 0]
     assert formed["step"].tolist()[0] == 0 and formed["j"].nunique() == 2
-    left = 8e-4 / 0.05 / 2e-5  # half a side of 1 mm from the wire's middle, 0.3 mm before which it began
+    left = 8e-4 / 0.05 / 2e-5  # from 0.3 mm before the wire's middle to half a side (0.5 mm) after it
     assert formed["step"].iloc[1] == pytest.approx(left, abs=2)
     assert replay(tmp_path)["ok"]

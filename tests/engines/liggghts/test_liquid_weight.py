@@ -57,7 +57,7 @@ def test_inertia_of_the_liquid(tmp_path: Path) -> None:
     step = 1e-6
     effects = BARE.model_copy(update={"viscous_normal": None, "viscous_tangential": None})
     period = 2.0 * math.pi * math.sqrt((DRY_MASS + 998.2 * FILM) / K)
-    sphere = small.Sphere(1, (0.0, 0.0, R - 1e-5))  # falls back and forth about its place of rest, never leaves
+    sphere = small.Sphere(1, (0.0, 0.0, R - 1e-5))  # oscillates about its equilibrium without losing contact
     small.prepare(
         tmp_path, spheres_of(R), [sphere], contacts(1, 1.0, K), effects=effects, liquid=WATER, walls=[small.floor()],
         time_step_s=step, steps=round(2.5 * period / step), gravity=(0.0, 0.0, -1000.0), log_every_step=False,

@@ -14,7 +14,7 @@ from pywet.cases.small import small
 from pywet.engines.liggghts import deck
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
-from pywet.scene import EngineScene, Fed
+from pywet.scene import EngineScene, Insertion
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
@@ -58,7 +58,7 @@ def test_same_bed(one_rank: Path, tmp_path: Path, ranks: int) -> None:
     assert beds.apart(one_rank, other).max() < 1e-9 * beds.RADIUS
     contacts_log, same_log = (beds.table(p, "history/contacts") for p in (one_rank, other))
     assert len(contacts_log) == len(same_log) > 0
-    if ranks <= 4:  # eight share more columns than the bed is wide
+    if ranks <= 4:  # eight ranks divide the box into more columns than the bed covers
         balanced_in_x_and_y(other, ranks)
     holds_what_is_near(one_rank, other, ranks)
 
@@ -103,7 +103,7 @@ def test_spheres_that_enter_on_two_ranks(tmp_path: Path) -> None:
         run_dir = tmp_path / str(ranks)
         scene = beds.prepare(run_dir, spheres, steps)
         inserted = scene.classes[1].model_copy(
-            update={"count": count, "fed": Fed(from_s=0.0, for_s=0.8 * steps * beds.STEP)}
+            update={"count": count, "insertion": Insertion(from_s=0.0, for_s=0.8 * steps * beds.STEP)}
         )
         scene = scene.model_copy(update={"classes": (scene.classes[0], inserted)})
         (run_dir / "scene.json").write_text(scene.model_dump_json())
@@ -172,7 +172,7 @@ def test_stretched_pair_crosses_a_boundary_and_comes_back(tmp_path: Path, monkey
     one, two = logs
     listed = 2 * R * 1.1 + deck.skin(None)  # type: ignore[arg-type]
     reach = one["separation"] + 2 * R
-    assert reach.max() > listed  # the neighbour list alone would have lost it
+    assert reach.max() > listed  # longer than the range of the neighbour list
     assert one["xi_x"].max() > 0 and one["xi_x"].iloc[-1] < 0 and (one["xi_x"] * one["xj_x"] < 0).sum() > 100
     force = [f"force_i_{axis}" for axis in "xyz"]
     size = np.abs(one[force].to_numpy()).max()

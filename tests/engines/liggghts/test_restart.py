@@ -97,16 +97,14 @@ def prepare(run_dir: Path, kind: str, **more: int) -> EngineScene:
 
 def kill_and_compare(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, ...]) -> None:
     """One run in one piece; for each of the steps one that is killed after its checkpoint there and goes on."""
-    more = (
-        {"steps": 6000, "checkpoints": 59} if kind == "dry" else {}
-    )  # a dry step is short: there must be time to kill
+    # a dry step is fast, and the run must last until it is killed
+    more = {"steps": 6000, "checkpoints": 59} if kind == "dry" else {}
     prepare(tmp_path / "whole", kind, **more)
     driver.run(tmp_path / "whole", ranks, progress=False)
     if kind != "dry":
         events = beds.table(tmp_path / "whole", "history/events")
-        ends = {"retired": {0, 1, 2}, "hertz": {0}}.get(
-            kind, {0, 1}
-        )  # soft spheres do not part again in so short a run
+        # soft spheres do not separate again in so short a run
+        ends = {"retired": {0, 1, 2}, "hertz": {0}}.get(kind, {0, 1})
         assert len(events) > 70 and set(events["kind"]) == ends and set(events["partner_kind"]) >= {0, 1}
         assert (len(beds.table(tmp_path / "whole", "history/drops")) > 20) == (kind == "drops")
     for step in moments:

@@ -99,7 +99,7 @@ def test_bridges_end_with_the_shares_of_a_rupture(moist: Path) -> None:
     assert (first == ended["step"]).all()
     half = ended[(ended["partner_kind"] == 0) & (ended["share_i"] == ended["share_j"])]
     assert (ended["share_i"] + ended["share_j"]).to_numpy() == pytest.approx(ended["volume"].to_numpy(), rel=1e-14)
-    assert len(half) < len(ended)  # by the transfer law, which depends on both radii, not half and half
+    assert len(half) < len(ended)  # the transfer law depends on both radii, so shares are unequal
     bridges = beds.table(moist, "history/bridges")
     late = bridges["i"].map(gone).fillna(1e9) <= bridges["step"]
     assert not late.any()
@@ -111,7 +111,7 @@ def test_the_replay_agrees(moist: Path) -> None:
     assert result["ok"], [name for name, q in result["quantities"].items() if not q["ok"]]
     rows, gone = result["quantities"], len(beds.table(moist, "history/retired"))
     assert all(rows[f"retired_{name}"]["count"] == gone for name in ("who", "place", "speed", "film"))
-    assert rows["newton_force"]["count"] < 2 * 19 * 95  # without those that were retired before a window
+    assert rows["newton_force"]["count"] < 2 * 19 * 95  # spheres retired before a window are excluded
 
 
 def test_who_stays_is_not_touched(tmp_path: Path) -> None:

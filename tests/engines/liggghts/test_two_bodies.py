@@ -80,7 +80,8 @@ def test_force_over_gap_is_the_law(tmp_path: Path, radii: tuple[float, float] | 
     assert len(log) > 100
     assert want["gap"].min() < 2e-6 and want["gap"].max() > 0.2 * R
     assert np.abs(log["capillary"] / want["capillary"] - 1.0).max() < ROUND_OFF
-    assert np.abs(log["viscous_normal"] / want["viscous"] - 1.0).max() < 1e-9  # v·n and S cancel digits
+    # v·n and S are differences of nearly equal numbers
+    assert np.abs(log["viscous_normal"] / want["viscous"] - 1.0).max() < 1e-9
     force = log[["force_i_x", "force_i_y", "force_i_z"]].to_numpy()
     assert (np.linalg.norm(force - want["force"], axis=1) / size).max() < ROUND_OFF
     torque = log[["torque_i_x", "torque_i_y", "torque_i_z"]].to_numpy()
@@ -105,7 +106,7 @@ def test_volume_and_rupture(tmp_path: Path, radii: tuple[float, float] | None) -
         events["speed"].iloc[1], WATER.viscosity_Pa_s, WATER.surface_tension_N_per_m
     )
     assert log["separation"].max() < limit <= events["separation"].iloc[1]
-    assert events["separation"].iloc[1] - limit < 0.06 * 2e-5  # one step at the speed of drawing
+    assert events["separation"].iloc[1] - limit < 0.06 * 2e-5  # the displacement in one step
     assert events["share_i"].iloc[1] + events["share_j"].iloc[1] == pytest.approx(volume, rel=ROUND_OFF)
 
 

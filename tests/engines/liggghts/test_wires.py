@@ -135,7 +135,7 @@ def test_one_contact_beside_an_edge(tmp_path: Path) -> None:
         at = states(tmp_path / name).xs(1, level="id")
         top = np.float32(2e-3 * np.sin(np.pi / 3))
         ratio[name] = (at["fz"] / (2e4 * (RADIUS - (at["z"] - top)))).to_numpy()
-    assert np.abs(ratio["prism"] - 1.0).max() < 1e-10  # of an overlap of a hundredth of the radius
+    assert np.abs(ratio["prism"] - 1.0).max() < 1e-10  # for an overlap of a hundredth of the radius
     assert ratio["mesh"].max() > 1.9
 
 

@@ -59,9 +59,8 @@ def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
         assert made.stiffness == CONFIG.scale(scale).stiffness_factor.value
         assert made.wire_sides == CONFIG.scale(scale).wire_sides.value
         windows, steps = knobs.log_windows(made.contact_log)
-        assert (
-            windows * steps == log.contact_windows * log.contact_window_steps
-        )  # as many steps: the study has them in a row
+        # the same number of steps, consecutive in the study
+        assert windows * steps == log.contact_windows * log.contact_window_steps
         assert CONFIG.settings.laws.preset == "paper" and made.capillary == "rabinovich"
         assert made.ranks == CONFIG.settings.ranks and made.bridges_every == step.bridges_every
     for parameter in KNOBS.values():
@@ -74,12 +73,12 @@ def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
     turned = Setting(0.1, 0.03, 16, "exact", 51, "3x10", 1, "semi_implicit", 4)
     scene = sieve.prepare(tmp_path, "moist", turned, sieve.SIZES["quick"], 10009, ROOT / "config")
     usual = sieve.prepare(tmp_path / "b", "moist", Setting(), sieve.SIZES["quick"], 10009, ROOT / "config")
-    # the step goes with the fraction and with one over the root of the springs
+    # the step is proportional to the fraction and to stiffness to the power -1/2
     assert scene.time_step_s / usual.time_step_s == pytest.approx(2.0 / np.sqrt(3.0), rel=0.01)
     assert scene.effects.capillary == scene.effects.rupture == scene.effects.transfer == "young_laplace"
     assert (scene.output.contact_windows, scene.output.contact_window_steps) == (3, 10)
     assert scene.transfer_nodes == 51 and scene.viscous_integration == "semi_implicit" and scene.bridges_every == 4
-    wires = [next(w for w in s.walls if w.holder == "wires") for s in (scene, usual)]
+    wires = [next(w for w in s.walls if w.reservoir == "wires") for s in (scene, usual)]
     assert len(wires[0].triangle_part) > 4 * len(wires[1].triangle_part)
 
 
@@ -124,7 +123,7 @@ def test_prices_are_ratios_within_a_round() -> None:
     assert found.loc[0.01, "ratio"] == 1.0 and found.loc[0.01, "low"] < 1.0 < found.loc[0.01, "high"]
 
 
-def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -> None:
+def test_of_random_numbers_one_study_in_a_hundred_reports_a_difference_of_the_defaults() -> None:
     """300 studies of nothing but noise: beyond `family` at most 1 % of them plus three standard errors (8 studies), beyond
     `limit`, which is each error's own 99 %, many more.
     """
@@ -230,7 +229,7 @@ def test_a_looser_accuracy_never_costs_more(moist: bool, scale: str) -> None:
         try:
             chosen = choice.choose(table, float(accuracy), moist)
         except PywetError:
-            assert reached == 0  # once something is good enough, something always is
+            assert reached == 0  # an accuracy that is reachable stays reachable at a coarser one
             continue
         reached += 1
         assert chosen.price <= price and max(chosen.error.values()) <= accuracy

@@ -11,7 +11,7 @@ import pytest
 from pywet.collisions.wall import drag, wall
 from pywet.collisions.wall.problem import Readings
 from pywet.laws import registry, toroid
-from studies.buck2018 import engine, twin
+from studies.buck2018 import buck_impact, engine
 from tests.collisions.cases import problem
 
 GLASS, ALUMINA = "glass_1.74mm", "alumina_1.74mm"
@@ -64,7 +64,7 @@ def test_each_step_from_the_model_to_the_engine(tmp_path: Path) -> None:
     for name, reading in (("bridge_volume", "frozen"), ("rupture_from", "wall"), ("capillary", "film_and_bridge")):
         changed[name] = reading
         steps.append(wall.collide(case.model_copy(update={"readings": Readings.model_validate(changed)}))["e_n"])
-    steps += [twin.normal_coefficient(case), engine.impact(case, tmp_path).e_n]
+    steps += [buck_impact.normal_coefficient(case), engine.impact(case, tmp_path).e_n]
     assert steps[-1] == pytest.approx(steps[-2], abs=1e-3)
     assert steps[1] - steps[0] == pytest.approx(0.044, abs=1e-3)
     assert np.abs(np.diff(steps[1:])).max() < 0.01

@@ -145,7 +145,7 @@ def test_picture_of_both_engines_holds_their_difference() -> None:
     """Means 0.5 and 0.6, both of variance 0.02 over two runs: difference 0.1, two standard errors 2 sqrt(0.02/2 + 0.02/2)."""
     runs = {"time": [0.0, 1.0], LIGGGHTS: [[0.4, 0.4], [0.6, 0.6]], YADE: [[0.5, 0.5], [0.7, 0.7]]}
     top, low = pictures.retained(runs).axes
-    assert len(top.lines) == 6  # each run and the means
+    assert len(top.lines) == 6  # each run and the mean of each engine
     assert low.lines[-1].get_ydata() == pytest.approx([0.1, 0.1])
     band = np.asarray(low.collections[0].get_paths()[0].vertices)[:, 1]
     assert [band.min(), band.max()] == pytest.approx([-2 * math.sqrt(0.02), 2 * math.sqrt(0.02)])

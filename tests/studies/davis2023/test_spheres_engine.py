@@ -26,7 +26,8 @@ def test_three_spheres_as_in_the_model(tmp_path: Path, stokes: float, angle: flo
     exact = engine.model(stokes, angle, ca, 5.0)
     found = engine.in_engine(tmp_path, stokes, angle, ca, 5.0, 1e9)
     assert engine.error(found, exact) < 6e-3
-    assert np.abs(found.velocity[:, :, 2]).max() < 1e-9  # it stays in its plane, which is none of the engine's
+    # it stays in its plane, which is not a coordinate plane of the engine
+    assert np.abs(found.velocity[:, :, 2]).max() < 1e-9
     events = pd.read_parquet(tmp_path / "history" / "events.parquet")
     wanted = sum(e.kind in ("overlap", "separation") for e in exact.events)
     assert len(events) == wanted
@@ -51,4 +52,5 @@ def test_bridge_volume_gives_the_film_gap_back(tmp_path: Path) -> None:
     apart = events[events["kind"] == 1]
     assert apart["separation"].to_numpy() == pytest.approx(delta, rel=2e-3)  # one step late at most
     lost = davis.formation_sphere(1e-10, 1e-3, 1e-3) / 1e-10
-    assert lost == pytest.approx(1.0 / 16.0, rel=0.01)  # of its film for each bridge; the paper's films lose nothing
+    # share of its film for each bridge; films in the paper lose no liquid
+    assert lost == pytest.approx(1.0 / 16.0, rel=0.01)

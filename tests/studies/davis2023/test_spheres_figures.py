@@ -16,7 +16,7 @@ def test_plane_holds_single_collisions() -> None:
     angles, stokes = np.array([30.0, 45.0]), np.array([2.0, 12.0])
     found = maps.plane(angles, stokes)
     one = run(three_equal_spheres(12.0, theta12_deg=30.0, t_end=maps.window(30.0)))
-    assert found.e12[1, 0] == wet_restitution(one, (0, 1)) == pytest.approx(0.168, abs=5e-4)  # printed, Fig. 11
+    assert found.e12[1, 0] == wet_restitution(one, (0, 1)) == pytest.approx(0.168, abs=5e-4)  # as printed in Fig. 11
     assert found.outcome.tolist() == [[0, 2], [4, 4]]  # FA, reverse Newton's cradle (Fig. 14); FS
     assert found.slow.tolist() == [[False, True], [False, False]]
 

@@ -72,14 +72,14 @@ def test_the_plan_is_right(name: str, left_out: set[str]) -> None:
     plan = next(c for c in judged if c.variant == variants.PLANNED)
     assert plan.harmless, plan.worst
     for quantity in plan.changes:
-        # the spread must not hide what it is to show: half of a quantity is never scatter
+        # a spread above half of a quantity would hide the effect
         assert quantity.spread < 0.5, quantity
     if name == "dry_glass":
         stock, idle = (runs[runs["variant"] == v].iloc[0] for v in (variants.EVERYTHING, variants.IDLE))
         for quantity in ("mean_height", "contacts_per_sphere"):
             assert stock[quantity] == idle[quantity]  # bit for bit: a plugin without liquid changes nothing
         assert not stock["plugin"] and stock["plugin_arrays_B"] == 0 and stock["shares"] is None
-        assert stock["peak_memory_B"] < 0.5 * idle["peak_memory_B"]  # 46 against 341 MB
+        assert stock["peak_memory_B"] < 0.5 * idle["peak_memory_B"]  # 46 and 341 MB
 
 
 @pytest.mark.parametrize("name", ["moist_pom", "wet_drum", "screening"])
@@ -125,7 +125,7 @@ def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
     properties = contact_model.property_matrices(bare)
     assert "coefficientRollingFriction" not in properties
     drag = float(properties["gammat_abs"].split()[0])
-    # half of what a dense packing bears at this step, with spin: c < 2/7 m_eff/(4 dt)
+    # half the stability limit of a dense packing with spin: c < 2/7 m_eff/(4 dt)
     assert drag == pytest.approx(0.5 * 2 / 7 * 0.5 * scene.classes[0].mass_kg / (4 * scene.time_step_s))
     assert set(contact_model.property_matrices(scene)["gammat_abs"].split()) == {"0.0"}
 
@@ -197,7 +197,7 @@ def test_what_is_stored_belongs_to_configuration_and_size(tmp_path: Path, monkey
     text = materials.read_text()
     materials.write_text(text.replace("viscosity_Pa_s: {value: ", "viscosity_Pa_s: {value: 2", 1))
     assert materials.read_text() != text
-    assert missing(1.0) == {"screening"}  # the one scene that is a case of the configuration
+    assert missing(1.0) == {"screening"}  # the only scene taken from the configuration
     assert missing(0.5) == {"screening", "collision"}
 
 

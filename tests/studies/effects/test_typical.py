@@ -13,8 +13,5 @@ def test_the_table_of_the_page_is_that_of_the_plans() -> None:
     rows = typical.rows()
     assert "\n".join(rows) == PAGE.split("<!-- typical -->\n")[1].split("\n<!-- end of typical -->")[0]
     (drag,) = [row for row in rows if "`viscous_normal`" in row]
-    assert [cell.strip().split(",")[0] for cell in drag.split("|")[2:5]] == [
-        "on",
-        "on",
-        "**off**",
-    ]  # nothing moves there
+    # without moving spheres
+    assert [cell.strip().split(",")[0] for cell in drag.split("|")[2:5]] == ["on", "on", "**off**"]

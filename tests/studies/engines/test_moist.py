@@ -26,7 +26,7 @@ def test_the_table_has_both_means_and_the_interval_of_their_difference() -> None
     assert line.startswith("| 2 | 2, 2 | 0.500, 0.600; **+0.100 ± 0.061** |")
     assert line.endswith("| 4.000, 4.000; +0.000 ± 0.000 |")
     assert mean.startswith("| all, mean difference | | **+0.100 ± 0.061** | +0.000 ± 0.000 |")
-    assert moist.lines(rows("YADE", 0.5))[2:] == []  # in one engine only
+    assert moist.lines(rows("YADE", 0.5))[2:] == []  # the rows are of one engine only
 
 
 def test_the_mean_over_cases_has_the_scatter_within_cases() -> None:

@@ -71,9 +71,8 @@ def test_a_sphere_is_wedged_when_it_moves_with_the_screen(
     shaken = Vibration(amplitude_m=(0.0, 0.0, 9e-4), phase_rad=(0.0, 0.0, 0.0), frequency_Hz=50.0)
     scene = RunDir(run).scene.model_copy(update={"vibration": shaken})
     write_json(run / "scene.json", scene.model_dump(mode="json"))
-    assert scene.time_step_s * 100 * 50.0 == pytest.approx(
-        0.5
-    )  # at the outputs the screen is in its middle, at its fastest
+    # at outputs the screen is at mid-stroke, at its highest speed
+    assert scene.time_step_s * 100 * 50.0 == pytest.approx(0.5)
     table, motion = RunDir(run).trajectory.astype({"vz": float}), RunDir(run).mesh_motion
     coarse = table["id"] == 1
     shift = table.loc[coarse, "step"].map(motion[motion["mesh"] == "wires"].set_index("step")["dz"]).to_numpy()
@@ -88,7 +87,7 @@ def test_a_sphere_is_wedged_when_it_moves_with_the_screen(
 FAKE = """
 import os, shutil, sys
 number, seed, out, config = sys.argv[1:8:2]
-os.rename(out, out + ".1")  # as a run does with one of another configuration: the log goes along
+os.rename(out, out + ".1")  # as a run does with an earlier one of another configuration, including its log
 if number == "1":
     sys.exit("case 1 cannot be run")
 shutil.copytree(sys.argv[0].replace("fake.py", "run/case02"), out, dirs_exist_ok=True)

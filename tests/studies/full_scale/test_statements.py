@@ -65,9 +65,8 @@ def test_a_single_run_has_the_spread_of_its_neighbour(tmp_path: Path) -> None:
     answer = judge(Statement(1, "", "", (4,), (above("", value - 0.1, at_5(4)),)), there)
     half = stats.t.ppf(0.975, 2) * spread
     assert half > 0.1 and answer.uncertainty == (pytest.approx(half),) and answer.verdict == OPEN
-    both = above(
-        "", 0.0, lambda c: at_5(7)(c) - at_5(4)(c)
-    )  # two runs of one neighbour: variances add, its seeds count once
+    # two uses of one case: variances add, its seeds count once
+    both = above("", 0.0, lambda c: at_5(7)(c) - at_5(4)(c))
     assert judge(Statement(1, "", "", (4, 7), (both,)), there).uncertainty == (pytest.approx(half * 2**0.5),)
     assert judge(Statement(1, "", "", (16,), (above("", 0.0, at_5(16)),)), there).uncertainty == (
         0.0,

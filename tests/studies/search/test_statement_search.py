@@ -79,9 +79,8 @@ def test_what_is_two_statements_behind_is_not_run_moist(tmp_path: Path) -> None:
         "sieve=190,film=triangle",
         "sieve=190,film=wall",
     }
-    assert (
-        found.runs == 6 * 2 + 2 * 2 + 2 * 2 * 2
-    )  # one seed of cases 1, 4 everywhere; the other, and moist ones, of two
+    # one seed of cases 1 and 4 for all combinations; the second seed and moist cases for two
+    assert found.runs == 6 * 2 + 2 * 2 + 2 * 2 * 2
 
 
 def test_no_more_runs_than_allowed(tmp_path: Path) -> None:
@@ -125,7 +124,7 @@ def test_each_combination_has_a_configuration(tmp_path: Path) -> None:
 @pytest.mark.engine
 def test_runs_of_a_search_are_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A dry case at the smoke scale, whose 1.4 s of screening judge no statement of 20 s; the second call runs nothing."""
-    monkeypatch.setattr(screening_runs, "calibrated", lambda _: MACHINE)  # predicted times are not asked here
+    monkeypatch.setattr(screening_runs, "calibrated", lambda _: MACHINE)  # predicted times are not tested here
     file = tmp_path / "search.yaml"
     turned = {"stroke": {"entry": "config.yaml: readings amplitude", "values": ["peak_to_peak"]}}
     file.write_text(yaml.safe_dump({**ASKED, "scale": "smoke", "statements": [1], "turned": turned, "seeds": 1}))

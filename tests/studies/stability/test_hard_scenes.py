@@ -26,10 +26,12 @@ def test_hard_scenes(name: str, tmp_path: Path) -> None:
     """Liquid to round-off (1e-12), energy within the order of the method or explained by the law, replay in agreement."""
     table = hard_scenes.judged(name, tmp_path / name)
     meant = table["expected"] == "stopped"
-    assert (table.loc[meant, "state"] == "stopped").all(), table[["case", "state", "said"]]
-    assert table.loc[~meant, "state"].isin(["stable", "law"]).all(), table[["case", "state", "said", "made", "replay"]]
+    assert (table.loc[meant, "state"] == "stopped").all(), table[["case", "state", "message"]]
+    assert table.loc[~meant, "state"].isin(["stable", "law"]).all(), table[
+        ["case", "state", "message", "made", "replay"]
+    ]
     assert (table.loc[~meant, "ledger"] < 1e-12).all() and (table.loc[~meant, "replay"] == "agrees").all()
-    assert (table.loc[meant, "said"].str.len() > 20).all()
+    assert (table.loc[meant, "message"].str.len() > 20).all()
 
 
 DRAWS = '''

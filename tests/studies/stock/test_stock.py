@@ -167,7 +167,7 @@ def test_easo_may_crash_at_a_primitive_wall(monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.setattr("studies.stock.liggghts.place", lambda name: tmp_path)
     points = table([(1e-6, V, WALL, 0.0, 0.0)])
     assert liggghts_force(points, "washino")["force"][0] == pytest.approx(rabinovich(1e-6, V, R / 2, 0.0), rel=1e-8)
-    # it reads beyond what is its own there: a run in five or so survives, and then with the force of a wall
+    # the model reads out of bounds: about one run in five survives, with the force at a wall
     with pytest.raises(PywetError, match="signal 11"):
         for _ in range(20):
             survived = liggghts_force(points, "easo")["force"][0]
@@ -177,7 +177,7 @@ def test_easo_may_crash_at_a_primitive_wall(monkeypatch: pytest.MonkeyPatch, tmp
 @needs_liggghts
 @pytest.mark.parametrize("model", ["washino", "easo"])
 def test_liggghts_bridge_has_the_volume_asked_for(model: str) -> None:
-    # both models rupture at (1 + angle/2) V^(1/3), which tells the volume inside the engine without its force
+    # both models rupture at (1 + angle/2) V^(1/3), so the rupture distance gives the volume in the engine
     edge = (1 + 0.5 * 0.5 * 0.6**2) * V ** (1 / 3)
     points = table([(edge * share, V, rj, 0.6, 0.6) for rj in RADII for share in np.linspace(0.99, 1.01, 21)])
     for _, rows in liggghts_force(points, model).groupby("radius_j"):

@@ -1,4 +1,4 @@
-// LAMMPS and YADE make their contacts themselves.
+// LAMMPS and YADE compute their contacts themselves.
 #include "engine.h"
 
 namespace pywet {

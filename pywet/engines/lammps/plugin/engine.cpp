@@ -1,6 +1,6 @@
-// What the plugin of engines/liggghts asks of its engine, answered by LAMMPS: walls fixed or turning, one process, no prisms.
-// All its other sources are compiled as they are. The program's package has no header of its fixes: the hook is its library's own
-// function.
+// Interface of the plugin in engines/liggghts to LAMMPS: walls fixed or rotating, one process, no analytic wires.
+// All other sources are compiled unchanged. The package has no header of LAMMPS' fixes: the hook is a function of its C
+// library.
 #include "engine.h"
 
 #include <cmath>
@@ -24,11 +24,11 @@
 
 namespace pywet {
 
-bool hook_script(const char *id, Callback callback);   // script.cpp; false where the script has no such line
+bool hook_script(const char *id, Callback callback);   // script.cpp; false if the script has no such line
 
 void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback) {
   if (hook_script(fix_external, callback)) return;
-  lammps_set_fix_external_callback(lmp, fix_external, callback, lmp);  // it takes no null pointer, and says nothing of one
+  lammps_set_fix_external_callback(lmp, fix_external, callback, lmp);  // a null pointer is not accepted, without an error message
 }
 
 MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp) { return lmp->world; }
@@ -42,7 +42,7 @@ void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &, bool presses) {
   lmp_ = lmp;
   LAMMPS_NS::Fix *integrate = lmp->modify->get_fix_by_id("integrate");
   if (const auto movers = lmp->modify->get_fix_by_style("^nve/sphere"); !integrate && !movers.empty())
-    integrate = movers[0];              // of a script of the user's own
+    integrate = movers[0];              // in a user's script
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate and none of style nve/sphere");
   if (presses) throw std::runtime_error("walls of prisms were given; expected none in LAMMPS");
   at.free_group = integrate->groupbit;
@@ -63,13 +63,13 @@ double Engine::said(const char *variable) const {
 
 int Engine::local(int id) const { return lmp_->atom->map(id); }
 
-void Engine::tell_ghosts() const {}  // one process asks for none: their spheres are here
+void Engine::tell_ghosts() const {}  // a single process needs none, since it owns all spheres
 
 void Engine::find_neighbours(Communicator &ranks) {
   for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
 }
 
-// For the engine all that a list holds beyond touch is skin; part of it is for films, which no way of the spheres may use up.
+// The engine treats everything a list covers beyond touch as skin; part of that is for films and must not be used up by displacements.
 void Engine::keep_skin() const {
   struct Lists : LAMMPS_NS::Neighbor {
     static double &trigger(LAMMPS_NS::Neighbor *lists) { return lists->*(&Lists::triggersq); }
@@ -110,7 +110,7 @@ static Turn turn_about(const Vec &axis, double angle) {
   return turn;
 }
 
-// A region's place is that of the present step once it is asked for one; the power of its contacts is not known (deck.py).
+// A region's position is updated when it is requested; the power of its contacts is not known (deck.py).
 double Engine::read_meshes(Walls &walls, const Communicator &, bool) const {
   struct Turning : LAMMPS_NS::Region {
     static const double *origin(const LAMMPS_NS::Region *r) { return r->*(&Turning::point); }
@@ -141,9 +141,9 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
   return pairs;
 }
 
-void Engine::shorten_lists() {}  // for the step's time alone
+void Engine::shorten_lists() {}  // would only save time
 
-void Engine::forget_springs() const {}  // its contacts do so
+void Engine::forget_springs() const {}  // done by its contacts
 
 Vec Engine::press(int, double, const Vec &, double, const Vec &, double *) const { return Vec(); }
 

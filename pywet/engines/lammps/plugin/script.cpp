@@ -1,4 +1,4 @@
-// The fix style `fix ID all pywet WORDS` for LAMMPS scripts of the user's own: what engines/liggghts/plugin/script.cpp is for LIGGGHTS.
+// Fix style `fix ID all pywet WORDS` for users' LAMMPS scripts: the counterpart of engines/liggghts/plugin/script.cpp.
 // One process; walls are regions or planes, which stay dry; no restart files.
 #include "script.h"
 
@@ -29,7 +29,7 @@ namespace {
 
 using namespace LAMMPS_NS;
 
-// What is asked where the line is read, before every run, and where the first one begins: a refusal ends the program there.
+// Call-back into Python when the line is read, before every run, and when the first run begins; an error there ends the program.
 typedef void (*Asked)(const char *when);
 
 Asked asked = nullptr;
@@ -86,16 +86,16 @@ class FixWet : public Fix {
   }
 
  private:
-  double **told_ = nullptr, **extra_ = nullptr;  // of each sphere, see script.h; not used, see plugin.cpp
+  double **told_ = nullptr, **extra_ = nullptr;  // values of each sphere, see script.h; unused, see plugin.cpp
   double sums_[ALL] = {};
-  int64_t summed_ = -1;                 // step of these
+  int64_t summed_ = -1;                 // step of these sums
 };
 
 FixWet *wet = nullptr;
 
 Fix *made(LAMMPS *lmp, int n, char **words) { return wet = new FixWet(lmp, n, words); }
 
-// Lengths along x, y, z [m], 0 where nothing repeats.
+// Periodic lengths along x, y, z [m], 0 if not periodic.
 std::string periodic_lengths() {
   const Domain &box = *lmp_of_script->domain;
   std::ostringstream out;
@@ -116,7 +116,7 @@ bool hook_script(const char *id, Callback callback) {
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
 
-// Makes the style known to the engine.
+// Registers the style with the engine.
 EXPORT void pywet_know_script(void *lmp, void (*ask)(const char *)) {
   using namespace pywet;
   lmp_of_script = static_cast<LAMMPS_NS::LAMMPS *>(lmp);
@@ -124,7 +124,7 @@ EXPORT void pywet_know_script(void *lmp, void (*ask)(const char *)) {
   (*lmp_of_script->modify->fix_map)["pywet"] = made;
 }
 
-// What the engine holds now, as JSON with the keys of the other engine's; names in it are words of its script.
+// Present state of the engine as JSON with the keys of the other engine; names are those of its script.
 EXPORT const char *pywet_script_state() {
   using namespace pywet;
   static std::string text;
@@ -168,7 +168,7 @@ EXPORT const char *pywet_script_state() {
   return text.c_str();
 }
 
-// Of all spheres, as many as the state says, in order of their numbers.
+// Values of all spheres, as many as the state declares, sorted by id.
 EXPORT void pywet_script_spheres(void *all) {
   const LAMMPS_NS::Atom &atom = *pywet::lmp_of_script->atom;
   std::vector<pywet::Newcomer> now(atom.nlocal);

@@ -14,7 +14,7 @@ void Booking::gather(const std::string &problem) {
   any = all > 0;
   at_walls_ = walls > 0;
   if (any && !ranks.alone()) {
-    // nobody else holds an end of an event whose spheres are all inside
+    // if all spheres of an event are inside the domain, no other rank holds an end of it
     const auto told = std::stable_partition(events.begin(), events.end(), [&](const Event &e) {
       return !engine.elsewhere(engine.local(e.i)) && (at_wall(e) || !engine.elsewhere(engine.local(e.j)));
     });
@@ -60,8 +60,8 @@ std::vector<Booking::AtWall> Booking::of_walls(const std::function<double(const 
   return taken();
 }
 
-// Where more is asked of a holder than it has, each gets its share. What is granted to a sphere that is not here is not known, and
-// not asked for.
+// If more liquid is requested of a reservoir than it has, the requests are reduced in proportion. What a sphere on another rank
+// receives is not computed here.
 void Booking::grant() {
   std::unordered_map<int, double> asked;
   for (const Event &e : events)
@@ -69,11 +69,11 @@ void Booking::grant() {
       asked[e.i] += e.share_i;
       if (e.partner_kind == SPHERE) asked[e.j] += e.share_j;
     }
-  auto part_of = [](double held, double ask) {  // a film drawn dry may be below zero by its last digit: it gives nothing
+  auto part_of = [](double held, double ask) {  // round-off can make an emptied film slightly negative: it gives nothing
     held = std::max(held, 0.0);
     return ask > held ? held / ask : 1.0;
   };
-  std::unordered_map<int, double> granted, granted_wall;  // from the films at the start of the step
+  std::unordered_map<int, double> granted, granted_wall;  // computed from the films at the start of the step
   for (const auto &[id, volume] : asked) granted[id] = part_of(films_.of(id), volume);
   for (const AtWall &sum : of_walls([](const Event &e) { return e.kind == FORMATION ? e.share_j : 0.0; }))
     granted_wall[int(sum.film)] = part_of(films_.wall[sum.film], sum.volume);
@@ -121,7 +121,7 @@ void Booking::book_all() {
   }
   const auto sign = [](const Event &e) { return e.kind == FORMATION ? -1.0 : 1.0; };
   grant();
-  const auto gained = of_walls([&](const Event &e) { return sign(e) * e.share_j; });  // before anything that one rank may object to
+  const auto gained = of_walls([&](const Event &e) { return sign(e) * e.share_j; });  // first, since it is collective
   book_formations();
   book_ruptures();
   for (const Event &e : events) {

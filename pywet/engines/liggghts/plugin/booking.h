@@ -1,5 +1,5 @@
-// The events of a step: every rank books those of its spheres and ghosts, in the same order. The films of walls, which all ranks know,
-// change by what all of them have together.
+// Liquid ledger of a step: every rank applies the events of its own spheres and ghosts, in the same order. All ranks store the films
+// of walls, which change by the sum over all ranks.
 #pragma once
 #include <functional>
 #include <string>
@@ -13,13 +13,13 @@ namespace pywet {
 
 class Booking {
  public:
-  std::vector<Event> events;             // of this step: proposed by this rank; gathered, all with an end here, in order
-  bool any = false;                      // on any rank
+  std::vector<Event> events;             // events of this step: those this rank proposes; after gather() all with an end here, sorted
+  bool any = false;                      // whether there is an event on any rank
 
   Booking(const SimulationState &world, Films &films, BridgeList &standing, NearPairs &near, EnergyBook &energy, Weight &weight, Logs &logs)
       : world_(world), films_(films), standing_(standing), near_(near), energy_(energy), weight_(weight), logs_(logs) {}
-  void gather(const std::string &problem);  // `problem` of this rank, or empty; all ranks stop if one has a problem
-  void book();                           // every rank takes part
+  void gather(const std::string &problem);  // `problem`: message of this rank, or empty; all ranks stop if there is one
+  void book();                           // collective: call on every rank
 
  private:
   const SimulationState &world_;
@@ -30,17 +30,17 @@ class Booking {
   Weight &weight_;
   Logs &logs_;
 
-  bool at_walls_ = false;                // any of them, on any rank
+  bool at_walls_ = false;                // whether any event on any rank is at a wall
 
-  bool mine(const Event &e) const;       // decided and written here
+  bool mine(const Event &e) const;       // whether this rank decides about the event and writes it
   struct AtWall {
     int64_t film;
     double volume;
   };
-  std::vector<int> place_;               // of a wall's film in the sums that are made; -1: in none
-  // A part of the events at walls, of all ranks together; every rank takes part.
+  std::vector<int> place_;               // index of a wall's film in the arrays that are summed over ranks; -1: not in them
+  // Sums over all ranks what the events at walls move; collective.
   std::vector<AtWall> of_walls(const std::function<double(const Event &)> &part);
-  void grant();                          // what formations draw
+  void grant();                          // distributes the liquid that formations draw
   void count(const Event &e);
   void book_all();
   void book_formations();

@@ -17,7 +17,7 @@ Geometry between_spheres(const SimulationState &world, int a, int b, double radi
   g.xj = Vec(at.x[b]); g.vj = Vec(at.v[b]); g.wj = Vec(at.omega[b]);
   g.radius_j = radius_j;
   const Vec d = at.images.nearest(g.xi - g.xj);
-  if (at.images.any) g.xj = g.xi - d;  // the copy that is near
+  if (at.images.any) g.xj = g.xi - d;  // nearest periodic image
   const double distance = norm(d);
   g.separation = distance - radius_i - radius_j;
   g.n = (1.0 / distance) * d;

@@ -1,4 +1,4 @@
-// Which triangles of a mesh at rest are within reach of a point: a grid of cells that each list those within reach of the cell.
+// Finds the triangles of a mesh at rest within reach of a point: a grid of cells, each of which lists the triangles within its reach.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace pywet {
 
 class Cells {
  public:
-  // Triangles [first, first + count) of `triangles`.
+  // Triangles [first, first + count) of the array `triangles`.
   Cells(const std::vector<Triangle> &triangles, int first, int count, double reach) {
     Bounds all;
     for (int k = first; k < first + count; k++) widen(all, triangles[k]);
@@ -21,7 +21,7 @@ class Cells {
     low_ = all.low - Vec(reach, reach, reach);
     const Vec high = all.high + Vec(reach, reach, reach);
     for (int axis = 0; axis < 3; axis++) number_[axis] = cell(high, axis) + 1;
-    // counted, then entered
+    // first pass: count the entries of each cell; second pass: fill them
     first_.assign(size_t(number_[0]) * number_[1] * number_[2] + 1, 0);
     for (int k = first; k < first + count; k++) each(triangles[k], reach, [&](size_t c) { first_[c + 1]++; });
     for (size_t c = 1; c < first_.size(); c++) first_[c] += first_[c - 1];
@@ -30,7 +30,7 @@ class Cells {
     for (int k = first; k < first + count; k++) each(triangles[k], reach, [&](size_t c) { listed_[next[c]++] = k; });
   }
 
-  // In order of their numbers.
+  // Sorts the triangles of each cell by number.
   std::pair<const int *, const int *> near(const Vec &y) const {
     int at[3];
     for (int axis = 0; axis < 3; axis++) {
@@ -43,11 +43,11 @@ class Cells {
   }
 
  private:
-  static constexpr int MOST = 48;       // cells along the longest side
+  static constexpr int MOST = 48;       // largest number of cells along the longest side
   double width_;
   Vec low_;
   int number_[3];
-  std::vector<size_t> first_;           // of a cell in listed_
+  std::vector<size_t> first_;           // index in listed_ of the first entry of each cell
   std::vector<int> listed_;
 
   static double component(const Vec &v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
@@ -57,7 +57,7 @@ class Cells {
   int cell(const Vec &v, int axis) const { return int((component(v, axis) - component(low_, axis)) / width_); }
   size_t index(const int *at) const { return (size_t(at[2]) * number_[1] + at[1]) * number_[0] + at[0]; }
 
-  // Cells within reach of the triangle's bounds and of its plane.
+  // Cells within reach of the triangle's bounding box and of its plane.
   template <class Work>
   void each(const Triangle &t, double reach, Work work) const {
     Bounds b;

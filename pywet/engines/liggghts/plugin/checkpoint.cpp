@@ -1,7 +1,7 @@
-// Checkpoints: the plugin's state at a step, beside the engine's restart file of the same step.
+// Checkpoints: the plugin's state at a step, stored next to the engine's restart file of that step.
 //
-// Written under a temporary name; worker.py renames both when both are whole; who started the run
-// removes older ones. The state ends with a check sum.
+// Written under a temporary name; worker.py renames both files when both are complete; the process that started the run
+// removes older ones. The state ends with a checksum.
 #include "checkpoint.h"
 
 #include <fcntl.h>
@@ -46,7 +46,7 @@ void need(bool good, const std::string &file) {
                              " is damaged or of another scene; expected one of this run: remove engine.partial and call again");
 }
 
-// What a state file holds, one after the other; numbers that the file says of itself never lead out of it.
+// Reads a state file item by item; sizes given in the file are checked, so that no read goes beyond its end.
 class Reader {
  public:
   Reader(const char *from, const char *end, const std::string &file) : from_(from), end_(end), file_(file) {}
@@ -127,7 +127,7 @@ void Checkpoint::save() {
   if (!good) throw std::runtime_error("the checkpoint " + path + " could not be written; is the disk full?");
 }
 
-// The file, mapped into memory: no rank copies the data of others, and the ranks of a machine share its pages.
+// The file is mapped into memory, so that the ranks of a machine share its pages and do not copy each other's data.
 static std::shared_ptr<const char> mapped(const std::string &path, size_t &size) {
   const int file = open(path.c_str(), O_RDONLY);
   struct stat status = {};
@@ -206,8 +206,8 @@ const SphereState &Checkpoint::of(int id) const {
   return *std::lower_bound(spheres_, spheres_ + count_, int64_t(id), before);
 }
 
-// The set-up of a run evaluates the forces anew with the speeds of the step itself; the kick that follows in an unbroken run
-// uses those of half a step back.
+// The set-up of a run evaluates the forces with the velocities of the step itself; in an uninterrupted run the kick that follows
+// uses those of half a step earlier.
 bool Checkpoint::restore_forces() {
   if (!file_) return false;
   const View &at = world_.engine.at;

@@ -1,4 +1,4 @@
-// The plugin's state at a step, saved and taken up.
+// Writes and restores the plugin's state at a step.
 #pragma once
 #include <memory>
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace pywet {
 
-// A sphere of a checkpoint: its place in the plan view (for state_file.py, which reads these records), its liquid as in View::liquid, force
-// and torque of the step.
+// State of a sphere in a checkpoint: its place in the plan view (for state_file.py, which reads these records), its liquid as in View::liquid,
+// force and torque of the step.
 struct SphereState {
   int64_t id;
   double place[2], film, load, weighed, impulse[3], force[3], torque[3];
@@ -23,9 +23,9 @@ class Checkpoint {
              Logs &logs)
       : world_(world), films_(films), standing_(standing), energy_(energy), faces_(faces), wires_(wires), weight_(weight), shedding_(shedding),
         logs_(logs) {}
-  void save();                                   // at the end of the plugin's part of a step; forces are complete
-  void resume(const std::string &state_file);    // every rank reads the same file, before the first step
-  bool restore_forces();                         // in the set-up of a run that goes on; false: of another
+  void save();                                   // call at the end of the plugin's part of a step, when all forces are known
+  void resume(const std::string &state_file);    // every rank reads the same file before the first step
+  bool restore_forces();                         // call in the set-up of a resumed run; returns false in a run that is not resumed
 
  private:
   SimulationState &world_;
@@ -37,8 +37,8 @@ class Checkpoint {
   Weight &weight_;
   Shedding &shedding_;
   Logs &logs_;
-  std::shared_ptr<const char> file_;             // of the step the run is resumed at, until its forces are restored
-  const SphereState *spheres_ = nullptr;         // in it, by id
+  std::shared_ptr<const char> file_;             // state file of the step at which the run is resumed, until its forces are restored
+  const SphereState *spheres_ = nullptr;         // spheres in this file, by id
   int64_t count_ = 0;
 
   const SphereState &of(int id) const;

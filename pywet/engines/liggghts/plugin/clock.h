@@ -1,4 +1,4 @@
-// The present step, and what happens at which: all of it is known before the run.
+// The present step and the schedule of the run, which is fixed before it starts.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -9,16 +9,16 @@ namespace pywet {
 class StepSchedule {
  public:
   std::vector<int64_t> output_steps, window_first, window_last;
-  int64_t checkpoint_every = 0;         // steps; 0: none
-  int64_t drop_every = 0;               // steps between looks at what drips
-  int64_t output_every = 0, output_from = 0;  // of a run whose end is not known: every so many steps, in place of output_steps
-  int64_t window_steps = 0;             // then contacts are logged for so many steps from each output on
-  int bridges_every = 1;                // steps from one evaluation of the bridges to the next
+  int64_t checkpoint_every = 0;         // interval of checkpoints [steps]; 0: none
+  int64_t drop_every = 0;               // interval between two evaluations of shedding [steps]
+  int64_t output_every = 0, output_from = 0;  // interval and first step of outputs in a run of unknown length, in place of output_steps
+  int64_t window_steps = 0;             // in such a run: number of steps after each output in which contacts are logged
+  int bridges_every = 1;                // interval between two evaluations of the bridges [steps]
 
   int64_t now = -1;
   double time = 0;
-  bool first = false;                   // of the run
-  bool again = false;                   // the set-up of a further run repeats the last step: forces only, nothing is booked twice
+  bool first = false;                   // whether this is the first step of the run
+  bool again = false;                   // the set-up of a further run repeats the last step: forces are evaluated, events are not applied again
 
   void go(int64_t step) {
     first = now < 0;

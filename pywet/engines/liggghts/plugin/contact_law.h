@@ -1,5 +1,5 @@
-// The engine's contact of two spheres (hooke/stiffness, tangential history, rolling cdt, absolute damping) for many at once.
-// Each operation is the engine's, in its order, so that the results are its bits on every processor.
+// The engine's contact law of two spheres (hooke/stiffness, tangential history, rolling cdt, absolute damping), evaluated in batches.
+// The operations and their order are the engine's, so that the results are bitwise identical on every processor.
 #pragma once
 #include <cmath>
 
@@ -7,17 +7,17 @@ namespace pywet {
 
 const int BATCH = 64;
 
-struct Material {                       // of a pair of types
+struct Material {                       // properties of a pair of types
   double normal, tangential, damping, friction, rolling;
 };
 
-// One column a contact, of spheres i and j.
+// Arrays over contacts of spheres i and j, BATCH entries each.
 struct alignas(64) ContactBatch {
   double apart[3][BATCH], velocity[3][BATCH];            // x_i - x_j, v_i - v_j
   double spin_i[3][BATCH], spin_j[3][BATCH], radius_i[BATCH], radius_j[BATCH];
   double normal[BATCH], tangential[BATCH], damping[BATCH], friction[BATCH], rolling[BATCH];
-  double spring[3][BATCH];                               // in and out
-  double force[3][BATCH];                                // on i; on j the opposite
+  double spring[3][BATCH];                               // tangential spring, input and output
+  double force[3][BATCH];                                // force on i; that on j is opposite
   double torque_i[3][BATCH], torque_j[3][BATCH];
   int i[BATCH], j[BATCH];
   double *history[BATCH];
@@ -79,7 +79,7 @@ static void press_together(ContactBatch &__restrict b, int n, double dt) {
   }
 }
 
-// Of so many partners of sphere i at x: whether each touches (1).
+// For each of the given partners of sphere i at x: 1 if they touch.
 __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 static void find_touching(int n, const int *__restrict partner, int mask, const double *__restrict places,
                           const double *__restrict radii, const double *x, double radius, unsigned *__restrict touches) {

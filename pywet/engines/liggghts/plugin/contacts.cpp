@@ -7,7 +7,7 @@
 
 #include "contact_law.h"
 
-// engine headers, in an order in which they compile outside the engine's own tree
+// engine headers, in an order that compiles outside the engine's source tree
 #include "mpi.h"
 #include "fix_insert_stream.h"
 #include "global_properties.h"
@@ -20,7 +20,7 @@
 #include "neighbor.h"
 #include "update.h"
 
-// As in engine.cpp: the lists of contact models are not in the engine's package, and whoever calls a model needs none.
+// As in engine.cpp: the engine's package lacks the lists of contact models, which are not needed to call a model.
 #define CONTACT_MODEL_CONSTANTS_H_
 namespace LIGGGHTS {
 namespace ContactModels {
@@ -34,7 +34,7 @@ namespace {
 
 typedef LIGGGHTS::PairStyles::IGranularPairStyle Style;
 
-// What makes the contacts of the engine's pair style is private to it; names of private members may be said in an instantiation.
+// The contact members of the engine's pair style are private; an explicit instantiation may name private members.
 template <Style *LAMMPS_NS::PairGranProxy::*MEMBER>
 struct Door {
   friend Style *&style_of(LAMMPS_NS::PairGranProxy &pair) { return pair.*MEMBER; }
@@ -42,7 +42,7 @@ struct Door {
 Style *&style_of(LAMMPS_NS::PairGranProxy &pair);
 template struct Door<&LAMMPS_NS::PairGranProxy::impl>;
 
-const int TOUCHED = 1 << 0 | 1 << 2;    // the engine's marks of its normal and tangential models
+const int TOUCHED = 1 << 0 | 1 << 2;    // the engine's flags of its normal and tangential models
 
 bool is(Style &style, const char *rolling) {
   return style.contact_match("surface", "default") && style.contact_match("normal", "hooke/stiffness") &&
@@ -50,7 +50,7 @@ bool is(Style &style, const char *rolling) {
          style.contact_match("rolling_friction", rolling);
 }
 
-// All but the forces of a plain step is left to the engine's own style.
+// Everything but the forces of an ordinary step is done by the engine's own style.
 class Batches : public Style {
  public:
   bool forgets = false;
@@ -74,7 +74,7 @@ class Batches : public Style {
   int64_t hashcode() override { return stock_->hashcode(); }
   bool contact_match(const std::string kind, const std::string model) override { return stock_->contact_match(kind, model); }
 
-  // The set-up of a run leaves springs as they are, and who asks for single contacts is told by the engine.
+  // The set-up of a run does not change springs; requests for single contacts are answered by the engine.
   void compute_force(LAMMPS_NS::PairGran *pair, int energy, int virial, int add) override {
     if (!pair->computeflag() || !pair->shearupdate() || add || pair->storeContactForces() || pair->storeContactForcesStress() ||
         pair->store_sum_normal_force())
@@ -145,7 +145,7 @@ class Batches : public Style {
     if (++count_ == BATCH) press();
   }
 
-  // Sums are taken in the order of the list, as the engine takes them.
+  // Sums are formed in the order of the neighbour list, as in the engine.
   void press() {
     const LAMMPS_NS::Atom &atom = *lmp_->atom;
     press_together(batch_, count_, lmp_->update->dt);
@@ -180,7 +180,7 @@ bool batch_contacts(LAMMPS_NS::LAMMPS *lmp, bool forgets) {
   if (!is(*style, "cdt") && !is(*style, "off")) return false;
   Batches *batches = new Batches(lmp, style);
   batches->forgets = forgets;
-  style = batches;                      // which the engine deletes with its pair style
+  style = batches;                      // the engine deletes it with its pair style
   return true;
 }
 

@@ -1,4 +1,4 @@
-// Contacts of spheres in batches, in place of the engine's own loop over its list: the same contacts, to the last bit.
+// Contacts of spheres in batches, in place of the engine's loop over its neighbour list; results are bitwise identical.
 #pragma once
 
 namespace LAMMPS_NS {
@@ -8,10 +8,10 @@ class LAMMPS;
 namespace pywet {
 
 // Replaces the engine's loop by the batches; returns false and changes nothing if its contact model is not supported.
-// `forgets`: the spring of a pair that has parted is taken away at once, and not when the lists are made anew.
+// `forgets`: the tangential spring of a separated pair is deleted at once, not when the neighbour list is rebuilt.
 bool batch_contacts(LAMMPS_NS::LAMMPS *lmp, bool forgets);
 
-// Whether the engine's contact model attracts by itself; -1: its pair style is none of spheres.
+// Whether the engine's contact model has an attractive force; -1: its pair style is not one of spheres.
 int cohesion(LAMMPS_NS::LAMMPS *lmp);
 
 }  // namespace pywet

@@ -1,10 +1,10 @@
 // Energy and work. The engine kicks a sphere by half a step before and half a step after the forces of step n are known, so
-// that a full kick changes its kinetic energy by exactly dt F_n v_n, with v_n the speed in the middle of the kick. Added up for
-// all spheres, effect by effect, with half a kick at the first and the last step, this leaves
+// that a full kick changes its kinetic energy by exactly dt F_n v_n, with v_n the velocity in the middle of the kick. Summed over
+// all spheres and each effect, with half a kick at the first and the last step, this gives
 //
 //     kinetic(N) - kinetic(0) = sum of the works + half_kick,   half_kick = (dt^2/8) [sum F^2/m at 0 - the same at N],
 //
-// to round-off: the works close the budget to second order in dt, and the part left out is known.
+// to round-off: the sum of the work terms closes the budget to second order in dt, and the remainder is known.
 #include "energy.h"
 
 #include <algorithm>
@@ -45,7 +45,7 @@ static double power_of(const double *f, const Vec &v) { return f[0] * v.x + f[1]
 void EnergyBook::add_up() {
   if (!world_.rules.energy) return;
   const View &at = world_.engine.at;
-  const bool resting = world_.clock.first || world_.clock.again;  // the speeds are those of the step, not half a step back
+  const bool resting = world_.clock.first || world_.clock.again;  // the velocities are those of the step, not of half a step earlier
   double power[EFFECTS] = {}, kick = 0;
   kinetic = spin = 0;
   for (int a = 0; a < at.nlocal; a++) {
@@ -83,7 +83,7 @@ void EnergyBook::add_up() {
   sums.pending_kick = kick;
 }
 
-// Nodes and weights of Gauss and Legendre on [0, 1].
+// Nodes and weights of the Gauss-Legendre rule on [0, 1].
 static std::vector<std::pair<double, double> > gauss(int n) {
   std::vector<std::pair<double, double> > rule;
   for (int k = 0; k < n; k++) {
@@ -103,8 +103,8 @@ static std::vector<std::pair<double, double> > gauss(int n) {
   return rule;
 }
 
-// Capillary energy of a bridge, - integral of the force from S to the static rupture distance (zero there). In s = u^2 the
-// square-root start of some laws is smooth.
+// Capillary energy of a bridge: minus the integral of the force from S to the static rupture distance, where it is zero. The substitution
+// s = u^2 removes the square-root singularity of some laws at touch.
 double EnergyBook::stored(size_t bridge, double separation) const {
   static const std::vector<std::pair<double, double> > rule = gauss(24);
   const Laws &laws = world_.laws;
@@ -112,7 +112,7 @@ double EnergyBook::stored(size_t bridge, double separation) const {
   const Bridge &b = standing_.bridges[bridge];
   const double low = std::sqrt(std::max(separation, 0.0)), high = std::sqrt(b.rupture_distance);
   const double same[ROWS] = {0, b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, 0};
-  const int n = int(rule.size()) + 1;  // the last one at touch
+  const int n = int(rule.size()) + 1;  // the last node is at touch
   double rows[ROWS][BATCH], force[BATCH];
   int64_t at[BATCH];
   for (int k = 0; k < n; k++) {

@@ -1,4 +1,4 @@
-// Work done on the spheres since the start, by effect, and the energy of bridges [J]. energy.cpp says how it is added up.
+// Work done on the spheres since the start, by effect, and the energy of bridges [J]; for the method see energy.cpp.
 #pragma once
 #include <vector>
 
@@ -13,26 +13,26 @@ struct Acting {
   double capillary[3], normal[3], tangential[3], torque[3];
 };
 
-// What is added up from step to step; plain numbers, so that a checkpoint can hold it as it is.
+// Accumulated sums; plain numbers, so that a checkpoint can store the object as it is.
 struct Sums {
-  double work[EFFECTS] = {};   // up to the present step
-  double power[EFFECTS] = {};  // at the present step
-  double half_kick = 0;        // what the rule of the work leaves out: see energy.cpp
+  double work[EFFECTS] = {};   // work up to the present step
+  double power[EFFECTS] = {};  // power at the present step
+  double half_kick = 0;        // remainder of the quadrature rule, see energy.cpp
   double pending_kick = 0;
 };
 
 class EnergyBook {
  public:
   Sums sums;
-  double formed = 0, ruptured = 0;     // capillary energy that formations stored and ruptures lost, of bridges that are counted here
-  double kinetic = 0, spin = 0;        // of this rank's free spheres
-  double wall_power[EFFECTS] = {};     // of this step, through bridges at moving walls, by effect
-  std::vector<Acting> acting;          // by local index
+  double formed = 0, ruptured = 0;     // capillary energy stored by formations and lost by ruptures, of the bridges that this rank counts
+  double kinetic = 0, spin = 0;        // kinetic energy of this rank's free spheres
+  double wall_power[EFFECTS] = {};     // power of moving walls through bridges in this step, by effect
+  std::vector<Acting> acting;          // forces and torques by local index
 
   EnergyBook(const SimulationState &world, const BridgeList &standing) : world_(world), standing_(standing) {}
-  void begin(double power_of_walls);   // a step
+  void begin(double power_of_walls);   // begins a step
   void add(const Bridge &b, const Geometry &g, const Terms &t);
-  void add_up();                       // once all forces are known
+  void add_up();                       // call when all forces are known
   double stored(size_t bridge, double separation) const;
 
  private:

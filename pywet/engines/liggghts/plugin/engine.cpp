@@ -1,4 +1,4 @@
-// The engine's headers are in this file, contacts.cpp and meshes.cpp; LAMMPS has its own (engines/lammps/plugin).
+// The engine's headers are included here and in contacts.cpp and meshes.cpp only; for LAMMPS see engines/lammps/plugin.
 #include "engine.h"
 
 #include "contacts.h"
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-// engine headers, in the order in which they compile outside the engine's own tree
+// engine headers, in the order that compiles outside the engine's source tree
 #include "mpi.h"
 #include "fix_insert_stream.h"
 #include "global_properties.h"
@@ -29,7 +29,7 @@
 #include "update.h"
 #include "variable.h"
 
-// The engine's package lacks the lists of contact models that this header asks for; whoever only calls a model needs none.
+// The engine's package lacks the lists of contact models that this header includes; they are not needed to call a model.
 #define CONTACT_MODEL_CONSTANTS_H_
 namespace LIGGGHTS {
 namespace ContactModels {
@@ -57,7 +57,7 @@ void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together) {
 void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
   lmp_ = lmp;
   LAMMPS_NS::Fix *integrate = lmp->modify->find_fix_id("integrate");
-  if (!integrate) integrate = lmp->modify->find_fix_style("nve/sphere", 0);  // of a script of the user's own
+  if (!integrate) integrate = lmp->modify->find_fix_style("nve/sphere", 0);  // in a user's script
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate and none of style nve/sphere");
   at.free_group = integrate->groupbit;
   liquid_ = dynamic_cast<LAMMPS_NS::FixPropertyAtom *>(lmp->modify->find_fix_id("p_liquid"));
@@ -90,18 +90,18 @@ int Engine::local(int id) const { return lmp_->atom->map(id); }
 
 void Engine::tell_ghosts() const { liquid_->do_forward_comm(); }
 
-// The engine's lists of the spheres that are ghosts elsewhere are protected; a class of its kind may look.
+// The engine's lists of spheres that are ghosts elsewhere are protected; a derived class can read them.
 struct Sent : LAMMPS_NS::Comm {
   static void mark(LAMMPS_NS::Comm *comm, std::vector<bool> &owned) {
     for (int swap = 0; swap < comm->*(&Sent::nswap); swap++)
       for (int k = 0; k < (comm->*(&Sent::sendnum))[swap]; k++) {
         const size_t a = (comm->*(&Sent::sendlist))[swap][k];
-        if (a < owned.size()) owned[a] = true;  // else a ghost that is passed on
+        if (a < owned.size()) owned[a] = true;  // otherwise a ghost that is forwarded
       }
   }
 };
 
-// A pair has one end here or within a ghost cut-off, and who holds that end is within another one of it. Columns are equally wide.
+// One end of a pair is on this rank or within a ghost cut-off, and its owner is within another cut-off. All columns have the same width.
 void Engine::find_neighbours(Communicator &ranks) {
   LAMMPS_NS::Comm *comm = lmp_->comm;
   sent_.assign(at.nlocal, false);
@@ -113,11 +113,11 @@ void Engine::find_neighbours(Communicator &ranks) {
     ranks.beside[axis][1] = here + 1 < columns || ring ? comm->procneigh[axis][1] : MPI_PROC_NULL;
     const int hops = std::min(columns - 1, 1 + int(2 * comm->cutghost[axis] * columns / lmp_->domain->prd[axis]));
     ranks.hops[axis][0] = hops;
-    ranks.hops[axis][1] = ring ? std::min(hops, columns - 1 - hops) : hops;  // nobody is met twice
+    ranks.hops[axis][1] = ring ? std::min(hops, columns - 1 - hops) : hops;  // no rank is counted twice
   }
 }
 
-// For the engine all that a list holds beyond touch is skin; part of it is for films, which no way of the spheres may use up.
+// The engine treats everything a list covers beyond touch as skin; part of that is for films and must not be used up by displacements.
 void Engine::keep_skin() const {
   struct Lists : LAMMPS_NS::Neighbor {
     static double &trigger(LAMMPS_NS::Neighbor *lists) { return lists->*(&Lists::triggersq); }
@@ -152,7 +152,7 @@ bool Engine::lists_are_new(int64_t step) const { return lmp_->neighbor->ago == 0
 
 static const int NUMBERS = 24;  // shift, velocity, turn, spin, force, torque
 
-// What this rank sees of a mesh; false where it holds no triangle of it.
+// State of a mesh as far as this rank holds it; false if it holds no triangle of it.
 bool Engine::read_mesh(size_t m, const Walls &walls, double *out) const {
   const Mesh &mesh = walls.meshes[m];
   LAMMPS_NS::TriMesh *tri = surfaces_[m]->triMesh();
@@ -166,7 +166,7 @@ bool Engine::read_mesh(size_t m, const Walls &walls, double *out) const {
   const Triangle now{Vec(node[0]), Vec(node[1]), Vec(node[2])};
   LAMMPS_NS::MultiVectorContainer<double, 3, 3> *v =
       tri->prop().getElementProperty<LAMMPS_NS::MultiVectorContainer<double, 3, 3> >("v");
-  Vec shift = at.images.nearest(now.a - rest.a), velocity, spin;  // the engine takes each triangle to where its middle is in the box
+  Vec shift = at.images.nearest(now.a - rest.a), velocity, spin;  // the engine wraps each triangle by the position of its centre
   if (v) velocity = Vec((*v)(0)[0]);
   Turn turn;
   if (mesh.turns) {
@@ -180,7 +180,7 @@ bool Engine::read_mesh(size_t m, const Walls &walls, double *out) const {
   return true;
 }
 
-// Of all: their places are then known also where a mover has been taken away.
+// With `all` for all meshes: this also gives the pose of a mesh whose mover has been removed.
 double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all) const {
   std::vector<size_t> which;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
@@ -206,7 +206,7 @@ double Engine::read_meshes(Walls &walls, const Communicator &ranks, bool all) co
     mesh.spin = Vec(p + 15);
     LAMMPS_NS::MeshModuleStress *stress =
         dynamic_cast<LAMMPS_NS::MeshModuleStress *>(surfaces_[which[k]]->get_module("stress"));
-    if (!stress) continue;  // of this rank's spheres on the mesh, about the point at y = 0
+    if (!stress) continue;  // force and torque of this rank's spheres on the mesh, about the point at y = 0
     const Vec force(stress->f_total_ptr());
     double about[3];
     surfaces_[which[k]]->triMesh()->prop().getGlobalProperty<LAMMPS_NS::VectorContainer<double, 3> >("p_ref")->get(0, about);
@@ -228,14 +228,14 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
   return pairs;
 }
 
-// What is nearer than touch and the part of the skin that ways may use up cannot be missed by the engine's contacts before the next
-// list; the others are needed for near pairs only, and would cost time in every step. The order of the others is unchanged, and
+// Pairs closer than touch plus the part of the skin that displacements may use up are the only ones that can touch before the next
+// rebuild; the others are needed only for near pairs and would cost time in every step. The order of the others is unchanged, and
 // consecutive lists remain consecutive in memory.
 void Engine::shorten_lists() {
   LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
   LAMMPS_NS::NeighList *history = list->listgranhistory;
   const double *radius = lmp_->atom->radius;
-  const int *end = nullptr;                             // of the list before, as the engine made it
+  const int *end = nullptr;                             // end of the previous list as the engine made it
   int *to = nullptr, *touch = nullptr;
   double *springs = nullptr;
   runs_.clear();
@@ -278,7 +278,7 @@ bool Engine::contacts_in_batches(bool forgets) {
   return batched;
 }
 
-// The engine itself forgets only the springs of pairs within its contact distance, each of which costs it nearly as much as a contact.
+// The engine deletes only the springs of pairs within its contact distance, each at nearly the cost of a contact.
 void Engine::forget_springs() const {
   const double *radius = lmp_->atom->radius;
   for (const Run &run : runs_)
@@ -293,7 +293,7 @@ void Engine::forget_springs() const {
     }
 }
 
-// The flags of this step are those with which the engine has just done its other walls.
+// The flags of this step are those with which the engine has just computed the contacts with its other walls.
 Vec Engine::press(int a, double radius, const Vec &d, double overlap, const Vec &wall_velocity, double *spring) const {
   struct Law : LAMMPS_NS::FixWallGran {
     static LIGGGHTS::Walls::IGranularWall *of(LAMMPS_NS::FixWallGran *fix) { return fix->*(&Law::impl); }
@@ -312,7 +312,7 @@ Vec Engine::press(int a, double radius, const Vec &d, double overlap, const Vec 
   return Vec(at.f[a]) - before;
 }
 
-// A sphere outside the box is dropped by the engine when it makes its lists: here it is still known which one.
+// The engine deletes a sphere outside the box when it rebuilds its lists: here its id is still known.
 void Engine::check_box(const Spheres &spheres, const Communicator &ranks, int64_t step) const {
   int here = at.nlocal, all = here;
   if (!ranks.alone()) MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_SUM, ranks.all);

@@ -1,4 +1,4 @@
-// All that is asked of the engine: arrays, neighbour lists, motion of the meshes, its dry contact with a wall.
+// Interface to the engine: arrays, neighbour lists, motion of the meshes, its dry contact with a wall.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -19,7 +19,7 @@ class TriMesh;
 
 namespace pywet {
 
-// The program itself: what it calls in every step, the processes it runs in, its end by an error that all ranks know or one.
+// The program: its call-back in every step, its processes, and termination by an error of all ranks or of one.
 typedef void (*Callback)(void *, int64_t step, int n, int *, double **, double **extra);
 void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback);
 MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp);
@@ -27,12 +27,12 @@ MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp);
 
 const double INF = std::numeric_limits<double>::infinity();
 
-// What a sphere takes along from rank to rank, in the deck's fix property/atom named `p_liquid`, which has as many numbers: its film
-// [m3], at the start and now; the step at which it enters; liquid that it carries [m3], now and in its present mass; impulse of its
+// Data of a sphere that migrate with it between ranks, in the deck's fix property/atom `p_liquid`, which has as many numbers: its film
+// [m3], at the start and now; the step at which it enters; its liquid [m3], now and as included in its present mass; impulse of its
 // bridges since the last output [N s], three components.
 enum { FILM, FIRST, ENTERS, LOAD, WEIGHED, IMPULSE, NUMBERS_TAKEN = IMPULSE + 3 };
 
-// What the engine holds in this step on this rank: arrays over owned spheres (first nlocal) and ghosts.
+// State of the engine in this step on this rank: arrays over owned spheres (first nlocal) and ghosts.
 struct View {
   double **x = nullptr, **v = nullptr, **omega = nullptr, **f = nullptr, **torque = nullptr;
   double *mass = nullptr;
@@ -41,23 +41,23 @@ struct View {
   int *tag = nullptr, *mask = nullptr, *type = nullptr;
   int nlocal = 0, nall = 0, free_group = 0;
   double dt = 0;
-  Images images;                                        // of the box
-  // How far two of them are apart, the nearest copies of both: a ghost stands for its sphere wherever it is.
+  Images images;                                        // periodic images of the box
+  // Distance vector of two spheres, by the nearest images of both: a ghost represents its sphere wherever it is.
   Vec apart(int a, int b) const { return images.nearest(Vec(x[a]) - Vec(x[b])); }
-  bool free(int a) const { return mask[a] & free_group; }  // moved by its forces, not driven
+  bool free(int a) const { return mask[a] & free_group; }  // moved by forces, not at a prescribed velocity
   bool owned(int a) const { return a >= 0 && a < nlocal; }
 };
 
-// A mesh of the engine in this step.
+// State of an engine mesh in this step.
 struct MeshNow {
   size_t mesh;
   LAMMPS_NS::TriMesh *triangles;
-  double ***velocities;                                 // of the corners; none: it never moved
-  bool moves;                                           // something moves it
+  double ***velocities;                                 // velocities of the corners; null if the mesh has never moved
+  bool moves;                                           // whether a mover acts on it
 };
 
-// A sphere in touch with a triangle: overlap, the way from the closest point to its centre, that point's shares of the corners and its
-// velocity, whether the face is touched and not an edge or a corner.
+// Contact of a sphere with a triangle: overlap, vector from the closest point to the centre, weights of the corners at that point and its
+// velocity, whether the contact is with the face and not with an edge or a corner.
 struct Meeting {
   double overlap, share[3];
   Vec from_wall, velocity;
@@ -68,41 +68,41 @@ struct Meeting {
 class Engine {
  public:
   View at;
-  double thickest_film = 0;                             // that the neighbour list sees, of the sphere's radius
-  double skin = 0;                                      // lists are made anew when a sphere has moved by half of it
+  double thickest_film = 0;                             // thickest film that the neighbour list covers, relative to the sphere's radius
+  double skin = 0;                                      // lists are rebuilt when a sphere has moved by half of it
 
-  // Finds the meshes of the walls; `presses`: its dry contact with walls will be asked for.
+  // Finds the meshes of the walls; `presses`: the engine's dry contact with walls will be used.
   void attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses);
   void look();
 
-  int local(int id) const;                              // index of a sphere on this rank, its own before a ghost, -1: not here
-  void tell_ghosts() const;                             // what their spheres take along; every rank takes part
-  void find_neighbours(Communicator &ranks);                   // and whom of this rank's spheres another one holds too
+  int local(int id) const;                              // local index of a sphere: owned before ghost; -1: not on this rank
+  void tell_ghosts() const;                             // sends the migrating data of spheres to their ghosts; collective
+  void find_neighbours(Communicator &ranks);                   // also determines which of this rank's spheres are ghosts elsewhere
   bool elsewhere(int a) const { return !at.owned(a) || (size_t(a) < sent_.size() && sent_[a]); }
-  void keep_skin() const;                               // the engine forgets it at the start of each run
-  double mesh_way() const;                              // of a mesh, after which they are rebuilt too
+  void keep_skin() const;                               // sets the skin again, which the engine resets at the start of each run
+  double mesh_way() const;                              // displacement of a mesh after which lists are rebuilt as well
   bool lists_are_new(int64_t step) const;
   std::vector<std::pair<int, int> > neighbours() const;
-  void shorten_lists();                                 // to the pairs that can touch before they are made anew
-  bool contacts_in_batches(bool forgets);               // false: this engine or its contact model has none
-  void forget_springs() const;                          // of listed pairs that no longer touch, where no batches do so
+  void shorten_lists();                                 // removes pairs that cannot touch before the next rebuild
+  bool contacts_in_batches(bool forgets);               // returns false if this engine or its contact model has none
+  void forget_springs() const;                          // deletes the springs of listed pairs that no longer touch, if the batches do not
   void check_box(const Spheres &spheres, const Communicator &ranks, int64_t step) const;
 
-  // Motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.
+  // Updates the motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.
   double read_meshes(Walls &walls, const Communicator &ranks, bool all) const;
 
   // The engine's own dry contact of sphere a with a wall whose closest point is at x - d; returns the force on the sphere.
   Vec press(int a, double radius, const Vec &d, double overlap, const Vec &wall_velocity, double *spring) const;
 
-  // In a box that repeats: call this before the contacts with walls of each step; of walls that continue there, have their corners
-  // as the engine has those elsewhere.
+  // In a periodic box: call this before the contacts with walls of each step; for walls that continue through its faces it sets the flags of
+  // their corners as the engine sets those elsewhere.
   void before_walls(Callback callback) const;
   void join_corners(const Walls &walls) const;
 
-  void before_clear() const;                            // frees what the engine does not where it is emptied
+  void before_clear() const;                            // frees what the engine does not free when it is cleared
 
-  // Triangles by their numbers in the engine's mesh on this rank, -1: not here; of a contact with one of them what the engine says.
-  bool leaves_faces() const;                            // contacts with faces can be made for it
+  // Triangles are numbered as in the engine's mesh on this rank, -1: not here; `meets` returns the engine's contact with one of them.
+  bool leaves_faces() const;                            // whether contacts with faces can be made in place of the engine
   std::vector<int> places_of_triangles(size_t m) const;
   MeshNow mesh_now(size_t m) const;
   bool meets(const MeshNow &now, int triangle, int a, Meeting &met) const;
@@ -113,17 +113,17 @@ class Engine {
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;   // in the order of Walls::meshes
   LAMMPS_NS::FixWallGran *wall_law_ = nullptr;
   LAMMPS_NS::FixPropertyAtom *liquid_ = nullptr;
-  struct Run {                                          // of lists one after the other in memory
+  struct Run {                                          // consecutive lists in memory
     int *touched;
     double *springs;
-    int numbers;                                        // of a spring
+    int numbers;                                        // number of values of a spring
     std::vector<std::pair<int, int> > pairs;
   };
   std::vector<Run> runs_;
-  bool batches_forget_ = false;                         // tangential history of pairs that have separated
-  std::vector<bool> sent_;                              // of the owned spheres: ghosts of another rank since the last lists
+  bool batches_forget_ = false;                         // whether the batches delete the tangential history of separated pairs
+  std::vector<bool> sent_;                              // for each owned sphere: whether it was a ghost of another rank at the last rebuild
 
-  double said(const char *variable) const;              // by the deck
+  double said(const char *variable) const;              // value of a variable of the deck
   bool read_mesh(size_t m, const Walls &walls, double *out) const;
 };
 

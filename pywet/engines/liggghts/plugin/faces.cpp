@@ -4,10 +4,10 @@
 
 namespace pywet {
 
-static const double ROUND_OFF = 1e-6;   // of the radius: so much sooner does a sphere reach a plane
-static const double PLACE = 1e-9;       // of the mesh: how far the engine's sum of its steps may be off
+static const double ROUND_OFF = 1e-6;   // relative to the radius: a sphere is examined this much before it reaches a plane
+static const double PLACE = 1e-9;       // relative to the mesh: possible error of the engine's accumulated displacement
 
-// Of so many spheres: whether each reaches the plane at `height` along n.
+// For each of the given spheres: whether it reaches the plane at `height` along n.
 __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 static void find_near(size_t n, const int *__restrict sphere, const double *__restrict reach, const double *__restrict places,
                       double nx, double ny, double nz, double height, unsigned *__restrict near) {
@@ -42,7 +42,7 @@ std::vector<Vec> Faces::corners(const Mesh &mesh) const {
   return all;
 }
 
-// A sphere moves less than one skin between two looks at the same neighbour list, a mesh half of one before the next look.
+// Between two checks of one neighbour list a sphere moves less than one skin and a mesh less than half of one.
 bool Faces::moved() const {
   const double most = 0.5 * world_.engine.skin;
   for (const Surface &surface : surfaces_) {
@@ -85,7 +85,7 @@ void Faces::find_on(Surface &surface, const std::vector<WireSpring> &known) {
   surface.corners_then = corners(mesh);
   surface.first = runs_.size();
   const std::vector<int> local = world_.engine.places_of_triangles(surface.mesh);
-  std::vector<std::vector<int> > spheres(local.size());  // of each triangle
+  std::vector<std::vector<int> > spheres(local.size());  // spheres near each triangle
   for (int a = 0; a < at.nlocal; a++) {
     const Vec y = mesh.to_rest(Vec(at.x[a]));
     const double far = world_.spheres.radius(at.tag[a]) + 1.5 * world_.engine.skin;
@@ -119,7 +119,7 @@ void Faces::find_on(Surface &surface, const std::vector<WireSpring> &known) {
   join(first);
 }
 
-// The candidates of a sphere on one surface, from `first` on, follow each other in a ring.
+// The candidates of one sphere on a surface form a cyclic list starting at `first`.
 void Faces::join(size_t first) {
   const size_t none = candidates_.size();
   std::vector<size_t> latest(world_.engine.at.nlocal, none), eldest(latest);
@@ -140,7 +140,7 @@ void Faces::touch(bool fresh) {
   for (Surface &surface : surfaces_) touch_on(surface);
 }
 
-// The engine takes the speed of a wall away before the plugin's part of a set-up, and its own walls are done before that.
+// The engine resets the velocity of walls before the plugin's part of a set-up, after it has computed its own walls.
 Vec Faces::velocity(const Surface &surface, const MeshNow &now, const Meeting &met) const {
   const bool forgotten = world_.clock.again && now.moves && !world_.walls.meshes[surface.mesh].turns;
   return forgotten ? met.between(surface.velocity, surface.velocity, surface.velocity) : met.velocity;
@@ -181,8 +181,8 @@ void Faces::touch_on(Surface &surface) {
   for (size_t k : parted_) candidates_[k].touches = false;
 }
 
-// Whether the contact counts, as the engine has it: of triangles in one plane that meet the first one does, and a face takes on the
-// spring of the one beside it.
+// Whether the contact counts, by the engine's rule: of touched triangles in one plane only the first counts, and a face takes over the
+// spring of the adjacent one.
 bool Faces::take(size_t c, bool face, const MeshNow &now) {
   Candidate &own = candidates_[c];
   if (own.touches) {

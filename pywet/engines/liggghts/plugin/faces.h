@@ -1,5 +1,5 @@
-// Dry contacts with the triangles of walls, in place of the engine's own loop over them: the same contacts, to the last bit. A
-// triangle is looked at where a sphere reaches its plane; what that makes of a contact is asked of the engine.
+// Dry contacts with the triangles of walls, in place of the engine's loop over them; results are bitwise identical. A triangle is
+// examined when a sphere reaches its plane; its contact is then computed by the engine.
 #pragma once
 #include <vector>
 
@@ -11,52 +11,52 @@ namespace pywet {
 class Faces {
  public:
   Faces(const SimulationState &world, EnergyBook &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
-  void arrange();                        // once, before the run
-  void touch(bool fresh);                // after the engine's contacts of spheres, before wires and bridges
+  void arrange();                        // call once before the run
+  void touch(bool fresh);                // call after the engine's sphere contacts, before wires and bridges
 
-  // Springs of all contacts, also those of length zero; just after a resumption those of the checkpoint. A triangle is told from a
-  // wire by its sign.
+  // Tangential springs of all contacts, including those of length zero; directly after a resumption those of the checkpoint. A triangle
+  // differs from a wire by the sign of its number.
   std::vector<WireSpring> springs() const;
   void take_up(const std::vector<WireSpring> &springs);
 
  private:
-  // Spheres that may touch one triangle before they are found anew.
+  // Candidates: spheres that may touch a triangle before the next search.
   struct Run {
-    int triangle, local;                 // of all meshes; in the engine's mesh on this rank
-    size_t first, last;                  // candidates
+    int triangle, local;                 // number among the triangles of all meshes; number in the engine's mesh on this rank
+    size_t first, last;                  // range of candidates
   };
   struct Plane {
-    Vec normal;                          // at rest
-    double height;                       // along it
+    Vec normal;                          // normal at rest
+    double height;                       // position of the plane along the normal
   };
   struct Surface {
     size_t mesh;
     Cells cells;
-    size_t first = 0, last = 0;          // runs
-    std::vector<Vec> corners_then = {};  // of its bounds, when the candidates were found
-    Vec velocity = {};                   // as Mesh::velocity, in the last step that was no set-up
+    size_t first = 0, last = 0;          // range of runs
+    std::vector<Vec> corners_then = {};  // corners of its bounding box at the last search
+    Vec velocity = {};                   // as Mesh::velocity, in the last step that was not a set-up
   };
   struct Candidate {
     int id, triangle;
-    size_t next;                         // candidate of this sphere on the same surface, in turn
-    bool touches;                        // there is a contact, of the step before or of this one
-    int64_t kept;                        // the last time that it was there, see times_
+    size_t next;                         // next candidate of the same sphere on the same surface
+    bool touches;                        // whether there is a contact, from the last step or this one
+    int64_t kept;                        // value of times_ when the contact last existed
     double spring[3];
   };
 
   const SimulationState &world_;
   EnergyBook &energy_;
   Logs &logs_;
-  std::vector<Plane> planes_;            // of all triangles
-  std::vector<Surface> surfaces_;        // in the order of meshes
-  std::vector<Run> runs_;                // in order of surfaces, and in the engine's order of triangles
-  std::vector<Candidate> candidates_;    // in order of runs
-  std::vector<int> sphere_;              // of each candidate its local index,
-  std::vector<double> reach_;            // its radius and a rounding more,
+  std::vector<Plane> planes_;            // planes of all triangles
+  std::vector<Surface> surfaces_;        // surfaces in the order of meshes
+  std::vector<Run> runs_;                // sorted by surface, and in the engine's order of triangles
+  std::vector<Candidate> candidates_;    // in the order of runs
+  std::vector<int> sphere_;              // local index of the sphere of each candidate,
+  std::vector<double> reach_;            // its radius plus a rounding error,
   std::vector<unsigned> near_;           // and whether it reaches the plane
-  std::vector<WireSpring> saved_;        // of the step the run is resumed at, until the first candidates are found
+  std::vector<WireSpring> saved_;        // springs of the step at which the run is resumed, until the first search
   std::vector<size_t> parted_;
-  int64_t times_ = 0;                    // that contacts were made
+  int64_t times_ = 0;                    // number of calls so far
 
   std::vector<Vec> corners(const Mesh &mesh) const;
   bool moved() const;

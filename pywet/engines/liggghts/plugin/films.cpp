@@ -21,7 +21,7 @@ void Films::begin() {
   for (const Given &g : given) sum += g.film;
   initial = double(sum);
   for (int a = 0; a < at.nlocal; a++) {
-    if (world_.rules.scripted && at.liquid[a][ENTERS] > 0) continue;  // it has its film from a restart file
+    if (world_.rules.scripted && at.liquid[a][ENTERS] > 0) continue;  // its film was restored from a restart file
     const Given &g = given[at.tag[a]];
     enter(a, g.film, g.enters);
   }
@@ -37,7 +37,7 @@ void Films::enter(int a, double film, int64_t step) {
 
 void Films::mark() {
   const View &at = world_.engine.at;
-  const int known = world_.ranks.alone() ? at.nlocal : at.nall;  // else nobody asks for ghosts: their spheres are here
+  const int known = world_.ranks.alone() ? at.nlocal : at.nall;  // a single rank needs no ghosts, since it owns all spheres
   thicker = wall_thicker = 0;
   thickness_.resize(at.nall);
   for (int a = 0; a < known; a++) look_at(a);
@@ -64,7 +64,7 @@ void Films::add(int id, double more) {
     throw std::runtime_error("the film on sphere " + std::to_string(id) + " would be " + number(1e9 * now) + " mm3 after step " +
                std::to_string(world_.clock.now) + ", expected zero or more; the formation law draws more than it says");
   world_.engine.at.liquid[a][FILM] = now;
-  if (world_.spheres.is_retired(id)) return;  // nothing is looked for at its film any more
+  if (world_.spheres.is_retired(id)) return;  // its film is not evaluated any more
   look_at(a);
   thicker = std::max(thicker, thickness_[a] - thickness_then[a]);
 }

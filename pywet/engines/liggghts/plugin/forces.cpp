@@ -11,15 +11,15 @@ Geometry Forces::geometry_of(const BridgeBatch &t, int k) const {
   return at_wall(world_, b.a, b.radius_i, b.j, t.near[k]);
 }
 
-// The engine keeps its vectors one after the other.
+// The engine stores its vectors contiguously.
 static Vec vector_of(double **all, int a) { return Vec(all[0] + 3 * a); }
 
-// Asks memory for a line of the next block while this one is at work: its rows are too many for the processor to foresee.
+// Prefetches a cache line of the next block: a block has too many rows for the processor's own prefetcher.
 static void fetch(const Block *next, size_t line) {
   if (64 * line < sizeof(Block)) __builtin_prefetch(reinterpret_cast<const char *>(next) + 64 * line);
 }
 
-// Where the ends of the bridges are and how they move.
+// Positions and velocities of the ends of the bridges.
 void Forces::gather(BridgeBatch &t) {
   const Block &block = standing_.blocks[t.first / BATCH];
   const View &at = world_.engine.at;
@@ -36,7 +36,7 @@ void Forces::gather(BridgeBatch &t) {
     for (size_t line = 0; line < lines; line++) __builtin_prefetch(standing_.prepared(t.first + k) + line);
     const int a = block.a[k], b = block.b[k];
     t.acts[k] = a >= 0;
-    if (a < 0) {  // nobody asks
+    if (a < 0) {  // not owned by this rank
       set(t.d, k, Vec(1, 0, 0)); set(t.v, k, Vec()); set(t.spin, k, Vec());
       continue;
     }
@@ -55,7 +55,7 @@ void Forces::gather(BridgeBatch &t) {
   }
 }
 
-// Bridges that are too deep stop the run, those that are too long rupture.
+// Bridges that overlap too deeply stop the run; those that are too long rupture.
 void Forces::rupture(BridgeBatch &t, std::vector<Event> &events) const {
   const Block &block = standing_.blocks[t.first / BATCH];
   for (int k = 0; k < t.n; k++) {
@@ -79,7 +79,7 @@ void Forces::rupture(BridgeBatch &t, std::vector<Event> &events) const {
   }
 }
 
-// A law that fails half way leaves what is no number. It is asked for bridges that stand; others are at touch for it.
+// An error inside a law shows as NaN. Laws are evaluated for active bridges only; the others are set to touch.
 void Forces::evaluate(BridgeBatch &t) {
   Block &block = standing_.blocks[t.first / BATCH];
   const Laws &laws = world_.laws;
@@ -99,7 +99,7 @@ void Forces::evaluate(BridgeBatch &t) {
   call(laws.viscous_normal, t.drag, 1);
 }
 
-// Viscous forces that are computed after all others.
+// Viscous forces that are evaluated after all other forces.
 void Forces::defer(BridgeBatch &t) {
   for (int k = 0; k < t.n; k++) {
     Terms terms;
@@ -113,7 +113,7 @@ void Forces::defer(BridgeBatch &t) {
   }
 }
 
-// The force of a bridge, in the contact log and in the account of works.
+// Writes the force of a bridge to the contact log and to the work terms.
 void Forces::record(const BridgeBatch &t, int k) {
   const Bridge &b = standing_.bridges[t.first + k];
   const Geometry g = geometry_of(t, k);
@@ -136,7 +136,7 @@ void Forces::add(BridgeBatch &t) {
   if (world_.rules.semi_implicit) defer(t);
   find_forces(block, t);
   auto at = [](const double (*from)[BATCH], int k) { return Vec(from[0][k], from[1][k], from[2][k]); };
-  int before = -1;  // bridges of one sphere follow each other: its sums stay at hand
+  int before = -1;  // bridges of one sphere are consecutive: its sums are held in local variables
   Vec f, q;
   auto put = [&] {
     if (!engine.owned(before)) return;
@@ -180,8 +180,8 @@ void Forces::act(std::vector<Event> &events) {
   impulses_.act();
 }
 
-// A bridge that forms at step n acts for all of the k/2 steps to the middle of the interval but the half step that is lost where
-// bridges act at every step from the next on: (k - 1)/2 steps, twice that at the start, where only half a kick follows.
+// A bridge that forms at step n acts for the k/2 steps up to the middle of the interval, less the half step that is also lost if
+// bridges act from the next step on: (k - 1)/2 steps, twice that at the start, where only half a kick follows.
 void Forces::act_new(const std::vector<Event> &events) {
   if (!impulses_.on()) return;
   impulses_.weight = (world_.clock.first ? 1.0 : 0.5) * (world_.clock.bridges_every - 1);

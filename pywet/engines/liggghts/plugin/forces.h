@@ -1,4 +1,4 @@
-// Forces and torques of the active bridges, BATCH at a time, and which of them rupture.
+// Forces and torques of the active bridges in batches, and the bridges that rupture.
 #pragma once
 #include <vector>
 
@@ -14,9 +14,9 @@ class Forces {
       : world_(world), standing_(standing), energy_(energy), single_(single), sums_(sums), impulses_(impulses), implicit_(implicit),
         logs_(logs) {}
 
-  // All that stand; those that rupture are left out and become events.
+  // Evaluates all active bridges; those that rupture are skipped and become events.
   void act(std::vector<Event> &events);
-  // Those that have just formed, where bridges act every few steps. Every rank takes part.
+  // Evaluates bridges that have just formed, in multiple time stepping; collective.
   void act_new(const std::vector<Event> &events);
 
  private:

@@ -1,15 +1,15 @@
-// Semi-implicit lubrication. The drag of a bridge is taken at the speeds at the end of the step, so that no viscosity is too large
+// Semi-implicit lubrication. The drag of a bridge is evaluated at the velocities at the end of the step, so that no viscosity is too large
 // for the time step.
 //
-// Let all other forces (contacts, gravity, capillary) change the speeds first: v* = v + dt a. Then split each sphere of mass m
-// into as many parts of equal mass as it has bridges, let each bridge act between its own two parts by backward Euler, and join
-// the parts again, with the mean of their speeds. For the parts, relative mass 1/kick' = 1/(n_i/m_i + n_j/m_j),
+// First all other forces (contacts, gravity, capillary) change the velocities: v* = v + dt a. Then each sphere of mass m is split
+// into as many parts of equal mass as it has bridges, each bridge acts between its own two parts by backward Euler, and the parts
+// are joined again with their mean velocity. For the parts, relative mass 1/kick' = 1/(n_i/m_i + n_j/m_j),
 //
 //     F = -c v*/(1 + c dt (n_i/m_i + n_j/m_j)),
 //
-// along n with c of the normal law, and sideways with c v -> c_t v_t + c_r v_spin and c -> c_t + 2.5 c_r (r^2/I = 2.5/m). Neither
+// along n with c of the normal law, and tangentially with c v -> c_t v_t + c_r v_spin and c -> c_t + 2.5 c_r (r^2/I = 2.5/m). Neither
 // a drag by backward Euler nor the mean adds kinetic energy: a drag that only dissipates cannot make the run unstable, however
-// many bridges a sphere has. (The sideways law with c_t and c_r unequal is dissipative in c_t v_t + c_r v_spin, not in every
+// many bridges a sphere has. (The tangential law with c_t and c_r unequal is dissipative in c_t v_t + c_r v_spin, not in every
 // norm.) At rest the forces balance as in the explicit form; the error is of first order in dt.
 #include "implicit.h"
 
@@ -18,7 +18,7 @@
 namespace pywet {
 
 struct Push {
-  int id, bridges;            // how many it has
+  int id, bridges;            // number of its bridges
   double linear[3], spin[3];  // dt a, and dt times the angular acceleration
 };
 
@@ -41,7 +41,7 @@ void SemiImplicitDrag::act() {
     if (at.owned(b.a)) pushes[b.a].bridges++;
     if (at.owned(b.b)) pushes[b.b].bridges++;
   }
-  std::unordered_map<int, Push> others;  // spheres of other ranks that have a bridge with one of this rank
+  std::unordered_map<int, Push> others;  // spheres of other ranks that share a bridge with this one
   impulses_.set_aside();
   if (!world_.ranks.alone()) {
     for (const Waiting &w : waiting_)
@@ -64,7 +64,7 @@ void SemiImplicitDrag::act() {
       w.terms.push = w.terms.push - Vec(j.linear);
       w.terms.spin_push = w.terms.spin_push + b.radius_j * Vec(j.spin);
     }
-    w.terms.kick = impulses_.weight * at.dt * inverse;  // change of the relative speed in one step per force
+    w.terms.kick = impulses_.weight * at.dt * inverse;  // change of the relative velocity in one step per unit force
     single_.add_viscous(b, w.geometry, w.terms);
     Terms only = w.terms;
     only.capillary = 0;

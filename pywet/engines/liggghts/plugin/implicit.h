@@ -1,4 +1,4 @@
-// Bridges whose viscous forces wait for all other forces.
+// Bridges whose viscous forces are evaluated after all other forces.
 #pragma once
 #include <vector>
 
@@ -14,7 +14,7 @@ class SemiImplicitDrag {
       : world_(world), standing_(standing), single_(single), impulses_(impulses), logs_(logs) {}
   void clear() { waiting_.clear(); }
   void wait(Bridge &b, const Geometry &g, const Terms &t) { waiting_.push_back(Waiting{&b, g, t}); }
-  void act();                            // called by every rank once all other forces are known
+  void act();                            // collective; call when all other forces are known
 
  private:
   struct Waiting {

@@ -13,7 +13,7 @@ class ImpulseSums {
  public:
   explicit ImpulseSums(const SimulationState &world) : world_(world) {}
 
-  // Start of a step: an output needs the sums from before it.
+  // Call at the start of a step: an output needs the sums from before the step.
   void begin() {
     before_.clear();
     const View &at = world_.engine.at;
@@ -21,10 +21,10 @@ class ImpulseSums {
       for (int k = 0; k < 3; k++) before_.push_back(at.liquid[a][IMPULSE + k]);
   }
 
-  // Forces that are evaluated next act for this many steps; for none where a set-up repeats a step.
+  // Number of steps for which the forces evaluated next act; zero if a set-up repeats a step.
   void act_for(double steps) { span_ = world_.clock.again ? 0.0 : steps * world_.engine.at.dt; }
 
-  // Of the force on the first sphere of a bridge, and its reaction on the second.
+  // Adds the impulse of a force on the first sphere of a bridge, and of its reaction on the second.
   void add(int a, int b, const Vec &force) const {
     const View &at = world_.engine.at;
     if (at.owned(a)) accumulate(at.liquid[a] + IMPULSE, span_ * force);
@@ -38,7 +38,7 @@ class ImpulseSums {
     sums.largest = std::max(sums.largest, separation);
   }
 
-  // The impulse on a sphere up to this output; the rest of the step belongs to the next one.
+  // Impulse on a sphere up to this output; the rest of the step belongs to the next one.
   Vec taken(int a) const {
     double *now = world_.engine.at.liquid[a] + IMPULSE, until[3];
     for (int k = 0; k < 3; k++) {
@@ -51,8 +51,8 @@ class ImpulseSums {
 
  private:
   const SimulationState &world_;
-  double span_ = 0;                      // [s]
-  std::vector<double> before_;           // three numbers a sphere
+  double span_ = 0;                      // duration [s]
+  std::vector<double> before_;           // three values for each sphere
 };
 
 }  // namespace pywet

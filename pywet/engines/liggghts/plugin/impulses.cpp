@@ -1,9 +1,9 @@
-// Bridges that act every so many steps: the impulse form of multiple time stepping (Verlet-I, Grubmueller et al. 1991; r-RESPA,
+// Multiple time stepping for bridges in the impulse form (Verlet-I, Grubmueller et al. 1991; r-RESPA,
 // Tuckerman et al. 1992).
 //
-// The engine kicks by dt/2 F(n) before and after the forces of step n are known. A force that is k F(n) at every k-th step and
-// nothing between is then the symmetrical splitting: half a kick of k dt at either end of k steps under the other forces alone.
-// Everything that is decided or written about bridges happens at these steps: events, outputs, checkpoints, the contact log.
+// The engine kicks by dt/2 F(n) before and after the forces of step n are known. A force of k F(n) at every k-th step and zero
+// otherwise is then the symmetric splitting: half a kick of k dt at either end of k steps under the other forces alone.
+// All decisions and records about bridges are made at these steps: events, outputs, checkpoints, the contact log.
 #include "impulses.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Forces of bridges that act every few steps, for as many steps as they stand for.
+// Multiple time stepping: bridge forces are evaluated every few steps and applied as impulses for that many steps.
 #pragma once
 #include <vector>
 
@@ -8,23 +8,23 @@ namespace pywet {
 
 class MultipleTimeStepping {
  public:
-  double weight = 1;                     // steps for which the forces that are being evaluated act
+  double weight = 1;                     // number of steps for which the forces being evaluated act
 
   MultipleTimeStepping(const SimulationState &world, EnergyBook &energy) : world_(world), energy_(energy) {}
   bool on() const { return world_.clock.bridges_every > 1; }
-  void set_aside();                      // all other forces; those of bridges are gathered from zero
-  void act();                            // they are weighed and added to the others
+  void set_aside();                      // stores all other forces; those of bridges are then accumulated from zero
+  void act();                            // multiplies the bridge forces by their weight and adds the stored forces
 
-  // No sphere has moved further than this since the last look, nor since the near pairs were found, when `fresh`.
+  // Upper bound of the displacement of any sphere since the last call, and, with `fresh`, since the last search for near pairs.
   double moved(bool fresh);
 
  private:
   const SimulationState &world_;
   EnergyBook &energy_;
-  std::vector<double> others_;           // forces and torques, works and power, while those of bridges are gathered
+  std::vector<double> others_;           // other forces and torques, works and power, while those of bridges are accumulated
   std::vector<Acting> other_works_;
   double other_power_[EFFECTS] = {};
-  std::vector<Vec> before_;              // where spheres and ghosts were at the last look
+  std::vector<Vec> before_;              // positions of spheres and ghosts at the last call
 };
 
 }  // namespace pywet

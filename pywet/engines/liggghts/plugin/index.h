@@ -1,4 +1,4 @@
-// Where a bridge of a name stands. All in one piece of memory, which is filled anew whenever bridges are put in order.
+// Hash table from the key of a bridge to its index. One block of memory, refilled whenever the bridges are sorted.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -33,11 +33,11 @@ class Index {
     uint64_t name = NOBODY;
     int place = -1;
   };
-  std::vector<Slot> slots_;             // a power of two, at most half of them used
+  std::vector<Slot> slots_;             // size is a power of two, at most half of the slots are used
   int bits_ = 0;
   size_t used_ = 0;
 
-  // That of the name, or the empty one where it would be: the next ones after its own by a multiplicative hash (Knuth 6.4).
+  // Slot of the key, or the empty slot for it: linear probing after a multiplicative hash (Knuth 6.4).
   size_t slot_of(uint64_t name) const {
     size_t at = (name * 0x9E3779B97F4A7C15u) >> (64 - bits_);
     while (slots_[at].name != name && slots_[at].name != NOBODY) at = (at + 1) & (slots_.size() - 1);

@@ -1,4 +1,4 @@
-// The force laws: addresses of compiled Python functions. A null pointer is an effect that is off.
+// The force laws: addresses of compiled Python functions; null: the effect is off.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ typedef double (*Fn2)(double, double);
 typedef double (*Fn3)(double, double, double);
 typedef double (*Fn5)(double, double, double, double, double);
 
-// A law over many bridges: rows of BATCH numbers each in the order of Row, and so the results. As in pywet/laws/batch.py.
+// A law evaluated for many bridges: arguments are rows of BATCH values in the order of Row, results likewise, as in pywet/laws/batch.py.
 const int BATCH = 64;
 enum Row { SEPARATION, VOLUME, RADIUS_I, RADIUS_J, ANGLE_I, ANGLE_J, SPEED, ROWS };
 typedef void (*Batch)(int64_t n, const double *rows, double sigma, double eta, const int64_t *prepared, double *out);
@@ -23,7 +23,7 @@ struct Laws {
   Batch capillary = nullptr;          // F >= 0
   Batch viscous_normal = nullptr;     // F along n at the speed of row SPEED
   Batch viscous_tangential = nullptr; // c_t, then c_r
-  Prepare prepare = nullptr;          // of the capillary law: what it needs to know of a bridge, `lines` lines of numbers
+  Prepare prepare = nullptr;          // for the capillary law: precomputed data of a bridge, `lines` cache lines of numbers
   int lines = 0;
   Fn5 rupture = nullptr;             // V, r_i, r_j, theta_i, theta_j -> S_rup
   Fn3 dynamic_rupture = nullptr;     // speed, eta, sigma -> factor
@@ -31,12 +31,12 @@ struct Laws {
   Fn3 from_sphere_at_wire = nullptr; // L_i, r_i, r_w -> V_i
   Fn2 from_wall = nullptr;           // W, r_i -> V_w
   Fn3 from_wire = nullptr;           // W, r_i, r_w -> V_w
-  Fn5 shed_drop = nullptr;           // L_i, r_i, specific force, density, sigma -> volume of the drop that lets go
-  Fn3 shed_time = nullptr;           // L_i, density, sigma -> time in which the film answers
+  Fn5 shed_drop = nullptr;           // L_i, r_i, specific force, density, sigma -> volume of the drop
+  Fn3 shed_time = nullptr;           // L_i, density, sigma -> response time of the film
   double surface_tension = 0, viscosity = 0;
 };
 
-// A line of the processor's cache.
+// One cache line of the processor.
 struct alignas(64) Line {
   double number[8];
 };

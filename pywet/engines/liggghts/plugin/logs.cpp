@@ -90,7 +90,7 @@ Ledger Logs::counted() const {
   return l;
 }
 
-// At the end of the step, as the engine's second half of the kick makes it; where a run begins nothing has kicked yet.
+// Velocity at the end of the step, as after the engine's second half kick; at the start of a run no kick precedes.
 void Logs::states() {
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++) {

@@ -1,4 +1,4 @@
-// Logs: events always, contacts in windows, the rest at output steps. Files of records.h, some on every rank, some on the first.
+// Logs: events always, contacts in sampling windows, the rest at output steps. Files of records.h, some on every rank, some on the first.
 #pragma once
 #include <string>
 
@@ -20,20 +20,20 @@ class Logs {
   void write(const Felt &f);
   void write(const WireContact &c);
   void write(const RetiredSphere &s);
-  void poses();                          // of all meshes, of a script of the user's own
-  Ledger counted() const;                // now; known to the first rank; every rank takes part
+  void poses();                          // poses of all meshes, for a user's script
+  Ledger counted() const;                // ledger of the present step; complete on the first rank; collective
   void contact(const Bridge &b, const Geometry &g, const Terms &t, double weight);
-  void snapshot();                       // films, bridges, impulses, ledger, energy; every rank takes part
-  void energies_in_window();             // of a step of a window; every rank takes part
+  void snapshot();                       // films, bridges, impulses, ledger, energy; collective
+  void energies_in_window();             // energies of a step of a sampling window; collective
   void flush();
 
-  // Where every sphere of this rank was when the run stopped: stopped.<rank>.csv, for a look at the cause.
+  // Writes the last positions of this rank's spheres to stopped.<rank>.csv, for a search for the cause.
   void stop(const std::string &why) const;
 
  private:
   const SimulationState &world_;
   const Films &films_;
-  BridgeList &standing_;                   // closest points at walls are remembered when they are asked for
+  BridgeList &standing_;                   // caches closest points at walls when they are requested
   const EnergyBook &energy_;
   const ImpulseSums &sums_;
   std::string directory_;

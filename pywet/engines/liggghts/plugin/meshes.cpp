@@ -1,10 +1,10 @@
-// The engine's meshes as the contacts with faces ask for them, and what it forgets to free; beside engine.cpp and contacts.cpp the
-// last file with its headers.
+// Access to the engine's meshes for contacts with faces, and memory that the engine does not free; with engine.cpp and contacts.cpp the
+// only files that include its headers.
 #include "engine.h"
 
 #include <algorithm>
 
-// engine headers, in the order in which they compile outside the engine's own tree
+// engine headers, in the order that compiles outside the engine's source tree
 #include "mpi.h"
 #include "fix_insert_stream.h"
 #include "global_properties.h"
@@ -21,11 +21,11 @@
 
 namespace pywet {
 
-static const double ONE_PLACE = 2e-8;          // [m]: nodes so near are one for the engine
-static const double STRAIGHT = 1.0 - 1e-5;     // cosine from which it takes two edges for one line, two triangles for one plane
+static const double ONE_PLACE = 2e-8;          // [m]: the engine merges nodes that are closer
+static const double STRAIGHT = 1.0 - 1e-5;     // cosine above which the engine treats two edges as one line, two triangles as one plane
 
-// Which corners of a wall that continues through a face of the box are corners, by triangle and corner: of those at one place on both
-// faces the last one, where no two of their edges go on in a line.
+// Which corners of a wall that continues through a face of the box count as corners, by triangle and corner: of those at one point on both
+// faces the last one, unless two of their edges are collinear.
 static std::vector<std::pair<std::pair<int, int>, bool> > corners_at_faces(const Triangle *triangles, int count, const Images &images,
                                                                            const double *low, const double *high) {
   struct End {
@@ -64,7 +64,7 @@ static std::vector<std::pair<std::pair<int, int>, bool> > corners_at_faces(const
       last = std::max(last, {other.triangle, other.corner});
       for (int f : {0, 1}) on[f] |= other.on[f];
     }
-    if (!on[0] || !on[1]) continue;            // the wall ends here
+    if (!on[0] || !on[1]) continue;            // the wall does not continue
     bool flat = true, straight = false;
     for (const Vec &n : normals) flat &= std::fabs(dot(n, normals[0])) > STRAIGHT;
     for (const Vec &a : edges)
@@ -75,7 +75,7 @@ static std::vector<std::pair<std::pair<int, int>, bool> > corners_at_faces(const
   return found;
 }
 
-// The engine's flags of triangles are protected; a class of its kind may write them.
+// The engine's flags of triangles are protected; a derived class can write them.
 struct Flags : LAMMPS_NS::TriMesh {
   static bool *corners(LAMMPS_NS::TriMesh *mesh, int k) {
     bool *(LAMMPS_NS::SurfaceMeshBase::*of)(int) = &Flags::cornerActive;
@@ -83,8 +83,8 @@ struct Flags : LAMMPS_NS::TriMesh {
   }
 };
 
-// The engine looks for the triangles about a corner by their numbers and misses copies of those that it has seen: where a wall
-// continues through a face it would take the nodes there for corners, which press in addition to the wall's faces.
+// The engine finds the triangles around a corner by their numbers and skips periodic images of those already found: where a wall
+// continues through a face it would treat the nodes there as corners, which would add forces to those of the wall's faces.
 void Engine::join_corners(const Walls &walls) const {
   const LAMMPS_NS::Domain &box = *lmp_->domain;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
@@ -103,7 +103,7 @@ void Engine::before_walls(Callback callback) const {
   if (fix) fix->set_callback(callback, nullptr);
 }
 
-// A dump does not free the buffer by which it sorts, some hundred bytes a sphere.
+// A dump does not free its sort buffer, some hundred bytes for each sphere.
 void Engine::before_clear() const {
   struct Buffers : LAMMPS_NS::Dump {
     static LAMMPS_NS::SortBuffer *&of(LAMMPS_NS::Dump *dump) { return dump->*(&Buffers::sortBuffer); }
@@ -130,9 +130,9 @@ MeshNow Engine::mesh_now(size_t m) const {
   return MeshNow{m, mesh, velocities ? velocities->begin() : nullptr, mesh->isMoving()};
 }
 
-// In the order of operations of the engine's own loop over its lists.
+// In the order of operations of the engine's own loop.
 bool Engine::meets(const MeshNow &now, int triangle, int a, Meeting &met) const {
-  double delta[3] = {};  // the engine writes all of it
+  double delta[3] = {};  // the engine sets all components
   int where = 0;
   const double gap = now.triangles->resolveTriSphereContactBary(a, triangle, lmp_->atom->radius[a], at.x[a], delta, met.share, where, true);
   if (!(gap <= 0)) return false;

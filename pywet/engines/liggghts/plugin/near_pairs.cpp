@@ -6,15 +6,15 @@
 
 namespace pywet {
 
-static const double SMALLEST_BRIDGE = 1e-12;  // V* below which nothing forms: numerical zero, 1e-4 of the radius in size
+static const double SMALLEST_BRIDGE = 1e-12;  // V* below which no bridge forms: numerical zero, a bridge of 1e-4 of the radius
 
-static const double CLASS = 1.0 / 32;  // width of a class of gaps, of the skin
+static const double CLASS = 1.0 / 32;  // width of a class of gaps, relative to the skin
 
-static const double ONE_PLACE = 1e-6;  // of the radius: points so near are one, and on a face, as at a convex edge
+static const double ONE_PLACE = 1e-6;  // relative to the radius: points this close are identical, and lie on the face, as at a convex edge
 
-static const double ROUND_OFF = 1e-9;  // of the radii: so much sooner is a pair looked at
+static const double ROUND_OFF = 1e-9;  // relative to the radii: a pair is examined this much earlier
 
-// A film that was drawn dry may be below zero by the last digit; it has nothing to give.
+// Round-off can make an emptied film slightly negative; it has nothing to give.
 static double held(double volume) { return std::max(volume, 0.0); }
 
 void NearPairs::find() {
@@ -31,7 +31,7 @@ void NearPairs::find() {
   find_walls();
 }
 
-// They stand in the order of their first ends.
+// Sorted by their first ends.
 int NearPairs::bridge_of(int kind, int a, int j) const {
   const auto &bridges = standing_.bridges;
   for (size_t k = of_sphere_[a]; k < bridges.size() && bridges[k].a == a; k++)
@@ -77,15 +77,15 @@ void NearPairs::add(int a, int b) {
   if (at.tag[b] < at.tag[a]) std::swap(a, b);
   if (!at.owned(a)) return;
   const int i = at.tag[a], j = at.tag[b];
-  if (at.images.any) b = world_.engine.local(j);  // of several ghosts, or a ghost beside its own sphere, the one that is kept
+  if (at.images.any) b = world_.engine.local(j);  // of several ghosts, or a ghost and its own sphere, the one that is used
   const double radii = world_.spheres.radius(i) + world_.spheres.radius(j);
   const double reach = radii + films_.thickness(a) + films_.thickness(b);
   const double gap = norm(at.apart(a, b)) - reach - ROUND_OFF * radii;
   found_.push_back(Pair{i, j, a, b, bridge_of(SPHERE, a, j), radii, gap});
 }
 
-// What sphere and wall may move and their films grow before they touch, seen from when the candidates were found; `distance` of
-// the centre from the part now, or less.
+// Displacement of sphere and wall and growth of their films before they touch, from the state at the search; `distance`: of the
+// centre from the part now, or a lower bound.
 double NearPairs::rest(const WallPair &pair, double distance) const {
   if (world_.walls.mesh_of(pair.j).turns) return 0;
   const double reach =
@@ -96,9 +96,9 @@ double NearPairs::rest(const WallPair &pair, double distance) const {
 void NearPairs::find_walls() {
   const View &at = world_.engine.at;
   const Walls &walls = world_.walls;
-  std::vector<WallPair> before;          // closest points outlive the list
+  std::vector<WallPair> before;          // closest points are reused across searches
   before.swap(wall_pairs_);
-  std::unordered_map<int, size_t> known;  // sphere -> the first of its own
+  std::unordered_map<int, size_t> known;  // sphere -> its first pair
   for (size_t c = 0; c < before.size(); c++) known.emplace(before[c].i, c);
   auto site_of = [&](int i, int part) {
     const auto first = known.find(i);
@@ -107,7 +107,7 @@ void NearPairs::find_walls() {
     return walls.site_at(part);
   };
   wall_rest_.clear();
-  // before the next rebuild a sphere may move half the skin, a mesh its own way; films may grow meanwhile: one skin more
+  // before the next rebuild a sphere may move by half the skin and a mesh by its limit; films may grow meanwhile: one skin more
   const double thickest = films_.thickest_part();
   std::vector<char> here(walls.meshes.size());
   for (int a = 0; a < at.nlocal; a++) {
@@ -132,8 +132,8 @@ void NearPairs::find_walls() {
   }
 }
 
-// A way of a tenth of the radius in one step is no
-// motion that a contact could follow.
+// A displacement of a tenth of the radius in one step
+// is too fast for a contact to be resolved.
 void NearPairs::move_on(double moved) {
   const View &at = world_.engine.at;
   double fastest = 0;
@@ -210,10 +210,10 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
   }
 }
 
-// At a convex edge two faces of a mesh share a closest point and have one bridge. Tests whether another face has that of this one:
-// this one's closest point lies on it, too, and from there it goes on nearer to the sphere; or the sphere's bridge with it, of
-// before or of this step, has its foot in that point, or in one of this face from which this one goes on nearer. A rim, which is
-// nearer at another place, takes no bridge away.
+// At a convex edge two faces of a mesh share a closest point and have one bridge. Tests whether another face already has it: the
+// closest point of this face also lies on that one, which continues from there closer to the sphere; or the foot of the sphere's bridge
+// with it, from before or from this step, is that point, or a point of this face from which this one continues closer. A rim, whose
+// closest point is elsewhere, does not suppress a bridge.
 bool NearPairs::given_to_neighbour(size_t c, const Closest &own) {
   const WallPair &mine = wall_pairs_[c];
   const Walls &walls = world_.walls;
@@ -224,12 +224,12 @@ bool NearPairs::given_to_neighbour(size_t c, const Closest &own) {
   for (size_t k = first; k < last; k++) {
     WallPair &other = wall_pairs_[k];
     if (k == c || other.site.mesh != mine.site.mesh) continue;
-    const bool bridged = wall_rest_[k] == INF || proposed_.count(key_of(LARGE_WALL, mine.i, other.j));  // either kind of wall
+    const bool bridged = wall_rest_[k] == INF || proposed_.count(key_of(LARGE_WALL, mine.i, other.j));  // for either kind of wall
     const Vec x(world_.engine.at.x[other.a]);
     if (walls.on_border(other.j, own.point, near) && walls.goes_on(other.j, own.point, x, near)) return true;
     if (!bridged) continue;
     const Vec foot = walls.closest(x, other.site).point;
-    const bool same = norm(foot - own.point) <= near;  // also of faces that lie on one another, as where wires cross
+    const bool same = norm(foot - own.point) <= near;  // also for coincident faces, as where wires cross
     if (same || (walls.on_border(mine.j, foot, near) && walls.goes_on(mine.j, foot, x, near))) return true;
   }
   return false;

@@ -1,4 +1,4 @@
-// Pairs that are near enough to form a bridge before the engine makes its lists anew, and which of them form one now.
+// Pairs that are close enough to form a bridge before the engine rebuilds its neighbour lists, and those that form one now.
 #pragma once
 #include <unordered_map>
 #include <vector>
@@ -12,41 +12,41 @@ namespace pywet {
 class NearPairs {
  public:
   NearPairs(const SimulationState &world, const Films &films, BridgeList &standing) : world_(world), films_(films), standing_(standing) {}
-  void find();                           // when the engine has made its lists anew and the bridges are in order
-  void move_on(double moved);            // `moved`: no sphere moved further since the last call; infinity: by its speed
+  void find();                           // call after a rebuild of the neighbour lists, when the bridges are sorted
+  void move_on(double moved);            // `moved`: upper bound of any sphere's displacement since the last call; infinity: computed from the speed
   void propose(std::vector<Event> &events);
 
-  void bridged(Bridge &b);               // has just formed
-  void wake(const Bridge &b);            // has ruptured
+  void bridged(Bridge &b);               // registers a bridge that has just formed
+  void wake(const Bridge &b);            // registers a rupture
   size_t at_walls() const { return wall_pairs_.size(); }
 
  private:
   struct Pair {
     int i, j;                            // ids
     int a, b;
-    int bridge;                          // that stood when the pairs were found, or -1
-    double radii;                        // sum of radii
-    double gap;                          // between the films when the pairs were found, or less
+    int bridge;                          // index of the bridge that existed at the search, or -1
+    double radii;                        // sum of the radii
+    double gap;                          // gap between the films at the search, or less
   };
   struct WallPair {
-    int i, j, a;                         // j: part
+    int i, j, a;                         // j: wall part
     Site site;
   };
   const SimulationState &world_;
   const Films &films_;
   BridgeList &standing_;
   static const int CLASSES = 64;
-  std::vector<Pair> found_, pairs_;      // in the order of the list, and by classes of the gap when they were found
-  size_t first_[CLASSES + 1] = {};       // pair of a class
+  std::vector<Pair> found_, pairs_;      // in the order of the list; sorted by classes of the gap at the search
+  size_t first_[CLASSES + 1] = {};       // index of the first pair of each class
   int awake_classes_ = 0;
   std::vector<WallPair> wall_pairs_;
-  std::vector<double> rest_, wall_rest_; // way of each pair before which films cannot touch; infinity: a bridge
-  size_t awake_ = 0;                     // the first pairs_, whose films may have met since they were found
-  std::unordered_map<uint64_t, int> proposed_;  // key -> pair, of this step
-  double travel_ = 0, wall_travel_ = 0;  // bounds of the way of a sphere and of a wall since the pairs were found
-  std::vector<Vec> shift_before_;        // of each mesh, in the step before
+  std::vector<double> rest_, wall_rest_; // displacement before which the films of a pair cannot touch; infinity: the pair has a bridge
+  size_t awake_ = 0;                     // number of pairs, at the start of pairs_, whose films may have touched since the search
+  std::unordered_map<uint64_t, int> proposed_;  // key -> pair, proposed in this step
+  double travel_ = 0, wall_travel_ = 0;  // bounds of the displacement of a sphere and of a wall since the search
+  std::vector<Vec> shift_before_;        // shift of each mesh in the last step
 
-  std::vector<size_t> of_sphere_;        // local index -> first of its bridges when the pairs are found
+  std::vector<size_t> of_sphere_;        // local index -> first bridge of the sphere at the search
 
   int bridge_of(int kind, int a, int j) const;
   int class_of(const Pair &pair) const;

@@ -14,7 +14,7 @@ std::unique_ptr<pywet::Plugin> state;
 LAMMPS_NS::LAMMPS *engine = nullptr;
 std::string message;
 
-// Saves what there is and says why; MPI_Abort loses what the engine has buffered.
+// Flushes the logs and prints the reason; MPI_Abort discards what the engine has buffered.
 void stop(const char *why) {
   try {
     state->logs.flush();
@@ -25,12 +25,12 @@ void stop(const char *why) {
   fflush(nullptr);
 }
 
-// The fix adds `extra` to the forces after the call and never sets it: it is zeroed here, the bridges act on f and torque.
+// The fix adds `extra` to the forces after the call and never sets it: it is set to zero here; bridges act on f and torque.
 void callback(void *, int64_t step, int n, int *, double **, double **extra) {
   if (n > 0) std::memset(extra[0], 0, sizeof(double) * 3 * n);
   try {
     state->step(step);
-  } catch (const pywet::Stop &e) {  // all ranks are here, with the same words
+  } catch (const pywet::Stop &e) {  // thrown on all ranks, with the same message
     stop(e.what());
     pywet::end(engine, e.what(), true);
   } catch (const std::exception &e) {
@@ -55,7 +55,7 @@ void assign(Function &slot, void *address) {
   slot = reinterpret_cast<Function>(address);
 }
 
-// Before the first contacts: from then on the engine's triangles take their flags along.
+// Before the first contacts: from then on the engine's triangles carry their flags.
 void join(void *, int64_t, int n, int *, double **, double **extra) {
   if (n > 0) std::memset(extra[0], 0, sizeof(double) * 3 * n);
   if (!state->joined) state->world.engine.join_corners(state->world.walls);
@@ -64,7 +64,7 @@ void join(void *, int64_t, int n, int *, double **, double **extra) {
 
 }  // namespace
 
-// What a script of the user's own can print of each sphere and of all, see script.cpp.
+// Values that a user's script can print for each sphere and in total, see script.cpp.
 namespace pywet {
 
 void tell_spheres(double **rows, int n) {
@@ -123,7 +123,7 @@ EXPORT const char *pywet_set_law(const char *slot, void *address) {
   });
 }
 
-// Numbers that the capillary law wants to have at hand of every bridge: `lines` lines of 64 bytes.
+// Size of the precomputed data of the capillary law for a bridge: `lines` lines of 64 bytes.
 EXPORT void pywet_set_preparation(void *address, int lines) {
   assign(state->world.laws.prepare, address);
   state->world.laws.lines = lines;
@@ -133,8 +133,8 @@ EXPORT void pywet_set_transfer(int kind, int type_i, int other, const double *no
   state->world.transfer.set(kind, type_i, other, nodes, values, n);
 }
 
-// nodes: 9 numbers a triangle, in file order; part: index within this mesh; half_width: infinity for a large wall;
-// count: the engine holds the first that many triangles. Without parts there are no films on the mesh.
+// nodes: 9 numbers for each triangle, in file order; part: index within this mesh; half_width: infinity for a large wall;
+// count: number of triangles that the engine holds, the first ones. Without parts the mesh has no films.
 EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, const int *part, int parts,
                                   const double *half_width, const int *group, double contact_angle, int count) {
   return guarded([&] {
@@ -163,10 +163,10 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
   });
 }
 
-// Area over which liquid is spread on walls: 0 a triangle, 1 a part, 2 a mesh.
+// Area over which liquid spreads on walls: 0 a triangle, 1 a part, 2 a mesh.
 EXPORT void pywet_set_wall_film(int of) { state->world.walls.film = pywet::WallFilm(of); }
 
-// A wire of the mesh added last; wall, triangle: its name in logs; section: n corners, see prisms.h.
+// Adds an analytic wire of the last mesh; wall, triangle: identify it in logs; section: n corners, see prism.h.
 EXPORT void pywet_add_prism(int wall, int triangle, int axis, double low, double high, int n, const double *section) {
   state->wires.prisms.push_back(pywet::Prism(int(state->world.walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));
 }
@@ -183,7 +183,7 @@ EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const doubl
   }
 }
 
-// Step from which on each sphere has weight, for the spheres of pywet_set_spheres.
+// First step at which each sphere has weight, for the spheres of pywet_set_spheres.
 EXPORT void pywet_set_feed(int n, const int *id, const int64_t *enters) {
   pywet::Insertion &feed = state->world.feed;
   for (int k = 0; k < n; k++) {
@@ -199,26 +199,26 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
   clock.window_last.assign(last, last + windows);
 }
 
-// Outputs of a run whose end is not known: every so many steps from one on.
+// Outputs of a run of unknown length: first step and interval.
 EXPORT void pywet_set_output_every(int64_t steps, int64_t from) {
   state->world.clock.output_every = steps;
   state->world.clock.output_from = from;
 }
 
-// The engine reads a script of the user's own: contacts are logged for so many steps from each output on; `enter` gives spheres that
-// come their types and films.
+// The engine reads a user's script: contacts are logged for this many steps from each output on; `enter` returns types and films of
+// created spheres.
 EXPORT void pywet_set_script(int64_t window_steps, pywet::Enter enter) {
   state->world.rules.scripted = true;
   state->world.clock.window_steps = window_steps;
   state->turnover.enter = enter;
 }
 
-// After pywet_attach: go on from what state_of_script has told, `n` numbers.
+// Call after pywet_attach: continues from the `n` numbers of state_of_script.
 EXPORT const char *pywet_resume_script(const double *numbers, int n) {
   return guarded([&] { state->turnover.resume(std::vector<double>(numbers, numbers + n)); });
 }
 
-// How far the neighbour list sees, where no deck says it: what ways of spheres may use up [m], films over the radius.
+// Range of the neighbour list if no deck defines it: displacement of spheres that it covers [m], films relative to the radius.
 EXPORT void pywet_set_reach(double skin, double thickest_film) {
   state->world.engine.skin = skin;
   state->world.engine.thickest_film = thickest_film;
@@ -237,10 +237,10 @@ EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int s
   state->world.clock.checkpoint_every = checkpoint_every;
 }
 
-// Bridges act every so many steps, see impulses.cpp; outputs and checkpoints are at such steps.
+// Interval in steps between evaluations of bridges, see impulses.cpp; outputs and checkpoints are at such steps.
 EXPORT void pywet_set_impulses(int every) { state->world.clock.bridges_every = every; }
 
-// Spheres whose centre is below a height and that are slower than a speed are taken out at checkpoints.
+// Spheres below this height and slower than this speed are removed at checkpoints.
 EXPORT void pywet_set_retirement(double below, double slower) {
   pywet::Settings &rules = state->world.rules;
   rules.retires = true;
@@ -248,14 +248,14 @@ EXPORT void pywet_set_retirement(double below, double slower) {
   rules.retire_slower = slower;
 }
 
-// Spheres whose centre is in this region are taken out at checkpoints.
+// Spheres whose centre is in this region are removed at checkpoints.
 EXPORT void pywet_add_outlet(const double *low, const double *high) {
   pywet::Settings &rules = state->world.rules;
   rules.retires = true;
   rules.outlets.push_back({pywet::Vec(low), pywet::Vec(high)});
 }
 
-// Density of the liquid, for its weight (where it has one: the dry mass of a sphere of each type) and for drops.
+// Density of the liquid, for its weight (then with the dry mass of a sphere of each type) and for drops.
 EXPORT void pywet_set_liquid_mass(double density, int weighs, const double *type_mass, int64_t drop_every) {
   pywet::SimulationState &world = state->world;
   world.rules.density = density;
@@ -264,7 +264,7 @@ EXPORT void pywet_set_liquid_mass(double density, int weighs, const double *type
   world.clock.drop_every = drop_every;
 }
 
-// After pywet_attach: go on from a state file.
+// Call after pywet_attach: continues from a state file.
 EXPORT const char *pywet_resume(const char *state_file) {
   return guarded([&] { state->resume(state_file); });
 }
@@ -278,14 +278,14 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
   });
 }
 
-// Before the engine is emptied.
+// Call before the engine is cleared.
 EXPORT void pywet_before_clear() { state->world.engine.before_clear(); }
 
 // Wait for all ranks, so that the file of the first one exists for all.
 EXPORT void pywet_wait() { MPI_Barrier(state->world.ranks.all); }
 
-// Spheres with ghosts, bridges and pairs of a sphere and a wall part that are held here, and whether contacts are made in batches;
-// on the first rank the most of any.
+// Numbers of spheres with ghosts, of bridges and of pairs of a sphere and a wall part on this rank, and whether contacts are made in batches;
+// on the first rank the maximum over all ranks.
 EXPORT void pywet_held(int64_t *most) {
   state->world.engine.look();
   const int64_t here[4] = {state->world.engine.at.nall, int64_t(state->standing.bridges.size()), int64_t(state->near.at_walls()),
@@ -293,7 +293,7 @@ EXPORT void pywet_held(int64_t *most) {
   MPI_Reduce(here, most, 4, MPI_INT64_T, MPI_MAX, 0, state->world.ranks.all);
 }
 
-// Closes the logs and ends MPI; the engine library leaves that to its caller.
+// Closes the logs and ends MPI, which the engine library leaves to its caller.
 EXPORT void pywet_finish() {
   state.reset();
   int done = 0;

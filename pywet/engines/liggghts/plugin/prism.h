@@ -1,4 +1,4 @@
-// Wires as the prisms they are: a convex section drawn along one axis of the mesh at rest. Closest point in closed form.
+// Analytic wires: prisms of convex cross-section along one axis of the mesh at rest. Closest point in closed form.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -12,13 +12,13 @@
 
 namespace pywet {
 
-// Axes: `along` is the wire's (0, 1, 2 for x, y, z), `across` and `up` the next two in turn.
+// Axes: `along` is the wire's axis (0, 1, 2 for x, y, z), `across` and `up` the next two in cyclic order.
 class Prism {
  public:
-  int mesh, wall, triangle;             // the scene's number of the mesh and the wire's first triangle in it: its name in logs
+  int mesh, wall, triangle;             // number of the mesh in the scene and of the wire's first triangle in it, which identify the wire in logs
   int along, across, up;
   double low, high;                     // ends [m]
-  double middle[2], round;              // centre and radius of the circle about the section
+  double middle[2], round;              // centre and radius of the circle around the section
 
   // section: n corners (across, up), counter-clockwise seen against the axis
   Prism(int mesh, int wall, int triangle, int axis, double low, double high, int n, const double *section)
@@ -38,7 +38,7 @@ class Prism {
     for (const Side &s : sides_) round = std::max(round, std::hypot(s.u - middle[0], s.v - middle[1]));
   }
 
-  // Whether a point may be within `reach`, by the circle about the section.
+  // Whether a point may be within `reach`, by the circle around the section.
   bool near(const double *y, double reach) const {
     const double u = y[across] - middle[0], v = y[up] - middle[1], far = reach + round;
     return u * u + v * v < far * far && y[along] > low - reach && y[along] < high + reach;
@@ -50,7 +50,7 @@ class Prism {
     bool inside = true;
     for (const Side &s : sides_) {
       const double du = y[across] - s.u, dv = y[up] - s.v;
-      if (du * s.tv - dv * s.tu <= 0) continue;  // behind this side
+      if (du * s.tv - dv * s.tu <= 0) continue;  // the point is behind this side
       inside = false;
       const double way = std::min(std::max(du * s.tu + dv * s.tv, 0.0), s.length);
       const double a = s.u + way * s.tu, b = s.v + way * s.tv;

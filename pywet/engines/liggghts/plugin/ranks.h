@@ -1,4 +1,4 @@
-// The ranks of a run: what they tell each other, and how they stop together.
+// MPI communication between the ranks of a run, and a common stop.
 #pragma once
 #include <mpi.h>
 
@@ -10,12 +10,12 @@
 
 namespace pywet {
 
-// A run that has to stop, known to every rank alike.
+// Exception that stops the run; all ranks throw it with the same message.
 struct Stop : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A record as MPI sees it: counts are of records, so that they hold for large beds.
+// MPI type of a record: counts are numbers of records, so that they do not overflow in large beds.
 template <class T>
 struct Whole {
   MPI_Datatype type;
@@ -30,29 +30,29 @@ class Communicator {
  public:
   MPI_Comm all = MPI_COMM_NULL;
   int me = 0, count = 1;
-  int beside[2][2] = {};                 // the next ranks down and up x, and y; MPI_PROC_NULL: none
-  int hops[2][2] = {};                   // so many of them away down and up x, and y, are ranks that hold a sphere which this one holds
+  int beside[2][2] = {};                 // neighbouring ranks below and above along x and y; MPI_PROC_NULL: none
+  int hops[2][2] = {};                   // number of ranks below and above along x and y that may hold a sphere of this one
 
   void join(MPI_Comm comm);
   bool alone() const { return count == 1; }
   bool first() const { return me == 0; }
 
-  // What all ranks have together of two things. Where any rank met a problem, all stop with the same words.
+  // Gathers two quantities over all ranks. If any rank reports a problem, all stop with the same message.
   std::array<int, 2> agree(const std::array<int, 2> &mine, const std::string &problem) const;
 
-  // Records of all ranks that hold an end of what this one holds an end of, and of some more; its own first.
+  // Records of all ranks that share an end with this one, and possibly of more; its own first.
   template <class T>
   std::vector<T> near(std::vector<T> mine) const;
 
-  // Records of all ranks, in order of the ranks.
+  // Records of all ranks, in the order of the ranks.
   template <class T>
   std::vector<T> gathered(const std::vector<T> &mine) const;
 
-  // The same for the first rank alone; nothing for others.
+  // The same on the first rank only; empty on others.
   template <class T>
   std::vector<T> told_first(const std::vector<T> &mine) const;
 
-  // Of all ranks together, on the first.
+  // Sum over all ranks, on the first rank.
   template <class T, size_t N>
   void add_up(T (&numbers)[N]) const {
     if (alone()) return;
@@ -77,7 +77,7 @@ std::vector<T> Communicator::gathered(const std::vector<T> &mine) const {
   return of_all;
 }
 
-// Along x, then what has come along y, as the engine tells of ghosts.
+// First along x, then along y including what was received along x, as the engine exchanges ghosts.
 template <class T>
 std::vector<T> Communicator::near(std::vector<T> mine) const {
   for (int axis : {0, 1}) {
@@ -97,7 +97,7 @@ template <class T>
 std::vector<T> Communicator::passed_on(const std::vector<T> &records, int to, int from) const {
   const Whole<T> whole;
   const int size = int(records.size());
-  int coming = 0;                        // where there is nobody
+  int coming = 0;                        // remains zero without a neighbour
   MPI_Sendrecv(&size, 1, MPI_INT, to, 0, &coming, 1, MPI_INT, from, 0, all, MPI_STATUS_IGNORE);
   std::vector<T> come(coming);
   MPI_Sendrecv(records.data(), size, whole.type, to, 1, come.data(), coming, whole.type, from, 1, all, MPI_STATUS_IGNORE);

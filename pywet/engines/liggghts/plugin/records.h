@@ -7,8 +7,8 @@
 
 namespace pywet {
 
-enum { FORMATION = 0, RUPTURE = 1, RETIREMENT = 2 };  // RETIREMENT: the bridge ends since a sphere of it is taken out
-enum { SPHERE = 0, LARGE_WALL = 1, SMALL_WALL = 2, LEFT = 3 };  // LEFT: of drops alone
+enum { FORMATION = 0, RUPTURE = 1, RETIREMENT = 2 };  // RETIREMENT: the bridge ends because one of its spheres is removed
+enum { SPHERE = 0, LARGE_WALL = 1, SMALL_WALL = 2, LEFT = 3 };  // LEFT: for drops only
 
 #pragma pack(push, 1)
 struct Event {
@@ -86,7 +86,7 @@ struct Pose {
 struct RetiredSphere {
   int64_t step;
   double time;
-  int32_t id, type, outlet, pad;  // outlet: its number, 0: the collecting bin
+  int32_t id, type, outlet, pad;  // outlet: number of the outlet, 0: the collecting bin
   double film, x[3], v[3];
 };
 #pragma pack(pop)
@@ -104,14 +104,14 @@ static_assert(sizeof(State) == 96, "records must match pywet/schema.py");
 static_assert(sizeof(Pose) == 160, "records must match pywet/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/schema.py");
 
-// A number in a sentence: six digits whatever its size, where std::to_string would write a film's 3e-7 as 0.000000.
+// Formats a number for a message: six significant digits, whereas std::to_string would write a film of 3e-7 as 0.000000.
 inline std::string number(double value) {
   char text[32];
   snprintf(text, sizeof text, "%.6g", value);
   return text;
 }
 
-// An append-only file of one kind of record; a failed write (disk full) is an error, never silence.
+// Append-only file of one kind of record; a failed write (disk full) raises an error.
 class RecordFile {
  public:
   void open(const std::string &path) {

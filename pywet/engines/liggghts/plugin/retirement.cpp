@@ -1,15 +1,15 @@
-// Who is taken out: its centre is far below the plane of the bin and it is too slow to come back (the numbers are those of the
-// scene), or its centre is in an outlet. Its bridges end in the same step as by rupture, each side with its share of the transfer law; what it then holds as film
-// is what it leaves with. The worker takes the sphere out of the engine before it writes
-// the checkpoint. In a window of
-// detailed logs nobody is taken out.
+// A sphere is removed if its centre is far below the plane of the bin and it is too slow to return (thresholds are part of the
+// scene), or if its centre is in an outlet. Its bridges end in the same step as by rupture, each side with its share of the transfer law; its film
+// afterwards leaves with it. The worker deletes the sphere in the engine before it writes
+// the checkpoint. In a sampling window
+// no sphere is removed.
 #include "retirement.h"
 
 #include <algorithm>
 
 namespace pywet {
 
-// The velocity is that at the end of the step, as the engine's second half of the kick makes it and as the trajectory has it.
+// Velocity at the end of the step, as after the engine's second half kick and in the trajectory.
 std::vector<RetiredSphere> Retirement::chosen() const {
   const View &at = world_.engine.at;
   const Settings &rules = world_.rules;
@@ -65,7 +65,7 @@ void Retirement::hand_over(std::vector<RetiredSphere> &all) {
   long double sum = films_.retired;
   for (const RetiredSphere &s : all) {
     sum += s.film;
-    if (const int a = engine.local(s.id); a >= 0) engine.at.liquid[a][FILM] = 0;  // it counts as handed over from now on
+    if (const int a = engine.local(s.id); a >= 0) engine.at.liquid[a][FILM] = 0;  // its film counts as removed from now on
     logs_.write(s);
   }
   films_.retired = double(sum);

@@ -1,4 +1,4 @@
-// Spheres that have passed and lie in the bin are taken out of the run at checkpoints, with the liquid that is theirs.
+// Removes spheres that have passed and lie in the bin, with their liquid, at checkpoints.
 #pragma once
 #include "booking.h"
 
@@ -8,7 +8,7 @@ class Retirement {
  public:
   Retirement(SimulationState &world, Films &films, BridgeList &standing, Booking &booking, Logs &logs)
       : world_(world), films_(films), standing_(standing), booking_(booking), logs_(logs) {}
-  void retire();                         // at the end of a step, when its forces and events are complete
+  void retire();                         // call at the end of a step, when its forces and events are complete
 
  private:
   SimulationState &world_;
@@ -17,7 +17,7 @@ class Retirement {
   Booking &booking_;
   Logs &logs_;
 
-  std::vector<RetiredSphere> chosen() const;  // of this rank
+  std::vector<RetiredSphere> chosen() const;  // spheres of this rank to be removed
   void end_bridges();
   void hand_over(std::vector<RetiredSphere> &all);
 };

@@ -1,4 +1,4 @@
-// What a scene asks of the plugin, set once before the run.
+// Settings of the scene for the plugin, fixed before the run.
 #pragma once
 #include <vector>
 
@@ -16,21 +16,21 @@ struct Outlet {
 
 struct Settings {
   Vec gravity;
-  bool batched = false;                 // contacts of spheres in batches, see contacts.h
-  bool touches_faces = false;           // contacts with the triangles of walls are made here, see faces.h
-  bool scripted = false;                // the engine reads a script of the user's own, in which spheres come and go
-  double largest_overlap = 0.5;         // of the smaller radius; beyond, the run stops
-  bool moist = true;                    // false: nothing but contacts with prisms
+  bool batched = false;                 // contacts of spheres are evaluated in batches, see contacts.h
+  bool touches_faces = false;           // contacts with triangles of walls are made by the plugin, see faces.h
+  bool scripted = false;                // the engine reads a user's script, in which spheres are inserted and removed
+  double largest_overlap = 0.5;         // relative to the smaller radius; the run stops beyond it
+  bool moist = true;                    // false: only contacts with analytic wires
   bool semi_implicit = false;
-  bool energy = true;                   // works are added up and logged
+  bool energy = true;                   // work terms are accumulated and logged
   bool weighs = false;                  // the liquid has mass
-  double density = 0;                   // of the liquid
-  bool retires = false;                 // spheres that lie in the bin are taken out at checkpoints
-  double retire_below = 0;              // height of the centre [m]
-  double retire_slower = 0;             // speed [m/s]
-  std::vector<Outlet> outlets;          // in place of the bin: who is in one of them at a checkpoint is taken out
+  double density = 0;                   // density of the liquid [kg/m3]
+  bool retires = false;                 // spheres that lie in the bin are removed at checkpoints
+  double retire_below = 0;              // height of the centre below which a sphere is removed [m]
+  double retire_slower = 0;             // speed below which a sphere is removed [m/s]
+  std::vector<Outlet> outlets;          // in place of the bin: spheres inside one of them at a checkpoint are removed
 
-  // Number of the outlet, from 1 on, that holds a centre; 0: none.
+  // Number of the outlet, from 1, that contains a centre; 0: none.
   int outlet(const Vec &x) const {
     for (size_t k = 0; k < outlets.size(); k++)
       if (outlets[k].holds(x)) return int(k) + 1;

@@ -1,5 +1,5 @@
-// A fix style for scripts of the user's own, `fix ID all pywet WORDS`: the engine reads its script by itself and this style sets the
-// plugin up where its line stands. What is said there, and whether it can be done, is for pywet.cases.script to say.
+// Fix style `fix ID all pywet WORDS` for users' scripts: the engine reads its script, and this style sets the plugin up at its line.
+// Syntax and admissible values are checked in pywet.cases.script.
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -12,7 +12,7 @@
 #include "script.h"
 #include "turnover.h"
 
-// engine headers, in the order in which they compile outside the engine's own tree
+// engine headers, in the order that compiles outside the engine's source tree
 #include "mpi.h"
 #include "fix_insert_stream.h"
 #include "global_properties.h"
@@ -45,7 +45,7 @@ namespace {
 
 using namespace LAMMPS_NS;
 
-// What is asked where the line is read, before every run, and where the first one begins: a refusal ends the program there.
+// Call-back into Python when the line is read, before every run, and when the first run begins; an error there ends the program.
 typedef void (*Asked)(const char *when);
 
 Asked asked = nullptr;
@@ -61,7 +61,7 @@ Styles *styles_of(Modify &modify);
 class FixWet : public FixExternal {
  public:
   int64_t last = -1;                    // step of the latest forces
-  std::vector<double> restored;         // from a restart file
+  std::vector<double> restored;         // values from a restart file
 
   FixWet(LAMMPS *lmp, int same, char **as_external) : FixExternal(lmp, same, as_external) {
     restart_global = 1;
@@ -85,7 +85,7 @@ class FixWet : public FixExternal {
   }
   void post_create() override {
     const char *held[8 + NUMBERS_TAKEN] = {"p_liquid", "all", "property/atom", "pywet_liquid", "vector", "yes", "yes", "no"};
-    std::fill_n(held + 8, int(NUMBERS_TAKEN), "0.");  // also of spheres that come
+    std::fill_n(held + 8, int(NUMBERS_TAKEN), "0.");  // also for spheres that are created later
     modify->add_fix(8 + NUMBERS_TAKEN, const_cast<char **>(held));
     asked("line");
   }
@@ -94,10 +94,10 @@ class FixWet : public FixExternal {
     if (last >= 0) FixExternal::init();
   }
   void setup(int flags) override {
-    if (last < 0) asked("begin");         // meshes and inserted spheres are there now
+    if (last < 0) asked("begin");         // meshes and inserted spheres exist now
     post_force(flags);
   }
-  // The engine hands on what follows the size, without it.
+  // The engine passes what follows the size, without the size.
   void write_restart(FILE *file) override {
     std::vector<double> told{0};
     if (last >= 0) {
@@ -127,9 +127,9 @@ class FixWet : public FixExternal {
   }
 
  private:
-  double **told_ = nullptr;             // of each sphere, see script.h
+  double **told_ = nullptr;             // values of each sphere, see script.h
   double sums_[ALL] = {};
-  int64_t summed_ = -1;                 // step of these
+  int64_t summed_ = -1;                 // step of these sums
 };
 
 FixWet *wet = nullptr;
@@ -138,7 +138,7 @@ LAMMPS_NS::FixMeshSurface *mesh_of(const char *id) {
   return dynamic_cast<LAMMPS_NS::FixMeshSurface *>(lmp_of_script->modify->find_fix_id(id));
 }
 
-// Of a wall its meshes (none: it is primitive), of a mesh its triangles and which one it is.
+// For a wall its meshes (none: a primitive wall), for a mesh the number of its triangles and its index.
 void say_walls(std::ostream &out, LAMMPS_NS::Fix *fix) {
   if (LAMMPS_NS::FixWallGran *wall = dynamic_cast<LAMMPS_NS::FixWallGran *>(fix)) {
     out << ",\"meshes\":[";
@@ -149,7 +149,7 @@ void say_walls(std::ostream &out, LAMMPS_NS::Fix *fix) {
     out << ",\"triangles\":" << mesh->triMesh()->sizeGlobal() << ",\"belt\":" << mesh->surfaceVel() << ",\"is\":\"" << mesh << "\"";
 }
 
-// Of all fixes of gravity together [m/s2], and whether it stays so and is on all spheres.
+// Sum of all gravity fixes [m/s2], and whether it is constant and acts on all spheres.
 void say_gravity(std::ostream &out) {
   struct Steady : LAMMPS_NS::FixGravity {
     static bool is(LAMMPS_NS::FixGravity *fix) { return fix->igroup == 0 && fix->*(&Steady::varflag) == 0; }
@@ -167,7 +167,7 @@ void say_gravity(std::ostream &out) {
   out << ",\"steady_gravity\":" << steady << ",\"gravity\":[" << all[0] << "," << all[1] << "," << all[2] << "]";
 }
 
-// Lengths along x, y, z [m], 0 where nothing repeats.
+// Periodic lengths along x, y, z [m], 0 if not periodic.
 std::string periodic_lengths() {
   const LAMMPS_NS::Domain &box = *lmp_of_script->domain;
   std::ostringstream out;
@@ -203,7 +203,7 @@ template struct Door<&Modify::fix_map>;
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
 
-// Makes the style known to the engine.
+// Registers the style with the engine.
 EXPORT void pywet_know_script(void *lmp, void (*ask)(const char *)) {
   using namespace pywet;
   lmp_of_script = static_cast<LAMMPS_NS::LAMMPS *>(lmp);
@@ -211,7 +211,7 @@ EXPORT void pywet_know_script(void *lmp, void (*ask)(const char *)) {
   (*styles_of(*lmp_of_script->modify))["pywet"] = made;
 }
 
-// What the engine holds now, as JSON; names in it are words of its script.
+// Present state of the engine as JSON; names are those of its script.
 EXPORT const char *pywet_script_state() {
   using namespace pywet;
   static std::string text;
@@ -246,18 +246,18 @@ EXPORT const char *pywet_script_state() {
   return text.c_str();
 }
 
-// What a restart file held of the liquid, as many numbers as the state says.
+// Values of the restart file about the liquid, as many as the state declares.
 EXPORT void pywet_script_restored(double *numbers) {
   std::copy(pywet::wet->restored.begin(), pywet::wet->restored.end(), numbers);
 }
 
-// Of all spheres, as many as the state says, in order of their numbers.
+// Values of all spheres, as many as the state declares, sorted by id.
 EXPORT void pywet_script_spheres(void *all) {
   const std::vector<pywet::Newcomer> now = pywet::spheres_now();
   std::copy(now.begin(), now.end(), static_cast<pywet::Newcomer *>(all));
 }
 
-// Corners of a mesh's triangles as they are now, 9 numbers each, in the order of their numbers; every rank takes part.
+// Present corners of a mesh's triangles, 9 numbers each, sorted by number; collective.
 EXPORT void pywet_script_triangles(const char *id, double *corners) {
   using namespace pywet;
   LAMMPS_NS::TriMesh *mesh = mesh_of(id)->triMesh();

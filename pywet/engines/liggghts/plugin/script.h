@@ -1,16 +1,16 @@
-// What a script of the user's own can print: of each sphere film [m3] and number of bridges; of all together, in this order, liquid
-// put in, on spheres, in bridges, on walls, gone with spheres [m3], bridges, formations, ruptures, their capillary energy [J].
+// Values that a user's script can print: for each sphere film [m3] and number of bridges; summed over all, in this order, liquid put in,
+// on spheres, in bridges, on walls, removed with spheres [m3], bridges, formations, ruptures, their capillary energy [J].
 #pragma once
 #include <vector>
 
 namespace pywet {
 
-const int ALL = 9, OF_SPHERE = 5;       // its bridges' force is in the last three
+const int ALL = 9, OF_SPHERE = 5;       // the last three values of a sphere are the force of its bridges
 
 void tell_spheres(double **rows, int n);
-void tell_all(double (&sums)[ALL]);     // every rank takes part
+void tell_all(double (&sums)[ALL]);     // collective
 
-// What the engine's restart file holds of the liquid besides the films on spheres: every rank takes part, the first one knows.
+// Content of the engine's restart file about the liquid, without the films on spheres: collective, the result is on the first rank.
 std::vector<double> state_of_script();
 
 }  // namespace pywet

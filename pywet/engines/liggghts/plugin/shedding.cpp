@@ -1,11 +1,11 @@
-// Drops: liquid that a sphere's film cannot hold under its acceleration lets go and lands straight below.
+// Shedding: liquid that a sphere's film cannot hold under its acceleration detaches as a drop and falls straight down.
 //
-// Every `drop_every` steps all ranks learn where all spheres are and how fast. The change of speed since then, less gravity, is
-// exactly the mean specific force on a sphere (zero in free flight, g upwards at rest); the film answers to it with a time of its own (the second
-// function of the law). All ranks then decide alike. Drops of a step are booked after its formations and ruptures: each sphere
-// sheds one at most, from its film before any drop has arrived. A drop lands in the same step, on the first surface below the sphere's centre along
-// gravity (its fall takes no time): a sphere, a wall triangle, or nothing, and has then left. A sphere that would hold more than
-// the neighbour list sees is passed.
+// Every `drop_every` steps all ranks gather positions and velocities of all spheres. The change of velocity since then, less gravity, is
+// exactly the mean specific force on a sphere (zero in free fall, g upwards at rest); the film responds to it with a relaxation time (the second
+// function of the law). All ranks then decide identically. Drops of a step are applied after its formations and ruptures: each sphere
+// sheds at most one, from its film before any drop has arrived. A drop lands in the same step, on the first surface below the sphere's centre along
+// gravity (its fall takes no time): a sphere, a wall triangle, or none, in which case it has left. A sphere whose film would exceed
+// the range of the neighbour list is skipped.
 #include "shedding.h"
 
 #include <algorithm>
@@ -13,9 +13,9 @@
 
 namespace pywet {
 
-static const double FULL = 0.8;  // of the thickest film that the neighbour list allows for
+static const double FULL = 0.8;  // relative to the thickest film that the neighbour list covers
 static const int SAMPLES = 8;
-static const int STATE = 8;      // there, position, velocity, film
+static const int STATE = 8;      // exists, position, velocity, film
 
 // Position, velocity and film of every sphere, by id.
 std::vector<double> Shedding::everywhere() const {
@@ -34,7 +34,7 @@ std::vector<double> Shedding::everywhere() const {
   return all;
 }
 
-// Mean specific force on every sphere as its film feels it.
+// Mean specific force on every sphere, low-pass filtered as its film responds.
 void Shedding::feel(const std::vector<double> &now) {
   const Laws &laws = world_.laws;
   const size_t ids = world_.spheres.ids();
@@ -58,7 +58,7 @@ void Shedding::feel(const std::vector<double> &now) {
     for (int k = 0; k < 3; k++) speed_then_[3 * id + k] = now[STATE * id + 4 + k];
 }
 
-// What the films of some spheres felt, for the replay: of SAMPLES in the mean, scattered over the numbers; of all where there are no more.
+// Writes the filtered force of some spheres for the replay: SAMPLES on average, scattered over the ids; all if there are fewer.
 void Shedding::record(const std::vector<double> &now) const {
   const uint64_t most = (uint64_t(SAMPLES) << 32) / uint64_t(std::max<int64_t>(world_.spheres.count, SAMPLES));
   for (size_t id = 1; id < world_.spheres.ids(); id++) {
@@ -70,7 +70,7 @@ void Shedding::record(const std::vector<double> &now) const {
   }
 }
 
-// How far along `down` a ray from y meets a triangle; infinity where it does not (Moeller and Trumbore 1997).
+// Distance along `down` at which a ray from y hits a triangle; infinity if it does not (Moeller and Trumbore 1997).
 static double meets(const Vec &y, const Vec &down, const Triangle &t) {
   const Vec e = t.b - t.a, f = t.c - t.a, p = cross(down, f);
   const double det = dot(e, p);
@@ -80,7 +80,7 @@ static double meets(const Vec &y, const Vec &down, const Triangle &t) {
   return u >= 0 && v >= 0 && u + v <= 1 && way > 0 ? way : INF;
 }
 
-// Where the drop of sphere d.i lands.
+// Finds where the drop of sphere d.i lands.
 void Shedding::land(const std::vector<double> &now, Drop &d) const {
   const Vec &gravity = world_.rules.gravity;
   const Walls &walls = world_.walls;

@@ -1,4 +1,4 @@
-// Drops that let go of spheres.
+// Shedding: drops that detach from the films of spheres.
 #pragma once
 #include <vector>
 
@@ -15,7 +15,7 @@ class Shedding {
   void shed();
 
   template <class Each>
-  void keep(Each each) {                 // what a checkpoint holds
+  void keep(Each each) {                 // fields stored in a checkpoint
     each(felt_);
     each(speed_then_);
   }
@@ -25,7 +25,7 @@ class Shedding {
   Films &films_;
   Weight &weight_;
   Logs &logs_;
-  std::vector<double> felt_, speed_then_;  // 3 numbers an id: specific force, velocity at the last look
+  std::vector<double> felt_, speed_then_;  // three values for each id: specific force, and velocity at the last evaluation
 
   std::vector<double> everywhere() const;
   void feel(const std::vector<double> &now);

@@ -32,7 +32,7 @@ void Single::add_viscous(const Bridge &b, const Geometry &g, Terms &t) const {
     t.factor_normal = 1 / (1 + t.drag * t.kick);
     t.viscous = -t.drag * t.factor_normal * dot(pushed, g.n);
   }
-  const double rj = b.kind == SPHERE ? g.radius_j : 0.0;  // a wall has no spin of its own about a centre
+  const double rj = b.kind == SPHERE ? g.radius_j : 0.0;  // a wall has no rotation about a centre
   const Vec spin = cross(g.n, g.radius_i * g.wi + rj * g.wj + t.spin_push);
   t.factor_tangential = 1 / (1 + (t.slide + 2.5 * t.roll) * t.kick);  // r^2/I = 2.5/m
   t.tangential = (-t.slide * t.factor_tangential) * (pushed - dot(pushed, g.n) * g.n) + (-t.roll * t.factor_tangential) * spin;

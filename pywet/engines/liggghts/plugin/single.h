@@ -1,4 +1,4 @@
-// The forces of one bridge outside of the batches: of those that have just formed, and those whose drag waits.
+// Forces of one bridge outside the batches: for bridges that have just formed and for semi-implicit drag.
 #pragma once
 #include "energy.h"
 #include "impulse_sums.h"
@@ -9,8 +9,8 @@ class Single {
  public:
   Single(const SimulationState &world, const BridgeList &standing, EnergyBook &energy, const ImpulseSums &sums)
       : world_(world), standing_(standing), energy_(energy), sums_(sums) {}
-  Terms laws(size_t bridge, const Geometry &g) const;  // the same as in a batch
-  // With t.kick = 0 at the present speeds; else at those of the end of the step, see implicit.cpp.
+  Terms laws(size_t bridge, const Geometry &g) const;  // same values as in a batch
+  // With t.kick = 0 at the present velocities; otherwise at those at the end of the step, see implicit.cpp.
   void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
   void act(Bridge &b, const Geometry &g, const Terms &t);
   [[noreturn]] void not_finite(const Bridge &b, double separation) const;

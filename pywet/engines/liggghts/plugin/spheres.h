@@ -1,4 +1,4 @@
-// The spheres of a scene as they are when dry: sizes, contact angles, masses by type.
+// Dry properties of the spheres of a scene: sizes, contact angles, masses by type.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -9,11 +9,11 @@ namespace pywet {
 class Spheres {
  public:
   std::vector<double> type_radius, type_angle, type_mass;  // index: type - 1
-  std::vector<int> type_of;                                // index: sphere id; 0: there is none
+  std::vector<int> type_of;                                // index: sphere id; 0: no such sphere
   int64_t count = 0;
-  std::vector<int64_t> retired;                            // ids, in order: taken out of the engine, or at the end of this step
+  std::vector<int64_t> retired;                            // sorted ids of spheres that are removed, or will be at the end of this step
 
-  size_t ids() const { return type_of.size(); }            // one more than the largest
+  size_t ids() const { return type_of.size(); }            // largest id plus one
   bool exists(size_t id) const { return type_of[id] > 0; }
   bool is_retired(int64_t id) const { return std::binary_search(retired.begin(), retired.end(), id); }
   double radius(int id) const { return type_radius[type_of[id] - 1]; }

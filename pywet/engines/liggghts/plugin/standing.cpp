@@ -89,7 +89,7 @@ void BridgeList::expect(std::shared_ptr<const BridgeRecord> all, int64_t n) {
   count_told_ = n;
 }
 
-// The rank that owned the first end sends every bridge that has an end on another rank from now on.
+// The rank that owned the first end sends every bridge that now has an end on another rank.
 void BridgeList::exchange() {
   const View &at = world_.engine.at;
   std::vector<BridgeRecord> leaving;
@@ -108,7 +108,7 @@ void BridgeList::exchange() {
   take_up(leaving.data(), int64_t(leaving.size()));
 }
 
-// Those of them that have an end here and are not known yet.
+// Received bridges that have an end on this rank and are new to it.
 void BridgeList::take_up(const BridgeRecord *told, int64_t n) {
   for (const BridgeRecord *end = told + n; told < end; told++) {
     if (world_.engine.local(told->i) < 0 && (told->kind != SPHERE || world_.engine.local(told->j) < 0)) continue;
@@ -119,7 +119,7 @@ void BridgeList::take_up(const BridgeRecord *told, int64_t n) {
   }
 }
 
-// By the first end, then by the second: counted, since a list is made anew while most stand in order already.
+// Counting sort by the first end, then by the second, since most bridges are in order already.
 std::vector<int> BridgeList::in_order() const {
   std::vector<int> next(world_.engine.at.nall + 1, 0), order;
   for (const Bridge &b : bridges)
@@ -140,14 +140,14 @@ std::vector<int> BridgeList::in_order() const {
   return order;
 }
 
-// With the prepared numbers beside them; those that have left this rank are forgotten.
+// Precomputed data are moved along; those of bridges that left this rank are dropped.
 void BridgeList::sort() {
   for (Bridge &b : bridges) place(b);
   const std::vector<int> order = in_order();
   index_.begin(order.size());
   std::vector<Bridge> sorted;
   std::vector<Line> lines;
-  std::vector<Site> sites_in_order;      // without those of bridges that have ruptured
+  std::vector<Site> sites_in_order;      // without the sites of ruptured bridges
   sorted.reserve(order.size());
   lines.reserve(prepared_.size());
   for (int k : order) {

@@ -27,7 +27,7 @@ void Plugin::resume(const std::string &state_file) {
   weight.begin();
 }
 
-// Dry contacts with walls, bridges, and what forms and ruptures.
+// Dry contacts with walls, bridge forces, formations and ruptures.
 void Plugin::act(bool fresh) {
   const StepSchedule &clock = world.clock;
   const bool bridges_act = clock.bridges_act();

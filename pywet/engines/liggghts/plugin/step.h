@@ -1,7 +1,7 @@
-// The plugin: its parts, and the order of things in one step.
+// The plugin: its components, and their order within a step.
 //
 // Each step, the rank that owns sphere i of a pair decides about it. Every event goes to all ranks that hold one of its spheres,
-// as their own or as a ghost; each books those that it holds, in sorted order, so results do not depend on the ranks.
+// as its own or as a ghost; each applies those it holds, in sorted order, so that results do not depend on the number of ranks.
 #pragma once
 #include <string>
 
@@ -35,10 +35,10 @@ class Plugin {
   Retirement retirement{world, films, standing, booking, logs};
   Turnover turnover{world, films, standing, logs};
   Checkpoint checkpoint{world, films, standing, energy, faces, wires, weight, shedding, logs};
-  bool joined = false;                  // walls that continue through faces of the box, see Engine::join_corners
+  bool joined = false;                  // whether walls continue through faces of the box, see Engine::join_corners
 
   Plugin() = default;
-  Plugin(const Plugin &) = delete;       // the parts hold references to each other
+  Plugin(const Plugin &) = delete;       // the components hold references to each other
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void resume(const std::string &state_file);
   void step(int64_t n);

@@ -1,10 +1,10 @@
-// The loops of a step over a batch, for vector instructions of the processor at hand. Every value has the same bits with any of
-// them and in any place of a batch: nothing is reordered and no multiplication is fused with an addition.
+// Vectorised loops over a batch. Values are bitwise identical for every instruction set and position in a batch:
+// operations are not reordered, and multiplications are not fused with additions.
 #include "together.h"
 
 #include <cmath>
 
-// Chosen when the library is loaded, so that a cache may be shared by machines.
+// Selected when the library is loaded, so that machines can share a cache.
 #define FOR_THIS_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
 
 namespace pywet {

@@ -1,4 +1,4 @@
-// Liquid is booked at the end of the step in which a sphere was missed, after all other events: these draw on the films at its start.
+// The liquid of a deleted sphere is removed from the ledger at the end of the step, after all other events, which use the films at its start.
 #include "turnover.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace pywet {
 
 static const auto BY_ID = [](const RetiredSphere &p, const RetiredSphere &q) { return p.id < q.id; };
 
-// The number of a record in a list by ids, or null.
+// The record with this id in a sorted list, or null.
 static RetiredSphere *among(std::vector<RetiredSphere> &list, int id) {
   RetiredSphere wanted = {};
   wanted.id = id;
@@ -74,7 +74,7 @@ void Turnover::find_gone() {
   world_.spheres.count -= int64_t(gone.size());
 }
 
-// Who counted a bridge in the last step tells all of it, with its ends as they were then.
+// The rank that counted a bridge in the last step reports it completely, with its ends as they were then.
 void Turnover::end_bridges(const std::vector<RetiredSphere> &gone) {
   std::vector<Event> ended;
   std::vector<RetiredSphere> lost = gone;
@@ -94,7 +94,7 @@ void Turnover::end_bridges(const std::vector<RetiredSphere> &gone) {
       e.triangle = closest.triangle;
       e.separation = closest.distance - b.radius_i;
       e.speed = norm(Vec(i->v) - world_.walls.mesh_of(b.j).velocity_at(closest.on_wall()));
-    } else if (j) {  // else the other end was a ghost and is there still
+    } else if (j) {  // otherwise the other end was a ghost that still exists
       e.separation = norm(world_.engine.at.images.nearest(Vec(i->x) - Vec(j->x))) - b.radius_i - b.radius_j;
       e.speed = norm(Vec(i->v) - Vec(j->v));
     }
@@ -155,7 +155,7 @@ void Turnover::resume(const std::vector<double> &told) {
   standing_.expect(bridges, int64_t(n));
 }
 
-// All ranks know what a wall receives; the rank with the remaining end writes the event, else the first rank.
+// All ranks know what a wall receives; the rank with the remaining end writes the event, otherwise the first rank.
 void Turnover::book() {
   if (world_.clock.again) return;
   const Engine &engine = world_.engine;

@@ -1,4 +1,4 @@
-// Spheres that the engine makes or takes away while it reads a script of the user's own: who comes has a film from then on; who goes
+// Spheres that the engine creates or deletes while it reads a user's script: a created sphere has a film; a deleted one
 // takes its film along, and its bridges end.
 #pragma once
 #include <vector>
@@ -9,13 +9,13 @@
 
 namespace pywet {
 
-// A sphere as the engine has made it.
+// Sphere as created by the engine.
 struct Newcomer {
   int32_t id, type;
   double radius, mass, x[3];
 };
 
-// Says of spheres that come which type of the plugin they are of and how much liquid is on them [m3]; every rank asks.
+// Returns the plugin's type and the liquid [m3] of created spheres; collective.
 typedef void (*Enter)(int n, int64_t step, const Newcomer *all, int *types, double *films);
 
 class Turnover {
@@ -24,20 +24,20 @@ class Turnover {
 
   Turnover(SimulationState &world, Films &films, BridgeList &standing, Logs &logs)
       : world_(world), films_(films), standing_(standing), logs_(logs) {}
-  void begin();                          // those that are there already
-  void look();                           // when the engine has made its lists anew, before anything acts; all ranks take part
-  std::vector<double> told() const;      // what a restart file holds
+  void begin();                          // registers the spheres that exist already
+  void look();                           // call after a rebuild of the lists, before anything else; collective
+  std::vector<double> told() const;      // values stored in a restart file
   void resume(const std::vector<double> &told);
-  void book();                           // at the end of a step: the liquid of those that went, after all other events
+  void book();                           // call at the end of a step, after all other events: removes the liquid of deleted spheres from the ledger
 
  private:
   SimulationState &world_;
   Films &films_;
   BridgeList &standing_;
   Logs &logs_;
-  std::vector<RetiredSphere> kept_;      // of this rank, as they were at the end of the last step
-  std::vector<RetiredSphere> gone_;      // in order, since the last booking; known to all ranks
-  std::vector<Event> ended_;             // their bridges
+  std::vector<RetiredSphere> kept_;      // spheres of this rank at the end of the last step
+  std::vector<RetiredSphere> gone_;      // deleted spheres in the order of their deletion, since the last call of book(); the same on all ranks
+  std::vector<Event> ended_;             // events that end their bridges
 
   bool known(int a) const { return world_.engine.at.liquid[a][ENTERS] > 0; }
   int64_t present() const { return world_.spheres.count; }

@@ -1,4 +1,4 @@
-// Three-vectors and the closest point of a triangle: the little geometry the bridges need.
+// Three-vectors and the closest point of a triangle.
 #pragma once
 #include <cmath>
 
@@ -21,7 +21,7 @@ inline double norm(const Vec &a) { return std::sqrt(dot(a, a)); }
 inline void store(const Vec &a, double *p) { p[0] = a.x; p[1] = a.y; p[2] = a.z; }
 inline void accumulate(double *p, const Vec &a) { p[0] += a.x; p[1] += a.y; p[2] += a.z; }
 
-// The copies of a box that repeats along some axes: of any difference of two places the shortest.
+// Periodic images of a box: minimum image of a difference vector.
 struct Images {
   bool along[3] = {false, false, false}, any = false;
   double length[3] = {0, 0, 0};
@@ -36,7 +36,7 @@ struct Triangle {
   Vec a, b, c;
 };
 
-// A rotation, rows of the matrix.
+// Rotation matrix by rows.
 struct Turn {
   Vec x, y, z;
   Turn() : x(1, 0, 0), y(0, 1, 0), z(0, 0, 1) {}
@@ -44,7 +44,7 @@ struct Turn {
   Vec back(const Vec &a) const { return a.x * x + a.y * y + a.z * z; }
 };
 
-// Right-handed unit axes of a triangle, as rows.
+// Right-handed orthonormal axes of a triangle, as rows.
 inline Turn axes_of(const Triangle &t) {
   Turn axes;
   axes.x = t.b - t.a;
@@ -55,7 +55,7 @@ inline Turn axes_of(const Triangle &t) {
   return axes;
 }
 
-// The rotation that takes triangle `rest` into the directions of `now`.
+// The rotation that maps the directions of triangle `rest` to those of `now`.
 inline Turn turn_between(const Triangle &rest, const Triangle &now) {
   const Turn from = axes_of(rest), to = axes_of(now);
   Turn turn;  // sum over the axes of (to-axis)(from-axis)^T
@@ -71,7 +71,7 @@ inline Vec spin_of(const Triangle &at, const Vec &va, const Vec &vb, const Vec &
   Vec n = cross(e, g);
   const double area = norm(n);
   n = (1.0 / area) * n;
-  const Vec dn = (1.0 / area) * (cross(de, g) + cross(e, dg));  // its part along n vanishes for a rigid triangle
+  const Vec dn = (1.0 / area) * (cross(de, g) + cross(e, dg));  // its normal component vanishes for a rigid triangle
   const double about_n = dot(cross(e, de), n) / dot(e, e) ;
   return cross(n, dn) + about_n * n;
 }

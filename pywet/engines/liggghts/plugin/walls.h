@@ -1,4 +1,4 @@
-// Wall parts: geometry at rest, the motion of each mesh taken from the engine, closest points.
+// Wall parts: geometry at rest, motion of each mesh as given by the engine, closest points.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -22,33 +22,33 @@ struct Bounds {
 struct Part {
   int mesh = 0;
   std::vector<int> triangles;           // indices into Walls::triangles
-  std::vector<int> border;              // those of them that share a corner with another part of the mesh
+  std::vector<int> border;              // triangles that share a corner with another part of the mesh
   double half_width = 0;                // infinity for a large wall
   double contact_angle = 0;
   int group = 0;                        // index into the transfer tables
-  Bounds bounds;                        // at rest
+  Bounds bounds;                        // bounding box at rest
 };
 
 // A rigid body: x = turn(y) + shift takes the rest position y of a point to the present one.
 struct Mesh {
   std::string name;
   int first = 0;                        // its first triangle; the others follow in file order
-  int count = 0;                        // of its triangles, the first ones, those that the engine holds
+  int count = 0;                        // number of its triangles that the engine holds, the first ones
   Vec shift, velocity;                  // velocity: of the point at y = 0
-  Bounds bounds, extent;                // at rest, of its parts, and of all its triangles
+  Bounds bounds, extent;                // bounding boxes at rest, of its parts and of all its triangles
   int triangles = 0;
   bool turns = false;
   Turn turn;
   Vec spin;
-  bool whole() const { return count == triangles; }  // else its contacts are those of prisms
+  bool whole() const { return count == triangles; }  // otherwise its contacts are those of analytic wires
   Vec to_rest(const Vec &x) const { return turns ? turn.back(x - shift) : x - shift; }
   Vec to_world(const Vec &y) const { return turns ? turn(y) + shift : y + shift; }
   Vec velocity_at(const Vec &x) const { return turns ? velocity + cross(spin, x - shift) : velocity; }
 };
 
-// A sphere near a part: the triangles that can be closest while the sphere moves less than Walls::margin relative to the mesh, and
-// how far they were at `reference`. All are here with their corners: among those of the mesh every one would be a line of memory
-// that was not used lately. The nearest is most often the only one.
+// Sphere near a part: the triangles that can be the closest while the sphere moves less than Walls::margin relative to the mesh, and
+// their distances at `reference`. Corners are copied, since reading them from the mesh would miss the cache. In most cases there is
+// only one triangle.
 struct Site {
   struct Near {
     double distance;
@@ -62,12 +62,12 @@ struct Site {
   int part, mesh;
   int first = -1;                       // the nearest triangle
   Vec reference;
-  double distance_then = -1;            // of the nearest; negative: never evaluated
-  double second = std::numeric_limits<double>::infinity();  // of the next one
+  double distance_then = -1;            // distance of the nearest; negative: never evaluated
+  double second = std::numeric_limits<double>::infinity();  // distance of the second nearest
   Triangle nearest{};
-  std::vector<Other> others;            // in order of their distance
-  std::vector<Site> copies;             // the same of copies of the part, in a box that repeats; of those that came near
-  int copy = 0;                         // its number among all of them
+  std::vector<Other> others;            // sorted by distance
+  std::vector<Site> copies;             // the same for periodic images of the part that came near
+  int copy = 0;                         // its number among all images
 
   Site(int part, int mesh) : part(part), mesh(mesh) {}
 };
@@ -76,11 +76,11 @@ struct Closest {
   Vec point;
   double distance = std::numeric_limits<double>::infinity();
   int triangle = -1;
-  Vec back;                             // to where the wall itself is, if this is a copy of it in a box that repeats
+  Vec back;                             // displacement from the periodic image to the wall itself
   Vec on_wall() const { return point + back; }
 };
 
-// Over what the liquid of a wall is spread at once, so that it has one thickness there.
+// Area over which the liquid of a wall spreads at once, so that its thickness is uniform there.
 enum WallFilm { OF_TRIANGLE = 0, OF_PART = 1, OF_WALL = 2 };
 
 class Walls {
@@ -88,13 +88,13 @@ class Walls {
   std::vector<Triangle> triangles;
   std::vector<double> area;
   WallFilm film = OF_TRIANGLE;
-  std::vector<int> film_of;             // a film's number is that of its first triangle
-  std::vector<double> film_area;        // by that number
+  std::vector<int> film_of;             // number of the film of each triangle, which is that of the film's first triangle
+  std::vector<double> film_area;        // area by the number of the film
   std::vector<int> part_of;
   std::vector<Part> parts;
   std::vector<Mesh> meshes;
-  double margin = 0;                    // way of a sphere after which the triangles near it are looked for anew
-  Images images;                        // of the box
+  double margin = 0;                    // displacement of a sphere after which the triangles near it are searched again
+  Images images;                        // periodic images of the box
 
   const Mesh &mesh_of(int part) const { return meshes[parts[part].mesh]; }
 
@@ -109,7 +109,7 @@ class Walls {
     join_films();
   }
 
-  // The parts that have a film in common with one of them.
+  // Parts that share a film with one of the given parts.
   std::vector<int> sharing(int part) const {
     std::vector<int> all{part};
     for (size_t p = 0; film == OF_WALL && p < parts.size(); p++)
@@ -117,13 +117,13 @@ class Walls {
     return all;
   }
 
-  // Of a film's liquid the part that is on one of its triangles.
+  // Share of a film's liquid that is on one of its triangles.
   double share_of(int triangle) const { return area[triangle] / film_area[film_of[triangle]]; }
 
   Site site_at(int part) const { return Site(part, parts[part].mesh); }
 
-  // Closest point of a part to a centre x, exact; only triangles that can matter are looked at. Of two as close the first one. In
-  // a box that repeats that of the nearest copy of the part.
+  // Closest point of a part to a centre x, exact; only triangles that can be the closest are evaluated. Of two equal distances the first.
+  // In a periodic box, the closest point of the nearest image of the part.
   Closest closest(const Vec &x, Site &site) const {
     Closest best = closest_of_one(x, site);
     if (!images.any) return best;
@@ -139,7 +139,7 @@ class Walls {
     return best;
   }
 
-  // Of one of its copies only, the part itself.
+  // The same for one image only, by default the part itself.
   Closest closest_of_one(const Vec &x, Site &site) const {
     const Mesh &mesh = meshes[site.mesh];
     const Vec y = mesh.to_rest(x);
@@ -164,14 +164,14 @@ class Walls {
     return best;
   }
 
-  // Whether a point x lies within `near` of those triangles of a part that border on other parts.
+  // Whether a point x is within `near` of the triangles of a part that border on other parts.
   bool on_border(int part, const Vec &x, double near) const {
     bool any = on_border_of_one(part, x, near);
     if (images.any) each_copy([&](int, const Vec &back) { any = any || on_border_of_one(part, x + back, near); });
     return any;
   }
 
-  // Whether a part goes on from its point x nearer to c: one of its triangles within `near` of x has its closest point to c farther
+  // Whether a part continues from its point x closer to c: one of its triangles within `near` of x has its closest point to c farther
   // than that from x.
   bool goes_on(int part, const Vec &x, const Vec &c, double near) const {
     bool any = goes_on_of_one(part, x, c, near);
@@ -179,14 +179,14 @@ class Walls {
     return any;
   }
 
-  // Distance of a point from the bounds of a part or mesh, of the nearest copy.
+  // Distance of a point from the bounding box of a part or mesh, of its nearest image.
   double outside(const Mesh &mesh, const Bounds &b, const Vec &x) const {
     double least = outside(b, mesh.to_rest(x));
     if (images.any) each_copy([&](int, const Vec &back) { least = std::min(least, outside(b, mesh.to_rest(x + back))); });
     return least;
   }
 
-  // Distance of a point y at rest from the bounds of a part; not more than that from the part.
+  // Distance of a point y at rest from the bounding box of a part: a lower bound of that from the part.
   static double outside(const Bounds &b, const Vec &y) {
     const double x = std::max({b.low.x - y.x, y.x - b.high.x, 0.0}), u = std::max({b.low.y - y.y, y.y - b.high.y, 0.0}),
                  v = std::max({b.low.z - y.z, y.z - b.high.z, 0.0});
@@ -196,7 +196,7 @@ class Walls {
  private:
   mutable std::vector<Site::Near> scratch_;
 
-  // The boxes beside this one, and the way from it to each: a mesh is at most half a box away from where it was at rest.
+  // Neighbouring periodic boxes and the displacement to each: a mesh is at most half a box from its position at rest.
   template <class Work>
   void each_copy(Work work) const {
     const int n[3] = {images.along[0], images.along[1], images.along[2]};
@@ -262,11 +262,11 @@ class Walls {
     for (size_t k = 0; k < triangles.size(); k++) film_area[film_of[k]] += area[k];
   }
 
-  // Corners of one place are equal: the surfaces are closed, and their coordinates are those of one STL file.
+  // Corners at one point are bitwise equal: the surfaces are closed, and their coordinates come from one STL file.
   void find_borders() {
     using Corner = std::array<double, 4>;  // mesh, x, y, z
     auto corner = [&](int p, const Vec &v) { return Corner{double(parts[p].mesh), v.x, v.y, v.z}; };
-    std::map<Corner, int> part_at;         // the part at a corner, -1: several
+    std::map<Corner, int> part_at;         // the part at a corner, -1: several parts
     for (int p = 0; p < int(parts.size()); p++)
       for (int k : parts[p].triangles)
         for (const Vec *v : {&triangles[k].a, &triangles[k].b, &triangles[k].c}) {

@@ -1,10 +1,10 @@
-// The weight of the liquid: the mass with which the engine moves a sphere is its own and that of the liquid it holds, its film
-// and its side of each bridge by the transfer ratio, as the liquid is counted everywhere else (at a wall the rest is the wall's).
+// Weight of the liquid: the engine moves a sphere with the sum of its own mass and that of its liquid, its film
+// and its side of each bridge by the transfer ratio, as the liquid is counted elsewhere (at a wall the rest belongs to the wall).
 //
-// The engine's masses are changed, not forces added, so that what weighs also has inertia: what falls freely falls with g. The liquid turns as if
-// spread in the sphere (I = 0.4 m r^2; a shell would have 2/3, liquid that does not turn 0). Nothing else asks for the masses: dry
-// contacts have their dashpots in kg/s. A step has one mass throughout, from the liquid at its start, in its forces and in both halves of its kick. A sphere keeps its
-// speed when its mass changes: the kinetic energy that liquid brings or takes is booked as that of the drive.
+// The engine's masses are changed and no forces are added, so that the liquid also has inertia and falls freely with g. The liquid rotates as if
+// distributed in the sphere (I = 0.4 m r^2; a shell would have 2/3, liquid that does not rotate 0). Nothing else uses the masses: dry
+// contacts have their dashpots in kg/s. The mass is constant within a step, from the liquid at its start. A sphere keeps its
+// velocity when its mass changes: the kinetic energy that liquid brings or takes is counted under drive.
 #include "weight.h"
 
 namespace pywet {
@@ -20,7 +20,7 @@ void Weight::begin() {
   for (int a = 0; a < at.nlocal; a++) at.mass[a] = wet_mass(a);
 }
 
-// Gravity has acted on the masses of the step before.
+// Gravity has acted on the masses of the previous step.
 void Weight::weigh(bool fresh) {
   if (!world_.rules.weighs || !(fresh || heavier_)) return;
   const View &at = world_.engine.at;
@@ -42,8 +42,8 @@ void Weight::weigh(bool fresh) {
   }
 }
 
-// A bridge gives back what it counts for: only formations move liquid from one side to the other. Who owns a sphere knows both ends
-// of all its bridges and tells of it where it is a ghost.
+// A bridge returns what it was counted with: only formations move liquid from one side to the other. The owner of a sphere knows both ends
+// of all its bridges and sends the result to the ghosts of the sphere.
 void Weight::carry(const std::vector<Event> &events) {
   if (!world_.rules.weighs) return;
   heavier_ = true;

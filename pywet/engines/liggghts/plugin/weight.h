@@ -1,4 +1,4 @@
-// What the liquid weighs on each sphere: its film and its side of each bridge.
+// Weight of the liquid on each sphere: its film and its side of each bridge.
 #pragma once
 #include <vector>
 
@@ -11,8 +11,8 @@ class Weight {
  public:
   Weight(const SimulationState &world, const BridgeList &standing, EnergyBook &energy)
       : world_(world), standing_(standing), energy_(energy) {}
-  void begin();                          // before the first step, or where a run resumes
-  void weigh(bool fresh);                // at the start of a step's part
+  void begin();                          // call before the first step, or after a resumption
+  void weigh(bool fresh);                // call at the start of the plugin's part of a step
   void carry(const std::vector<Event> &events);
   void carry(const Drop &d);
   void taken_up() { heavier_ = true; }
@@ -21,7 +21,7 @@ class Weight {
   const SimulationState &world_;
   const BridgeList &standing_;
   EnergyBook &energy_;
-  bool heavier_ = false;                 // the liquid on the spheres is not in their mass yet
+  bool heavier_ = false;                 // the liquid on the spheres is not yet included in their mass
 
   double wet_mass(int a) const;
 };

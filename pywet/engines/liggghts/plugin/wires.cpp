@@ -33,7 +33,7 @@ void AnalyticWires::arrange() {
   }
 }
 
-// A sphere moves less than one skin between two looks at the same neighbour list, a mesh half of one before the next look.
+// Between two checks of one neighbour list a sphere moves less than one skin and a mesh less than half of one.
 bool AnalyticWires::moved() const {
   for (const Weave &weave : weaves_)
     if (norm(world_.walls.meshes[weave.mesh].shift - shift_then_[weave.mesh]) > 0.5 * world_.engine.skin) return true;
@@ -83,11 +83,11 @@ void AnalyticWires::take_up(const std::vector<WireSpring> &springs) {
     if (s.wire >= 0) saved_.push_back(s);
 }
 
-// A sphere that no longer touches loses its spring.
+// The spring of a sphere that no longer touches is deleted.
 void AnalyticWires::touch(bool fresh) {
   if (prisms.empty()) return;
   const bool log = world_.clock.logs_contacts();
-  if (fresh || moved() || log) find();  // in logged steps too, so that the replay sees the springs handed on
+  if (fresh || moved() || log) find();  // also in logged steps, so that the replay sees the stored springs
   const View &at = world_.engine.at;
   for (Candidate &c : candidates_) {
     const Prism &wire = prisms[c.wire];

@@ -1,4 +1,4 @@
-// Dry contacts with wires that are prisms: the engine's own law at the closest point, one spring for each sphere and wire.
+// Dry contacts with analytic wires: the engine's law at the closest point, one tangential spring for each sphere and wire.
 #pragma once
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace pywet {
 
-// The tangential spring of a sphere on a wire, or on a triangle (faces.h: then -1 less its number); handed on when the candidates are found anew, and by checkpoints.
+// Tangential spring of a sphere on a wire, or on a triangle (faces.h: number -1 - triangle); stored across searches and in checkpoints.
 struct WireSpring {
   int32_t id, wire;
   double spring[3];
@@ -20,24 +20,24 @@ class AnalyticWires {
   std::vector<Prism> prisms;
 
   AnalyticWires(const SimulationState &world, EnergyBook &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
-  void arrange();                        // groups parallel wires of a mesh, in order across
-  void touch(bool fresh);                // after the engine's own contacts, before the bridges
+  void arrange();                        // groups the parallel wires of a mesh, sorted across
+  void touch(bool fresh);                // call after the engine's contacts, before the bridges
 
-  // The springs here that are not zero; just after a resumption those of the checkpoint, all of them.
+  // Tangential springs that are not zero; directly after a resumption all those of the checkpoint.
   std::vector<WireSpring> springs() const;
   void take_up(const std::vector<WireSpring> &springs);
 
  private:
-  // Parallel wires of a mesh in order of their place on the axis that tells them apart.
+  // Parallel wires of a mesh, sorted by their position on the axis across them.
   struct Weave {
     int mesh, axis;
-    bool second;                          // whether that is `up` or `across`
-    double widest;                        // radius of the largest circle about a section
+    bool second;                          // whether this axis is `up` or `across`
+    double widest;                        // radius of the largest circle around a section
     std::vector<double> place;
-    std::vector<int> wires;               // indices of prisms, by place
+    std::vector<int> wires;               // indices of analytic wires, by position
   };
 
-  // A sphere that may touch a wire before the candidates are found anew; `a`: its local index.
+  // Sphere that may touch a wire before the next search; `a`: its local index.
   struct Candidate {
     int a, id, wire;
     double spring[3];
@@ -48,8 +48,8 @@ class AnalyticWires {
   Logs &logs_;
   std::vector<Weave> weaves_;
   std::vector<Candidate> candidates_;
-  std::vector<WireSpring> saved_;        // of the step the run is resumed at, until the first candidates are found
-  std::vector<Vec> shift_then_;          // of each mesh, when the candidates were found
+  std::vector<WireSpring> saved_;        // springs of the step at which the run is resumed, until the first search
+  std::vector<Vec> shift_then_;          // shift of each mesh at the last search
 
   bool moved() const;
   void find();

@@ -1,4 +1,4 @@
-// What every part of the plugin may read: the scene, the present step, the engine. Only the order of the step (step.cpp), the
+// State that every component of the plugin may read: the scene, the present step, the engine. Only the order of a step (step.cpp), the
 // set-up (plugin.cpp) and a resumption (checkpoint.cpp) change it.
 #pragma once
 #include "clock.h"

@@ -1,6 +1,6 @@
-// What the plugin of engines/liggghts asks of its engine, answered by YADE: one process, walls that rest, vibrate, slide or turn.
-// All its other sources are compiled as they are. Debian's package has no headers of YADE: places and forces are read and written
-// where memory.py has found them, and containers grow by the library's own function.
+// Interface of the plugin in engines/liggghts to YADE: one process; walls at rest, vibrating, sliding or rotating.
+// All other sources are compiled unchanged. Debian's package has no headers of YADE: positions and forces are read and written
+// at the addresses found by memory.py, and containers grow by a function of YADE's library.
 #include "engine.h"
 
 #include <mpi.h>
@@ -19,7 +19,7 @@ class Matrix;
 namespace yade {
 class ForceContainer {
  public:
-  void addForce(int body, const Eigen::Matrix<double, 3, 1, 0, 3, 1> &force);  // makes room for it, and has the forces summed anew
+  void addForce(int body, const Eigen::Matrix<double, 3, 1, 0, 3, 1> &force);  // allocates the entry, and marks the sum of forces as outdated
 };
 }  // namespace yade
 
@@ -34,17 +34,17 @@ T get(const char *object, int64_t bytes) {
 
 inline double *numbers(const char *object, int64_t bytes) { return reinterpret_cast<double *>(const_cast<char *>(object) + bytes); }
 
-// The part of the engine that the plugin uses.
+// The part of the engine's interface that the plugin uses.
 class LAMMPS {
  public:
   pywet::Given given;
   pywet::Callback callback = nullptr;
   std::vector<double *> x, v, omega, f, torque, liquid;
-  std::vector<double> mass, taken, places, speeds, spins;  // vectors one after the other, as the plugin reads them
+  std::vector<double> mass, taken, places, speeds, spins;  // contiguous vectors, as the plugin reads them
   std::vector<int> tag, mask, local_of_body, local_of_tag;
-  std::vector<pywet::Vec> wall_start;                   // place of the body that moves with a wall, and its axes
+  std::vector<pywet::Vec> wall_start;                   // position of the body that moves with a wall, and its axes
   std::vector<pywet::Turn> wall_turned;
-  bool sorted = true;                                   // YADE has looked for neighbours anew in this step
+  bool sorted = true;                                   // whether YADE has searched for neighbours in this step
   FILE *trajectory = nullptr, *states = nullptr;
 
   explicit LAMMPS(const pywet::Given &g) : given(g) {
@@ -71,7 +71,7 @@ class LAMMPS {
     }
   }
 
-  // A quaternion x, y, z, w as a rotation.
+  // Rotation from a quaternion x, y, z, w.
   pywet::Turn turned(const char *state) const {
     const double *q = numbers(state, given.at.orientation), x = q[0], y = q[1], z = q[2], w = q[3];
     pywet::Turn turn;
@@ -81,7 +81,7 @@ class LAMMPS {
     return turn;
   }
 
-  // Places and velocities of this step, and the rows of forces and torques of YADE's only thread, in which the spheres come first.
+  // Positions and velocities of this step, and the forces and torques of YADE's only thread, in which the spheres come first.
   void look() {
     for (size_t a = 0; a < x.size(); a++) {
       std::memcpy(x[a], given.state[a] + given.at.position, 3 * sizeof(double));
@@ -99,7 +99,7 @@ class LAMMPS {
     }
   }
 
-  // Every pair of bodies whose boxes meet: work(interaction, local index of either, -1: a wall).
+  // Calls work(interaction, local indices, -1: a wall) for every pair of bodies whose boxes overlap.
   template <class Work>
   void each(Work work) const {
     const char *begin = get<const char *>(given.interactions, given.at.listed);
@@ -110,12 +110,12 @@ class LAMMPS {
     }
   }
 
-  // Weight is a force, which energies and semi-implicit drag count as one: YADE's integrator, which adds it afterwards, is given none.
+  // Weight is an explicit force, so that energies and semi-implicit drag include it: YADE's integrator, which would add it afterwards, has none.
   void weigh() {
     for (size_t a = 0; a < f.size(); a++) pywet::accumulate(f[a], mass[a] * pywet::Vec(given.gravity));
   }
 
-  // Rolling resistance of a constant torque against what rolls, in the contacts that YADE has just made.
+  // Rolling resistance as a constant torque against the rotation, in the contacts that YADE has just computed.
   void roll() {
     each([&](const char *pair, int a, int b) {
       const char *geometry = get<const char *>(pair, given.at.geometry), *physics = get<const char *>(pair, given.at.physics);
@@ -135,7 +135,7 @@ class LAMMPS {
     });
   }
 
-  // Velocities of the end of the step, half a step after those that YADE has; `half` of a kick to be taken of them.
+  // Velocities at the end of the step, half a step after YADE's; `half`: share of a kick that is applied.
   pywet::Vec kicked(int a, double half) const {
     if (!mask[a]) return pywet::Vec(v[a]);
     return pywet::Vec(v[a]) + (half * given.dt / mass[a]) * pywet::Vec(f[a]);
@@ -145,7 +145,7 @@ class LAMMPS {
     return mask[a] ? pywet::Vec(omega[a]) + (half * given.dt / (0.4 * mass[a] * r * r)) * pywet::Vec(torque[a]) : pywet::Vec(omega[a]);
   }
 
-  // As the engine's text dumps; `forces`: force and torque in place of the type.
+  // In the format of the engine's text dumps; `forces`: force and torque in place of the type.
   void frame(FILE *file, int64_t step, bool forces) const {
     fprintf(file, "ITEM: TIMESTEP\n%lld\nITEM: NUMBER OF ATOMS\n%zu\nITEM: BOX BOUNDS ff ff ff\n", (long long)step, x.size());
     for (int k = 0; k < 3; k++) fprintf(file, "%.17g %.17g\n", given.low[k], given.high[k]);
@@ -164,7 +164,7 @@ class LAMMPS {
     }
   }
 
-  // The leapfrog's velocities belong to half a step before the start.
+  // The velocities of the leapfrog scheme belong to half a step before the start.
   void take_back() {
     for (size_t a = 0; a < x.size(); a++) {
       const pywet::Vec u = kicked(int(a), -0.5), w = spun(int(a), -0.5);
@@ -187,7 +187,7 @@ MPI_Comm processes(const LAMMPS_NS::LAMMPS *) {
   return MPI_COMM_WORLD;
 }
 
-// The plugin has said why.
+// The plugin has printed the reason.
 void end(LAMMPS_NS::LAMMPS *, const char *, bool) { std::_Exit(1); }
 
 void Engine::attach(LAMMPS_NS::LAMMPS *host, const Walls &walls, bool presses) {
@@ -202,13 +202,13 @@ void Engine::attach(LAMMPS_NS::LAMMPS *host, const Walls &walls, bool presses) {
 
 int Engine::local(int id) const { return lmp_->local_of_tag[id]; }
 
-void Engine::tell_ghosts() const {}  // one process in a box with walls has none
+void Engine::tell_ghosts() const {}  // a single process in a box with walls has none
 
 void Engine::find_neighbours(Communicator &ranks) {
   for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
 }
 
-void Engine::keep_skin() const {}  // YADE's boxes are larger than the films by as much as its bodies may move
+void Engine::keep_skin() const {}  // YADE's bounding boxes exceed the films by the displacement they allow
 
 double Engine::mesh_way() const { return 0.5 * skin; }
 
@@ -225,7 +225,7 @@ void Engine::look() {
 
 bool Engine::lists_are_new(int64_t) const { return lmp_->sorted; }
 
-// The power of a wall's dry contacts is not known (driver.py refuses what would ask for it).
+// The power of a wall's dry contacts is not known (driver.py refuses what would need it).
 double Engine::read_meshes(Walls &walls, const Communicator &, bool) const {
   const Given &given = lmp_->given;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
@@ -240,7 +240,7 @@ double Engine::read_meshes(Walls &walls, const Communicator &, bool) const {
       continue;
     }
     const Turn now = lmp_->turned(state), &start = lmp_->wall_turned[m];
-    auto row = [&](const Vec &r) { return Vec(dot(r, start.x), dot(r, start.y), dot(r, start.z)); };  // now times start transposed
+    auto row = [&](const Vec &r) { return Vec(dot(r, start.x), dot(r, start.y), dot(r, start.z)); };  // now times the transpose of start
     mesh.turn.x = row(now.x); mesh.turn.y = row(now.y); mesh.turn.z = row(now.z);
     mesh.shift = place - mesh.turn(lmp_->wall_start[m]);
     mesh.spin = Vec(LAMMPS_NS::numbers(state, given.at.spin));
@@ -257,9 +257,9 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
   return pairs;
 }
 
-void Engine::shorten_lists() {}  // they are YADE's
+void Engine::shorten_lists() {}  // YADE maintains its own lists
 
-void Engine::forget_springs() const {}  // its contacts do so
+void Engine::forget_springs() const {}  // done by its contacts
 
 Vec Engine::press(int, double, const Vec &, double, const Vec &, double *) const { return Vec(); }
 
@@ -282,7 +282,7 @@ EXPORT void *pywet_yade_open(const pywet::Given *given) {
   return host;
 }
 
-// Between YADE's contacts and its integration of step n; `sorted`: it has looked for neighbours anew.
+// Call-back between YADE's contacts and its integration of step n; `sorted`: it has searched for neighbours.
 EXPORT void pywet_yade_step(void *engine, int64_t n, int sorted) {
   LAMMPS_NS::LAMMPS &host = *static_cast<LAMMPS_NS::LAMMPS *>(engine);
   host.sorted = sorted != 0;

@@ -36,7 +36,7 @@ class Columns(NamedTuple):
 class Asks(NamedTuple):
     """Demand of a formation on one side: film times factor over divisor, or a given amount."""
 
-    holder: Floats
+    reservoir: Floats
     wall: Floats
     factor: Floats
     divisor: Floats
@@ -68,11 +68,11 @@ class Ratios(NamedTuple):
     values: Floats
 
 
-def of_spheres(holder: Floats, p: Pairs, given: Floats, this: Floats, other: Floats) -> Asks:
+def of_spheres(reservoir: Floats, p: Pairs, given: Floats, this: Floats, other: Floats) -> Asks:
     """Return the liquid that a sphere of radius `this` gives to a bridge with one of radius `other` or a wall (E 8, 9, 12)."""
     sine, small = np.where(p.kind == laws.LARGE_WALL, 0.5, other / (this + other)), p.kind == laws.SMALL_WALL
     factor = np.where(small, p.width, 1.0 - np.sqrt(1.0 - sine**2))
-    return Asks(holder, np.zeros(len(small), dtype=bool), factor, np.where(small, 6.0 * this, 2.0), given)
+    return Asks(reservoir, np.zeros(len(small), dtype=bool), factor, np.where(small, 6.0 * this, 2.0), given)
 
 
 def asks(table: pd.DataFrame, p: Pairs, fixed: Bodies, logged: bool) -> tuple[Asks, Asks]:
@@ -134,20 +134,20 @@ def book(
 @compiled
 def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
     """Return the volume that a formation draws from one side; a film that was emptied may be negative in its last digit."""
-    film, holder = max(held[side.holder[n]], 0.0), side.holder[n]
+    film, reservoir = max(held[side.reservoir[n]], 0.0), side.reservoir[n]
     if side.given[n] == side.given[n]:
         share[n] = side.given[n]
     elif side.wall[n]:
         share[n] = film / side.divisor[n] * side.factor[n]
     else:
         share[n] = film * side.factor[n] / side.divisor[n]
-    asked[holder] += share[n]
+    asked[reservoir] += share[n]
 
 
 @compiled
 def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
     """Reduce the requested volumes in proportion if a step draws more from a film than it contains."""
-    there, want = max(held[side.holder[n]], 0.0), asked[side.holder[n]]
+    there, want = max(held[side.reservoir[n]], 0.0), asked[side.reservoir[n]]
     if want > there:
         share[n] *= there / want
 
@@ -183,8 +183,8 @@ def _book(
         while end < last and e.step[end] == e.step[start] and e.retires[end] == e.retires[start]:
             end += 1
         for n in range(start, end):
-            asked[e.i.holder[n]] = asked[e.j.holder[n]] = 0.0
-            out.film_i_before[n], out.film_j_before[n] = held[e.i.holder[n]], held[e.j.holder[n]]
+            asked[e.i.reservoir[n]] = asked[e.j.reservoir[n]] = 0.0
+            out.film_i_before[n], out.film_j_before[n] = held[e.i.reservoir[n]], held[e.j.reservoir[n]]
         for n in range(start, end):
             if e.formation[n]:
                 _ask(e.i, n, held, asked, out.share_i)
@@ -201,8 +201,8 @@ def _book(
             recomputed[before + n] = out.volume[n]
         for n in range(start, end):
             sign = -1.0 if e.formation[n] else 1.0
-            held[e.i.holder[n]] += sign * out.share_i[n]
-            held[e.j.holder[n]] += sign * out.share_j[n]
+            held[e.i.reservoir[n]] += sign * out.share_i[n]
+            held[e.j.reservoir[n]] += sign * out.share_j[n]
         for n in range(start, end):
-            out.film_i_after[n], out.film_j_after[n] = held[e.i.holder[n]], held[e.j.holder[n]]
+            out.film_i_after[n], out.film_j_after[n] = held[e.i.reservoir[n]], held[e.j.reservoir[n]]
         start = end

@@ -51,7 +51,7 @@ def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
         force = viscous(s, volume, radius, math.inf, u, liquid.viscosity_Pa_s)
         force -= capillary(s, volume, radius, math.inf, angle, 0.0, liquid.surface_tension_N_per_m)
         if s < 0.0:
-            force += max(-stiffness * s - gamma * u, 0.0)  # the engine's contact does not pull
+            force += max(-stiffness * s - gamma * u, 0.0)  # the engine's contact force is never attractive
         return [u, force / mass - case.gravity_m_per_s2]
 
     def broken(t: float, y: np.ndarray) -> float:

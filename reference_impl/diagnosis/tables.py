@@ -90,7 +90,7 @@ def walls(setup: window.Setup) -> Link:
             then = at(mesh, np.clip(step - by, 0, last))
             if np.abs(then - logged)[rows].max() < 1e-9 * size[0]:
                 yield Suspect(f"it is {abs(by)} steps {'late' if by > 0 else 'early'}", then, float(by))
-        first = at(mesh, 0 * step + 1) - at(mesh, 0 * step)  # that of the place from which it began
+        first = at(mesh, 0 * step + 1) - at(mesh, 0 * step)  # displacement in the first step
         ends = np.clip(step - 1, 0, last), np.clip(step + 1, 0, last)
         speed = (at(mesh, ends[1]) - at(mesh, ends[0])) / (ends[1] - ends[0])[:, None] - first
         with np.errstate(all="ignore"):
@@ -254,7 +254,7 @@ def ends(run: Run) -> Iterator[Link]:
 
 def rows_missing(run: Run) -> Iterator[Link]:
     """Diagnose bridges that act in a window but have no row in the contact log, and their location in the bed."""
-    recorded = io.where(run.folder, "window_states").exists()  # else nobody knows where the bed was
+    recorded = io.where(run.folder, "window_states").exists()  # otherwise the location of the bed is unknown
     table = stored_tables.bridges_in_windows(run) if recorded else pd.DataFrame()
     if not len(table):
         return
