@@ -117,11 +117,10 @@ def page_rows(table: pd.DataFrame) -> list[str]:
         "| moisture | surface tension | " + " | ".join(f"{s:g} mm" for s in strokes) + " |",
         "|---|---|" + "---|" * len(strokes),
     ]
-    for (moisture, tension), rows in found.groupby([MOISTURE, TENSION]):
-        cells = [
-            f"{100.0 * p.recovery:.0f} ± {100.0 * p.half:.0f}" + (f" ({100.0 * p.held:.0f})" if p.held >= 0.005 else "")
-            for p in rows.sort_values(STROKE).itertuples()
-        ]
+    for point, rows in found.groupby([MOISTURE, TENSION]):
+        moisture, tension = (float(str(value)) for value in point)
+        numbers = 100.0 * rows.sort_values(STROKE)[["recovery", "half", "held"]].to_numpy(float)
+        cells = [f"{r:.0f} ± {half:.0f}" + (f" ({still:.0f})" if still >= 0.5 else "") for r, half, still in numbers]
         name = f"{1e3 * tension:g} mN/m" if moisture else "–"
         lines.append(f"| {moisture:g} % | {name} | " + " | ".join(cells) + " |")
     return lines
