@@ -36,7 +36,7 @@ MEASURES = ("recovery", "pegged", "on_wires")
 
 def store(sweeps: list[Path]) -> None:
     """Store the finished rows of tables of sweeps, each point and seed once: axes, seed and results."""
-    table = pd.concat([pd.read_csv(path) for path in sweeps]).rename(columns=AXES)
+    table = pd.concat([pd.read_csv(path).rename(columns=AXES) for path in sweeps])
     counts = [f"{product}_{name}" for product in ("unders", "overs") for name in INSERTED]
     done = table[table["recovery"].notna()][[*POINT, SEED, *MEASURES, *counts]].drop_duplicates([*POINT, SEED])
     done.sort_values([*POINT, SEED]).to_csv(STORED, index=False, float_format="%.6g", lineterminator="\n")
