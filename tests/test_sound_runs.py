@@ -36,6 +36,12 @@ SCENES: dict[str, dict[str, Any]] = {
         "spheres": [{**BEADS, "count": 12, "box": {"low_mm": [-6, -6, 0.05], "high_mm": [6, 6, 14]}}],
         "walls": [{"name": "pan", "vessel": {"inner_width_mm": 13, "height_mm": 16}}],
     },
+    "a liquid of hardly any surface tension": {  # whose bridges stretch beyond the box before they rupture
+        "duration_s": 0.01, "materials": {"glass": {"density_kg_per_m3": 2500}},
+        "liquid": {"percent": 1, "surface_tension_N_per_m": 1.0e-9},
+        "spheres": [{**BEADS, "count": 12, "box": {"low_mm": [-6, -6, 0.05], "high_mm": [6, 6, 14]}}],
+        "walls": [{"name": "pan", "vessel": {"inner_width_mm": 13, "height_mm": 16}}],
+    },
     "spheres that are inserted later": {
         "duration_s": 0.02, "materials": {"glass": {"density_kg_per_m3": 2500}}, "liquid": {"percent": 1},
         "spheres": [{

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterable
@@ -72,7 +73,10 @@ def listed(scene: EngineScene) -> float:
 
 
 def longest_bridge(scene: EngineScene) -> float:
-    """Return an upper bound of a bridge's length [m] for the rupture laws: V* = 0.5, the two largest spheres, 5 m/s."""
+    """Return an upper bound of a bridge's length [m] for the rupture laws: V* = 0.5, the two largest spheres, 5 m/s.
+
+    It is never longer than the diagonal of the box, which the stretch of a liquid of almost no surface tension would exceed.
+    """
     if not scene.effects.bridges or scene.liquid is None or scene.effects.rupture is None:
         return 0.0
     r = max(c.radius_m for c in scene.classes)
@@ -82,7 +86,7 @@ def longest_bridge(scene: EngineScene) -> float:
     if scene.effects.dynamic_rupture is not None:
         stretch = registry.get("dynamic_rupture", scene.effects.dynamic_rupture).functions[0]
         factor = stretch(FASTEST, scene.liquid.viscosity_Pa_s, scene.liquid.surface_tension_N_per_m)
-    return float(length * factor)
+    return min(float(length * factor), math.dist(scene.box_low_m, scene.box_high_m))
 
 
 def skin(scene: EngineScene) -> float:
