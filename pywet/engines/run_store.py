@@ -140,6 +140,10 @@ class RunStore:
         """Make a finished run resume from its last checkpoint, to extend it."""
         (self.partial / FINISHED).unlink(missing_ok=True)
 
+    def drop_tables(self) -> None:
+        """Remove the tables of a collection that was stopped."""
+        shutil.rmtree(self.made, ignore_errors=True)
+
     def put(self, name: str, rows: tables.Rows) -> None:
         """Write a table of a run that is to be published."""
         tables.write(rows, self.made / f"{name}.parquet")
