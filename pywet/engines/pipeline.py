@@ -6,7 +6,6 @@ looks like a finished one.
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -110,7 +109,7 @@ def simulate(job: Job, write: Callable[[Path], object], command: Sequence[str], 
 def collect(raw: Raw) -> RunInfo:
     """Convert the raw logs into tables and publish the run."""
     job, store = raw.job, raw.job.store
-    shutil.rmtree(store.made, ignore_errors=True)
+    store.drop_tables()
     try:
         spheres = collecting.make(job.scene, store.partial, store.put)
     except NotWhole:

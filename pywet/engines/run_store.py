@@ -41,7 +41,7 @@ OUTPUT = (
 
 
 def forget(run_dir: Path) -> None:
-    """Remove the files of an earlier run from the directory, the mark of completeness first; other files remain."""
+    """Remove the files of an earlier run from the directory, the list that marks a complete run first; other files remain."""
     run_folder.refuse_foreign(run_dir, "engine")
     run_folder.remove(run_dir, "engine/tables.json")
     run_folder.remove_listed(run_dir, ("engine", *OUTPUT))
@@ -66,10 +66,10 @@ def fingerprint(run_dir: Path, scene: EngineScene, *parts: str) -> str:
 
 
 class RunStore:
-    """The files of the run with this fingerprint (`mark`) in a run directory; each JSON file is read once."""
+    """The files of the run with this fingerprint (`digest`) in a run directory; each JSON file is read once."""
 
-    def __init__(self, run_dir: Path, mark: str) -> None:
-        self.run_dir, self.mark = run_dir, mark
+    def __init__(self, run_dir: Path, digest: str) -> None:
+        self.run_dir, self.digest = run_dir, digest
         self.partial, self.engine = run_dir / "engine.partial", run_dir / "engine"
         self.made = self.partial / TABLES
 
@@ -77,7 +77,7 @@ class RunStore:
     def is_begun(self) -> bool:
         """Whether `engine.partial` holds a run with this fingerprint."""
         try:
-            return bool(read_json(self.partial / FINGERPRINT, "") == {"fingerprint": self.mark})
+            return bool(read_json(self.partial / FINGERPRINT, "") == {"fingerprint": self.digest})
         except PywetError:
             return False
 
@@ -86,7 +86,7 @@ class RunStore:
         """Content of tables.json; empty unless the finished run has this fingerprint."""
         try:
             index = read_json(self.engine / INDEX, "")
-            return dict(index) if index["fingerprint"] == self.mark else {}
+            return dict(index) if index["fingerprint"] == self.digest else {}
         except (PywetError, KeyError, TypeError):
             return {}
 
@@ -115,7 +115,7 @@ class RunStore:
         """Yield an empty folder, which replaces `engine.partial` if nothing is raised."""
         ready = run_folder.make_folder(self.run_dir, f"{self.partial.name}.new")
         (ready / CHECKPOINTS).mkdir()
-        write_json(ready / FINGERPRINT, {"fingerprint": self.mark})
+        write_json(ready / FINGERPRINT, {"fingerprint": self.digest})
         yield ready
         run_folder.refuse_foreign(self.run_dir, self.engine.name)
         run_folder.remove_folder(self.run_dir, self.partial.name)
@@ -140,6 +140,10 @@ class RunStore:
         """Make a finished run resume from its last checkpoint, to extend it."""
         (self.partial / FINISHED).unlink(missing_ok=True)
 
+    def drop_tables(self) -> None:
+        """Remove the tables of a collection that was stopped."""
+        shutil.rmtree(self.made, ignore_errors=True)
+
     def put(self, name: str, rows: tables.Rows) -> None:
         """Write a table of a run that is to be published."""
         tables.write(rows, self.made / f"{name}.parquet")
@@ -149,7 +153,7 @@ class RunStore:
         sums = {str(path.relative_to(self.made)): logs.checked(path) for path in sorted(self.made.rglob("*.parquet"))}
         write_json(self.partial / ACCOUNT, account)
         of_account = {f"{self.engine.name}/{ACCOUNT}": logs.checked(self.partial / ACCOUNT)}
-        write_json(self.partial / INDEX, {"fingerprint": self.mark, "files": {**sums, **of_account}})
+        write_json(self.partial / INDEX, {"fingerprint": self.digest, "files": {**sums, **of_account}})
         run_lock.check_held(self.run_dir)
         forget(self.run_dir)
         for name in sums:

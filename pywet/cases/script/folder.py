@@ -74,10 +74,10 @@ def collect(log: Path, windows: int) -> None:
         tables.write(rows, history / f"{name}.parquet")
     for name in ("retired", "poses"):
         write_parts(map(tables.to_columns, tables.raw_parts(raw, name)), history / f"{name}.parquet")
-    _mesh_motion(log, [wall["name"] for wall in read_json(log / "scene.json", "run the script again")["walls"]])
+    scene = dict(read_json(log / "scene.json", "run the script again"))
+    _mesh_motion(log, [wall["name"] for wall in scene["walls"]])
     write_parts(_trajectory(raw), log / "trajectory.parquet")
     outputs = [int(step) for step in ledger(log)["step"]]
-    scene = dict(read_json(log / "scene.json", "run the script again"))
     count = come["type"].value_counts()
     for of in scene["classes"]:
         of["count"] = int(count.get(of["type"], 0))
