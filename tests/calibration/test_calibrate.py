@@ -170,14 +170,16 @@ def fresh() -> Iterator[None]:
     experiments._program.cache_clear()
 
 
-@pytest.mark.parametrize("changed", ["law", "plugin", "engine", None])
+@pytest.mark.parametrize("changed", ["law", "wall", "plugin", "engine", None])
 def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
     changed: str | None, tmp_path: Path, engine: list[Any], fresh: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A changed law in a file, source of the plugin or version of the engine: the run is done again; else it is not."""
+    """A changed law, STL file, source of the plugin or version of the engine: the run is done again; else it is not."""
     scene = yaml.safe_load((EXAMPLES / "calibrations" / "small_drum.yaml").read_text())
     file, law, plugin = tmp_path / "scene.yaml", tmp_path / "mine.py", tmp_path / "plugin"
-    file.write_text(yaml.safe_dump({**scene, "laws": {"capillary": "mine.py:pull"}}, sort_keys=False))
+    walls = [*scene["walls"], {"name": "lid", "stl": "lid.stl"}]
+    file.write_text(yaml.safe_dump({**scene, "walls": walls, "laws": {"capillary": "mine.py:pull"}}, sort_keys=False))
+    (tmp_path / "lid.stl").write_text("solid lid")
     law.write_text("def pull(): return 1")
     shutil.copytree(build.SOURCES, plugin)
     others = [path for path in sources.of_a_run() if build.SOURCES not in path.parents]
@@ -192,6 +194,8 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
     run()
     if changed == "law":
         law.write_text("def pull(): return 2")
+    elif changed == "wall":
+        (tmp_path / "lid.stl").write_text("solid lid ")
     elif changed == "plugin":
         source = next(plugin.glob("*.cpp"))
         source.write_text(source.read_text() + "\n")
