@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -119,6 +120,7 @@ def engine(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     ran: list[Any] = []
 
     def run(scene: Any, folder: Path, ranks: int) -> Any:
+        assert ranks == 1
         ran.append(scene)
         folder.mkdir(parents=True)
         return SimpleNamespace(contact_statistics=pd.DataFrame({"bridges_per_sphere": [bridges_of(scene)]}))
@@ -168,14 +170,16 @@ def fresh() -> Iterator[None]:
     experiments._program.cache_clear()
 
 
-@pytest.mark.parametrize("changed", ["law", "plugin", "engine", None])
+@pytest.mark.parametrize("changed", ["law", "wall", "plugin", "engine", None])
 def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
     changed: str | None, tmp_path: Path, engine: list[Any], fresh: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A changed law in a file, source of the plugin or version of the engine: the run is done again; else it is not."""
+    """A changed law, STL file, source of the plugin or version of the engine: the run is done again; else it is not."""
     scene = yaml.safe_load((EXAMPLES / "calibrations" / "small_drum.yaml").read_text())
     file, law, plugin = tmp_path / "scene.yaml", tmp_path / "mine.py", tmp_path / "plugin"
-    file.write_text(yaml.safe_dump({**scene, "laws": {"capillary": "mine.py:pull"}}, sort_keys=False))
+    walls = [*scene["walls"], {"name": "lid", "stl": "lid.stl"}]
+    file.write_text(yaml.safe_dump({**scene, "walls": walls, "laws": {"capillary": "mine.py:pull"}}, sort_keys=False))
+    (tmp_path / "lid.stl").write_text("solid lid")
     law.write_text("def pull(): return 1")
     shutil.copytree(build.SOURCES, plugin)
     others = [path for path in sources.of_a_run() if build.SOURCES not in path.parents]
@@ -190,6 +194,8 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
     run()
     if changed == "law":
         law.write_text("def pull(): return 2")
+    elif changed == "wall":
+        (tmp_path / "lid.stl").write_text("solid lid ")
     elif changed == "plugin":
         source = next(plugin.glob("*.cpp"))
         source.write_text(source.read_text() + "\n")
@@ -202,6 +208,16 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
 def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[Any]) -> None:
     with raises_code("calibration.no_number", key="bridges_per_sphere"):
         answering.calibrate(drum(tmp_path, high=0.5), tmp_path / "out")
+
+
+def test_runs_that_no_polynomial_follows_are_said(
+    tmp_path: Path, engine: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        sys.modules[__name__], "bridges_of", lambda s: 3.0 + np.sin(40.0 * s.materials["glass"].friction)
+    )
+    lines = answering.calibrate(drum(tmp_path), tmp_path / "out")["sentences"]
+    assert any("do not follow the polynomial" in line for line in lines)
 
 
 def test_the_answer_to_another_question_is_renamed(tmp_path: Path) -> None:
@@ -219,6 +235,17 @@ def test_the_answer_to_another_question_is_renamed(tmp_path: Path) -> None:
     (out / "calibration.json").write_text("broken")
     answering.calibrate(ask(tmp_path, other), out)
     assert (out / "calibration.2.json").read_text() == "broken"
+
+
+def test_bounds_belong_to_what_is_accepted(tmp_path: Path) -> None:
+    """Two measurements tell their scatter with one degree of freedom; one does not tell it."""
+    target = PULL["targets"][0]  # type: ignore[index]
+    for change in ({"confidence": 0.5}, {"confidence": 0.999}, {"most_runs": 10}, {"seeds": 2}, {"check_runs": 2}):
+        asking.read(ask(tmp_path, {**PULL, **change}))
+    for repeats, freedom in ((1, np.inf), (2, 1.0), (10_000, 9999.0)):
+        question, _ = asking.read(ask(tmp_path, {**PULL, "targets": [{**target, "repeats": repeats}]}))
+        assert question.targets[0].freedom == freedom
+        assert question.targets[0].error == pytest.approx(4e-5 / np.sqrt(repeats), rel=1e-12)
 
 
 def test_mistakes_of_the_file(tmp_path: Path) -> None:

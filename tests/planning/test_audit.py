@@ -63,6 +63,7 @@ def test_measures() -> None:
     assert judged(planned("wall_films", predicted_share=0.9), 0.05).predicted is None
     assert judged(planned("dynamic_rupture"), 0.05).measure.startswith("mean stretch")
     assert judged(planned("gravity"), 0.05).measured == 0.05  # the weight is called `gravity` in the plan
+    assert audit.rows({"rows": [planned("wall_films", on=False)]}, {"effects": {}})[0].measured == 0.0  # without liquid
     assert judged(planned("bridges"), 0.1).measured == pytest.approx(0.3)  # the sum of three forces of 0.1
 
 

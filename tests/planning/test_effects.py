@@ -165,6 +165,8 @@ def test_switches_of_walls_sharing_friction_and_gravity() -> None:
     assert (made.wall_films, made.transfer, made.tangential_history, made.gravity) == (False, "half", False, False)
     walled = chosen(water(), Surroundings(wall_share=0.0), 0.01).effects
     assert (walled.wall_films, walled.transfer) == (False, "half")  # no walls, spheres of one size
+    floating = plan((SPHERE,), PAIRS, water(), SPEED, settings(), LawSettings(), Surroundings(gravity_m_per_s2=0.0))
+    assert not floating.row("gravity").on
 
 
 def test_predicted_shares_add_up_and_say_how_sure_they_are() -> None:
@@ -172,6 +174,14 @@ def test_predicted_shares_add_up_and_say_how_sure_they_are() -> None:
     shares = {row.effect: row for row in made.rows if row.predicted_share is not None}
     assert set(shares) == {"gravity", "capillary", "viscous_normal", "viscous_tangential"}
     assert sum(row.predicted_share or 0.0 for row in shares.values()) == pytest.approx(1.0)
+    numbers = {effect: number for effect, (_, number) in effect_numbers((SPHERE,), PAIRS, water(), SPEED).items()}
+    of_weight = {
+        effect: (row.predicted_share or 0.0) / (shares["gravity"].predicted_share or 0.0)
+        for effect, row in shares.items()
+    }
+    # three bridges a sphere: three quarters of the force at touch; 0.4 of a tenth of the speed, the number being over friction
+    assert of_weight["capillary"] == pytest.approx(3.0 * 0.75 * numbers["capillary"])
+    assert of_weight["viscous_tangential"] == pytest.approx(3.0 * 0.4 * 0.1 * 0.35 * numbers["viscous_tangential"])
     assert shares["capillary"].predicted_within == 3.0 and shares["viscous_normal"].predicted_within == 15.0
 
 

@@ -7,9 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
 from pywet.errors import PywetError
+from pywet.laws import registry
+from pywet.laws.contact import film_volume
 from pywet.planning import time_steps
 from tests.engines.liggghts import stability
+from tests.engines.liggghts.scenes import contacts, spheres_of
 from tests.error_codes import raises_code
 
 
@@ -33,6 +38,38 @@ def test_a_wet_and_viscous_scene_is_governed_by_the_drag(tmp_path: Path) -> None
     assert time_steps.advise(thick).governs.effect == "viscous normal"
     assert time_steps.advise(thin).governs.effect in ("contact", "viscous normal")
     assert "which is: viscous normal" in time_steps.advise(thick).lines[-1]
+
+
+def test_a_bridge_has_its_limits_whatever_the_viscosity(tmp_path: Path) -> None:
+    """It is passed in a tenth of the time in which 0.1 m/s crosses its rupture distance, with the angles of both spheres."""
+    small_one, large_one = stability.R, 2 * stability.R
+    angles = (math.radians(15.0), math.radians(60.0))
+    classes = [
+        c.model_copy(update={"contact_angle_rad": a})
+        for c, a in zip(spheres_of(small_one, large_one), angles, strict=True)
+    ]
+    drawn, rupture = (
+        registry.get(*law).functions[0] for law in (("formation", "shi_mccarthy"), ("rupture", "willett_unequal"))
+    )
+    pairs = ((small_one, large_one), (large_one, small_one))
+    volume = sum(drawn(film_volume(stability.FILM, r), r, other) for r, other in pairs)
+    for viscosity in (1.0, 1e-6):
+        scene = small.prepare(
+            tmp_path / str(viscosity), classes, [small.Sphere(k + 1, (0.0, 0.0, 0.1 * k)) for k in (0, 1)], contacts(2),
+            liquid=water(stability.FILM, viscosity), effects=stability.NORMAL, time_step_s=1e-7, steps=1,
+        )  # fmt: skip
+        limits = {limit.effect: limit.time_step_s for limit in time_steps.advise(scene).limits}
+        assert set(limits) == {"contact", "viscous normal", "capillary", "passing a bridge"}
+        distance = rupture(volume, small_one, large_one, *angles)
+        assert limits["passing a bridge"] == pytest.approx(0.1 * distance / 0.1, rel=1e-9)
+
+
+def test_a_step_at_the_limit_is_not_refused(tmp_path: Path) -> None:
+    scene, _ = stability.pressed_pair(tmp_path, 1.0, 4e-5, "explicit")
+    largest = min(limit.time_step_s for limit in time_steps.advise(scene).limits if limit.stability)
+    time_steps.refuse_unstable(scene.model_copy(update={"time_step_s": largest}))
+    with raises_code("step.unstable"):
+        time_steps.refuse_unstable(scene.model_copy(update={"time_step_s": largest * (1.0 + 1e-12)}))
 
 
 def test_unstable_step_is_refused_in_one_sentence(tmp_path: Path) -> None:

@@ -103,6 +103,7 @@ def test_a_longer_run_begins_like_a_shorter_one() -> None:
         ({"partition_percent": 0}, {}, "config.value", "partition_percent"),
         ({"deck": 2}, {}, "scene.until_deck", ""),
         ({"from_s": 1.0}, {}, "config.inconsistent", "until.from_s below duration_s"),
+        ({"from_s": 0.72}, {}, "config.inconsistent", "until.from_s below duration_s"),
         ({}, {"results": {"interval_s": 0.01, "windows": 0}}, "scene.until_short", ""),
     ],
 )  # fmt: skip

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
+from pydantic import TypeAdapter, ValidationError
 
 import pywet
 from pywet.cases.custom.building import Building
+from pywet.cases.custom.description import Percent
 from pywet.engines.liggghts.contact_model import property_matrices
 from pywet.errors import ConfigError
 from pywet.scene_stages import read_scene
@@ -23,6 +26,12 @@ def refusal(**changes: Any) -> str:
     with pytest.raises(ConfigError) as error:
         pywet.Scene(**beads(**changes))
     return str(error.value)
+
+
+@pytest.mark.parametrize(("percent", "is_one"), [(0, True), (0.5, True), (100, True), (-0.1, False), (100.1, False)])
+def test_a_percentage_is_from_0_to_100(percent: float, is_one: bool) -> None:
+    with nullcontext() if is_one else pytest.raises(ValidationError):
+        TypeAdapter(Percent).validate_python(percent)
 
 
 def test_all_mistakes_of_a_file_are_reported_at_once(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from pywet.cases.small.pair import Pair
 from pywet.cases.small.subset import with_spheres
 from pywet.laws.contact import film_thickness, film_volume
 from pywet.laws.hertz import Elastic, Hertz
-from pywet.planning import step_choice
+from pywet.planning import step_choice, time_steps
 from pywet.scene import EngineScene
 from tests.error_codes import raises_code
 
@@ -54,6 +54,18 @@ def test_a_step_of_hertz_contacts_is_a_fifth_of_the_rayleigh_time() -> None:
     pairs = bodies.hertzian(classes, bodies.contacts(1, 1e5), hertz)
     rayleigh = math.pi * R * math.sqrt(2500.0 * 2.44 / 6e10) / (0.1631 * 0.22 + 0.8766)
     assert step_choice.of_packing(classes, pairs, 1e3, hertz=hertz) == pytest.approx(0.2 * rayleigh, rel=0.1)
+    # the plan's lines: at 2 m/s the wall is pressed deepest, δ = (15 m v²/(16 E* √R))^(2/5); two spheres part first, 2.943 δ/v
+    modulus, mass, present = (
+        6e10 / (2.0 * (1.0 - 0.22**2)),
+        2500.0 * 4.0 / 3.0 * math.pi * R**3,
+        [c.model_copy(update={"count": 2}) for c in classes],
+    )
+    deep, shared = (
+        (15.0 * m * 4.0 / (16.0 * modulus * math.sqrt(r))) ** 0.4 for m, r in ((mass, R), (mass / 2.0, R / 2.0))
+    )
+    lines = " ".join(time_steps.hertz_lines(present, pairs, hertz, 1e-7))
+    assert f"the deepest overlap is {100.0 * deep / R:.2g} % of the radius" in lines
+    assert f"lasts {2.943 * shared / 2.0:.3g} s" in lines and f"Rayleigh time {rayleigh:.3g} s" in lines
 
 
 @pytest.mark.parametrize("seed", range(3))
