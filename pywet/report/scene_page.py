@@ -215,7 +215,6 @@ def _stiffness(run: Run) -> tuple[str, float | None, float]:
 
 
 def _contacts(runs: seeds.Runs) -> list[page.Section]:
-    run = runs[0]
     if not all(of.has("results/contact_statistics.parquet") for of in runs):
         return []
     tables = [of.contact_statistics for of in runs]
@@ -230,8 +229,8 @@ def _contacts(runs: seeds.Runs) -> list[page.Section]:
         f"Spheres overlap by {most} % of the smaller radius at most, at the outputs, and walls by {into} % of "
         f"the radius, {through} % of a wall's thickness."
     )
-    if max(float(t["largest_overlap"].max()) for t in tables) > DEEP:
-        text += f" That is deep: stiffer contacts (`{_stiffness(run)[0]}`) would be nearer to hard spheres."
+    if warning := deep(runs):
+        text += f" {warning[0].upper()}{warning[1:]}."
     text += " Between two outputs an impact may go deeper."
     body = (
         "".join(page.paragraph(s) for s in (text, *seeds.lines_of(runs, lambda r: r.summary.get("warnings", []))))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from pywet.cases.custom import building
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.checkpoint import saved as saved_name
-from pywet.report import browser, ovito, render, sketch, vtk, vtkhdf
+from pywet.report import browser, ovito, render, scene_page, sketch, vtk, vtkhdf
 from pywet.runs.rundir import RunDir
 from pywet.runs.tables import ledger_error
 from reference_impl.shown import ovito as ovito_read
@@ -92,6 +93,17 @@ def test_the_liquid_is_booked_to_the_outlets(run: pywet.Run) -> None:
     assert (run.events["kind"] == 2).any()  # a bridge ended because a sphere left
     rows = run.replay["quantities"]
     assert all(rows[f"retired_{name}"]["count"] == len(left) for name in ("who", "place", "speed", "film"))
+
+
+@pytest.mark.engine
+def test_the_page_lists_all_liquid_that_was_put_in(run: pywet.Run) -> None:
+    """In each row of the ledger on the page the reservoirs, with what left with spheres, add up to the last column."""
+    table, _ = re.findall("<table>(.*?)</table>", scene_page._ledger((run,)), re.DOTALL)
+    head, *rows = [re.findall("<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("</tr>") if "<t" in row]
+    assert head[-2:] == ["with spheres that left", "put in"] and len(rows) == 3
+    for _, *held, put_in in [[float(cell) for cell in row] for row in rows]:
+        assert sum(held) == pytest.approx(put_in, rel=1e-4)
+    assert float(rows[-1][-2]) > 0
 
 
 @pytest.mark.slow

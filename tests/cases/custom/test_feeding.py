@@ -85,6 +85,11 @@ def test_a_dry_feed_falls_from_where_it_enters(tmp_path: Path) -> None:
         first["z"].to_numpy() - 0.2 * table["time"].to_numpy().reshape(-1, 12) - 0.5 * 9.81 * np.maximum(since, 0) ** 2
     )
     assert table["z"].to_numpy().reshape(-1, 12) == pytest.approx(want, abs=9.81 * 0.1 * 2e-5)
+    speeds = np.where(since >= 0.0, 0.2 + 9.81 * since, np.nan)  # of those that have entered alone
+    inside = np.isfinite(speeds).any(axis=1)
+    mean = run.contact_statistics["mean_speed_m_per_s"].to_numpy()
+    assert mean[inside] == pytest.approx(np.nanmean(speeds[inside], axis=1), abs=9.81 * 2e-5)
+    assert not mean[~inside].any() and 0 < inside.sum() < len(inside)
     weight = 2500 * np.pi / 6 * 0.003**3 * 9.81
     fallen = 0.2 * np.maximum(since[-1], 0) + 0.5 * 9.81 * np.maximum(since[-1], 0) ** 2
     assert run.summary["energy_J"]["gravity"] == pytest.approx(weight * fallen.sum(), rel=1e-3)

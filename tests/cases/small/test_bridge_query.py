@@ -139,6 +139,18 @@ def test_a_rupture_law_that_is_named_ends_the_closed_forms(tmp_path: Path) -> No
     assert found["rupture_used_m"]["rabinovich"] == found["rupture_distance_m"]["willett_unequal"]
 
 
+@pytest.mark.parametrize(("velocity", "tables"), [(0.0, 2), (SPEED, 3)])
+def test_viscous_forces_are_printed_of_a_bridge_that_moves(
+    velocity: float, tables: int, tmp_path: Path, runner: CliRunner
+) -> None:
+    """Forces and rupture distances always; a table of zeros says nothing."""
+    file = tmp_path / "query.json"
+    file.write_text(json.dumps({**SMALLEST, "viscosity_Pa_s": ETA, "velocity_m_per_s": velocity, "laws": ["willett"]}))
+    done = runner.invoke(app, ["bridge", str(file), "--table"])
+    assert done.exit_code == 0, done.output
+    assert sum(" law " in line or line.startswith(" law") for line in done.output.splitlines()) == tables, done.output
+
+
 def test_overlap_counts_as_touching(tmp_path: Path) -> None:
     found = ask(tmp_path, {**SMALLEST, "separations_m": [-1e-6, 0.0], "laws": ["rabinovich", "young_laplace"]})
     for overlapping, touching in found["force_N"].values():
