@@ -38,8 +38,8 @@ PATCHES: list[tuple[str, str, str]] = [
      "    }"),
     ("near_pairs.cpp", "if (given_to_neighbour(c, near)) {",
      'if (!injected("two bridges at an edge") && given_to_neighbour(c, near)) {'),
-    ("step.cpp", "if (!clock.again) near.propose(booking.events);",
-     'if (!clock.again && !(injected("formations in every second step") && clock.now % 2)) near.propose(booking.events);'),
+    ("step.cpp", "if (!clock.again) near.propose(ledger.events);",
+     'if (!clock.again && !(injected("formations in every second step") && clock.now % 2)) near.propose(ledger.events);'),
     ("forces.cpp", "e.i = b.i; e.j = b.j; e.triangle = g.triangle;",
      "e.i = b.i; e.j = b.j; e.triangle = g.triangle;\n"
      '    if (injected("lands on the first triangle") && b.kind != SPHERE)\n'
