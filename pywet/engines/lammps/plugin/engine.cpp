@@ -141,7 +141,7 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
   return pairs;
 }
 
-void Engine::shorten_lists() {}  // would only save time
+void Engine::shorten_lists() {}  // not needed here: it only saves time
 
 void Engine::forget_springs() const {}  // done by its contacts
 
