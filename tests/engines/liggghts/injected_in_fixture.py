@@ -58,7 +58,7 @@ PATCHES: list[tuple[str, str, str]] = [
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
 
-IN_YARD: dict[str, tuple[str, str]] = {
+IN_FIXTURE: dict[str, tuple[str, str]] = {
     "a wall without bridges": ("formation_missed", "wall part 1 never gets a bridge"),
     "formations in every second step": ("formation_late", "films are looked at in every 2nd step only"),
     "lands on the first triangle": ("event_triangle", "it is the first triangle of the part"),
