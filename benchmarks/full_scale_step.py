@@ -35,7 +35,7 @@ from pywet.scene import Contacts, Effects, EngineScene, Output
 ROOT = Path(__file__).parents[1]
 SHORT = 100
 DRY = Effects(bridges=False)
-OWN = f"{ROOT / 'pywet' / 'laws' / 'capillary.py'}:rabinovich"
+CUSTOM_LAW = f"{ROOT / 'pywet' / 'laws' / 'capillary.py'}:rabinovich"
 """The capillary law of `paper` as one in a user's file."""
 VARIANTS: dict[str, tuple[dict[str, str] | None, int, bool, Contacts]] = {
     "dry, stock contacts": (None, 1, True, "stock"),
@@ -47,7 +47,7 @@ VARIANTS: dict[str, tuple[dict[str, str] | None, int, bool, Contacts]] = {
     "paper, every 2nd": (PRESETS["paper"], 2, True, "planes"),
     "paper, every 4th": (PRESETS["paper"], 4, True, "planes"),
     "exact": (PRESETS["exact"], 1, True, "planes"),
-    "own": ({**PRESETS["paper"], "capillary": OWN}, 1, True, "planes"),
+    "own": ({**PRESETS["paper"], "capillary": CUSTOM_LAW}, 1, True, "planes"),
 }
 """Name -> laws of the bridges or none, at every how many-th step they act, whether wires are analytic, who makes contacts."""
 
@@ -142,7 +142,7 @@ def main() -> None:
         "--only", nargs="+", choices=VARIANTS, default=list(VARIANTS), help="these variants, the first as the base"
     )
     asked = words.parse_args()
-    custom_laws.trust([OWN])
+    custom_laws.trust([CUSTOM_LAW])
     for case in asked.cases:
         for at in asked.at:
             measure(case, at, asked.steps, asked.rounds, asked.only)

@@ -18,7 +18,7 @@ from pywet.scene import EngineScene
 from pywet.util.files import write_json
 
 ROOT = Path(__file__).parents[1]
-KEPT = ROOT / "results" / "benchmarks"
+RESULTS = ROOT / "results" / "benchmarks"
 TIMES = (0.5, 2.0, 6.0)
 """On the closed slide; while spheres pass; near the end of the passage [s]."""
 
@@ -27,7 +27,7 @@ def run_of(case: int) -> Path:
     """The folder of the case's run to the last of TIMES; a run that was cut off goes on."""
     conf = config.load(ROOT / "config")
     mark = hashlib.sha256((ROOT / "config" / "scales.yaml").read_bytes()).hexdigest()[:8]
-    folder = KEPT / f"run-{case:02d}-{mark}"
+    folder = RESULTS / f"run-{case:02d}-{mark}"
     if not (folder / "scene.json").exists():
         scene = cases.build(conf, case, "full", folder)
         output = scene.output.model_copy(update={"contact_windows": 0})

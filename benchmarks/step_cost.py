@@ -34,7 +34,7 @@ from pywet.scene import EngineScene, Output
 
 SETTLE, SHORT, STEPS, ROUNDS, LAYERS = 6000, 200, 10_000, 3, 6
 MOTION = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
-STOCK, NOTHING, OWN = "stock dry", "no liquid", "own law"
+STOCK, NOTHING, CUSTOM = "stock dry", "no liquid", "own law"
 COHESIONS = {"stock washino": "washino", "stock easo": "easo"}
 PEERS = {
     **({"YADE, dry": "yade", "YADE, moist": "yade"} if shutil.which("yade") else {}),
@@ -42,7 +42,7 @@ PEERS = {
 }
 """Variant -> engine."""
 VARIANTS = (
-    STOCK, "dry", NOTHING, *registry.names("capillary"), "exact", "semi-implicit", "works", OWN, *COHESIONS, *PEERS,
+    STOCK, "dry", NOTHING, *registry.names("capillary"), "exact", "semi-implicit", "works", CUSTOM, *COHESIONS, *PEERS,
 )  # fmt: skip
 COHESION = f"""
 fix p_liquid all property/global surfaceLiquidContentInitial scalar {3 * FILM / RADIUS!r}
@@ -58,7 +58,7 @@ def effects(variant: str, folder: Path) -> small.Effects:
     """Return the effects that are on in a variant."""
     if variant in (STOCK, "dry", *COHESIONS) or variant.endswith(", dry"):
         return small.DRY
-    if variant == OWN:
+    if variant == CUSTOM:
         law = folder / "own.py"
         law.write_text(Path(capillary.__file__).read_text())
         return small.PAPER.model_copy(update={"capillary": f"{law}:rabinovich"})

@@ -217,7 +217,7 @@ _OF_ENERGY = list(RAW["energy"].fields or ())
 WORKS = _OF_ENERGY[_OF_ENERGY.index("gravity") : _OF_ENERGY.index("drive") + 1]
 """Columns of works among them."""
 
-_SAID = {
+_MEANINGS = {
     **{f"history/{name}": text for name, text in _TEXT.items()},
     "trajectory": f"""{_TIME}
 id i8 - sphere
@@ -251,7 +251,7 @@ INTEGER, NUMBER, ANY = "integer", "number", "anything"
 
 def _columns(table: str) -> Iterator[tuple[str, str, str, str]]:
     """Yield name, type, unit and meaning of each column; a vector has three columns, padding none."""
-    for line in _SAID.get(table, "").splitlines():
+    for line in _MEANINGS.get(table, "").splitlines():
         name, kind, unit, meaning = line.split(maxsplit=3)
         if name != "pad":
             for end in ("_x", "_y", "_z") if "x" in kind else ("",):
@@ -266,7 +266,7 @@ CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
 _TIMES = ("time_s", "time_since_opening_s")
 _NAMED = _all(ANY, "mesh", "holder")
 TABLES: dict[str, dict[str, str]] = {
-    **{table: {name: holds for name, holds, *_ in _columns(table)} for table in _SAID},
+    **{table: {name: holds for name, holds, *_ in _columns(table)} for table in _MEANINGS},
     "history/spheres": {**_all(INTEGER, "id", "type"), **_all(NUMBER, "radius", "film")},
     "history/triangles": {**_all(INTEGER, "triangle", "part"), **_NAMED, **_all(NUMBER, "area", *CORNERS)},
     "history/parts": {

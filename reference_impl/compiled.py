@@ -27,13 +27,13 @@ def _private(folder: str) -> bool:
 
 
 _folder = getattr(numba.config, "CACHE_DIR", "")
-KEPT = not _folder or _private(_folder)
+CACHED = not _folder or _private(_folder)
 """Whether machine code is cached: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
 
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Return the compiled function; division by zero is as in numpy."""
     try:
-        return njit(cache=KEPT, error_model="numpy")(function)
+        return njit(cache=CACHED, error_model="numpy")(function)
     except RuntimeError:  # no writable folder for the cache
         return njit(error_model="numpy")(function)

@@ -24,7 +24,7 @@ from pywet.util.files import read_table
 
 STORE = Path("tests/data/digests")
 Numbers = dict[str, tuple[float, float, str]]
-KEPT = {1: 12, 2: 2, 3: 2}
+COUNTS = {1: 12, 2: 2, 3: 2}
 """Number of spheres of each class in the tiny screening."""
 SHORTEST_S = 0.9
 
@@ -62,7 +62,7 @@ def screening(seed: int, folder: Path) -> Numbers:
     loaded = config.load(place("config")).with_seed(10000 + seed)
     scene = cases.build(loaded, 2, "smoke", folder)
     spheres = read_table(folder / scene.spheres_file)
-    first = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)]
+    first = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(COUNTS)]
     output = scene.output.model_copy(update={"checkpoints": 0, "energy": True})
     with_spheres(scene, folder, first, duration_s=SHORTEST_S, output=output)
     stages.simulate(folder, ranks=1, progress=False)

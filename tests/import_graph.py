@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 Graph = dict[str, set[str]]
-"""Module or room -> all that it imports of the graph."""
+"""Module or package -> all that it imports of the graph."""
 
 
 def modules(root: Path = ROOT, package: str = "pywet") -> Graph:
@@ -37,7 +37,7 @@ def _imported(path: Path, known: set[str]) -> set[str]:
     return names & known
 
 
-def rooms(graph: Graph) -> Graph:
+def packages(graph: Graph) -> Graph:
     """Return the imports among packages and modules directly below `pywet`."""
     of: Callable[[str], str] = lambda name: ".".join(name.split(".")[1:2])  # noqa: E731
     joined: Graph = {}
@@ -74,5 +74,5 @@ def mermaid(graph: Graph) -> str:
 
 
 if __name__ == "__main__":
-    drawn = rooms(modules())
-    print(mermaid(drawn), f"{len(drawn)} rooms, {sum(map(len, drawn.values()))} arrows", sep="\n\n")
+    drawn = packages(modules())
+    print(mermaid(drawn), f"{len(drawn)} packages, {sum(map(len, drawn.values()))} arrows", sep="\n\n")

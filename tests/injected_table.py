@@ -76,7 +76,8 @@ ENGINE = (
           "engines/liggghts/test_injected_faults.py", injected.NAMED | injected.MOTION),
     Place("plugin, screen", "a modified build; a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_injected_in_fixture.py",
-          {**injected_in_fixture.IN_YARD, **{k: v for faults in injected_in_fixture.SCENES.values() for k, v in faults.items()}}),
+          {**injected_in_fixture.IN_FIXTURE,
+           **{k: v for faults in injected_in_fixture.SCENES.values() for k, v in faults.items()}}),
     Place("plugin, between", "a modified build; the same screen with the default windows: forces between sampled steps, work",
           "engines/liggghts/test_injected_between.py",
           {name: (quantity, words) for name, (_, quantity, words) in injected_between.FAULTS.items()}
@@ -95,7 +96,7 @@ ENGINE = (
 AFTER = (
     Place("results", "result tables and summary of a screening run", "reference_impl/test_sections.py",
           shown(injected_files.RESULTS)),
-    Place("custom scene", "results of the example drum", "cases/custom/test_examples.py", shown(injected_files.OWN)),
+    Place("custom scene", "results of the example drum", "cases/custom/test_examples.py", shown(injected_files.CUSTOM)),
     Place("VTK", "the code that writes VTK files", "reference_impl/test_vtk.py",
           {name: (f"vtk_{quantity}", words) for name, (_, _, quantity, words) in test_vtk.FAULTS.items()}),
     Place("OVITO", "the code that writes files for OVITO", "report/test_ovito.py", of_exports(test_ovito.FAULTS, "OVITO")),

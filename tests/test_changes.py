@@ -22,7 +22,7 @@ CASES = "cases=[2,10,11]"
 """POM moist (and its twin with preset exact), glass dry and moist."""
 POM, GLASS = {"case02", "case02_exact"}, {"case10", "case11"}
 MOIST = {"case02", "case02_exact", "case11"}
-OWN = """from pywet.laws.force_law import force_law
+CUSTOM_LAW = """from pywet.laws.force_law import force_law
 
 
 @force_law
@@ -54,7 +54,7 @@ def snakemake(folder: Path, *arguments: str) -> str:
 
 def custom_law(folder: Path) -> None:
     for place in (folder, folder / "config"):
-        (place / "own.py").write_text(OWN.replace("1.1", "1.2"))
+        (place / "own.py").write_text(CUSTOM_LAW.replace("1.1", "1.2"))
 
 
 def edit(file: str, old: str, new: str) -> Callable[[Path], None]:
@@ -75,7 +75,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("config", "workflow", "liggghts_inputs"):
         shutil.copytree(ROOT / name, folder / name)
     for place in (folder, folder / "config"):
-        (place / "own.py").write_text(OWN)
+        (place / "own.py").write_text(CUSTOM_LAW)
     (folder / "config" / "second.py").write_text(SECOND)
     edit("config.yaml", "preset: paper", NAMED)(folder)
     for script in (folder / "workflow" / "scripts").glob("*.py"):

@@ -254,7 +254,7 @@ GROUPS: dict[str, tuple[Step, ...]] = {
     ),
 }
 """Name -> what is done one after another in a new folder: commands of the pages, and preparations by name."""
-SHIPPED = {"the tutorial"}
+SHIPPED = {"the tutorial", "a material"}
 """Groups that `make test` runs with the shipped configuration; `make slow` all that have no preparation of their own."""
 SCATTER = 0.1
 """Share by which a number of a run may differ from the one on a page: a bed is chaotic, and processors round differently."""
@@ -272,20 +272,9 @@ SMALLER = {
 """Command -> options that follow it here: a page instead of a server that never ends; less to compute."""
 SERVERS = {"pywet app results/smoke/case01 results/smoke/case02", "pywet app results/smoke/case02"}
 MAKE_SMALLER = (small_scenes, small_deck, insert_throughout, small_sweep, small_drum)
-ONLY_AS_SHIPPED = {"pywet run 2"}
-"""Commands that print other lines after a tiny run: its liquid is in other places."""
-AS_SHIPPED = (
-    "one run",
-    "a bed",
-    "a script",
-    "a sweep",
-    "calibrations",
-    "a deck",
-    "seeds",
-    "presets",
-    "scenes",
-    "a material",
-)
+ONLY_AS_SHIPPED = {"pywet run 2", "pywet run-scene mydeck/deck.yaml --out mydeck/run", "pywet screen mydeck/run"}
+"""Commands that print other lines for a tiny run: its liquid is in other reservoirs, and it has no partition curve."""
+AS_SHIPPED = ("one run", "a bed", "a script", "a sweep", "calibrations", "a deck", "seeds", "presets", "scenes")
 DIFFERENT = {
     "pywet compare results/smoke/case02.1 results/smoke/case02 --across liquid",
     "pywet compare results/seeds/paper results/seeds/exact --json difference.json",

@@ -16,7 +16,7 @@ from pywet.scene import EngineScene
 
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[1]
-KEPT = {1: 12, 2: 2, 3: 2}
+COUNTS = {1: 12, 2: 2, 3: 2}
 """Spheres kept of each class: so few that they do not hinder each other."""
 
 
@@ -24,7 +24,7 @@ def thinned(case: int, run_dir: Path, duration_s: float) -> EngineScene:
     """Build a smoke case and keep a few spheres of each class."""
     scene = cases.build(config.load(ROOT / "config"), case, "smoke", run_dir)
     spheres = pd.read_parquet(run_dir / scene.spheres_file)
-    stored = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)]
+    stored = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(COUNTS)]
     output = scene.output.model_copy(update={"checkpoints": 0})
     return with_spheres(scene, run_dir, stored, duration_s=duration_s, output=output)
 
@@ -38,11 +38,11 @@ def test_dry_falls_to_the_share_of_the_coarse(tmp_path: Path) -> None:
     assert replayed is not None and replayed["scene"]["ok"] and replayed["results"]["ok"]
     retained = pd.read_parquet(tmp_path / "results" / "fraction_retained.parquet")
     y = retained["fraction_retained"].to_numpy()
-    mass = {c.name: c.mass_kg * KEPT[c.type] for c in scene.classes}
+    mass = {c.name: c.mass_kg * COUNTS[c.type] for c in scene.classes}
     assert y[0] == 1.0 and (np.diff(y) <= 0).all()
     assert y[-1] == pytest.approx(mass["large"] / sum(mass.values()), rel=1e-12)
     trajectory = pd.read_parquet(tmp_path / "trajectory.parquet")
-    assert (trajectory.groupby("step")["id"].nunique() == sum(KEPT.values())).all()
+    assert (trajectory.groupby("step")["id"].nunique() == sum(COUNTS.values())).all()
     assert not (tmp_path / "history" / "events.parquet").exists()  # the stock engine, no plugin
     assert json.loads((tmp_path / "engine" / "run.json").read_text())["plugin_hash"] is None
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.import_graph import ROOT, circle, direct, mermaid, modules, rooms
+from tests.import_graph import ROOT, circle, direct, mermaid, modules, packages
 
 PAGE = (ROOT / "docs" / "ARCHITECTURE.md").read_text()
 GRAPH = modules()
@@ -17,7 +17,7 @@ HOMES = re.findall(r"^\| [^|`]+ \| `([^`:]+\.\w+)(?::(\w+))?`", PAGE, re.MULTILI
 
 def test_no_module_imports_itself_by_a_detour() -> None:
     assert circle(GRAPH) == []
-    assert circle(rooms(GRAPH)) == []
+    assert circle(packages(GRAPH)) == []
 
 
 def test_the_program_imports_nothing_of_the_studies() -> None:
@@ -52,9 +52,9 @@ def test_the_drawing_leaves_out_what_a_longer_way_says() -> None:
 
 
 def test_the_drawing_is_that_of_the_code() -> None:
-    wanted = mermaid(rooms(GRAPH))
+    wanted = mermaid(packages(GRAPH))
     assert f"```mermaid\n{wanted}\n```" in PAGE, f"put this into docs/ARCHITECTURE.md:\n{wanted}"
-    assert f"{len(rooms(GRAPH))} packages, no cycle" in PAGE
+    assert f"{len(packages(GRAPH))} packages, no cycle" in PAGE
 
 
 @pytest.mark.parametrize(("file", "name"), HOMES)

@@ -119,10 +119,10 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
         "moist": Lattice(case + 1, screen=True),
     }
     near = {kind: of(which) for kind, which in on_wires.items()}
-    anew = {kind: of(replace(which, lists=True)) for kind, which in on_wires.items()}
+    rebuilt = {kind: of(replace(which, lists=True)) for kind, which in on_wires.items()}
     loose, pressed = of(Lattice(case)), of(Lattice(case, pressed=True))
     mesh = of(Lattice(case, prisms=False))
-    lists = {f"list_{kind}": max(0.0, EVERY * (anew[kind].step - near[kind].step)) for kind in on_wires}
+    lists = {f"list_{kind}": max(0.0, EVERY * (rebuilt[kind].step - near[kind].step)) for kind in on_wires}
     return Costs(
         spheres=loose.spheres,
         step=loose.step,

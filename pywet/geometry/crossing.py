@@ -10,7 +10,7 @@ MOST = 20_000
 """Largest number of triangles of a surface that is checked; for more, pairs would take minutes."""
 BLOCK = 256
 """Number of triangles whose pairs are in memory at once."""
-ROOM = 1e-6
+MARGIN = 1e-6
 """Share of an edge's length and of a facet's sides by which an intersection must be inside both, to exclude touching."""
 
 
@@ -44,7 +44,7 @@ def _through(edges: Floats, facets: Floats) -> Floats | None:
         u = inverse * np.einsum("ij,ij->i", start - a, across)
         beside = np.cross(start - a, one)
         v, t = (inverse * np.einsum("ij,ij->i", w, beside) for w in (way, two))
-        inside = slanted & (np.minimum.reduce([u, v, t, 1.0 - t, 1.0 - u - v]) > ROOM)
+        inside = slanted & (np.minimum.reduce([u, v, t, 1.0 - t, 1.0 - u - v]) > MARGIN)
         if inside.any():
             hit = int(np.argmax(inside))
             return np.asarray(start[hit] + t[hit] * way[hit])

@@ -17,7 +17,7 @@ from reference_impl.replay.arrays import Floats, Table
 from reference_impl.replay.arrays import size as length
 
 TOLERANCE = 1e-9
-KEPT = 1 << 18
+STORED = 1 << 18
 """Number of deviations stored individually, for an exact median."""
 DROPPED_BITS = 13
 """Bits dropped for a histogram of more deviations over the leading bits: the median is accurate to a thousandth."""
@@ -25,7 +25,7 @@ DROPPED_BITS = 13
 
 @dataclass(frozen=True)
 class Deviations:
-    """Deviations of all records, individually, or, above `KEPT` records, as a histogram."""
+    """Deviations of all records, individually, or, above `STORED` records, as a histogram."""
 
     each: Floats
     classes: Floats | None = None
@@ -49,7 +49,7 @@ class Deviations:
 def gathered(parts: Sequence[Deviations]) -> Deviations:
     """Join the deviations of all chunks; the result does not depend on where the log was cut."""
     count = sum(part.count for part in parts)
-    if count <= KEPT:
+    if count <= STORED:
         return Deviations(np.concatenate([np.zeros(0), *(part.each for part in parts)]))
     classes = parts[0].classes
     classes = np.zeros(1 << (32 - DROPPED_BITS - 1), np.int64) if classes is None else classes

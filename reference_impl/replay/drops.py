@@ -24,7 +24,7 @@ from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 
 NOTHING = 3
-ROOM = 0.8 * 2.5
+LARGEST_FILM = 0.8 * 2.5
 """Largest film, in units of the initial film on the smallest spheres (in radii), up to which a drop is caught by a sphere."""
 ONSET, FACTOR, POWER = (0.2, 1.2), 3.60, 2.81
 
@@ -43,7 +43,7 @@ def falls(film: float, radius: float, felt: float, density: float, tension: floa
     return part * 2.0 * np.pi * radius * tension / (density * felt)
 
 
-OWN = ("volume", "film_i_before", "film_j_before", "same", "fallen", "seen")
+QUANTITIES = ("volume", "film_i_before", "film_j_before", "same", "fallen", "seen")
 
 
 class Places:
@@ -57,7 +57,7 @@ class Places:
         self.at: dict[int, Floats] = {}
         self.down = self._setup.gravity / np.linalg.norm(self._setup.gravity)
         first, classes = self._setup.scene["liquid"]["initial_film_thickness_m"], self._setup.scene["classes"]
-        self._margin = ROOM * first / min(c["radius_m"] for c in classes)
+        self._margin = LARGEST_FILM * first / min(c["radius_m"] for c in classes)
 
     def show(self, trajectory: pd.DataFrame) -> None:
         """Add the output steps of a part of the log."""
@@ -178,7 +178,7 @@ class Falling:
         if not len(self._table):
             return []
         table = self._table.iloc[self._checked : self._next].reset_index(drop=True)
-        mine = {name: np.array(self._recomputed.pop(name, [])) for name in OWN}
+        mine = {name: np.array(self._recomputed.pop(name, [])) for name in QUANTITIES}
         self._checked = self._next
         typical = np.full(len(table), mean)
         found = [

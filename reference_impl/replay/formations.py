@@ -19,9 +19,9 @@ from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
 
-ROOM = 1e-9
+GAP_MARGIN = 1e-9
 """Share of the radius by which films may fail to touch: a gap is a difference of positions."""
-ROOM_OF_WAY = 1.02, 1e-5
+DISPLACEMENT_MARGIN = 1.02, 1e-5
 """Factor, and share of the radius, by which a displacement in one step may exceed the logged one: speeds change within a step."""
 FASTER = 2.0
 """Largest speed of a sphere between an output and an event, over that at either."""
@@ -75,7 +75,7 @@ def early(run: Run) -> tuple[Floats, Floats, Floats]:
     """Return 1 for formations whose films did not touch (not S < h_i + h_j), and films of both sides and gap of every event."""
     film, other, gap, ri = films_at_events(run)
     formed = (run.table("events")["kind"] == FORMATION).to_numpy()
-    return (formed & (gap > film + other + ROOM * ri)).astype(float), film + other, gap
+    return (formed & (gap > film + other + GAP_MARGIN * ri)).astype(float), film + other, gap
 
 
 def due(run: Run) -> Quantity:
@@ -94,9 +94,9 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     events, every = run.table("events"), impulses.every(run)
     film, other, gap, ri = films_at_events(run)
     step = events["step"].to_numpy(np.int64)
-    way = every * float(run.meta["time_step"]) * events["speed"].to_numpy(float) * ROOM_OF_WAY[0]
+    way = every * float(run.meta["time_step"]) * events["speed"].to_numpy(float) * DISPLACEMENT_MARGIN[0]
     # with `every` > 1 speeds are known at some steps only
-    way = way * (1.0 if every == 1 else 2.0) + (ROOM_OF_WAY[1] if every == 1 else 1e-3) * ri + _turned(run, ri)
+    way = way * (1.0 if every == 1 else 2.0) + (DISPLACEMENT_MARGIN[1] if every == 1 else 1e-3) * ri + _turned(run, ri)
     since = _changed(run, held, step)
     judged = (events["kind"] == FORMATION).to_numpy() & (step > _born(run)) & (since < step - every)
     judged &= ~np.isin(step, _anew(run))

@@ -19,7 +19,7 @@ from reference_impl.replay import images, io, laws, one_place, retired
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Quantity, compare
-from reference_impl.replay.formations import ROOM, Held, due, keep_films, late, sides_of, thickness
+from reference_impl.replay.formations import GAP_MARGIN, Held, due, keep_films, late, sides_of, thickness
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import Lives, keys
 
@@ -218,7 +218,7 @@ def _of_spheres(frames: Frames, radius: Floats, layer: Floats, box: images.Image
     drawn = laws.drawn_from_sphere(laws.SPHERE, frames.film[k, a], radius[a], radius[b], 0.0)
     drawn = drawn + laws.drawn_from_sphere(laws.SPHERE, frames.film[k, b], radius[b], radius[a], 0.0)
     r = laws.harmonic_radius(radius[a], radius[b], np.zeros(len(a), dtype=bool))
-    touch = (gap < films - ROOM * radius[a]) & (drawn > SMALLEST * r**3)
+    touch = (gap < films - GAP_MARGIN * radius[a]) & (drawn > SMALLEST * r**3)
     return _table(touch, frames.step[k], 0 * k, frames.ids[a], frames.ids[b], 0 * k - 1, gap, films, layer[k, a])
 
 
@@ -237,7 +237,7 @@ def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.Dat
     drawn = laws.drawn_from_sphere(kind, frames.film[k, a], r, r, width)
     drawn = drawn + laws.drawn_from_wall(kind, least, r, width)
     gap, films = distance - r, layer[k, a] + least
-    touch = (gap < films - ROOM * r) & (drawn > SMALLEST * r**3)
+    touch = (gap < films - GAP_MARGIN * r) & (drawn > SMALLEST * r**3)
     return _table(touch, frames.step[k], kind, frames.ids[a], part, triangle, gap, films, layer[k, a])
 
 

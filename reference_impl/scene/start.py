@@ -14,7 +14,7 @@ from reference_impl.diagnosis.held import Held
 from reference_impl.replay import io
 from reference_impl.replay.arrays import Floats
 from reference_impl.scene import amounts
-from reference_impl.scene.stl import ROOM
+from reference_impl.scene.stl import LENGTH_ERROR
 from reference_impl.scene.tower import Heights, Plan
 
 
@@ -55,9 +55,9 @@ def _packing(config: Mapping[str, Any], places: pd.DataFrame, radius: Floats) ->
     plan, z, at = Plan.of(config), Heights.of(config), places[["x", "y", "z"]].to_numpy(float)
     facing = 2.0 * np.pi * np.arange(plan.sides) / plan.sides
     reach = (at[:, :2] @ np.array([np.cos(facing), np.sin(facing)])).max(axis=1) + radius
-    beyond = int((reach > plan.apothem + ROOM).sum())
+    beyond = int((reach > plan.apothem + LENGTH_ERROR).sum())
     yield Held("spheres at the start that reach into the feed bin's wall", beyond, 0, "scales.yaml: width_mm")
-    outside = (at[:, 2] - radius < z.slide_top - ROOM) | (at[:, 2] + radius > z.feed_bin_top + ROOM)
+    outside = (at[:, 2] - radius < z.slide_top - LENGTH_ERROR) | (at[:, 2] + radius > z.feed_bin_top + LENGTH_ERROR)
     where, source = "spheres at the start below the slide or above the feed bin", "scales.yaml: feed_bin_height_mm"
     yield Held(where, int(outside.sum()), 0, source)
     pairs = cKDTree(at).query_pairs(2.0 * float(radius.max()), output_type="ndarray")

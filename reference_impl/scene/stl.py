@@ -13,7 +13,7 @@ from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-ROOM = 2e-8
+LENGTH_ERROR = 2e-8
 """Error of a length of the tower by single precision [m]: two coordinates below 0.25 m."""
 
 
@@ -166,4 +166,4 @@ def half_width(corners: Floats, upright: bool) -> float | None:
     else:
         extent = np.sort(np.ptp(points, axis=0))
         half = 0.5 * float(extent[1])
-    return None if half >= LARGE - ROOM else half
+    return None if half >= LARGE - LENGTH_ERROR else half

@@ -13,7 +13,7 @@ from reference_impl.replay import io
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.scene import stl
 from reference_impl.scene.numbers import MARGIN
-from reference_impl.scene.stl import ROOM
+from reference_impl.scene.stl import LENGTH_ERROR
 from reference_impl.scene.tower import Heights, Plan
 
 OPENING = (0.4, 3.0)
@@ -46,7 +46,7 @@ def by_table(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
 
 
 def _length(name: str, given: float, expected: float, source: str) -> Held:
-    return Held(f"{name} (measured on the STL)", given, expected, source, allowance=ROOM)
+    return Held(f"{name} (measured on the STL)", given, expected, source, allowance=LENGTH_ERROR)
 
 
 def _wires(plan: Plan, corners: Floats) -> Iterator[Held]:
@@ -84,7 +84,7 @@ def _worst(name: str, given: Floats, expected: Floats | float, source: str, scal
         return Held(f"{name} (measured on the STL)", None, 0.0, source)
     expected = np.broadcast_to(expected, given.shape)
     at = int(np.argmax(np.abs(given - expected)))
-    return Held(f"{name} (measured on the STL)", float(given[at]), float(expected[at]), source, scale, ROOM)
+    return Held(f"{name} (measured on the STL)", float(given[at]), float(expected[at]), source, scale, LENGTH_ERROR)
 
 
 def _tubes(plan: Plan, z: Heights, meshes: Mapping[str, Floats]) -> Iterator[Held]:
@@ -139,7 +139,7 @@ def _box(plan: Plan, scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> 
     low = np.min([c.reshape(-1, 3).min(axis=0) for c in meshes.values()], axis=0) - MARGIN
     high = np.max([c.reshape(-1, 3).max(axis=0) + drawn * (n == "slide") for n, c in meshes.items()], axis=0) + MARGIN
     return [
-        Held(f"{end}.{axis}", given, float(want), "10 mm beyond the walls", allowance=ROOM)
+        Held(f"{end}.{axis}", given, float(want), "10 mm beyond the walls", allowance=LENGTH_ERROR)
         for end, wanted in (("box_low_m", low), ("box_high_m", high))
         for axis, given, want in zip("xyz", scene[end], wanted, strict=True)
     ]
@@ -163,7 +163,11 @@ def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
         want = plan.small_half_width if name == "wires" else stl.half_width(in_part, upright)
         found.append(
             Held(
-                f"walls.{name}.part_half_width_m[{k}]", width, want, "half the shorter side of the part", allowance=ROOM
+                f"walls.{name}.part_half_width_m[{k}]",
+                width,
+                want,
+                "half the shorter side of the part",
+                allowance=LENGTH_ERROR,
             )
         )
     return found

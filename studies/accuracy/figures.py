@@ -15,7 +15,7 @@ from pywet.cost.knobs import KNOBS
 from pywet.report.pictures import INK, STYLE, panels, plt
 
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
-KNOB_COLOUR = {"fraction": "#0b3c78", "stiffness": "#d98032", "wire_sides": "#5d8a3a", "capillary": "#b3261e"}
+SETTING_COLOUR = {"fraction": "#0b3c78", "stiffness": "#d98032", "wire_sides": "#5d8a3a", "capillary": "#b3261e"}
 """Colours of the settings whose curves are drawn next to the seeds."""
 FLOOR = 1e-4
 """Error share below which points are drawn at the bottom of the picture."""
@@ -144,7 +144,7 @@ def seeds(runs: pd.DataFrame, size: str) -> Figure:
             for k, curve in enumerate(at_default):
                 label = f"default, {len(at_default)} seeds" if k == 0 else None
                 ax.plot(curve["time_s"], curve["retained"], color="#b9c4ce", lw=3.0, label=label)
-            for parameter, colour in KNOB_COLOUR.items():
+            for parameter, colour in SETTING_COLOUR.items():
                 levels = KNOBS[parameter].levels(size)
                 for level, style in ((levels[0], "--"), (levels[-1], "-")):
                     curves = done.loc[(done["knob"] == parameter) & (done["level"] == level), "curve"].tolist()

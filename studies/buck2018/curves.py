@@ -16,7 +16,7 @@ LARGE, SMALL, ALUMINA = "glass_1.74mm", "glass_0.91mm", "alumina_1.74mm"
 VELOCITIES = np.concatenate([np.arange(0.02, 1.5, 0.02), np.arange(1.5, 5.01, 0.1)])
 ANGLES = np.concatenate([np.arange(0.5, 89.0, 0.5), np.arange(89.0, 89.95, 0.1)])
 Layer = tuple[str, int] | None
-SAID = {"water": "water", "tween20": "Tween 20", "glycerol35": "35 % glycerol", "glycerol50": "51 % glycerol"}
+LABELS = {"water": "water", "tween20": "Tween 20", "glycerol35": "35 % glycerol", "glycerol50": "51 % glycerol"}
 WORKS = ("contact", "viscous", "capillary", "gravity")
 
 
@@ -35,7 +35,7 @@ def problem(particle: str = LARGE, layer: Layer = None, **given: Any) -> Problem
 
 def name(layer: Layer) -> str:
     """Name a liquid layer by its liquid and thickness."""
-    return f"{layer[1]} µm {SAID[layer[0]]}" if layer else "dry"
+    return f"{layer[1]} µm {LABELS[layer[0]]}" if layer else "dry"
 
 
 def over_velocity(particle: str, layer: Layer) -> list[dict[str, Any]]:

@@ -28,10 +28,10 @@ from studies.cross_code.rows import (
     LIGGGHTS,
     NO_LOG,
     NO_MIGRATION,
-    OWN_REASONS,
     QUANTITIES,
     REFERENCE,
     REPLAY_REASONS,
+    STOCK_MODEL_REASONS,
     WASHINO,
     YADE,
 )
@@ -74,7 +74,7 @@ def screening(results: Path) -> Source:
             how = "run `snakemake --cores 2` (or `pywet run 2`) first"
             for key in QUANTITIES:
                 cells += [not_run(f"{key}_{row}", column, how) for column in (LIGGGHTS, REFERENCE)]
-                cells += empty(f"{key}_{row}", {**REPLAY_REASONS, **OWN_REASONS.get(key, {})})
+                cells += empty(f"{key}_{row}", {**REPLAY_REASONS, **STOCK_MODEL_REASONS.get(key, {})})
             continue
         replays = [read_json(f, shape=Replay) for f in stored]
         names = [f"{f.parent.parent.name} {f.parent.name}" for f in stored]
@@ -95,7 +95,7 @@ def _cells(
             (q["largest"], q["count"], q["median"], f"{names[n]}: {name}" if names else name, _place(q))
             for n, one in enumerate(replays) for name in inside if (q := one["quantities"].get(name)) and q["count"]
         ]  # fmt: skip
-        yield from empty(row, {**REPLAY_REASONS, **OWN_REASONS.get(key, {})})
+        yield from empty(row, {**REPLAY_REASONS, **STOCK_MODEL_REASONS.get(key, {})})
         if not parts:
             yield from empty(row, dict.fromkeys((LIGGGHTS, REFERENCE), "this does not happen in the scene"))
             continue

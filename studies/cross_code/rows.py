@@ -138,7 +138,7 @@ REPLAY_REASONS = {
     EASO: NO_LOG,
 }
 """Reasons why the replayed rows have only two columns."""
-OWN_REASONS = {
+STOCK_MODEL_REASONS = {
     "viscous_normal": {YADE: "the capillary laws of YADE's ViscElCapMat have no viscous force of the liquid"},
     "viscous_tangential": {YADE: "the capillary laws of YADE's ViscElCapMat have no viscous force of the liquid"},
     "torque": {YADE: "its bridges exert no torque"},

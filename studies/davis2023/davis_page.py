@@ -57,7 +57,7 @@ LEAD = (
     "A few wet spheres in a plane through films, solid contacts and partings, after Davis (2023): the numbers printed in the "
     "paper beside those of a converged solution of its equations, and its figures drawn anew."
 )
-NUMBERS_SAID = (
+NUMBERS_NOTE = (
     "What the paper prints and what its equations give; the last column but one is what halving the tolerance moves. "
     "See `docs/sphere_collisions.md` for those that differ."
 )
@@ -79,7 +79,7 @@ def write_page(folder: Path) -> Path:
     """Write the numbers, numbers.csv next to them, and all figures to `folder`/index.html."""
     table = numbers()
     write_csv(table, folder / "numbers.csv")
-    body = page.paragraph(NUMBERS_SAID) + page.table_of(table.itertuples(), {
+    body = page.paragraph(NUMBERS_NOTE) + page.table_of(table.itertuples(), {
         "where": lambda r: r.where,
         "what": lambda r: page.left(r.what),
         "paper": lambda r: f"{r.printed:g}",

@@ -22,7 +22,7 @@ SHOWN = ("rabinovich", "lambert", "willett", "willett_simple", "weigert", "souli
 """Closed forms that are drawn."""
 COLOURS = dict(zip(SHOWN, ("#c0392b", "#d98032", "#0b3c78", "#4a9bd4", "#8b5fa5", "#5d8a3a", "#2aa198"), strict=True))
 EXACT: Any = {"color": "#27323d", "lw": 2.2, "label": "exact (Young-Laplace)"}
-OWN = ("#000000", "#6b7680", "#b58900", "#d33682")
+CUSTOM_COLOURS = ("#000000", "#6b7680", "#b58900", "#d33682")
 """Colours of custom laws, drawn dashed."""
 
 
@@ -64,7 +64,9 @@ def _curves(
     gaps = limit * (1.0 - (1.0 - np.linspace(0.0, 1.0, 60)) ** 2) * (1.0 - 1e-9)
     solved = [young_laplace.solve(s, volume, *pair) for s in gaps]
     looks: dict[str, Any] = {law: {"color": colour} for law, colour in COLOURS.items()}
-    looks |= {law: {"color": OWN[k % len(OWN)], "ls": (0, (4, 2))} for k, law in enumerate(custom)}
+    looks |= {
+        law: {"color": CUSTOM_COLOURS[k % len(CUSTOM_COLOURS)], "ls": (0, (4, 2))} for k, law in enumerate(custom)
+    }
     for law, look in looks.items():
         values = registry.get("capillary", law).functions[0](gaps, volume, *pair, sigma)
         axis.plot(gaps, values, lw=1.1, label=short(law), **look)
@@ -83,7 +85,7 @@ def rupture_curves(limits: pd.DataFrame, custom: Sequence[str] = ()) -> Figure:
                 (limits["ratio"] == q) & (limits["angle_i_deg"] == degrees) & (limits["angle_j_deg"] == degrees)
             ]
             given = [part[n].to_numpy(float) for n in RUPTURE]
-            for law, colour in zip(laws, ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032", *OWN), strict=False):
+            for law, colour in zip(laws, ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032", *CUSTOM_COLOURS), strict=False):
                 values = registry.get("rupture", law).functions[0](*given) / part["rupture"].to_numpy()
                 axis.plot(
                     part["v_star"], values, style, color=colour, lw=1.1, label=short(law) if style == "-" else None

@@ -121,10 +121,10 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
     """Run a batch and judge every cell of it: one row a cell."""
     left, stopped = run_cells(batch, run_dir, allow_unstable)
     rows: list[dict[str, Any]] = []
-    replayed, books, verdicts = {}, {"identity": 0.0, "drag": 0.0}, {}
+    replayed, budget_errors, verdicts = {}, {"identity": 0.0, "drag": 0.0}, {}
     if len(stopped) < len(batch.cells):
         verdicts = judge.verdicts(left, run_dir)
-        replayed, books = objected(left, run_dir), judge.budget(run_dir)
+        replayed, budget_errors = objected(left, run_dir), judge.budget(run_dir)
     verdicts |= {name: {**STOPPED, "message": message} for name, message in stopped.items()}
     made = {name for name, v in verdicts.items() if v["state"] == "energy"}
     explained = by_the_law(left, made, run_dir.with_name(run_dir.name + "-passive"), allow_unstable)
@@ -132,12 +132,12 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
         v = verdicts[cell.name]
         objection = "; ".join(filter(None, [replayed.get(cell.name, ""), replayed.get("", "")]))
         state = v["state"] if v["state"] != "stable" or not objection else "replay"
-        if state == "stable" and (books["identity"] > 1e-12 or books["drag"] > 1e-12):
+        if state == "stable" and (budget_errors["identity"] > 1e-12 or budget_errors["drag"] > 1e-12):
             state = "energy"
         if state == "energy" and cell.name in explained and not objection:
             state = "law"
         rows.append({
             "case": cell.name, **v, "state": state, "replay": "" if v["message"] else objection or "agrees",
-            "identity": books["identity"], **cell.says,
+            "identity": budget_errors["identity"], **cell.says,
         })  # fmt: skip
     return pd.DataFrame(rows).drop(columns="raw", errors="ignore")

@@ -132,8 +132,9 @@ def test_short_dry_screening_in_both_engines(tmp_path: Path) -> None:
     )
     assert motion[1][columns].to_numpy() == pytest.approx(motion[0][columns].to_numpy(), abs=1e-4)
     height = [t.groupby("step")["z"].mean().to_numpy() for t in (one, two)]
-    # mean height of 335 spheres. Starts moved by 1e-9 m scatter it by 0.5 mm (standard deviation) once spheres have met, in each
-    # engine: five of their difference's 0.7 mm; before, the engines' wires and contacts alone tell them apart
+    # Mean height of 335 spheres. After the first collisions it scatters by 0.5 mm (standard deviation) in each engine if initial
+    # positions change by 1e-9 m: the limit is five standard deviations of the difference, 0.7 mm each. Before, the difference
+    # follows from wires and contacts only.
     falling = height[0] > 0.05
     assert falling.sum() >= 3
     assert height[1][falling] == pytest.approx(height[0][falling], abs=3e-4)

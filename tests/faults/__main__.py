@@ -1,4 +1,4 @@
-"""`python -m tests.faults --new N --seed S`: N random faults, who notices each, and the score by room.
+"""`python -m tests.faults --new N --seed S`: N random faults, who notices each, and the score by package.
 
 Found by the replay (and in which words), by the program itself (it stops with a sentence), by its tests (`--tests`, slow), a
 crash that anybody sees, without any effect on what the run leaves, at a line to which no scene comes, or surviving. One line for
@@ -20,13 +20,13 @@ import typer
 from tests.faults import asked
 from tests.faults.follow import Verdict
 from tests.faults.mutants import code, draw
-from tests.faults.rooms import ROOMS, below
+from tests.faults.packages import PACKAGES, below
 from tests.faults.trial import Bench
 
-COLUMNS = ("number", "room", "file", "line", "what", "code", "by", "message")
+COLUMNS = ("number", "package", "file", "line", "what", "code", "by", "message")
 OPEN = ("not reached", "no effect", "survives")
 """Verdicts after which the tests are asked."""
-SAID = 300
+LONGEST_MESSAGE = 300
 """Number of characters of a message that are stored."""
 ASKED = "asked:"
 """Beginning of the message of a fault that no test noticed."""
@@ -35,23 +35,23 @@ ASKED = "asked:"
 def main(
     new: Annotated[int, typer.Option(min=0, help="Faults.")] = 20,
     seed: Annotated[int, typer.Option(help="Of the draw; the same seed and sources give the same faults.")] = 1,
-    module: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(ROOMS)}; default all in turn.")] = None,
+    module: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(PACKAGES)}; default all in turn.")] = None,
     tests: Annotated[bool, typer.Option("--tests", help="Then ask the tests about what nothing else notices.")] = False,
     engine: Annotated[bool, typer.Option(help="Ask tests that run an engine about Python's faults too.")] = True,
     out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("results/faults"),
 ) -> None:
     """Try random faults."""
-    packages = module or list(ROOMS)
-    unknown = sorted(set(packages) - set(ROOMS))
+    packages = module or list(PACKAGES)
+    unknown = sorted(set(packages) - set(PACKAGES))
     if unknown:
-        raise typer.BadParameter(f"there is no room {unknown[0]}; expected one of {', '.join(ROOMS)}")
+        raise typer.BadParameter(f"there is no package {unknown[0]}; expected one of {', '.join(PACKAGES)}")
     table = out.absolute() / "faults.csv"
     table.parent.mkdir(parents=True, exist_ok=True)
     rows = read(table)
     bench, begun = Bench(out.absolute()), time.monotonic()
     bench.open(packages)
     print(f"without a fault: {time.monotonic() - begun:.0f} s", flush=True)
-    known = {(row["room"], int(row["number"])) for row in rows}
+    known = {(row["package"], int(row["number"])) for row in rows}
     wanted = [(packages[n % len(packages)], n // len(packages)) for n in range(new)]
     ahead, begun = [place for place in wanted if place not in known], time.monotonic()
     for done, (place, number) in enumerate(ahead, 1):
@@ -61,7 +61,7 @@ def main(
         left = (time.monotonic() - begun) / done * (len(ahead) - done)
         print(f"{done}/{len(ahead)} {one_line(row)} ({left / 60:.0f} min to go)", flush=True)
     for row in rows if tests else ():
-        if row["by"] in OPEN and not row["message"].startswith(ASKED) and row["room"] in packages:
+        if row["by"] in OPEN and not row["message"].startswith(ASKED) and row["package"] in packages:
             if (mutant := asked.again(row, bench.tree / "pywet")) is None:
                 continue
             failed = asked.ask(bench, mutant, engine=engine)
@@ -73,16 +73,18 @@ def main(
 
 def one_line(row: dict[str, str]) -> str:
     """Write one fault on a line."""
-    return f"{row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['message'][:90]}"
+    return f"{row['package']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['message'][:90]}"
 
 
 def one(bench: Bench, number: int, seed: int, module: str) -> dict[str, str]:
-    """The fault of a number in its room, the first of its draw that compiles, tried."""
+    """The fault of a number in its package, the first of its draw that compiles, tried."""
     rng, verdict = random.Random(f"{seed} {module} {number}"), None
     while verdict is None:
         mutant = draw(bench.files(module), rng)
         verdict: Verdict | None = bench.judge(mutant, module)
-    reported = verdict.message.replace(f"{bench.tree}/", "")[:SAID]  # before truncation, which might cut the path
+    reported = verdict.message.replace(f"{bench.tree}/", "")[
+        :LONGEST_MESSAGE
+    ]  # before truncation, which might cut the path
     text = code(mutant.path.read_text(), mutant.line)
     values = (str(number), module, below(mutant.path), str(mutant.line), mutant.what, text, verdict.by, reported)
     return dict(zip(COLUMNS, values, strict=True))
@@ -107,11 +109,11 @@ def write(table: Path, rows: list[dict[str, str]], columns: Sequence[str] = COLU
 
 
 def score(rows: list[dict[str, str]]) -> list[str]:
-    """For each room how many were found by whom; crashes, and those without effect, do not count."""
+    """For each package how many were found by whom; crashes, and those without effect, do not count."""
     names = ("crash", "no effect", "replay", "program", "tests", "not reached", "survives")
-    lines = [f"{'room':<10}{'faults':>7}" + "".join(f"{name:>12}" for name in names) + f"{'found':>8}"]
-    for module in [*dict.fromkeys(r["room"] for r in rows), ""]:
-        of = Counter(r["by"] for r in rows if module in ("", r["room"]))
+    lines = [f"{'package':<10}{'faults':>7}" + "".join(f"{name:>12}" for name in names) + f"{'found':>8}"]
+    for module in [*dict.fromkeys(r["package"] for r in rows), ""]:
+        of = Counter(r["by"] for r in rows if module in ("", r["package"]))
         acting = sum(of[name] for name in names[2:])
         share = (of["replay"] + of["program"] + of["tests"]) / acting if acting else 1.0
         counts = "".join(f"{of[name]:>12}" for name in names)

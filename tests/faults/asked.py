@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.faults.mutants import Mutant, code, mutants
-from tests.faults.rooms import PACKAGE, ROOT, below
+from tests.faults.packages import PACKAGE, ROOT, below
 from tests.faults.trial import Bench
 
 LIMIT_S = 600.0

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.faults import server
-from tests.faults.rooms import AFTER, BUILT, ROOT
+from tests.faults.packages import AFTER, BUILT, ROOT
 
 STEADY = ("history/*.parquet", "*.parquet", "results/*.parquet", "scene.json", "stl/*", "vtk/*.vt*", "summary.json",
           "results/checks.json", "engine/in.liggghts", "engine/setup.liggghts", "engine/particles.data")  # fmt: skip

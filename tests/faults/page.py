@@ -10,7 +10,7 @@ from pathlib import Path
 from tests.faults.__main__ import ASKED, COLUMNS, OPEN, read, write
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE, KEPT, UNFOUND = DOCS / "faults_by_chance.md", DOCS / "faults_by_chance.csv", DOCS / "faults_open.csv"
+PAGE, STORED, UNFOUND = DOCS / "faults_by_chance.md", DOCS / "faults_by_chance.csv", DOCS / "faults_open.csv"
 WHY = "why"
 """Further column of the kept table: why what nobody notices is no fault, or what it would take to see it."""
 BEFORE = "before"
@@ -60,8 +60,8 @@ def page(rows: list[dict[str, str]]) -> str:
     """The whole page."""
     distinct = list({key(r): r for r in rows}.values())
     table = [f"| part | changes | {' | '.join(NAMES)} | detected |", "|---|" + "---|" * (len(NAMES) + 2)]
-    for module in [*dict.fromkeys(r["room"] for r in distinct), "all"]:
-        tried = [r for r in distinct if module in ("all", r["room"])]
+    for module in [*dict.fromkeys(r["package"] for r in distinct), "all"]:
+        tried = [r for r in distinct if module in ("all", r["package"])]
         of = Counter(verdict(r) for r in tried)
         noticed = sum(of[name] for name in NOTICED)
         early = sum(verdict(r) in NOTICED and r[BEFORE] not in OPEN for r in tried)
@@ -99,7 +99,7 @@ def keep(table: Path) -> None:
 
     What nothing noticed before the tests were asked waits.
     """
-    stored = read(KEPT)
+    stored = read(STORED)
     known = {key(r): r for r in stored}
     found = {}
     for r in read(table):
@@ -107,11 +107,11 @@ def keep(table: Path) -> None:
             old = known.get(key(r), {})
             found[key(r)] = {**r, BEFORE: old.get(BEFORE, r["by"]), WHY: old.get(WHY, "")}
     others = [r for r in stored if key(r) not in found]
-    write(KEPT, [*others, *found.values()], (*COLUMNS, BEFORE, WHY))
+    write(STORED, [*others, *found.values()], (*COLUMNS, BEFORE, WHY))
 
 
 if __name__ == "__main__":
     if sys.argv[1:]:
         keep(Path(sys.argv[1]))
-    PAGE.write_text(page(read(KEPT)))
-    write(UNFOUND, unfound(read(KEPT)), ("file", "code", "change", "why"))
+    PAGE.write_text(page(read(STORED)))
+    write(UNFOUND, unfound(read(STORED)), ("file", "code", "change", "why"))

@@ -6,7 +6,7 @@ import hashlib
 import shutil
 from pathlib import Path
 
-from tests.faults.rooms import ROOT
+from tests.faults.packages import ROOT
 
 COPIED = ("pywet", "config", "reference_impl", "liggghts_inputs")
 """What trials run: the program itself may change meanwhile."""

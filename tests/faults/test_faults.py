@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from tests.faults import asked, page, reach, rooms, server
+from tests.faults import asked, packages, page, reach, server
 from tests.faults.__main__ import read, score
 from tests.faults.mutants import Mutant, code, draw, mutants
 
@@ -49,25 +49,25 @@ def test_cpp_is_changed_alike(tmp_path: Path) -> None:
 
 
 def test_the_same_seed_draws_the_same_faults() -> None:
-    one, two = (draw(rooms.files("plugin"), random.Random(7)) for _ in range(2))
+    one, two = (draw(packages.files("plugin"), random.Random(7)) for _ in range(2))
     assert one == two
 
 
 def test_every_package_has_files_and_their_tests() -> None:
-    for module in rooms.ROOMS:
-        names = [rooms.below(path) for path in rooms.files(module)]
-        assert names and all((rooms.ROOT / place).exists() for name in names for place in asked.tests_of(name))
+    for module in packages.PACKAGES:
+        names = [packages.below(path) for path in packages.files(module)]
+        assert names and all((packages.ROOT / place).exists() for name in names for place in asked.tests_of(name))
     assert asked.tests_of("report/vtk.py")[0] == "tests/report/test_vtk.py"
 
 
 def test_a_fault_of_a_helper_is_one_of_the_law_that_calls_it(tmp_path: Path) -> None:
     path = tmp_path / "laws.py"
     path.write_text("def one(x):\n    return x\n\n\n@force_law('capillary')\ndef two(x):\n    return one(x)\n")
-    assert [rooms.law_of(Mutant(path, line, "", "")) for line in (2, 7, 4)] == [("capillary", "two")] * 2 + [None]
+    assert [packages.law_of(Mutant(path, line, "", "")) for line in (2, 7, 4)] == [("capillary", "two")] * 2 + [None]
 
 
 def test_crashes_and_faults_without_effect_do_not_count() -> None:
-    rows = [{"room": "plugin", "by": by} for by in ("replay", "replay", "tests", "survives", "no effect", "crash")]
+    rows = [{"package": "plugin", "by": by} for by in ("replay", "replay", "tests", "survives", "no effect", "crash")]
     assert score(rows)[1].split() == ["plugin", "6", "1", "1", "2", "0", "1", "0", "1", "75%"]
 
 
@@ -93,7 +93,7 @@ def test_what_imports_a_changed_module_is_forgotten() -> None:
     names = ("pywet.runs.rundir", "pywet.report.vtk", "pywet.scene")
     stored = {name: sys.modules[name] for name in list(sys.modules) if name.startswith("pywet")}
     try:
-        server.forget("pywet.runs.rundir", rooms.ROOT)
+        server.forget("pywet.runs.rundir", packages.ROOT)
         assert [name in sys.modules for name in names] == [False, False, True]
     finally:
         sys.modules.update(stored)
@@ -117,13 +117,13 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
         space["way"](False)
         reach.keep(tmp_path / "kept.json")
     assert lines == reach.recorded(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
-    assert [rooms.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
-    assert [rooms.reached({7}, Mutant(Path("a.h"), 8, "", ""), beside) for beside in (0, 1)] == [False, True]
+    assert [packages.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
+    assert [packages.reached({7}, Mutant(Path("a.h"), 8, "", ""), beside) for beside in (0, 1)] == [False, True]
 
 
 def test_the_page_is_that_of_the_stored_table() -> None:
     """Every change that nobody noticed has its reason."""
-    rows = read(page.KEPT)
+    rows = read(page.STORED)
     assert page.PAGE.read_text() == page.page(rows)
     assert read(page.UNFOUND) == page.unfound(rows)
     assert all(row[page.WHY] for row in rows if page.verdict(row) in ("equivalent", "open"))

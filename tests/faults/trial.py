@@ -19,7 +19,7 @@ from tests.faults import reach, scenes, server
 from tests.faults.follow import Verdict, Way, follow, import_all, marks
 from tests.faults.mutants import Mutant
 from tests.faults.native import Objects
-from tests.faults.rooms import BUILT, below, files, law_of, reached
+from tests.faults.packages import BUILT, below, files, law_of, reached
 
 LIMIT_S = 900.0
 

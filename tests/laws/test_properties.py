@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from pywet.laws import exact_bridge as young_laplace
 from pywet.laws import registry
 
-OWN = [name for name in registry.BUILT_IN["capillary"] if name not in ("buck", "davis")]
+STATIC_LAWS = [name for name in registry.BUILT_IN["capillary"] if name not in ("buck", "davis")]
 """Laws of this kind of bridge; those of the collision models have tests of their own."""
-REAL = [name for name in OWN if not name.endswith("as_printed")]
+REAL = [name for name in STATIC_LAWS if not name.endswith("as_printed")]
 RUPTURE = [name for name in registry.BUILT_IN["rupture"] if name not in ("buck", "davis")]
 ANGLES = {"young_laplace": st.sampled_from([(0.0, 0.0), (1.0471975511965977462, 1.0471975511965977462)])}
 """Contact angles for which the table of a law is at hand; others take any up to 40°."""
@@ -52,7 +52,7 @@ def test_attraction_up_to_rupture(name: str) -> None:
     holds()
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", STATIC_LAWS)
 def test_continuous_at_touch_and_constant_in_overlap(name: str) -> None:
     """F(S) → F(0); slopes are of the order F/d with d the ring's height, so 1e-9 r is 1e-6 of F and less."""
     law = function("capillary", name)
@@ -70,7 +70,7 @@ def test_continuous_at_touch_and_constant_in_overlap(name: str) -> None:
     holds()
 
 
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", STATIC_LAWS)
 def test_scaling_symmetry_and_tension(name: str) -> None:
     """F(kS, k³V, k r) = k F; exchanging the bodies changes nothing; F is linear in the surface tension."""
     law = function("capillary", name)

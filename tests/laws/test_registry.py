@@ -12,7 +12,7 @@ from pywet.laws import force_law, registry
 from pywet.laws.kinds import KINDS, SWITCHED
 from tests.error_codes import raises_code
 
-OWN = """
+CUSTOM_LAW = """
 from pywet.laws.force_law import force_law
 
 @force_law
@@ -37,7 +37,7 @@ def undecorated(speed, viscosity, surface_tension):
 @pytest.fixture
 def law_file(tmp_path: Path) -> Path:
     path = tmp_path / "my_laws.py"
-    path.write_text(OWN)
+    path.write_text(CUSTOM_LAW)
     files.trust([f"{path}:steady"])
     return path
 

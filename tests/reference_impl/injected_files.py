@@ -393,7 +393,7 @@ RESULTS: dict[str, Injected] = {
 }  # fmt: skip
 
 W, C = "liquid_by_wall", "contact_statistics"
-OWN: dict[str, Injected] = {
+CUSTOM: dict[str, Injected] = {
     "own: liquid of two walls exchanged": Injected(columns_exchanged(W, "wall_front_m3", "wall_mantle_m3"), f"results_{W}",
         "it holds what wall_mantle_m3 should hold"),
     "own: a bridge counted once": Injected(column(C, "bridges_per_sphere", lambda t: t["bridges_per_sphere"] / 2), f"results_{C}",

@@ -127,7 +127,7 @@ def test_fault_in_the_exact_run_is_found(
     assert found <= set(far(replay(tmp_path)))
 
 
-OWN = '''
+CUSTOM_LAW = '''
 from pywet.laws.force_law import force_law
 
 
@@ -160,7 +160,7 @@ def reach(volume, ri, rj, ti, tj):
 def test_custom_law_is_named_and_the_rest_is_checked(tmp_path: Path) -> None:
     """No judgement on the own force and rupture distance; totals, torques, liquid and viscous terms in full."""
     law_file = tmp_path / "own.py"
-    law_file.write_text(OWN)
+    law_file.write_text(CUSTOM_LAW)
     effects = small.PAPER.model_copy(update={"capillary": f"{law_file}:spring", "rupture": f"{law_file}:reach"})
     run = lift(tmp_path / "run", effects, (0.5, 0.2, math.pi / 4))
     result = replay(run)

@@ -30,7 +30,7 @@ from tests.cases.screening import synthetic
 ROOT = Path(__file__).parent.parent.parent
 CASES = (1, 2, 3, 4, 5, 6)
 """Dry, 5 % and 10 % liquid at two amplitudes: two panels of three curves."""
-TWIN = "case02_exact"
+COMPARISON = "case02_exact"
 """Case 2 with the other preset of laws."""
 
 
@@ -52,7 +52,7 @@ def made(root: Path, cases: tuple[int, ...]) -> Path:
         write_json(run / "config.json", config.resolved(number, "smoke"))
         for stage in stages.NEEDS:
             stages.attempt(run, stage, lambda: None)
-    comparison = synthetic.make(root / TWIN, name=TWIN)
+    comparison = synthetic.make(root / COMPARISON, name=COMPARISON)
     stages.results(comparison)
     _tables(comparison, random)
     _files(comparison, 7, random)
@@ -122,7 +122,7 @@ def written(
     folder: Path, template: Path = ROOT / "workflow" / "report", cases: tuple[int, ...] = CASES, scale: str = "smoke"
 ) -> Path:
     """Write the report on cases, with case 2 by both presets."""
-    out, comparisons = folder / "report.html", {TWIN: (2, "exact")} if 2 in cases else {}
+    out, comparisons = folder / "report.html", {COMPARISON: (2, "exact")} if 2 in cases else {}
     report.write(settings.load(ROOT / "config"), scale, cases, folder, template, None, out, comparisons)
     return out
 
@@ -408,7 +408,7 @@ def with_seeds(folder: Path, root: Path) -> Path:
     """Copy cases; case 2 has two more seeds, one of them with other outputs, and its preset one."""
     random = np.random.default_rng(5)
     shutil.copytree(folder, root, ignore=shutil.ignore_patterns("report.*", "*.html"))
-    for name, rows in (("case02-8", 31), ("case02-9", 16), (f"{TWIN}-8", 31)):
+    for name, rows in (("case02-8", 31), ("case02-9", 16), (f"{COMPARISON}-8", 31)):
         table = pd.read_parquet(root / "case02" / "results" / "fraction_retained.parquet").iloc[:: 30 // (rows - 1)]
         for column in [c for c in table if str(c).startswith("fraction_retained")]:
             table[column] = 1.0 - np.sort(random.uniform(0, 0.6, rows)) * (table["time_since_opening_s"] > 0)

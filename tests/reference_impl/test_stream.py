@@ -176,7 +176,7 @@ def test_compiled_and_plain_loop_are_one(heap_dir: Path, monkeypatch: pytest.Mon
 
 def test_median_of_many_is_good_to_a_thousandth() -> None:
     """Compare the median of the histogram that represents more deviations than are stored; it depends on the values alone."""
-    values = np.random.default_rng(1).lognormal(-30.0, 5.0, 2 * compare.KEPT)
+    values = np.random.default_rng(1).lognormal(-30.0, 5.0, 2 * compare.STORED)
     parts = [compare.Deviations(part) for part in np.array_split(values, 7)]
     together = compare.gathered(parts)
     one_by_one = parts[0]

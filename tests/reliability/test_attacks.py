@@ -160,7 +160,7 @@ def test_a_law_that_somebody_else_names_runs_only_with_trust(
     assert (code, ran.exists()) == (0, True), output_text
 
 
-OWN_SCENE = """
+CUSTOM_SCENE = """
 name: a bead with a law
 duration_s: 0.001
 materials: {glass: {density_kg_per_m3: 2500}}
@@ -187,10 +187,10 @@ def naming(command: str, law: str, folder: Path) -> list[str]:
     if command == "bridge":
         return ["bridge", str(query_with(Path(law), folder / "query.json"))]
     if command == "run-scene":
-        (folder / "scene.yaml").write_text(OWN_SCENE.replace("LAW", f"{law}:law"))
+        (folder / "scene.yaml").write_text(CUSTOM_SCENE.replace("LAW", f"{law}:law"))
         return ["run-scene", str(folder / "scene.yaml"), "--out", str(folder / "out")]
     if command in ("sweep", "calibrate"):
-        (folder / "base.yaml").write_text(OWN_SCENE.replace("LAW", f"{law}:law"))
+        (folder / "base.yaml").write_text(CUSTOM_SCENE.replace("LAW", f"{law}:law"))
         (folder / f"{command}.yaml").write_text(json.dumps(ASKED[command]))
         return [command, str(folder / f"{command}.yaml"), *(["--check"] if command == "sweep" else [])]
     if command == "liggghts":
@@ -519,7 +519,7 @@ def test_the_reference_keeps_nothing_in_a_folder_open_to_all(tmp_path: Path) -> 
     shared.mkdir()
     for mode, stored in ((0o777, "False"), (0o700, "True")):
         shared.chmod(mode)
-        code = "from reference_impl import compiled; print(compiled.KEPT)"
+        code = "from reference_impl import compiled; print(compiled.CACHED)"
         done = subprocess.run(
             [sys.executable, "-c", code], env=os.environ | {"NUMBA_CACHE_DIR": str(shared)}, capture_output=True,
             text=True, check=True, cwd=ROOT,

@@ -20,7 +20,7 @@ MOST_CELLS = 1e8
 
 Beyond it the engine's lists take gigabytes, and at 2.7e8 it stops ("Too many atom sorting bins": an eighth of 2^31).
 """
-THROW = 2.0
+IMPACT_SPEED_RATIO = 2.0
 """Speed of a thrown sphere over that of the wall, for an elastic impact."""
 
 
@@ -52,9 +52,9 @@ def speed(at: Floats, motion: EngineMotion | None) -> float:
 def thrown(wall_speed: float, gravity: Vector, duration: float) -> tuple[Floats, Floats]:
     """Bound the distances [m] along −x, −y, −z and x, y, z that a thrown sphere travels until it returns to its height.
 
-    With v = `THROW` times the wall's speed: v²/(2g) against gravity, v²/g across; never more than v times the duration.
+    With v = `IMPACT_SPEED_RATIO` times the wall's speed: v²/(2g) against gravity, v²/g across; at most v times the duration.
     """
-    v, g = THROW * wall_speed, math.hypot(*gravity)
+    v, g = IMPACT_SPEED_RATIO * wall_speed, math.hypot(*gravity)
     if g == 0.0:
         return np.full(3, v * duration), np.full(3, v * duration)
     up = -np.array(gravity) / g

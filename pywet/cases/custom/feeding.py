@@ -15,7 +15,7 @@ from pywet.geometry.packing import refuse_beyond_memory
 from pywet.geometry.surface import Floats
 from pywet.scene import SphereClass
 
-ROOM = 1.05
+SPACING = 1.05
 """Smallest distance of centres over that at which spheres and their films touch."""
 MOST_PLACES = 10_000_000
 """Largest number of points, one diameter apart, on the paths of a class that are checked against walls."""
@@ -38,7 +38,7 @@ def waiting(
     places, kinds = np.zeros((len(turn), 3)), np.array([kind for _, kind in turn], dtype=np.int64)
     for n, (at, kind) in enumerate(turn):
         entry, radius = entries[kind - 1], classes[kind - 1].radius_m
-        distance = ROOM * (reach[kind - 1] + reach[kinds[:n] - 1])
+        distance = SPACING * (reach[kind - 1] + reach[kinds[:n] - 1])
         for _ in range(TRIES):
             place = _inside(entry.box or entry.cylinder, radius, random) - at * np.array(entry.velocity_m_per_s)
             if (((places[:n] - place) ** 2).sum(axis=1) >= distance**2).all():

@@ -12,7 +12,7 @@ import pywet
 from pywet.cases.small.scenes import bed_angles
 from reference_impl.tables import check as results
 from tests.cases.custom.conftest import example
-from tests.reference_impl.injected_files import OWN
+from tests.reference_impl.injected_files import CUSTOM
 
 pytestmark = pytest.mark.engine
 
@@ -48,7 +48,7 @@ def test_drum_lifts_its_bed(tmp_path: Path) -> None:
     assert run.replay["results"]["ok"] and run.replay["scene"]["ok"]
     assert run.replay["quantities"]["scene_parts"]["count"] == 3
     assert run.replay["quantities"]["scene_description"]["count"] > 40
-    for name, fault in OWN.items():
+    for name, fault in CUSTOM.items():
         copy = Path(shutil.copytree(tmp_path, tmp_path.parent / name.replace(" ", "_")))
         fault.change(copy)
         found = results.check(copy)

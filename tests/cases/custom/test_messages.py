@@ -71,9 +71,9 @@ def of_schemas() -> set[str]:
     return found
 
 
-OWN = of_models(Scene)
+CUSTOM = of_models(Scene)
 SCREENING = of_schemas()
-NO_KEY = (of_models(EngineScene) | SCREENING) - OWN
+NO_KEY = (of_models(EngineScene) | SCREENING) - CUSTOM
 """Keys of the screening cases and of what the engine is given, which a scene does not have."""
 
 
@@ -118,4 +118,4 @@ def test_a_screening_case_is_refused_by_keys_that_it_has(
     (folder / file).write_text(text)
     with pytest.raises(PywetError) as error:
         cases.build(config.load(folder), 2, "smoke", tmp_path / "run")
-    assert not set(WORD.findall(str(error.value))) & (OWN - SCREENING), str(error.value)
+    assert not set(WORD.findall(str(error.value))) & (CUSTOM - SCREENING), str(error.value)

@@ -13,16 +13,16 @@ from pywet.runs.rundir import RunDir
 from tests.cases.screening import synthetic
 
 ROW = {"scale": "1", "count": 3, "largest": 0.0, "median": 0.0, "tolerance": 1e-12}
-OWN = "capillary: the law neck is not built in and was not checked; its forces are taken as logged"
+NOT_CHECKED = "capillary: the law neck is not built in and was not checked; its forces are taken as logged"
 
 
 @pytest.mark.parametrize(
     ("changes", "word", "grade"),
     [
         ({}, "yes", "good"),
-        ({"not_checked": [OWN]}, "in part", "fair"),
+        ({"not_checked": [NOT_CHECKED]}, "in part", "fair"),
         ({"not_checked": ["capillary: solved again for a sample of 1000 records"]}, "in part", "fair"),
-        ({"quantities": {"capillary": {**ROW, "largest": 0.1}}, "not_checked": [OWN]}, "no", "bad"),
+        ({"quantities": {"capillary": {**ROW, "largest": 0.1}}, "not_checked": [NOT_CHECKED]}, "no", "bad"),
     ],
 )
 def test_the_head_is_green_only_where_all_was_checked(changes: dict, word: str, grade: str, tmp_path: Path) -> None:

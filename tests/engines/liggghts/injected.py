@@ -81,11 +81,11 @@ SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
 PATCHES: list[tuple[str, str, str]] = [
     ("vec.h", "#include <cmath>", '#include <cmath>\n#include "injected.h"'),
     ("forces.cpp", LAWS, LAWS_INJECTED),
-    ("together.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, BridgeBatch &__restrict t) {",
+    ("bridge_batch.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, BridgeBatch &__restrict t) {",
      "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, BridgeBatch &__restrict t) {\n"
      '  const double taken = injected("speed along n") ? 0.0 : 1.0;'),
-    ("together.cpp", "along = vx * nx + vy * ny + vz * nz;", "along = taken * (vx * nx + vy * ny + vz * nz);"),
-    ("standing.cpp", "if (!laws.dynamic_rupture) return",
+    ("bridge_batch.cpp", "along = vx * nx + vy * ny + vz * nz;", "along = taken * (vx * nx + vy * ny + vz * nz);"),
+    ("bridge_list.cpp", "if (!laws.dynamic_rupture) return",
      'if (!laws.dynamic_rupture || injected("dynamic rupture ignored")) return'),
     (
         "forces.cpp",
@@ -94,7 +94,7 @@ PATCHES: list[tuple[str, str, str]] = [
         "          g.separation >= standing_.rupture_limit(b, g) *\n"
         '                              (injected("early rupture") ? 0.8 : injected("late rupture") ? 1.25 : 1.0))) continue;',
     ),
-    ("standing.cpp", "block.longest[at] = b.rupture_distance;",
+    ("bridge_list.cpp", "block.longest[at] = b.rupture_distance;",
      'block.longest[at] = (injected("early rupture") ? 0.8 : 1.0) * b.rupture_distance;'),
     ("forces.cpp", "gather(t);",
      'if (injected("evaporation"))\n'
@@ -104,7 +104,7 @@ PATCHES: list[tuple[str, str, str]] = [
      "        standing_.blocks[t.first / BATCH].row[VOLUME][k] = volume;\n"
      "      }\n"
      "    gather(t);"),
-    ("standing.cpp", "return b.volume * world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));",
+    ("bridge_list.cpp", "return b.volume * world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));",
      "const double T = world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));\n"
      '  return b.volume * (injected("transfer swapped") ? 1 - T : injected("half and half") ? 0.5 : T);'),
     ("logs.cpp", "store((-g.radius_i) * turn, c.torque_i);",
@@ -123,14 +123,15 @@ PATCHES: list[tuple[str, str, str]] = [
      '                          injected("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
     ("near_pairs.cpp", "const double drawn = wire ?", 'const double drawn = wire && !injected("wire as wall") ?'),
     ("near_pairs.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !injected("wire as wall") ?'),
-    ("booking.cpp", "for (Event &e : events)\n    if (e.kind == FORMATION) {\n      e.share_i *= granted[e.i];", SEQUENTIAL),
-    ("booking.cpp", "e.volume = e.share_i + e.share_j;",
+    ("liquid_ledger.cpp", "for (Event &e : events)\n    if (e.kind == FORMATION) {\n      e.share_i *= granted[e.i];",
+     SEQUENTIAL),
+    ("liquid_ledger.cpp", "e.volume = e.share_i + e.share_j;",
      'e.volume = (injected("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
-    ("booking.cpp", "return e.kind == FORMATION ? -1.0 : 1.0;",
+    ("liquid_ledger.cpp", "return e.kind == FORMATION ? -1.0 : 1.0;",
      'return e.kind == FORMATION ? (injected("drawn twice") ? -2.0 : -1.0) : 1.0;'),
-    ("booking.cpp", "films_.add(e.j, sign(e) * e.share_j);",
+    ("liquid_ledger.cpp", "films_.add(e.j, sign(e) * e.share_j);",
      'films_.add(e.j, (injected("lost at rupture") && sign(e) > 0 ? 0.0 : sign(e)) * e.share_j);'),
-    ("booking.cpp", "laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);",
+    ("liquid_ledger.cpp", "laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);",
      'laws.rupture(e.volume, b.radius_i, injected("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
      "                                       b.angle_i, b.angle_j);"),
 ]  # fmt: skip

@@ -38,8 +38,8 @@ PATCHES: list[tuple[str, str, str]] = [
      "    }"),
     ("near_pairs.cpp", "if (given_to_neighbour(c, near)) {",
      'if (!injected("two bridges at an edge") && given_to_neighbour(c, near)) {'),
-    ("step.cpp", "if (!clock.again) near.propose(booking.events);",
-     'if (!clock.again && !(injected("formations in every second step") && clock.now % 2)) near.propose(booking.events);'),
+    ("step.cpp", "if (!clock.again) near.propose(ledger.events);",
+     'if (!clock.again && !(injected("formations in every second step") && clock.now % 2)) near.propose(ledger.events);'),
     ("forces.cpp", "e.i = b.i; e.j = b.j; e.triangle = g.triangle;",
      "e.i = b.i; e.j = b.j; e.triangle = g.triangle;\n"
      '    if (injected("lands on the first triangle") && b.kind != SPHERE)\n'
@@ -58,7 +58,7 @@ PATCHES: list[tuple[str, str, str]] = [
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
 
-IN_YARD: dict[str, tuple[str, str]] = {
+IN_FIXTURE: dict[str, tuple[str, str]] = {
     "a wall without bridges": ("formation_missed", "wall part 1 never gets a bridge"),
     "formations in every second step": ("formation_late", "films are looked at in every 2nd step only"),
     "lands on the first triangle": ("event_triangle", "it is the first triangle of the part"),

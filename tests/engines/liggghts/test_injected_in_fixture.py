@@ -35,7 +35,7 @@ def test_nothing_injected_nothing_found(
 FAULTS = {
     name: (scene, *shown)
     for scene, faults in (
-        (fixture_scene.prepare, injected_in_fixture.IN_YARD),
+        (fixture_scene.prepare, injected_in_fixture.IN_FIXTURE),
         *injected_in_fixture.SCENES.items(),
     )
     for name, shown in faults.items()

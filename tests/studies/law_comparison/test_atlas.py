@@ -70,7 +70,7 @@ def test_the_command_writes_a_whole_page(small: None, tmp_path: Path) -> None:
     assert not list((tmp_path / "atlas").glob(".*"))  # nothing half-written
 
 
-OWN = """
+CUSTOM_LAW = """
 import math
 
 from pywet.laws.force_law import force_law
@@ -92,7 +92,7 @@ def test_a_custom_law_is_in_the_law_comparison(small: None, tmp_path: Path, monk
     """At touch it is twice `lambert`, which is 0.099 off, hence 2 (1 + 0.099) - 1 = 1.2; the distance is half of `lian`'s."""
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
     file = tmp_path / "mine.py"
-    file.write_text(OWN)
+    file.write_text(CUSTOM_LAW)
     asked = ["study", "laws", "--no-stock", "--out", str(tmp_path / "atlas")]
     done = CliRunner().invoke(app, [*asked, "--law", f"{file}:doubled", "--law", f"{file}:shorter"])
     assert done.exit_code == 0, done.output

@@ -63,7 +63,7 @@ double Engine::said(const char *variable) const {
 
 int Engine::local(int id) const { return lmp_->atom->map(id); }
 
-void Engine::tell_ghosts() const {}  // a single process needs none, since it owns all spheres
+void Engine::update_ghosts() const {}  // a single process needs none, since it owns all spheres
 
 void Engine::find_neighbours(Communicator &ranks) {
   for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
@@ -141,7 +141,7 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
   return pairs;
 }
 
-void Engine::shorten_lists() {}  // would only save time
+void Engine::shorten_lists() {}  // not needed here: it only saves time
 
 void Engine::forget_springs() const {}  // done by its contacts
 

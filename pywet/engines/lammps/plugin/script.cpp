@@ -51,18 +51,18 @@ class FixWet : public Fix {
   }
   ~FixWet() override {
     if (modify->get_fix_by_id(id)) atom->delete_callback(id, Atom::GROW);
-    memory->destroy(told_);
+    memory->destroy(values_);
     memory->destroy(extra_);
   }
   int setmask() override { return FixConst::POST_FORCE; }
   void grow_arrays(int n) override {
-    memory->grow(told_, n, OF_SPHERE, "pywet:told");
+    memory->grow(values_, n, OF_SPHERE, "pywet:values");
     memory->grow(extra_, n, 3, "pywet:extra");
-    array_atom = told_;
+    array_atom = values_;
   }
   double compute_vector(int k) override {
     if (last < 0) return 0;
-    if (summed_ != last) tell_all(sums_);
+    if (summed_ != last) copy_sums(sums_);
     summed_ = last;
     return sums_[k];
   }
@@ -78,15 +78,15 @@ class FixWet : public Fix {
   void post_force(int) override {
     last = update->ntimestep;
     const int n = atom->nlocal;
-    for (int a = 0; a < n; a++) std::copy(atom->f[a], atom->f[a] + 3, told_[a] + 2);
+    for (int a = 0; a < n; a++) std::copy(atom->f[a], atom->f[a] + 3, values_[a] + 2);
     if (callback) callback(nullptr, last, n, nullptr, atom->x, extra_);
     for (int a = 0; a < n; a++)
-      for (int k = 0; k < 3; k++) told_[a][2 + k] = atom->f[a][k] - told_[a][2 + k];
-    tell_spheres(told_, n);
+      for (int k = 0; k < 3; k++) values_[a][2 + k] = atom->f[a][k] - values_[a][2 + k];
+    copy_sphere_values(values_, n);
   }
 
  private:
-  double **told_ = nullptr, **extra_ = nullptr;  // values of each sphere, see script.h; unused, see plugin.cpp
+  double **values_ = nullptr, **extra_ = nullptr;  // values of each sphere, see script.h; unused, see plugin.cpp
   double sums_[ALL] = {};
   int64_t summed_ = -1;                 // step of these sums
 };

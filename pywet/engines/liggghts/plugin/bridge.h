@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "records.h"
-#include "world.h"
+#include "simulation_state.h"
 
 namespace pywet {
 

@@ -85,16 +85,16 @@ void Checkpoint::save() {
     spheres.push_back({at.tag[a], {x[0], x[1]}, l[FILM], l[LOAD], l[WEIGHED], {l[IMPULSE], l[IMPULSE + 1], l[IMPULSE + 2]},
                        {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
   }
-  spheres = ranks.told_first(spheres);
+  spheres = ranks.gathered_first(spheres);
   std::sort(spheres.begin(), spheres.end(), [](const SphereState &p, const SphereState &q) { return p.id < q.id; });
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, ranks.all);
   std::vector<WireSpring> springs = faces_.springs(), of_wires = wires_.springs();
   springs.insert(springs.end(), of_wires.begin(), of_wires.end());
-  springs = ranks.told_first(springs);
+  springs = ranks.gathered_first(springs);
   std::sort(springs.begin(), springs.end());
-  const std::vector<BridgeRecord> bridges = ranks.told_first(standing_.mine());
+  const std::vector<BridgeRecord> bridges = ranks.gathered_first(standing_.mine());
   double numbers[4] = {energy_.formed, energy_.ruptured, double(standing_.formations), double(standing_.ruptures)};
   ranks.add_up(numbers);
   if (!ranks.first()) return;

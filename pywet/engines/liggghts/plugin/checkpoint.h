@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
+#include "analytic_wires.h"
 #include "faces.h"
 #include "shedding.h"
-#include "wires.h"
 
 namespace pywet {
 
@@ -19,7 +19,7 @@ static_assert(sizeof(SphereState) == 120, "records must match SPHERE of state_fi
 
 class Checkpoint {
  public:
-  Checkpoint(SimulationState &world, Films &films, BridgeList &standing, EnergyBook &energy, Faces &faces, AnalyticWires &wires, Weight &weight, Shedding &shedding,
+  Checkpoint(SimulationState &world, Films &films, BridgeList &standing, EnergyBudget &energy, Faces &faces, AnalyticWires &wires, Weight &weight, Shedding &shedding,
              Logs &logs)
       : world_(world), films_(films), standing_(standing), energy_(energy), faces_(faces), wires_(wires), weight_(weight), shedding_(shedding),
         logs_(logs) {}
@@ -31,7 +31,7 @@ class Checkpoint {
   SimulationState &world_;
   Films &films_;
   BridgeList &standing_;
-  EnergyBook &energy_;
+  EnergyBudget &energy_;
   Faces &faces_;
   AnalyticWires &wires_;
   Weight &weight_;

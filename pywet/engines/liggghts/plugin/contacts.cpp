@@ -8,14 +8,14 @@
 #include "contact_law.h"
 
 // engine headers, in an order that compiles outside the engine's source tree
-#include "mpi.h"
-#include "fix_insert_stream.h"
-#include "global_properties.h"
 #include "atom.h"
+#include "fix_insert_stream.h"
 #include "fix_property_global.h"
 #include "force.h"
+#include "global_properties.h"
 #include "lammps.h"
 #include "modify.h"
+#include "mpi.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "update.h"

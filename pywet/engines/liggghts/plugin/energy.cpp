@@ -13,14 +13,14 @@
 
 namespace pywet {
 
-void EnergyBook::begin(double power_of_walls) {
+void EnergyBudget::begin(double power_of_walls) {
   wall_power[CONTACT] = power_of_walls;
   if (!world_.rules.energy) return;
   acting.assign(world_.engine.at.nlocal, Acting{});
   for (int e : {CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) wall_power[e] = 0;
 }
 
-void EnergyBook::add(int a, const Vec &capillary, const Vec &normal, const Vec &tangential, const Vec &torque) {
+void EnergyBudget::add(int a, const Vec &capillary, const Vec &normal, const Vec &tangential, const Vec &torque) {
   Acting &on = acting[a];
   accumulate(on.capillary, capillary);
   accumulate(on.normal, normal);
@@ -28,7 +28,7 @@ void EnergyBook::add(int a, const Vec &capillary, const Vec &normal, const Vec &
   accumulate(on.torque, torque);
 }
 
-void EnergyBook::add(const Bridge &b, const Geometry &g, const Terms &t) {
+void EnergyBudget::add(const Bridge &b, const Geometry &g, const Terms &t) {
   const View &at = world_.engine.at;
   const Vec turn = cross(g.n, t.tangential);
   if (at.owned(b.a)) add(b.a, (-t.capillary) * g.n, t.viscous * g.n, t.tangential, (-g.radius_i) * turn);
@@ -42,7 +42,7 @@ void EnergyBook::add(const Bridge &b, const Geometry &g, const Terms &t) {
 
 static double power_of(const double *f, const Vec &v) { return f[0] * v.x + f[1] * v.y + f[2] * v.z; }
 
-void EnergyBook::add_up() {
+void EnergyBudget::add_up() {
   if (!world_.rules.energy) return;
   const View &at = world_.engine.at;
   const bool resting = world_.clock.first || world_.clock.again;  // the velocities are those of the step, not of half a step earlier
@@ -105,7 +105,7 @@ static std::vector<std::pair<double, double> > gauss(int n) {
 
 // Capillary energy of a bridge: minus the integral of the force from S to the static rupture distance, where it is zero. The substitution
 // s = u^2 removes the square-root singularity of some laws at touch.
-double EnergyBook::stored(size_t bridge, double separation) const {
+double EnergyBudget::stored(size_t bridge, double separation) const {
   static const std::vector<std::pair<double, double> > rule = gauss(24);
   const Laws &laws = world_.laws;
   if (!laws.capillary || !(world_.rules.energy || world_.rules.scripted)) return 0;

@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "standing.h"
+#include "bridge_list.h"
 
 namespace pywet {
 
@@ -21,7 +21,7 @@ struct Sums {
   double pending_kick = 0;
 };
 
-class EnergyBook {
+class EnergyBudget {
  public:
   Sums sums;
   double formed = 0, ruptured = 0;     // capillary energy stored by formations and lost by ruptures, of the bridges that this rank counts
@@ -29,7 +29,7 @@ class EnergyBook {
   double wall_power[EFFECTS] = {};     // power of moving walls through bridges in this step, by effect
   std::vector<Acting> acting;          // forces and torques by local index
 
-  EnergyBook(const SimulationState &world, const BridgeList &standing) : world_(world), standing_(standing) {}
+  EnergyBudget(const SimulationState &world, const BridgeList &standing) : world_(world), standing_(standing) {}
   void begin(double power_of_walls);   // begins a step
   void add(const Bridge &b, const Geometry &g, const Terms &t);
   void add_up();                       // call when all forces are known

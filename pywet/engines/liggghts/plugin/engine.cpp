@@ -7,21 +7,21 @@
 #include <cmath>
 
 // engine headers, in the order that compiles outside the engine's source tree
-#include "mpi.h"
-#include "fix_insert_stream.h"
-#include "global_properties.h"
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
 #include "fix_external.h"
+#include "fix_insert_stream.h"
 #include "fix_mesh_surface.h"
 #include "fix_property_atom.h"
 #include "force.h"
+#include "global_properties.h"
 #include "input.h"
 #include "lammps.h"
 #include "mesh_module_stress.h"
 #include "modify.h"
+#include "mpi.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "pair.h"
@@ -88,7 +88,7 @@ double Engine::said(const char *variable) const {
 
 int Engine::local(int id) const { return lmp_->atom->map(id); }
 
-void Engine::tell_ghosts() const { liquid_->do_forward_comm(); }
+void Engine::update_ghosts() const { liquid_->do_forward_comm(); }
 
 // The engine's lists of spheres that are ghosts elsewhere are protected; a derived class can read them.
 struct Sent : LAMMPS_NS::Comm {

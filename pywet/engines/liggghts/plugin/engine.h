@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "ranks.h"
+#include "communicator.h"
 #include "spheres.h"
 #include "walls.h"
 
@@ -76,7 +76,7 @@ class Engine {
   void look();
 
   int local(int id) const;                              // local index of a sphere: owned before ghost; -1: not on this rank
-  void tell_ghosts() const;                             // sends the migrating data of spheres to their ghosts; collective
+  void update_ghosts() const;                             // sends the migrating data of spheres to their ghosts; collective
   void find_neighbours(Communicator &ranks);                   // also determines which of this rank's spheres are ghosts elsewhere
   bool elsewhere(int a) const { return !at.owned(a) || (size_t(a) < sent_.size() && sent_[a]); }
   void keep_skin() const;                               // sets the skin again, which the engine resets at the start of each run

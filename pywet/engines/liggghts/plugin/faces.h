@@ -3,14 +3,14 @@
 #pragma once
 #include <vector>
 
+#include "analytic_wires.h"
 #include "cells.h"
-#include "wires.h"
 
 namespace pywet {
 
 class Faces {
  public:
-  Faces(const SimulationState &world, EnergyBook &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
+  Faces(const SimulationState &world, EnergyBudget &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
   void arrange();                        // call once before the run
   void touch(bool fresh);                // call after the engine's sphere contacts, before wires and bridges
 
@@ -45,7 +45,7 @@ class Faces {
   };
 
   const SimulationState &world_;
-  EnergyBook &energy_;
+  EnergyBudget &energy_;
   Logs &logs_;
   std::vector<Plane> planes_;            // planes of all triangles
   std::vector<Surface> surfaces_;        // surfaces in the order of meshes

@@ -3,7 +3,7 @@
 #pragma once
 #include <vector>
 
-#include "world.h"
+#include "simulation_state.h"
 
 namespace pywet {
 

@@ -85,7 +85,7 @@ void Forces::evaluate(BridgeBatch &t) {
   const Laws &laws = world_.laws;
   for (int k = 0; k < t.n; k++)
     if (!t.acts[k]) block.row[SEPARATION][k] = block.row[SPEED][k] = 0;
-  const Line *lines = standing_.prepared(t.first);
+  const CacheLine *lines = standing_.prepared(t.first);
   for (int k = 0; k < t.n; k++) t.prepared[k] = reinterpret_cast<int64_t>(lines + k * laws.lines);
   auto call = [&](Batch law, double *out, int functions) {
     std::fill(out, out + functions * BATCH, law ? std::nan("") : 0.0);

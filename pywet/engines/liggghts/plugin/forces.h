@@ -2,14 +2,14 @@
 #pragma once
 #include <vector>
 
-#include "implicit.h"
-#include "together.h"
+#include "bridge_batch.h"
+#include "semi_implicit_drag.h"
 
 namespace pywet {
 
 class Forces {
  public:
-  Forces(const SimulationState &world, BridgeList &standing, EnergyBook &energy, Single &single, ImpulseSums &sums, MultipleTimeStepping &impulses,
+  Forces(const SimulationState &world, BridgeList &standing, EnergyBudget &energy, Single &single, ImpulseSums &sums, MultipleTimeStepping &impulses,
          SemiImplicitDrag &implicit, Logs &logs)
       : world_(world), standing_(standing), energy_(energy), single_(single), sums_(sums), impulses_(impulses), implicit_(implicit),
         logs_(logs) {}
@@ -22,7 +22,7 @@ class Forces {
  private:
   const SimulationState &world_;
   BridgeList &standing_;
-  EnergyBook &energy_;
+  EnergyBudget &energy_;
   Single &single_;
   ImpulseSums &sums_;
   MultipleTimeStepping &impulses_;

@@ -37,7 +37,7 @@ struct Laws {
 };
 
 // One cache line of the processor.
-struct alignas(64) Line {
+struct alignas(64) CacheLine {
   double number[8];
 };
 

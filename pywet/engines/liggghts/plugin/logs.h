@@ -11,7 +11,7 @@ namespace pywet {
 
 class Logs {
  public:
-  Logs(const SimulationState &world, const Films &films, BridgeList &standing, const EnergyBook &energy, const ImpulseSums &sums)
+  Logs(const SimulationState &world, const Films &films, BridgeList &standing, const EnergyBudget &energy, const ImpulseSums &sums)
       : world_(world), films_(films), standing_(standing), energy_(energy), sums_(sums) {}
   void open(const std::string &directory);
   const std::string &directory() const { return directory_; }
@@ -34,7 +34,7 @@ class Logs {
   const SimulationState &world_;
   const Films &films_;
   BridgeList &standing_;                   // caches closest points at walls when they are requested
-  const EnergyBook &energy_;
+  const EnergyBudget &energy_;
   const ImpulseSums &sums_;
   std::string directory_;
   RecordFile contacts_, bridges_, wires_, events_, drops_, felt_, retired_, ledger_, film_, wall_film_, impulses_, energies_, window_energies_, states_, poses_;

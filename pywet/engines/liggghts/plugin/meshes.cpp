@@ -5,16 +5,16 @@
 #include <algorithm>
 
 // engine headers, in the order that compiles outside the engine's source tree
-#include "mpi.h"
-#include "fix_insert_stream.h"
-#include "global_properties.h"
 #include "atom.h"
 #include "domain.h"
 #include "dump.h"
 #include "fix_external.h"
+#include "fix_insert_stream.h"
 #include "fix_mesh_surface.h"
+#include "global_properties.h"
 #include "lammps.h"
 #include "modify.h"
+#include "mpi.h"
 #include "output.h"
 #include "sort_buffer.h"
 #include "tri_mesh.h"

@@ -44,7 +44,7 @@ int NearPairs::class_of(const Pair &pair) const {
 }
 
 void NearPairs::order() {
-  awake_ = awake_classes_ = 0;
+  active_ = active_classes_ = 0;
   std::fill(first_, first_ + CLASSES + 1, 0);
   for (const Pair &pair : found_) first_[class_of(pair) + 1]++;
   std::partial_sum(first_, first_ + CLASSES + 1, first_);
@@ -67,7 +67,7 @@ void NearPairs::bridged(Bridge &b) {
   rest_of(b.kind, b.candidate) = INF;
 }
 
-void NearPairs::wake(const Bridge &b) {
+void NearPairs::activate(const Bridge &b) {
   if (b.candidate >= 0) rest_of(b.kind, b.candidate) = 0;
 }
 
@@ -190,8 +190,8 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
   const View &at = world_.engine.at;
   const Laws &laws = world_.laws;
   const double way = 2 * (travel_ + films_.thicker);
-  while (awake_classes_ < CLASSES && awake_classes_ * CLASS * world_.engine.skin <= way) awake_ = first_[++awake_classes_];
-  for (size_t c = 0; c < awake_; c++) {
+  while (active_classes_ < CLASSES && active_classes_ * CLASS * world_.engine.skin <= way) active_ = first_[++active_classes_];
+  for (size_t c = 0; c < active_; c++) {
     if (rest_[c] > way) continue;
     const Pair &pair = pairs_[c];
     const double *x = at.x[pair.a], *y = at.x[pair.b];

@@ -3,9 +3,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bridge_list.h"
 #include "films.h"
 #include "records.h"
-#include "standing.h"
 
 namespace pywet {
 
@@ -17,7 +17,7 @@ class NearPairs {
   void propose(std::vector<Event> &events);
 
   void bridged(Bridge &b);               // registers a bridge that has just formed
-  void wake(const Bridge &b);            // registers a rupture
+  void activate(const Bridge &b);            // registers a rupture
   size_t at_walls() const { return wall_pairs_.size(); }
 
  private:
@@ -38,10 +38,10 @@ class NearPairs {
   static const int CLASSES = 64;
   std::vector<Pair> found_, pairs_;      // in the order of the list; sorted by classes of the gap at the search
   size_t first_[CLASSES + 1] = {};       // index of the first pair of each class
-  int awake_classes_ = 0;
+  int active_classes_ = 0;
   std::vector<WallPair> wall_pairs_;
   std::vector<double> rest_, wall_rest_; // displacement before which the films of a pair cannot touch; infinity: the pair has a bridge
-  size_t awake_ = 0;                     // number of pairs, at the start of pairs_, whose films may have touched since the search
+  size_t active_ = 0;                     // number of pairs, at the start of pairs_, whose films may have touched since the search
   std::unordered_map<uint64_t, int> proposed_;  // key -> pair, proposed in this step
   double travel_ = 0, wall_travel_ = 0;  // bounds of the displacement of a sphere and of a wall since the search
   std::vector<Vec> shift_before_;        // shift of each mesh in the last step

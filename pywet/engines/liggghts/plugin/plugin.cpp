@@ -67,25 +67,25 @@ void join(void *, int64_t, int n, int *, double **, double **extra) {
 // Values that a user's script can print for each sphere and in total, see script.cpp.
 namespace pywet {
 
-void tell_spheres(double **rows, int n) {
+void copy_sphere_values(double **rows, int n) {
   for (int a = 0; a < n; a++) rows[a][0] = state->films.volume(a), rows[a][1] = 0;
   for (const Bridge &b : state->standing.bridges)
     for (int a : {b.a, b.kind == SPHERE ? b.b : -1})
       if (a >= 0 && a < n) rows[a][1] += 1;
 }
 
-std::vector<double> state_of_script() { return state->turnover.told(); }
+std::vector<double> state_of_script() { return state->turnover.serialized(); }
 
-void tell_all(double (&sums)[ALL]) {
+void copy_sums(double (&sums)[ALL]) {
   const SimulationState &world = state->world;
   const Ledger l = state->logs.counted();
   double stored[1] = {};
   for (size_t k = 0; k < state->standing.bridges.size(); k++)
     if (const Bridge &b = state->standing.bridges[k]; b.mine) stored[0] += state->energy.stored(k, state->standing.geometry(b).separation);
   world.ranks.add_up(stored);
-  const double told[ALL] = {l.initial, l.films, l.bridges, l.walls, l.retired, double(l.bridge_count), double(l.formations),
-                            double(l.ruptures), stored[0]};
-  std::copy(told, told + ALL, sums);
+  const double values[ALL] = {l.initial, l.films, l.bridges, l.walls, l.retired, double(l.bridge_count), double(l.formations),
+                              double(l.ruptures), stored[0]};
+  std::copy(values, values + ALL, sums);
   MPI_Bcast(sums, ALL, MPI_DOUBLE, 0, world.ranks.all);
 }
 
@@ -166,9 +166,9 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
 // Area over which liquid spreads on walls: 0 a triangle, 1 a part, 2 a mesh.
 EXPORT void pywet_set_wall_film(int of) { state->world.walls.film = pywet::WallFilm(of); }
 
-// Adds an analytic wire of the last mesh; wall, triangle: identify it in logs; section: n corners, see prism.h.
+// Adds an analytic wire of the last mesh; wall, triangle: identify it in logs; section: n corners, see analytic_wire.h.
 EXPORT void pywet_add_prism(int wall, int triangle, int axis, double low, double high, int n, const double *section) {
-  state->wires.prisms.push_back(pywet::Prism(int(state->world.walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));
+  state->wires.prisms.push_back(pywet::AnalyticWire(int(state->world.walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));
 }
 
 EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const double *film) {
@@ -237,7 +237,7 @@ EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int s
   state->world.clock.checkpoint_every = checkpoint_every;
 }
 
-// Interval in steps between evaluations of bridges, see impulses.cpp; outputs and checkpoints are at such steps.
+// Interval in steps between evaluations of bridges, see multiple_time_stepping.cpp; outputs and checkpoints are at such steps.
 EXPORT void pywet_set_impulses(int every) { state->world.clock.bridges_every = every; }
 
 // Spheres below this height and slower than this speed are removed at checkpoints.

@@ -33,7 +33,7 @@ std::vector<RetiredSphere> Retirement::chosen() const {
 
 void Retirement::end_bridges() {
   const Spheres &spheres = world_.spheres;
-  booking_.events.clear();
+  ledger_.events.clear();
   for (const Bridge &b : standing_.bridges) {
     if (!world_.engine.at.owned(b.a)) continue;
     if (!spheres.is_retired(b.i) && !(b.kind == SPHERE && spheres.is_retired(b.j))) continue;
@@ -45,10 +45,10 @@ void Retirement::end_bridges() {
     e.share_i = standing_.share(b);
     e.share_j = b.volume - e.share_i;
     e.separation = g.separation; e.rupture_distance = b.rupture_distance; e.speed = norm(g.vi - g.vj);
-    booking_.events.push_back(e);
+    ledger_.events.push_back(e);
   }
-  booking_.gather("");
-  if (booking_.any) booking_.book();
+  ledger_.gather("");
+  if (ledger_.any) ledger_.apply_events();
 }
 
 // Each rank knows the films of its own spheres.

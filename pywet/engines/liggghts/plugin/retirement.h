@@ -1,20 +1,20 @@
 // Removes spheres that have passed and lie in the bin, with their liquid, at checkpoints.
 #pragma once
-#include "booking.h"
+#include "liquid_ledger.h"
 
 namespace pywet {
 
 class Retirement {
  public:
-  Retirement(SimulationState &world, Films &films, BridgeList &standing, Booking &booking, Logs &logs)
-      : world_(world), films_(films), standing_(standing), booking_(booking), logs_(logs) {}
+  Retirement(SimulationState &world, Films &films, BridgeList &standing, LiquidLedger &ledger, Logs &logs)
+      : world_(world), films_(films), standing_(standing), ledger_(ledger), logs_(logs) {}
   void retire();                         // call at the end of a step, when its forces and events are complete
 
  private:
   SimulationState &world_;
   Films &films_;
   BridgeList &standing_;
-  Booking &booking_;
+  LiquidLedger &ledger_;
   Logs &logs_;
 
   std::vector<RetiredSphere> chosen() const;  // spheres of this rank to be removed

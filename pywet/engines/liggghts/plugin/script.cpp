@@ -13,19 +13,19 @@
 #include "turnover.h"
 
 // engine headers, in the order that compiles outside the engine's source tree
-#include "mpi.h"
-#include "fix_insert_stream.h"
-#include "global_properties.h"
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
 #include "fix_external.h"
 #include "fix_gravity.h"
+#include "fix_insert_stream.h"
 #include "fix_mesh_surface.h"
 #include "force.h"
+#include "global_properties.h"
 #include "lammps.h"
 #include "memory.h"
 #include "modify.h"
+#include "mpi.h"
 #include "neighbor.h"
 #include "properties.h"
 #include "tri_mesh.h"
@@ -71,15 +71,15 @@ class FixWet : public FixExternal {
     extvector = 0;
     FixWet::grow_arrays(atom->nmax);
   }
-  ~FixWet() { memory->destroy(told_); }
+  ~FixWet() { memory->destroy(values_); }
   void grow_arrays(int n) override {
     FixExternal::grow_arrays(n);
-    memory->grow(told_, n, OF_SPHERE, "pywet:told");
-    array_atom = told_;
+    memory->grow(values_, n, OF_SPHERE, "pywet:values");
+    array_atom = values_;
   }
   double compute_vector(int k) override {
     if (last < 0) return 0;
-    if (summed_ != last) tell_all(sums_);
+    if (summed_ != last) copy_sums(sums_);
     summed_ = last;
     return sums_[k];
   }
@@ -99,35 +99,35 @@ class FixWet : public FixExternal {
   }
   // The engine passes what follows the size, without the size.
   void write_restart(FILE *file) override {
-    std::vector<double> told{0};
+    std::vector<double> state{0};
     if (last >= 0) {
       const std::vector<double> all = state_of_script();
-      told[0] = double(all.size());
-      told.insert(told.end(), all.begin(), all.end());
+      state[0] = double(all.size());
+      state.insert(state.end(), all.begin(), all.end());
     }
-    const int size = int(told.size() * sizeof(double));
+    const int size = int(state.size() * sizeof(double));
     if (comm->me != 0) return;
     fwrite(&size, sizeof(int), 1, file);
-    fwrite(told.data(), sizeof(double), told.size(), file);
+    fwrite(state.data(), sizeof(double), state.size(), file);
   }
-  void restart(char *told) override {
+  void restart(char *state) override {
     double count;
-    std::memcpy(&count, told, sizeof count);
+    std::memcpy(&count, state, sizeof count);
     restored.resize(size_t(count));
-    std::memcpy(restored.data(), told + sizeof count, sizeof(double) * restored.size());
+    std::memcpy(restored.data(), state + sizeof count, sizeof(double) * restored.size());
   }
   void post_force(int flags) override {
     last = update->ntimestep;
     const int n = atom->nlocal;
-    for (int a = 0; a < n; a++) std::copy(atom->f[a], atom->f[a] + 3, told_[a] + 2);
+    for (int a = 0; a < n; a++) std::copy(atom->f[a], atom->f[a] + 3, values_[a] + 2);
     FixExternal::post_force(flags);
     for (int a = 0; a < n; a++)
-      for (int k = 0; k < 3; k++) told_[a][2 + k] = atom->f[a][k] - told_[a][2 + k];
-    tell_spheres(told_, n);
+      for (int k = 0; k < 3; k++) values_[a][2 + k] = atom->f[a][k] - values_[a][2 + k];
+    copy_sphere_values(values_, n);
   }
 
  private:
-  double **told_ = nullptr;             // values of each sphere, see script.h
+  double **values_ = nullptr;             // values of each sphere, see script.h
   double sums_[ALL] = {};
   int64_t summed_ = -1;                 // step of these sums
 };

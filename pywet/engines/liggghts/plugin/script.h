@@ -7,8 +7,8 @@ namespace pywet {
 
 const int ALL = 9, OF_SPHERE = 5;       // the last three values of a sphere are the force of its bridges
 
-void tell_spheres(double **rows, int n);
-void tell_all(double (&sums)[ALL]);     // collective
+void copy_sphere_values(double **rows, int n);
+void copy_sums(double (&sums)[ALL]);     // collective
 
 // Content of the engine's restart file about the liquid, without the films on spheres: collective, the result is on the first rank.
 std::vector<double> state_of_script();

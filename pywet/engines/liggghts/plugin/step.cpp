@@ -41,8 +41,8 @@ void Plugin::act(bool fresh) {
   }
   if (world.rules.moist && (fresh || bridges_act)) near.move_on(impulses.on() ? impulses.moved(fresh) : INF);
   if (!wet() || !bridges_act) return;
-  forces.act(booking.events);
-  if (!clock.again) near.propose(booking.events);
+  forces.act(ledger.events);
+  if (!clock.again) near.propose(ledger.events);
 }
 
 void Plugin::step(int64_t n) {
@@ -60,14 +60,14 @@ void Plugin::step(int64_t n) {
   if (rules.scripted && fresh) turnover.look();
   if (fresh && !world.ranks.alone()) {
     engine.find_neighbours(world.ranks);
-    engine.tell_ghosts();
+    engine.update_ghosts();
   }
   clock.time = n * engine.at.dt;
   if (fresh && !rules.scripted) engine.check_box(world.spheres, world.ranks, n);
   energy.begin(engine.read_meshes(world.walls, world.ranks, fresh));
   weight.weigh(fresh);
   world.feed.hold(engine.at, rules, n);
-  booking.events.clear();
+  ledger.events.clear();
   sums.begin();
   if (fresh && wet()) standing.exchange();
   std::string problem;
@@ -76,19 +76,19 @@ void Plugin::step(int64_t n) {
   } catch (const std::exception &e) {
     problem = e.what();
   }
-  booking.gather(problem);
+  ledger.gather(problem);
   if (rules.semi_implicit && wet() && clock.bridges_act()) implicit.act();
   if (clock.again && checkpoint.restore_forces()) return;
-  if (booking.any) {
-    booking.book();
-    forces.act_new(booking.events);
+  if (ledger.any) {
+    ledger.apply_events();
+    forces.act_new(ledger.events);
   }
   energy.add_up();
   shedding.shed();
   retirement.retire();
-  if (rules.scripted) turnover.book();
+  if (rules.scripted) turnover.apply_events();
   if (rules.moist && clock.output()) logs.snapshot();
-  if (rules.scripted && !clock.again && (booking.any || clock.output() || clock.logs_contacts())) logs.poses();
+  if (rules.scripted && !clock.again && (ledger.any || clock.output() || clock.logs_contacts())) logs.poses();
   if (clock.logs_contacts()) logs.energies_in_window();
   if (clock.checkpoint()) checkpoint.save();
 }

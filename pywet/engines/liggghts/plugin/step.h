@@ -5,10 +5,10 @@
 #pragma once
 #include <string>
 
-#include "booking.h"
 #include "checkpoint.h"
 #include "faces.h"
 #include "forces.h"
+#include "liquid_ledger.h"
 #include "retirement.h"
 #include "turnover.h"
 
@@ -19,7 +19,7 @@ class Plugin {
   SimulationState world;
   Films films{world};
   BridgeList standing{world};
-  EnergyBook energy{world, standing};
+  EnergyBudget energy{world, standing};
   ImpulseSums sums{world};
   Logs logs{world, films, standing, energy, sums};
   Faces faces{world, energy, logs};
@@ -30,9 +30,9 @@ class Plugin {
   Forces forces{world, standing, energy, single, sums, impulses, implicit, logs};
   NearPairs near{world, films, standing};
   Weight weight{world, standing, energy};
-  Booking booking{world, films, standing, near, energy, weight, logs};
+  LiquidLedger ledger{world, films, standing, near, energy, weight, logs};
   Shedding shedding{world, films, weight, logs};
-  Retirement retirement{world, films, standing, booking, logs};
+  Retirement retirement{world, films, standing, ledger, logs};
   Turnover turnover{world, films, standing, logs};
   Checkpoint checkpoint{world, films, standing, energy, faces, wires, weight, shedding, logs};
   bool joined = false;                  // whether walls continue through faces of the box, see Engine::join_corners

@@ -130,33 +130,33 @@ void Turnover::take_in(std::vector<Newcomer> all) {
 }
 
 // Counts, wall films, bridges, in this order; the films on spheres are in p_liquid.
-std::vector<double> Turnover::told() const {
+std::vector<double> Turnover::serialized() const {
   int64_t here[2] = {standing_.formations, standing_.ruptures}, all[2];
   MPI_Allreduce(here, all, 2, MPI_INT64_T, MPI_SUM, world_.ranks.all);
-  const std::vector<BridgeRecord> bridges = world_.ranks.told_first(standing_.mine());
+  const std::vector<BridgeRecord> bridges = world_.ranks.gathered_first(standing_.mine());
   const size_t walls = films_.wall.size(), each = sizeof(BridgeRecord) / sizeof(double);
-  std::vector<double> told{films_.initial, films_.left, films_.retired, double(all[0]), double(all[1]), double(walls)};
-  told.insert(told.end(), films_.wall.begin(), films_.wall.end());
-  told.resize(told.size() + each * bridges.size());
-  if (!bridges.empty()) std::memcpy(&told[told.size() - each * bridges.size()], bridges.data(), sizeof(BridgeRecord) * bridges.size());
-  return told;
+  std::vector<double> values{films_.initial, films_.left, films_.retired, double(all[0]), double(all[1]), double(walls)};
+  values.insert(values.end(), films_.wall.begin(), films_.wall.end());
+  values.resize(values.size() + each * bridges.size());
+  if (!bridges.empty()) std::memcpy(&values[values.size() - each * bridges.size()], bridges.data(), sizeof(BridgeRecord) * bridges.size());
+  return values;
 }
 
-void Turnover::resume(const std::vector<double> &told) {
-  const size_t walls = size_t(told[5]), each = sizeof(BridgeRecord) / sizeof(double), n = (told.size() - 6 - walls) / each;
+void Turnover::resume(const std::vector<double> &values) {
+  const size_t walls = size_t(values[5]), each = sizeof(BridgeRecord) / sizeof(double), n = (values.size() - 6 - walls) / each;
   if (walls != films_.wall.size())
     throw std::runtime_error("the restart file holds films on " + std::to_string(walls) + " triangles of walls; expected the " +
                              std::to_string(films_.wall.size()) + " of this script: name the same walls in the liquid's file");
-  films_.initial = told[0]; films_.left = told[1]; films_.retired = told[2];
-  if (world_.ranks.first()) standing_.formations = int64_t(told[3]), standing_.ruptures = int64_t(told[4]);
-  std::copy(&told[6], &told[6] + walls, films_.wall.begin());
+  films_.initial = values[0]; films_.left = values[1]; films_.retired = values[2];
+  if (world_.ranks.first()) standing_.formations = int64_t(values[3]), standing_.ruptures = int64_t(values[4]);
+  std::copy(&values[6], &values[6] + walls, films_.wall.begin());
   std::shared_ptr<BridgeRecord> bridges(new BridgeRecord[n + 1], std::default_delete<BridgeRecord[]>());
-  std::memcpy(static_cast<void *>(bridges.get()), told.data() + 6 + walls, sizeof(BridgeRecord) * n);
+  std::memcpy(static_cast<void *>(bridges.get()), values.data() + 6 + walls, sizeof(BridgeRecord) * n);
   standing_.expect(bridges, int64_t(n));
 }
 
 // All ranks know what a wall receives; the rank with the remaining end writes the event, otherwise the first rank.
-void Turnover::book() {
+void Turnover::apply_events() {
   if (world_.clock.again) return;
   const Engine &engine = world_.engine;
   const auto film = [&](int id) {

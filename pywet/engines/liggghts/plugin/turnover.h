@@ -3,9 +3,9 @@
 #pragma once
 #include <vector>
 
+#include "bridge_list.h"
 #include "films.h"
 #include "logs.h"
-#include "standing.h"
 
 namespace pywet {
 
@@ -26,9 +26,9 @@ class Turnover {
       : world_(world), films_(films), standing_(standing), logs_(logs) {}
   void begin();                          // registers the spheres that exist already
   void look();                           // call after a rebuild of the lists, before anything else; collective
-  std::vector<double> told() const;      // values stored in a restart file
-  void resume(const std::vector<double> &told);
-  void book();                           // call at the end of a step, after all other events: removes the liquid of deleted spheres from the ledger
+  std::vector<double> serialized() const;      // values stored in a restart file
+  void resume(const std::vector<double> &values);
+  void apply_events();                           // call at the end of a step, after all other events: removes the liquid of deleted spheres from the ledger
 
  private:
   SimulationState &world_;
@@ -36,7 +36,7 @@ class Turnover {
   BridgeList &standing_;
   Logs &logs_;
   std::vector<RetiredSphere> kept_;      // spheres of this rank at the end of the last step
-  std::vector<RetiredSphere> gone_;      // deleted spheres in the order of their deletion, since the last call of book(); the same on all ranks
+  std::vector<RetiredSphere> gone_;      // deleted spheres in the order of their deletion, since the last call of apply_events(); the same on all ranks
   std::vector<Event> ended_;             // events that end their bridges
 
   bool known(int a) const { return world_.engine.at.liquid[a][ENTERS] > 0; }

@@ -55,7 +55,7 @@ void Weight::carry(const std::vector<Event> &events) {
       if (engine.at.owned(a)) engine.at.liquid[a][LOAD] += own - e.share_i;
       if (engine.at.owned(b)) engine.at.liquid[b][LOAD] += (e.volume - own) - e.share_j;
     }
-  if (!world_.ranks.alone()) engine.tell_ghosts();
+  if (!world_.ranks.alone()) engine.update_ghosts();
 }
 
 void Weight::carry(const Drop &d) {

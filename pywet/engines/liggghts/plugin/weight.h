@@ -9,7 +9,7 @@ namespace pywet {
 
 class Weight {
  public:
-  Weight(const SimulationState &world, const BridgeList &standing, EnergyBook &energy)
+  Weight(const SimulationState &world, const BridgeList &standing, EnergyBudget &energy)
       : world_(world), standing_(standing), energy_(energy) {}
   void begin();                          // call before the first step, or after a resumption
   void weigh(bool fresh);                // call at the start of the plugin's part of a step
@@ -20,7 +20,7 @@ class Weight {
  private:
   const SimulationState &world_;
   const BridgeList &standing_;
-  EnergyBook &energy_;
+  EnergyBudget &energy_;
   bool heavier_ = false;                 // the liquid on the spheres is not yet included in their mass
 
   double wet_mass(int a) const;

@@ -202,7 +202,7 @@ void Engine::attach(LAMMPS_NS::LAMMPS *host, const Walls &walls, bool presses) {
 
 int Engine::local(int id) const { return lmp_->local_of_tag[id]; }
 
-void Engine::tell_ghosts() const {}  // a single process in a box with walls has none
+void Engine::update_ghosts() const {}  // a single process in a box with walls has none
 
 void Engine::find_neighbours(Communicator &ranks) {
   for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;

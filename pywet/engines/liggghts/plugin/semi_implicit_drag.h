@@ -2,8 +2,8 @@
 #pragma once
 #include <vector>
 
-#include "impulses.h"
 #include "logs.h"
+#include "multiple_time_stepping.h"
 #include "single.h"
 
 namespace pywet {

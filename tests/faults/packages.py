@@ -9,7 +9,7 @@ from tests.faults.mutants import Mutant
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "pywet"
-ROOMS: dict[str, tuple[str, ...]] = {
+PACKAGES: dict[str, tuple[str, ...]] = {
     "plugin": ("engines/liggghts/plugin/*.cpp", "engines/liggghts/plugin/*.h"),
     "laws": tuple(
         f"laws/{name}.py"
@@ -47,7 +47,7 @@ AFTER = ("results", "view")
 
 def files(module: str, package: Path = PACKAGE) -> list[Path]:
     """Existing files of a module."""
-    return sorted(p for pattern in ROOMS[module] for p in package.glob(pattern) if p.name not in LEFT_OUT)
+    return sorted(p for pattern in PACKAGES[module] for p in package.glob(pattern) if p.name not in LEFT_OUT)
 
 
 def below(path: Path) -> str:

@@ -2,9 +2,9 @@
 #pragma once
 #include <vector>
 
+#include "analytic_wire.h"
 #include "logs.h"
-#include "prism.h"
-#include "world.h"
+#include "simulation_state.h"
 
 namespace pywet {
 
@@ -17,9 +17,9 @@ struct WireSpring {
 
 class AnalyticWires {
  public:
-  std::vector<Prism> prisms;
+  std::vector<AnalyticWire> prisms;
 
-  AnalyticWires(const SimulationState &world, EnergyBook &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
+  AnalyticWires(const SimulationState &world, EnergyBudget &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
   void arrange();                        // groups the parallel wires of a mesh, sorted across
   void touch(bool fresh);                // call after the engine's contacts, before the bridges
 
@@ -44,7 +44,7 @@ class AnalyticWires {
   };
 
   const SimulationState &world_;
-  EnergyBook &energy_;
+  EnergyBudget &energy_;
   Logs &logs_;
   std::vector<Weave> weaves_;
   std::vector<Candidate> candidates_;

@@ -1,6 +1,6 @@
 // Vectorised loops over a batch. Values are bitwise identical for every instruction set and position in a batch:
 // operations are not reordered, and multiplications are not fused with additions.
-#include "together.h"
+#include "bridge_batch.h"
 
 #include <cmath>
 

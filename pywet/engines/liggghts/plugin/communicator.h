@@ -50,7 +50,7 @@ class Communicator {
 
   // The same on the first rank only; empty on others.
   template <class T>
-  std::vector<T> told_first(const std::vector<T> &mine) const;
+  std::vector<T> gathered_first(const std::vector<T> &mine) const;
 
   // Sum over all ranks, on the first rank.
   template <class T, size_t N>
@@ -105,7 +105,7 @@ std::vector<T> Communicator::passed_on(const std::vector<T> &records, int to, in
 }
 
 template <class T>
-std::vector<T> Communicator::told_first(const std::vector<T> &mine) const {
+std::vector<T> Communicator::gathered_first(const std::vector<T> &mine) const {
   if (alone()) return mine;
   const Whole<T> whole;
   std::vector<int> sizes(count), offset(count, 0);

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "bridge.h"
+#include "bridge_batch.h"
 #include "index.h"
-#include "together.h"
 
 namespace pywet {
 
@@ -18,7 +18,7 @@ class BridgeList {
 
   explicit BridgeList(const SimulationState &world) : world_(world) {}
   Bridge made(int kind, int i, int j, double volume) const;
-  Bridge made(const BridgeRecord &told) const;
+  Bridge made(const BridgeRecord &record) const;
   void place(Bridge &b) const;           // finds the local indices of its ends
   void add(Bridge b);
   void remove(size_t k);                 // the last bridge takes its place
@@ -32,18 +32,18 @@ class BridgeList {
   double share(const Bridge &b) const;   // share of i, by the transfer ratio
   double rupture_limit(const Bridge &b, const Geometry &g) const;
   // Precomputed data of the capillary law for a bridge.
-  const Line *prepared(size_t k) const { return prepared_.data() + k * world_.laws.lines; }
+  const CacheLine *prepared(size_t k) const { return prepared_.data() + k * world_.laws.lines; }
 
  private:
   const SimulationState &world_;
-  std::vector<Line> prepared_;           // Laws::lines cache lines for each bridge, in the order of `bridges`
+  std::vector<CacheLine> prepared_;      // Laws::lines cache lines for each bridge, in the order of `bridges`
   Index index_;                          // index of `bridges` by key_of
-  std::shared_ptr<const BridgeRecord> told_;     // bridges of the checkpoint that may have an end on this rank
-  int64_t count_told_ = 0;
+  std::shared_ptr<const BridgeRecord> recorded_;     // bridges of the checkpoint that may have an end on this rank
+  int64_t count_recorded_ = 0;
 
   std::vector<int> in_order() const;     // order of the bridges that have an end on this rank
   void enter(size_t k);
-  void take_up(const BridgeRecord *told, int64_t n);
+  void take_up(const BridgeRecord *record, int64_t n);
   void locate(Bridge &b) const;
 };
 

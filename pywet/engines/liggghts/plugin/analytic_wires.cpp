@@ -1,4 +1,4 @@
-#include "wires.h"
+#include "analytic_wires.h"
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@ namespace pywet {
 void AnalyticWires::arrange() {
   shift_then_.resize(world_.walls.meshes.size());
   for (size_t w = 0; w < prisms.size(); w++) {
-    const Prism &p = prisms[w];
+    const AnalyticWire &p = prisms[w];
     Weave *found = nullptr;
     for (Weave &weave : weaves_)
       if (weave.mesh == p.mesh && weave.axis == p.along) found = &weave;
@@ -90,7 +90,7 @@ void AnalyticWires::touch(bool fresh) {
   if (fresh || moved() || log) find();  // also in logged steps, so that the replay sees the stored springs
   const View &at = world_.engine.at;
   for (Candidate &c : candidates_) {
-    const Prism &wire = prisms[c.wire];
+    const AnalyticWire &wire = prisms[c.wire];
     const Mesh &mesh = world_.walls.meshes[wire.mesh];
     const double r = world_.spheres.radius(c.id);
     double y[3], q[3];

@@ -1,4 +1,4 @@
-#include "ranks.h"
+#include "communicator.h"
 
 #include <cstring>
 

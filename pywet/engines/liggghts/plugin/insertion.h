@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "engine.h"
-#include "rules.h"
+#include "settings.h"
 
 namespace pywet {
 

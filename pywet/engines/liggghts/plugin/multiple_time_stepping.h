@@ -10,7 +10,7 @@ class MultipleTimeStepping {
  public:
   double weight = 1;                     // number of steps for which the forces being evaluated act
 
-  MultipleTimeStepping(const SimulationState &world, EnergyBook &energy) : world_(world), energy_(energy) {}
+  MultipleTimeStepping(const SimulationState &world, EnergyBudget &energy) : world_(world), energy_(energy) {}
   bool on() const { return world_.clock.bridges_every > 1; }
   void set_aside();                      // stores all other forces; those of bridges are then accumulated from zero
   void act();                            // multiplies the bridge forces by their weight and adds the stored forces
@@ -20,7 +20,7 @@ class MultipleTimeStepping {
 
  private:
   const SimulationState &world_;
-  EnergyBook &energy_;
+  EnergyBudget &energy_;
   std::vector<double> others_;           // other forces and torques, works and power, while those of bridges are accumulated
   std::vector<Acting> other_works_;
   double other_power_[EFFECTS] = {};

@@ -4,7 +4,7 @@
 // The engine kicks by dt/2 F(n) before and after the forces of step n are known. A force of k F(n) at every k-th step and zero
 // otherwise is then the symmetric splitting: half a kick of k dt at either end of k steps under the other forces alone.
 // All decisions and records about bridges are made at these steps: events, outputs, checkpoints, the contact log.
-#include "impulses.h"
+#include "multiple_time_stepping.h"
 
 #include <algorithm>
 

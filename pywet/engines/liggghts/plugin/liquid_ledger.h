@@ -11,22 +11,22 @@
 
 namespace pywet {
 
-class Booking {
+class LiquidLedger {
  public:
   std::vector<Event> events;             // events of this step: those this rank proposes; after gather() all with an end here, sorted
   bool any = false;                      // whether there is an event on any rank
 
-  Booking(const SimulationState &world, Films &films, BridgeList &standing, NearPairs &near, EnergyBook &energy, Weight &weight, Logs &logs)
+  LiquidLedger(const SimulationState &world, Films &films, BridgeList &standing, NearPairs &near, EnergyBudget &energy, Weight &weight, Logs &logs)
       : world_(world), films_(films), standing_(standing), near_(near), energy_(energy), weight_(weight), logs_(logs) {}
   void gather(const std::string &problem);  // `problem`: message of this rank, or empty; all ranks stop if there is one
-  void book();                           // collective: call on every rank
+  void apply_events();                           // collective: call on every rank
 
  private:
   const SimulationState &world_;
   Films &films_;
   BridgeList &standing_;
   NearPairs &near_;
-  EnergyBook &energy_;
+  EnergyBudget &energy_;
   Weight &weight_;
   Logs &logs_;
 
@@ -42,9 +42,9 @@ class Booking {
   std::vector<AtWall> of_walls(const std::function<double(const Event &)> &part);
   void grant();                          // distributes the liquid that formations draw
   void count(const Event &e);
-  void book_all();
-  void book_formations();
-  void book_ruptures();
+  void apply_all();
+  void apply_formations();
+  void apply_ruptures();
 };
 
 }  // namespace pywet

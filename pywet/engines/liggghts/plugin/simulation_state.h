@@ -1,13 +1,13 @@
 // State that every component of the plugin may read: the scene, the present step, the engine. Only the order of a step (step.cpp), the
 // set-up (plugin.cpp) and a resumption (checkpoint.cpp) change it.
 #pragma once
-#include "clock.h"
+#include "communicator.h"
 #include "engine.h"
-#include "feed.h"
+#include "insertion.h"
 #include "laws.h"
-#include "ranks.h"
-#include "rules.h"
+#include "settings.h"
 #include "spheres.h"
+#include "step_schedule.h"
 #include "walls.h"
 
 namespace pywet {

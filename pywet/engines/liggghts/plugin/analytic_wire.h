@@ -13,7 +13,7 @@
 namespace pywet {
 
 // Axes: `along` is the wire's axis (0, 1, 2 for x, y, z), `across` and `up` the next two in cyclic order.
-class Prism {
+class AnalyticWire {
  public:
   int mesh, wall, triangle;             // number of the mesh in the scene and of the wire's first triangle in it, which identify the wire in logs
   int along, across, up;
@@ -21,7 +21,7 @@ class Prism {
   double middle[2], round;              // centre and radius of the circle around the section
 
   // section: n corners (across, up), counter-clockwise seen against the axis
-  Prism(int mesh, int wall, int triangle, int axis, double low, double high, int n, const double *section)
+  AnalyticWire(int mesh, int wall, int triangle, int axis, double low, double high, int n, const double *section)
       : mesh(mesh), wall(wall), triangle(triangle), along(axis), across((axis + 1) % 3), up((axis + 2) % 3), low(low), high(high) {
     double least[2] = {section[0], section[1]}, most[2] = {section[0], section[1]};
     for (int k = 0; k < n; k++) {

@@ -1,11 +1,11 @@
-#include "booking.h"
+#include "liquid_ledger.h"
 
 #include <algorithm>
 #include <unordered_map>
 
 namespace pywet {
 
-void Booking::gather(const std::string &problem) {
+void LiquidLedger::gather(const std::string &problem) {
   const Communicator &ranks = world_.ranks;
   const Engine &engine = world_.engine;
   const auto at_wall = [](const Event &e) { return e.partner_kind != SPHERE; };
@@ -15,11 +15,11 @@ void Booking::gather(const std::string &problem) {
   at_walls_ = walls > 0;
   if (any && !ranks.alone()) {
     // if all spheres of an event are inside the domain, no other rank holds an end of it
-    const auto told = std::stable_partition(events.begin(), events.end(), [&](const Event &e) {
+    const auto boundary = std::stable_partition(events.begin(), events.end(), [&](const Event &e) {
       return !engine.elsewhere(engine.local(e.i)) && (at_wall(e) || !engine.elsewhere(engine.local(e.j)));
     });
-    std::vector<Event> at_boundary(told, events.end());
-    events.erase(told, events.end());
+    std::vector<Event> at_boundary(boundary, events.end());
+    events.erase(boundary, events.end());
     for (const Event &e : ranks.near(at_boundary))
       if (engine.local(e.i) >= 0 || (!at_wall(e) && engine.local(e.j) >= 0)) events.push_back(e);
   }
@@ -30,13 +30,13 @@ void Booking::gather(const std::string &problem) {
   });
 }
 
-bool Booking::mine(const Event &e) const { return world_.engine.at.owned(world_.engine.local(e.i)); }
+bool LiquidLedger::mine(const Event &e) const { return world_.engine.at.owned(world_.engine.local(e.i)); }
 
-void Booking::count(const Event &e) {
+void LiquidLedger::count(const Event &e) {
   if (mine(e)) (e.kind == FORMATION ? standing_.formations : standing_.ruptures)++;
 }
 
-std::vector<Booking::AtWall> Booking::of_walls(const std::function<double(const Event &)> &part) {
+std::vector<LiquidLedger::AtWall> LiquidLedger::of_walls(const std::function<double(const Event &)> &part) {
   std::vector<AtWall> sums;
   if (!at_walls_) return sums;
   place_.resize(films_.wall.size(), -1);
@@ -62,7 +62,7 @@ std::vector<Booking::AtWall> Booking::of_walls(const std::function<double(const 
 
 // If more liquid is requested of a reservoir than it has, the requests are reduced in proportion. What a sphere on another rank
 // receives is not computed here.
-void Booking::grant() {
+void LiquidLedger::grant() {
   std::unordered_map<int, double> asked;
   for (const Event &e : events)
     if (e.kind == FORMATION) {
@@ -85,7 +85,7 @@ void Booking::grant() {
     }
 }
 
-void Booking::book_formations() {
+void LiquidLedger::apply_formations() {
   for (Event &e : events)
     if (e.kind == FORMATION) {
       Bridge b = standing_.made(e.partner_kind, e.i, e.j, e.volume);
@@ -101,19 +101,19 @@ void Booking::book_formations() {
     }
 }
 
-void Booking::book_ruptures() {
+void LiquidLedger::apply_ruptures() {
   for (const Event &e : events)
     if (e.kind != FORMATION) {
       count(e);
       const int k = standing_.find(e.partner_kind, e.i, e.j);
       if (k < 0) continue;
-      near_.wake(standing_.bridges[k]);
+      near_.activate(standing_.bridges[k]);
       if (standing_.bridges[k].mine) energy_.ruptured += energy_.stored(k, e.separation);
       standing_.remove(k);
     }
 }
 
-void Booking::book_all() {
+void LiquidLedger::apply_all() {
   auto other_film = [&](const Event &e) { return e.partner_kind == SPHERE ? films_.of(e.j) : films_.at_wall(e.triangle); };
   for (Event &e : events) {
     e.film_i_before = films_.of(e.i);
@@ -122,8 +122,8 @@ void Booking::book_all() {
   const auto sign = [](const Event &e) { return e.kind == FORMATION ? -1.0 : 1.0; };
   grant();
   const auto gained = of_walls([&](const Event &e) { return sign(e) * e.share_j; });  // first, since it is collective
-  book_formations();
-  book_ruptures();
+  apply_formations();
+  apply_ruptures();
   for (const Event &e : events) {
     films_.add(e.i, sign(e) * e.share_i);
     if (e.partner_kind == SPHERE) films_.add(e.j, sign(e) * e.share_j);
@@ -136,10 +136,10 @@ void Booking::book_all() {
   }
 }
 
-void Booking::book() {
+void LiquidLedger::apply_events() {
   std::string problem;
   try {
-    book_all();
+    apply_all();
   } catch (const std::exception &e) {
     problem = e.what();
   }

@@ -11,7 +11,7 @@
 // a drag by backward Euler nor the mean adds kinetic energy: a drag that only dissipates cannot make the run unstable, however
 // many bridges a sphere has. (The tangential law with c_t and c_r unequal is dissipative in c_t v_t + c_r v_spin, not in every
 // norm.) At rest the forces balance as in the explicit form; the error is of first order in dt.
-#include "implicit.h"
+#include "semi_implicit_drag.h"
 
 #include <unordered_map>
 

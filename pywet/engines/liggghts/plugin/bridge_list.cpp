@@ -1,4 +1,4 @@
-#include "standing.h"
+#include "bridge_list.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,10 +16,10 @@ Bridge BridgeList::made(int kind, int i, int j, double volume) const {
   return b;
 }
 
-Bridge BridgeList::made(const BridgeRecord &told) const {
-  Bridge b = made(told.kind, told.i, told.j, told.volume);
-  b.rupture_distance = told.rupture_distance;
-  b.sums = told.sums;
+Bridge BridgeList::made(const BridgeRecord &record) const {
+  Bridge b = made(record.kind, record.i, record.j, record.volume);
+  b.rupture_distance = record.rupture_distance;
+  b.sums = record.sums;
   return b;
 }
 
@@ -78,15 +78,15 @@ void BridgeList::remove(size_t k) {
 }
 
 std::vector<BridgeRecord> BridgeList::mine() const {
-  std::vector<BridgeRecord> told;
+  std::vector<BridgeRecord> records;
   for (const Bridge &b : bridges)
-    if (b.mine) told.push_back(BridgeRecord{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
-  return told;
+    if (b.mine) records.push_back(BridgeRecord{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
+  return records;
 }
 
 void BridgeList::expect(std::shared_ptr<const BridgeRecord> all, int64_t n) {
-  told_ = std::move(all);
-  count_told_ = n;
+  recorded_ = std::move(all);
+  count_recorded_ = n;
 }
 
 // The rank that owned the first end sends every bridge that now has an end on another rank.
@@ -99,9 +99,9 @@ void BridgeList::exchange() {
     if (was_mine && !(b.mine && (b.kind != SPHERE || at.owned(b.b))))
       leaving.push_back(BridgeRecord{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
   }
-  if (told_) {
-    take_up(told_.get(), count_told_);
-    told_.reset();
+  if (recorded_) {
+    take_up(recorded_.get(), count_recorded_);
+    recorded_.reset();
   } else if (!world_.ranks.alone()) {
     leaving = world_.ranks.near(leaving);
   }
@@ -109,11 +109,11 @@ void BridgeList::exchange() {
 }
 
 // Received bridges that have an end on this rank and are new to it.
-void BridgeList::take_up(const BridgeRecord *told, int64_t n) {
-  for (const BridgeRecord *end = told + n; told < end; told++) {
-    if (world_.engine.local(told->i) < 0 && (told->kind != SPHERE || world_.engine.local(told->j) < 0)) continue;
-    if (find(told->kind, told->i, told->j) >= 0) continue;
-    Bridge b = made(*told);
+void BridgeList::take_up(const BridgeRecord *record, int64_t n) {
+  for (const BridgeRecord *end = record + n; record < end; record++) {
+    if (world_.engine.local(record->i) < 0 && (record->kind != SPHERE || world_.engine.local(record->j) < 0)) continue;
+    if (find(record->kind, record->i, record->j) >= 0) continue;
+    Bridge b = made(*record);
     locate(b);
     if (b.here) add(b);
   }
@@ -146,7 +146,7 @@ void BridgeList::sort() {
   const std::vector<int> order = in_order();
   index_.begin(order.size());
   std::vector<Bridge> sorted;
-  std::vector<Line> lines;
+  std::vector<CacheLine> lines;
   std::vector<Site> sites_in_order;      // without the sites of ruptured bridges
   sorted.reserve(order.size());
   lines.reserve(prepared_.size());
