@@ -56,7 +56,7 @@ def below(path: Path) -> str:
 
 
 def reached(lines: set[int], mutant: Mutant, beside: int = 0) -> bool:
-    """Return whether a run comes to the statement of the fault (in C++ to lines up to so many beside it).
+    """Return whether a run comes to the statement of the fault (in C++ to lines at most so far from it).
 
     Where lines do not tell: to its file.
     """

@@ -125,7 +125,7 @@ class Bench:
         return lines | reach.counted(self.objects.sources, self.counting.folder)
 
     def scenes_for(self, mutant: Mutant) -> list[str]:
-        """The scenes that come to the line, then those that come to one beside it; for a law that none uses one with it."""
+        """The scenes that come to the line, then those that come to one next to it; for a law that none uses one with it."""
         name = below(mutant.path)
         if name.startswith("laws/"):
             law = law_of(mutant)
