@@ -210,7 +210,7 @@ def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[
         answering.calibrate(drum(tmp_path, high=0.5), tmp_path / "out")
 
 
-def test_runs_that_no_polynomial_follows_are_said(
+def test_runs_that_no_polynomial_follows_are_reported(
     tmp_path: Path, engine: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
