@@ -64,6 +64,12 @@ def test_what_is_inconclusive_is_named() -> None:
     assert apart.unknown() == [] and apart.best == pytest.approx([0.6, 1.0 / 3.0], abs=1e-6)
 
 
+def test_slopes_are_those_at_the_place() -> None:
+    """y = u² has the slope 2 u within the window and at its upper bound."""
+    curved = problem(lambda u: [u[0] ** 2], [0.25], [1.0])
+    assert [abs(curved.slopes(np.array([u]))[0, 0]) for u in (0.5, 1.0)] == pytest.approx([1.0, 2.0], rel=1e-2)
+
+
 def test_a_surface_knows_how_well_it_is_known() -> None:
     """A straight line fitted to cubic terms: the mean of 1000 fits is the line, their spread what each fit says of itself."""
     random, places = np.random.default_rng(2), np.tile(np.linspace(0, 1, 5), 4)[:, None]

@@ -72,6 +72,8 @@ def test_numbers_by_hand() -> None:
     film = 4 / 3 * math.pi * ((2.55e-3) ** 3 - 2.5e-3**3)
     assert numbers["liquid_weight"] == pytest.approx(film * 998.2 / (weight / 9.81), rel=1e-9)
     assert numbers["tangential_history"] == 0.35 and numbers["gravity"] == 1.0
+    half = effect_numbers((SPHERE,), PAIRS, water(), SPEED, Surroundings(wall_share=0.5))["wall_films"][1]
+    assert half == pytest.approx(0.5 * numbers["wall_films"])
 
 
 def test_preset_keeps_what_is_negligible_and_says_so() -> None:
