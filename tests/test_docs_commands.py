@@ -272,8 +272,13 @@ SMALLER = {
 """Command -> options that follow it here: a page instead of a server that never ends; less to compute."""
 SERVERS = {"pywet app results/smoke/case01 results/smoke/case02", "pywet app results/smoke/case02"}
 MAKE_SMALLER = (small_scenes, small_deck, insert_throughout, small_sweep, small_drum)
-ONLY_AS_SHIPPED = {"pywet run 2", "pywet run-scene mydeck/deck.yaml --out mydeck/run", "pywet screen mydeck/run"}
-"""Commands that print other lines for a tiny run: its liquid is in other reservoirs, and it has no partition curve."""
+ONLY_AS_SHIPPED = {
+    "pywet run 2",
+    "pywet screen mydeck/run",
+    "pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf",
+    *(plain(c) for c in COMMANDS if words(c)[1][:1] == ["run-scene"]),
+}
+"""Commands that print other lines for tiny runs: their liquid is in other reservoirs, and they have no partition curve."""
 AS_SHIPPED = ("one run", "a bed", "a script", "a sweep", "calibrations", "a deck", "seeds", "presets", "scenes")
 DIFFERENT = {
     "pywet compare results/smoke/case02.1 results/smoke/case02 --across liquid",
