@@ -26,7 +26,7 @@ RUN = SIMULATES["run-scene A"]
 BEFORE_TABLES = ("prepare", "simulate", "collect")
 STAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "prepare": ("pywet.cases.custom.building", "write", RUN),
-    "simulate": ("pywet.engines.liggghts.driver", "_simulate", RUN),
+    "simulate": ("pywet.engines.liggghts.driver", "simulate", RUN),
     "collect": ("pywet.engines.liggghts.collecting", "make", RUN),
     "results": ("pywet.cases.custom.results", "write", RUN),
     "replay": ("pywet.stages", "replay", RUN),
