@@ -12,7 +12,8 @@ import yaml
 from typer.testing import CliRunner
 
 import pywet
-from pywet.cases.screening import verdict
+from pywet import config, stages
+from pywet.cases.screening import cases, verdict
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.runs.tables import ledger_error
@@ -173,6 +174,30 @@ def test_lives_of_no_bridges() -> None:
     assert len(lives.active()) == len(lives.active(3)) == len(lives.previous) == 0
 
 
+ENDS: dict[str, list[tuple[str, float]]] = {
+    "materials": [
+        ("friction", 0), ("friction", 5), ("rolling_friction_m", 0), ("rolling_friction_m", 1e-2), ("restitution", 1),
+        ("restitution", 1e-3), ("contact_angle_deg", 0), ("contact_angle_deg", 89.9), ("surface_tension_N_per_m", 1e-9),
+        ("viscosity_Pa_s", 0), ("viscosity_Pa_s", 0.05), ("density_kg_per_m3", 1), ("density_kg_per_m3", 1e5),
+        ("residual_liquid_percent", 0), ("residual_liquid_percent", 100), ("z_amplitude_mm", 0), ("frequency_Hz", 1e-3),
+        ("frequency_Hz", 1000), ("x_phase_deg", 0), ("poissons_ratio", 0), ("poissons_ratio", 0.5),
+    ],
+    "scales": [
+        ("slide_opens_at_s", 0), ("slide_opens_at_s", 1), ("output_interval_s", 0.02), ("output_interval_s", 1e-5),
+        ("wire_sides", 3), ("wire_sides", 4), ("wire_sides", 40), ("width_mm", 20), ("duration_s", 1e-4),
+    ],
+}  # fmt: skip
+"""Values at the ends of what a case may have, and beyond; every entry of a file with that key gets the value."""
+SHORT: dict[str, Any] = {
+    "seed": 7, "ranks": 1, "preset": "paper", "effects": {}, "time_step": {},
+    "output": {"energy": True, "contact_windows": 2, "checkpoints": 5},
+    "scale": {
+        "shape": "square", "width_mm": 40, "wire_sides": 6, "wires": "mesh", "stiffness_factor": 0.01, "duration_s": 0.02,
+        "slide_opens_at_s": 0.01, "output_interval_s": 0.002,
+    },
+}  # fmt: skip
+
+
 def test_a_component_that_counts_as_none_is_in_doubt() -> None:
     """A spin below 1e-13 of the kick is taken for none: by so much, and not by the rounding of the kick alone, it may be off."""
     dry = window.dry_contacts({"pairs": [], "time_step_s": 1e-5, "effects": {}}, {})
@@ -193,3 +218,29 @@ def test_rounding_of_positions_far_from_the_origin() -> None:
     """At a kilometre a position has 1.1e-13 m of rounding, a difference of two 4.4e-13 m; near the origin the radius decides."""
     far, near = newton._lost_digits(np.array([[1e3, 0.0, 0.0], [0.1, 0.0, 0.0]]))
     assert newton.DRIFT * far == pytest.approx(4.4e-13, rel=0.02) and near < 1e-3
+
+
+def _put(node: Any, key: str, value: float) -> None:
+    for name, below in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
+        if name == key and "value" in below:
+            below["value"] = value
+        else:
+            _put(below, key, value)
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+@pytest.mark.parametrize(("file", "key", "value"), [(file, *row) for file, rows in ENDS.items() for row in rows])
+def test_ends_of_ranges(tmp_path: Path, file: str, key: str, value: float) -> None:
+    """A moist case with such a value is refused in a sentence before it runs, or raises no alarm."""
+    folder = sound_runs._configuration(tmp_path / "config", SHORT)
+    content = yaml.safe_load((folder / f"{file}.yaml").read_text())
+    _put(content, key, value)
+    (folder / f"{file}.yaml").write_text(yaml.safe_dump(content))
+    try:
+        cases.build(config.load(folder), 2, "short", tmp_path / "run")
+    except PywetError:
+        return
+    stages.simulate(tmp_path / "run", 1, progress=False)
+    (tmp_path / "run" / sound_runs.DONE).write_text('{"kind": "case"}')
+    assert sound_runs.alarms(tmp_path / "run") == []

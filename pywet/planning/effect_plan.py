@@ -101,7 +101,7 @@ class EffectPlan:
         head = f"{'effect':<24}{'number':>9}{'tolerance':>11}{'share':>8}{'cost':>8}  law"
         left_out = [r.effect for r in self.rows if r.effect in OPT_IN and not r.on and NOT_NEGLIGIBLE in r.why]
         hint = (
-            [f"{NOT_NEGLIGIBLE}, but on by hand only (effects: {{{left_out[0]}: on}}): {', '.join(left_out)}"]
+            [f"off, though {NOT_NEGLIGIBLE} (effects.{left_out[0]}: on): {', '.join(left_out)}"]
             if left_out
             else []
         )

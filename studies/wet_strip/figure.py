@@ -111,18 +111,13 @@ def points(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def page_rows(table: pd.DataFrame) -> list[str]:
-    """Return the table of docs/screens.md: recovery with its interval and, in brackets, feed still on the deck, in %."""
+    """Return the table of docs/screens.md, of water: recovery ± interval and, in brackets, feed still on the deck [%]."""
     found, strokes = points(table), sorted(table[STROKE].unique())
-    lines = [
-        "| moisture | surface tension | " + " | ".join(f"{s:g} mm" for s in strokes) + " |",
-        "|---|---|" + "---|" * len(strokes),
-    ]
-    for point, rows in found.groupby([MOISTURE, TENSION]):
-        moisture, tension = (float(str(value)) for value in point)
+    lines = ["| moisture | " + " | ".join(f"{s:g} mm" for s in strokes) + " |", "|---|" + "---|" * len(strokes)]
+    for moisture, rows in found[found[TENSION] == WATER_N_PER_M].groupby(MOISTURE):
         numbers = 100.0 * rows.sort_values(STROKE)[["recovery", "half", "held"]].to_numpy(float)
         cells = [f"{r:.0f} ± {half:.0f}" + (f" ({still:.0f})" if still >= 0.5 else "") for r, half, still in numbers]
-        name = f"{1e3 * tension:g} mN/m" if moisture else "–"
-        lines.append(f"| {moisture:g} % | {name} | " + " | ".join(cells) + " |")
+        lines.append(f"| {moisture:g} % | " + " | ".join(cells) + " |")
     return lines
 
 
