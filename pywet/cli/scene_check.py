@@ -21,6 +21,6 @@ def lines(scene: Scene, reasons: bool = False) -> list[str]:
         f"{scene.name}: {spheres} spheres, {step}",
         f"predicted {duration(seconds)} on one core, replay included",
         *feeds(scene, built.classes),
-        *(made.plan.lines if reasons else made.plan.table),
+        *(made.plan.lines if reasons else [*made.plan.table, *made.plan.hint]),
         *made.warnings,
     ]

@@ -97,15 +97,15 @@ class EffectPlan:
 
     @property
     def table(self) -> list[str]:
-        """Format a header, one line per effect and the amounts, in 80 columns, and what is off though not negligible."""
+        """Format a header, one line per effect and the amounts, in 80 columns."""
         head = f"{'effect':<24}{'number':>9}{'tolerance':>11}{'share':>8}{'cost':>8}  law"
+        return [head, *(row.short for row in self.rows), *lines(self.amounts), *self.contact]
+
+    @property
+    def hint(self) -> list[str]:
+        """Name what is off though not negligible and the key that switches it on, in one line; none without such an effect."""
         left_out = [r.effect for r in self.rows if r.effect in OPT_IN and not r.on and NOT_NEGLIGIBLE in r.why]
-        hint = (
-            [f"off, though {NOT_NEGLIGIBLE} (effects.{left_out[0]}: on): {', '.join(left_out)}"]
-            if left_out
-            else []
-        )
-        return [head, *(row.short for row in self.rows), *hint, *lines(self.amounts), *self.contact]
+        return [f"off, though {NOT_NEGLIGIBLE} (effects.{left_out[0]}: on): {', '.join(left_out)}"] if left_out else []
 
     def row(self, effect: str) -> EffectRow:
         return next(row for row in self.rows if row.effect == effect)

@@ -197,7 +197,9 @@ def test_two_runs_in_one_folder(tmp_path: Path) -> None:
 def test_the_last_word_of_an_aborting_engine_is_stored(tmp_path: Path) -> None:
     """LIGGGHTS ends by MPI_Abort, which flushes nothing: the message is in the log that the sentence names all the same."""
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.0, 0.0, 2.001 * R), (0.0, 0.0, 0.1))]
-    small.prepare(tmp_path, spheres_of(R), bodies, contacts(1), liquid=WATER, effects=small.PAPER, time_step_s=1e-5, steps=10)
+    small.prepare(
+        tmp_path, spheres_of(R), bodies, contacts(1), liquid=WATER, effects=small.PAPER, time_step_s=1e-5, steps=10
+    )
     with raises_code("engine.stopped", says="Unknown command: no_such_command"):
         driver.run(tmp_path, extra=("no_such_command",), allow_unstable=True)
     assert b"Unknown command: no_such_command" in (tmp_path / "engine.partial" / "output.log").read_bytes()
