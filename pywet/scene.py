@@ -17,7 +17,7 @@ from pydantic import AfterValidator, Field, model_validator
 from pywet.law_names import Laws
 from pywet.laws.hertz import LEAST_RESTITUTION, Hertz
 from pywet.laws.kinds import NEEDED
-from pywet.strict import Strict
+from pywet.strict import Computable
 from pywet.util.files import read_model
 
 
@@ -58,7 +58,7 @@ Bound = tuple[float | None, float | None, float | None]
 Reservoir = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
 
 
-class Insertion(Strict):
+class Insertion(Computable):
     """Insertion of the spheres of a class: one after the other in the order of their ids, at a rate over time."""
 
     from_s: NonNegative
@@ -83,7 +83,7 @@ class Insertion(Strict):
         return self.from_s + self.for_s * (k + 0.5) / count
 
 
-class Outlet(Strict):
+class Outlet(Computable):
     """Region in which spheres leave the run, with their films: low <= centre < high along x, y, z, None: open."""
 
     name: Identifier
@@ -100,12 +100,12 @@ class Outlet(Strict):
         return (x, y, z), (a, b, c)
 
 
-class SphereClass(Strict):
+class SphereClass(Computable):
     """One size class of spheres of one material; its `type` (1, 2, …) is the index used by engines and logs."""
 
     name: Title
     type: Annotated[int, Field(ge=1)]
-    radius_m: Positive
+    radius_m: Annotated[float, Field(ge=1e-9, le=1e6)]
     density_kg_per_m3: Positive
     contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
     count: Annotated[int, Field(ge=0)]
@@ -118,7 +118,7 @@ class SphereClass(Strict):
         return self.density_kg_per_m3 * 4.0 / 3.0 * math.pi * self.radius_m**3
 
 
-class ContactPair(Strict):
+class ContactPair(Computable):
     """Dry contact of sphere type `a` with sphere type `b`, or with the walls when `b` is 0."""
 
     a: Annotated[int, Field(ge=1)]
@@ -131,7 +131,7 @@ class ContactPair(Strict):
     restitution: Annotated[float, Field(gt=0, le=1)]
 
 
-class Liquid(Strict):
+class Liquid(Computable):
     """The liquid and its initial distribution (same film thickness on every sphere, walls dry)."""
 
     surface_tension_N_per_m: NonNegative
@@ -140,7 +140,7 @@ class Liquid(Strict):
     initial_film_thickness_m: NonNegative
 
 
-class Vibration(Strict):
+class Vibration(Computable):
     """Vibration x_k(t) = amplitude_k · sin(2π f t + phase_k), with t from the start of the run and the rest position at zero."""
 
     amplitude_m: Vector
@@ -148,7 +148,7 @@ class Vibration(Strict):
     frequency_Hz: Positive
 
 
-class Slide(Strict):
+class Slide(Computable):
     """Displacement of a wall such as the feed bin's floor: constant velocity from `opens_at_s` for `travel_s`."""
 
     velocity_m_per_s: Vector
@@ -156,7 +156,7 @@ class Slide(Strict):
     travel_s: Positive
 
 
-class Rotation(Strict):
+class Rotation(Computable):
     """Rotation of walls about an axis through `origin_m`: right-handed, one turn in `period_s`, from the start of the run."""
 
     origin_m: Vector
@@ -168,7 +168,7 @@ MOTIONS = {"vibrates": Vibration, "slides": Slide, "turns": Rotation}
 """Name of a wall's motion -> class that describes it."""
 
 
-class WallMesh(Strict):
+class WallMesh(Computable):
     """One closed surface, an STL file; its triangles are grouped into parts (a wire, a flat face)."""
 
     name: Identifier
@@ -232,7 +232,7 @@ SHORT_WINDOW = 4
 """Largest number of steps of sampling windows at random positions; longer ones are evenly spaced."""
 
 
-class Output(Strict):
+class Output(Computable):
     """Intervals of outputs, and windows of detailed logs."""
 
     interval_s: Positive
@@ -279,7 +279,7 @@ def not_retirable(effects: Effects, output: Output, gravity: Vector, inserts: bo
     return next((why for why, met in obstacles.items() if met), None)
 
 
-class EngineScene(Strict):
+class EngineScene(Computable):
     """Complete description of one case for an engine."""
 
     name: Title

@@ -2,48 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Container
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from pywet.scene import NonNegative, Positive
-from pywet.strict import Strict
+from pywet.strict import Computable, Strict
 from pywet.util.ranges import LIMITS
 
 Why = Annotated[str, Field(min_length=1)] | None
 """Reason for a value outside the range of its key."""
 
 
-LEAST, MOST = 1e-40, 1e15
-"""Range of numbers in SI units whose powers stay within double precision."""
-
-
-def _numbers(value: Any) -> Iterator[float]:
-    if isinstance(value, float):
-        yield value
-    elif isinstance(value, (tuple, list)):
-        for part in value:
-            yield from _numbers(part)
-
-
-class Limited(Strict):
+class Limited(Computable):
     """Group of keys whose numbers are within their plausible ranges or have a reason under `unusual`."""
 
-    @model_validator(mode="after")
-    def _computable(self) -> Self:
-        """Check that numbers without a range are neither too large nor too small for double precision."""
-        for key, value in self:
-            if key in LIMITS:
-                continue
-            for number in _numbers(value):
-                if number and not LEAST <= abs(number) <= MOST:
-                    expected = f"0 or a number of size {LEAST:g} to {MOST:g}"
-                    raise PydanticCustomError(
-                        "implausible", "to be in range", {"key": key, "value": number, "expected": expected}
-                    )
-        return self
+    MOST: ClassVar[float] = 1e15
+    RANGED: ClassVar[Container[str]] = LIMITS
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:
