@@ -320,7 +320,7 @@ TARGETS: dict[str, tuple[Callable[[Bench, Any], None], st.SearchStrategy[Any]]] 
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=[pytest.mark.slow, pytest.mark.timeout(7200)])])
 @pytest.mark.parametrize("target", TARGETS)
 def test_any_input_is_fine_or_refused_in_a_sentence(
     target: str, count: int, bench: Bench, monkeypatch: pytest.MonkeyPatch
