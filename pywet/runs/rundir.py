@@ -26,6 +26,8 @@ from pywet.util.files import AGAIN, fit, read_if_there, read_json, read_parts, r
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
+READ_WHOLE_B = 16_000_000
+"""Size of the file of a table up to which it is read once for all steps."""
 
 
 def bridge_ends(table: pd.DataFrame) -> Ints:
@@ -167,8 +169,18 @@ class RunDir:
         return read_parts(self._there(name), columns)
 
     def at_step(self, name: str, step: int) -> pd.DataFrame:
-        """Return the rows of such a table at one step."""
-        return read_table(self.path / f"{name}.parquet", step=step)
+        """Return the rows of such a table at one step; a small table is read once."""
+        path = self._there(name)
+        if path.stat().st_size > READ_WHOLE_B:
+            return read_table(path, step=step)
+        if name not in self._small:
+            self._small[name] = self.table(name)
+        table = self._small[name]
+        return table[table["step"] == step].reset_index(drop=True)
+
+    @cached_property
+    def _small(self) -> dict[str, pd.DataFrame]:
+        return {}
 
     @cached_property
     def ledger(self) -> pd.DataFrame:

@@ -7,7 +7,6 @@ from itertools import permutations, product
 
 import numpy as np
 import pandas as pd
-from scipy.stats import rankdata
 
 from reference_impl.replay.arrays import Floats
 
@@ -117,7 +116,7 @@ def _trend(every: Floats, table: pd.DataFrame) -> str:
     for name, words in INPUTS.items():
         if name not in table or use.sum() < FEW or (values := table[name].to_numpy(float)[use]).min() == values.max():
             continue
-        rank = float(np.corrcoef(rankdata(values), rankdata(every[use]))[0, 1])
+        rank = float(np.corrcoef(pd.Series(values).rank(), pd.Series(every[use]).rank())[0, 1])
         if abs(rank) > of:
             best, of = f"; the factor {'rises' if rank > 0.0 else 'falls'} with {words}", abs(rank)
     return best
