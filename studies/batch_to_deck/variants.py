@@ -18,7 +18,7 @@ from pywet.errors import border
 
 HERE = Path(__file__).parent
 LENGTH_MM = 700
-"""Length of the screen on which a batch travels: it starts within 117 mm; on 490 mm ten of 94 spheres reached the end in 1.2 s."""
+"""Length of the screen on which a batch travels: it starts within 117 mm; ten of 94 spheres reached 490 mm in 1.2 s."""
 VARIANTS = ("travelling", "crowded", "travelling_crowded")
 
 
