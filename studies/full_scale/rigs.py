@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,14 +19,19 @@ from pywet import config as settings
 from pywet.cost import edit
 from pywet.cost.command import calibrated
 from pywet.errors import PywetError, border
+from pywet.report.pictures import COLOURS, STYLE, plt
 from pywet.runs.summary import commit
 from pywet.util.files import atomic_write
-from studies.full_scale import stored_runs
+from studies.full_scale import run_table, stored_runs
 from studies.full_scale.campaign import SETTINGS, Campaign, prepare
-from studies.full_scale.judging import HOLDS, MISSING, judge
+from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, judge
 from studies.full_scale.statements import STATEMENTS
 from studies.full_scale.stored_runs import COARSE, StoredRun
 
+Table = tuple[list[str], list[list[object]]]
+"""Columns and rows."""
+SIGNS = {HOLDS: "✓", FAILS: "✗", OPEN: "?", MISSING: "–"}
+"""Verdict -> its sign on the page."""
 DATA, PAGE = Path("docs/full_scale/rigs"), Path("docs/rig.md")
 CAMPAIGN = Path("docs/full_scale/data")
 ANY = "{any reading}"
@@ -68,15 +73,17 @@ retired; `stiff`: the paper's contact stiffness. Times from a single seed are un
 
 ## Undersize on the screen
 
-Undersize on the screen in per cent of that in the feed, and number of large spheres wedged in an aperture.
-All outputs: `docs/full_scale/rigs`.
+![Undersize left on the screen over time, cases 1 and 4, for sieves of 180 to 200 mm](full_scale/rig.svg)
 
+All rigs and cases, with the number of large spheres wedged in an aperture: [rig_undersize.csv](full_scale/rig_undersize.csv);
+all outputs: `docs/full_scale/rigs`.
 """
 BETWEEN = """
-
 ## Statements
 
-Quantities and the ranges of the [full-scale page](full_scale.md#statements), which were fixed before these runs. "–": not run.
+✓ confirmed, ✗ not confirmed, ? inconclusive, – not run. Quantities and ranges are those of the
+[full-scale page](full_scale.md#statements), fixed before these runs; all values:
+[rig_statements.csv](full_scale/rig_statements.csv).
 
 """
 DRY_CASES = (1, 4, 10, 13, 7, 16)
@@ -145,9 +152,13 @@ def configure(source: Path, out: Path, rig: str, aperture_mm: float) -> Path:
 
 @app.command()
 def page(data: Annotated[Path, typer.Option(help="Folder of the stored tables.")] = DATA) -> None:
-    """Write docs/rig.md from the stored tables."""
+    """Write docs/rig.md, its figure and its tables from the stored tables."""
+    rigs = dict(sorted(stored_runs.variants(data).items()))
+    run_table.write(data.parent / "rig_undersize.csv", *curves(rigs))
+    run_table.write(data.parent / "rig_statements.csv", *values(with_dry(rigs)))
+    draw(rigs, data.parent / "rig.svg")
     with atomic_write(PAGE) as partial:
-        partial.write_text(text(stored_runs.variants(data)))
+        partial.write_text(text(rigs))
     typer.echo(f"{PAGE} is written")
 
 
@@ -155,13 +166,8 @@ def text(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> str:
     """Return the page: effect of the rigs on passage and on the statements that their runs decide."""
     rigs = dict(sorted(rigs.items()))
     campaign = stored_runs.variants(CAMPAIGN)[""]
-    return (
-        HEAD.replace(ANY, any_reading(with_dry(rigs), campaign))
-        + "\n".join(curves(rigs))
-        + BETWEEN
-        + "\n".join(lines(with_dry(rigs)))
-        + "\n"
-    )
+    head = HEAD.replace(ANY, any_reading(with_dry(rigs), campaign))
+    return head + BETWEEN + "\n".join(verdicts(with_dry(rigs))) + "\n"
 
 
 def any_reading(
@@ -193,39 +199,63 @@ def with_dry(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str,
     return {rig: dry.get(re.sub("_(printed|wall)$", "", rig), {}) | dict(runs) for rig, runs in rigs.items()}
 
 
-def curves(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
-    """Return a table in Markdown: undersize on the screen over time, a row for each rig and case, first seed."""
+def curves(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> Table:
+    """Return undersize on the screen in per cent of that in the feed and wedged large spheres, a row for each run."""
     rows = []
     for rig, runs in rigs.items():
-        for case, (run, *_) in sorted(runs.items()):
-            left = " | ".join(f"{100 * run.at(run.undersize, t):.1f}" for t in TIMES_S)
-            wedged = " | ".join(f"{run.at(run.count('wedged', COARSE), t):.0f}" for t in WEDGED_S)
-            rows.append(f"| {rig} | {case} | {left} | {wedged} |")
-    times = " | ".join(f"{t:g} s" for t in TIMES_S)
-    wedged = " | ".join(f"wedged, {t:g} s" for t in WEDGED_S)
-    return [f"| rig | case | {times} | {wedged} |", "|---" * (2 + len(TIMES_S) + len(WEDGED_S)) + "|", *rows]
+        for case, seeds in sorted(runs.items()):
+            for run in seeds:
+                left = [f"{100 * run.at(run.undersize, t):.1f}" for t in TIMES_S]
+                wedged = [f"{run.at(run.count('wedged', COARSE), t):.0f}" for t in WEDGED_S]
+                rows.append([rig, case, run.about["seed"], *left, *wedged])
+    times = [f"undersize_percent_{t:g}_s" for t in TIMES_S]
+    return ["rig", "case", "seed", *times, *(f"wedged_{t:g}_s" for t in WEDGED_S)], rows
 
 
-def lines(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
-    """Return a table in Markdown: rows of each statement that some rig decides, a column for each rig; values if several do."""
+def draw(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], path: Path) -> None:
+    """Draw the undersize left on the screen over time in two dry cases, a curve for each sieve, first seed."""
+    found = {rig: runs for rig, runs in rigs.items() if re.fullmatch(r"sieve[\d.]+", rig)}
+    with plt.rc_context(STYLE):
+        figure, panels = plt.subplots(1, 2, figsize=(7.2, 2.8), sharey=True, constrained_layout=True)
+        for axes, (case, amplitude_mm) in zip(panels, ((1, 1), (4, 0.8)), strict=True):
+            for k, (rig, runs) in enumerate(found.items()):
+                if case in runs:
+                    run = runs[case][0]
+                    label = f"{rig.removeprefix('sieve')} mm"
+                    axes.plot(run.times, 100.0 * run.undersize, color=COLOURS[k % len(COLOURS)], label=label)
+            axes.set(
+                title=f"case {case}, amplitude {amplitude_mm:g} mm", xlabel="time after the opening [s]", xlim=(0, 20)
+            )
+        panels[0].set(ylabel="undersize left on the screen [%]", ylim=(0, None))
+        panels[0].legend(fontsize="small", title="sieve")
+        with atomic_write(path) as partial:
+            figure.savefig(partial, format="svg", metadata={"Date": None})
+        plt.close(figure)
+
+
+def values(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> Table:
+    """Return the value of each part of each statement, mean and range over seeds, and the verdict, a column for each rig."""
     rows = []
+    for number, parts, answers in judged(rigs):
+        for k, part in enumerate(parts):
+            rows.append([number, part, *(shown(a.values[k]) if a.values else "" for a in answers)])
+        rows.append([number, "verdict", *("" if a.verdict == MISSING else a.verdict for a in answers)])
+    return ["statement", "range", *rigs], rows
+
+
+def verdicts(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
+    """Return a table in Markdown: a row for each statement that some rig decides, a column for each rig."""
+    rows = [f"| {number} | {' | '.join(SIGNS[a.verdict] for a in answers)} |" for number, _, answers in judged(rigs)]
+    names = " | ".join(name.replace("_", " ") for name in rigs)
+    return [f"| statement | {names} |", "|---" * (1 + len(rigs)) + "|", *rows]
+
+
+def judged(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> Iterator[tuple[int, list[str], list[Answer]]]:
+    """Yield number, ranges and an answer for each rig, of each statement on cases that some rig decides."""
     for statement in STATEMENTS:
-        answers = {rig: judge(statement, runs) for rig, runs in rigs.items()} if statement.cases else {}
-        if all(answer.verdict == MISSING for answer in answers.values()):
-            continue
-        several = sum(answer.verdict != MISSING for answer in answers.values()) > 1
-        for k, part in enumerate(statement.parts if several else ()):
-            cells = [shown(answer.values[k]) if answer.values else "–" for answer in answers.values()]
-            rows.append(f"| {statement.number} | {escaped(part.range)} | {' | '.join(cells)} |")
-        cells = ["–" if answer.verdict == MISSING else answer.verdict for answer in answers.values()]
-        rows.append(f"| {statement.number} | **verdict** | {' | '.join(cells)} |")
-    names = " | ".join(rigs)
-    return [f"| statement | range | {names} |", "|---" * (2 + len(rigs)) + "|", *rows]
-
-
-def escaped(words: str) -> str:
-    """Escape text for a cell of a table in Markdown."""
-    return words.replace("|", "\\|")
+        answers = [judge(statement, runs) for runs in rigs.values()] if statement.cases else []
+        if any(answer.verdict != MISSING for answer in answers):
+            yield statement.number, [part.range for part in statement.parts], answers
 
 
 def shown(values: Sequence[float]) -> str:

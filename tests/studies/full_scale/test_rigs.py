@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -50,17 +51,30 @@ def test_stored_runs_were_judged_by_the_ranges_of_today() -> None:
 
 def test_the_table_holds_what_a_rig_decides() -> None:
     """Statement 1 at 185 and 190 mm by hand from the stored curve: the time at which less than 1 % is left."""
-    (row,) = [line for line in rigs.lines(FOUND) if line.startswith("| 1 |") and "verdict" not in line]
-    cells = dict(zip(FOUND, [cell.strip() for cell in row.split("|")[3:-1]], strict=True))
+    columns, rows = rigs.values(FOUND)
+    (row,) = [row for row in rows if row[0] == 1 and row[1] != "verdict"]
+    cells = dict(zip(columns, row, strict=True))
     for rig in ("sieve185", "sieve190"):
         run = FOUND[rig][1][0]
         by_hand = run.times[(run.undersize < 0.01).argmax()]
-        assert float(cells[rig]) == pytest.approx(by_hand, abs=0.11)
+        assert float(str(cells[rig])) == pytest.approx(by_hand, abs=0.11)
 
 
 def test_the_page_is_made_of_the_stored_tables() -> None:
-    """docs/rig.md, and the times that its first lines name."""
+    """docs/rig.md and its two tables, the signs of its verdicts, and the times that its first lines name."""
     assert (ROOT / rigs.PAGE).read_text() == rigs.text(FOUND)
+    ordered = dict(sorted(FOUND.items()))
+    for name, (columns, rows) in (
+        ("undersize", rigs.curves(ordered)),
+        ("statements", rigs.values(rigs.with_dry(ordered))),
+    ):
+        with open(ROOT / "docs/full_scale" / f"rig_{name}.csv", encoding="utf-8") as file:
+            assert [*csv.reader(file)] == [columns, *([str(cell) for cell in row] for row in rows)]
+    answers = {s.number: judge(s, FOUND["sieve185"]).verdict for s in STATEMENTS if s.cases}
+    column = [*rigs.with_dry(ordered)].index("sieve185")
+    for line in rigs.verdicts(rigs.with_dry(ordered))[2:]:
+        number, *signs = [cell.strip() for cell in line.strip("|").split("|")]
+        assert rigs.SIGNS[answers[int(number)]] == signs[column]
     for rig, output_text in (("sieve190", "7.3 s"), ("sieve185", "9.1 s"), ("sieve180", "10.4 s")):
         passed = through({1: FOUND[rig][1][0]}, 1, 0.01)
         assert (
