@@ -22,8 +22,11 @@ LENGTH_MM, DURATION_S = 700, 0.8
 
 The deck's coarsest spheres left it after 0.45 s on average, 0.75 s at most.
 """
-END_MM = -35.0
-"""Lower edge of the end wall of a crowded batch: below it three spheres that had passed flew out under a wall at -3 mm."""
+END_MM = (-35.0, 80.0)
+"""Lower and upper edge of the end wall of a crowded batch.
+
+With -3 and 40 mm three spheres that had passed flew out under it, and one over it.
+"""
 VARIANTS = ("travelling", "crowded", "travelling_crowded")
 
 
@@ -34,7 +37,8 @@ def scene(variant: str) -> dict[str, Any]:
     if "crowded" in variant:
         for entry in batch["spheres"]:
             entry["count"] *= 2
-        batch["walls"][0]["block"]["low_mm"][2] = END_MM
+        for edge, z in zip(("low_mm", "high_mm"), END_MM, strict=True):
+            batch["walls"][0]["block"][edge][2] = z
     if "travelling" in variant:
         batch["deck"] |= {key: deck["deck"][key] for key in ("inclination_deg", "stroke")} | {"length_mm": LENGTH_MM}
         batch["duration_s"] = DURATION_S
