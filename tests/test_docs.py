@@ -235,6 +235,7 @@ def test_make_help_lists_every_target() -> None:
     assert {"setup", "lint", "test", "run", "bench", "report", "clean", "help"} <= targets
     shown = call("make", "-s", "--no-print-directory", "help").stdout
     assert {line.split()[0] for line in shown.splitlines()} == targets
+    check_shown("make help", shown)
 
 
 def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range() -> None:

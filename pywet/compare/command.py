@@ -84,14 +84,15 @@ def _names(a: Sequence[Path], b: Sequence[Path]) -> tuple[str, str]:
 
 
 def show(comparison: verdict.Comparison) -> None:
-    """Print the verdict and the table, at most 80 columns wide."""
+    """Print the verdict and the table, what differs first, at most 80 columns wide."""
     out.print(comparison.verdict, style="red" if comparison.different else "green", soft_wrap=True, markup=False)
     out.print(comparison.end, soft_wrap=True, markup=False)
     several = comparison.level is not None
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in ("quantity", "A", "B", "B − A", "p" if several else "off", "at [s]", ""):
         table.add_column(name, no_wrap=name != "quantity", max_width=24 if name == "quantity" else None)
-    for row in comparison.rows:
+    shown = [row for row in comparison.rows if row.a or row.b or row.different]
+    for row in sorted(shown, key=lambda row: not row.different):
         colour = "red" if row.different else "green"
         unit = "" if row.unit == "1" else f" [{row.unit}]"
         table.add_row(
@@ -100,6 +101,8 @@ def show(comparison: verdict.Comparison) -> None:
             "" if row.time_s is None else f"{row.time_s:.3g}", f"[{colour}]{SHORT.get(row.verdict, row.verdict)}",
         )  # fmt: skip
     out.print(table)
+    if zero := len(comparison.rows) - len(shown):
+        out.print(f"{zero} more are 0 in all runs", soft_wrap=True)
     if several:
         out.print(
             "B − A: with the 95 % confidence interval of that quantity alone, where |t| is largest", soft_wrap=True

@@ -8,6 +8,9 @@ from statistics import mean, stdev
 
 from scipy.special import stdtrit  # scipy.stats takes a second to import, in each process of a run
 
+ROUND_OFF = 1e-12
+"""Half width of an interval over the value below which it is 0."""
+
 
 def quantile(count: int) -> float:
     """Compute the quantile of Student's distribution that turns a standard error of `count` values into a 95 % interval.
@@ -55,10 +58,10 @@ def with_interval(values: Sequence[float], digits: int = 3) -> str:
 def plus_minus(middle: float, half: float | None, digits: int = 3) -> str:
     """A value and the half width of its interval, as `with_interval` prints them; None: without an interval.
 
-    >>> plus_minus(1.8004, 0.0151), plus_minus(72.6, 25.3), plus_minus(72.64, None)
-    ('1.800 ± 0.015', '73 ± 25', '72.6')
+    >>> plus_minus(1.8004, 0.0151), plus_minus(72.6, 25.3), plus_minus(72.64, None), plus_minus(1.0 - 1e-16, 1e-15)
+    ('1.800 ± 0.015', '73 ± 25', '72.6', '1 ± 0')
     """
-    if not half:
+    if not half or half < ROUND_OFF * abs(middle):
         one = f"{middle:.0f}" if abs(middle) >= 10**digits else f"{middle:.{digits}g}"
         return one if half is None else f"{one} ± 0"
     places = max(0, 1 - floor(log10(half)))
