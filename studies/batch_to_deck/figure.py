@@ -1,7 +1,7 @@
-"""Draw the figure of docs/screens.md from docs/batch_to_deck.csv: `python -m studies.batch_to_deck.figure [TABLE.csv]`.
+"""Draw the figure of docs/screens.md from docs/batch_to_deck.csv: `python -m studies.batch_to_deck.figure [FOLDER]`.
 
-With a table of `pywet kinetics BATCH... --deck DECK --out TABLE.csv` it is stored in docs/batch_to_deck.csv first. The runs are
-those of batch.yaml (`--seeds 3`) and deck.yaml.
+With a folder of tables of `pywet kinetics BATCH... --deck DECK --out FOLDER/NAME.csv` these are stored in docs/batch_to_deck.csv
+first: `batch` and the variants of `variants.py` (three seeds each), and deck.yaml.
 """
 
 from __future__ import annotations
@@ -14,16 +14,35 @@ import pandas as pd
 
 from pywet.errors import border
 from pywet.report.pictures import COLOURS, STYLE, plt
+from studies.batch_to_deck.variants import VARIANTS
 
 ROOT = Path(__file__).resolve().parents[2]
 STORED, FIGURE = ROOT / "docs" / "batch_to_deck.csv", ROOT / "docs" / "pictures" / "batch_to_deck.svg"
 APERTURE_MM = 5.0
-WAYS = {"plug_flow": "predicted, plug flow", "residence_times": "predicted, residence times"}
+WAYS = {
+    "plug_flow": "batch, plug flow",
+    "residence_times": "batch, residence times",
+    "crowded": "crowded",
+    "travelling": "travelling",
+    "travelling_crowded": "both",
+}
+"""Column of the table and its name on the page; variants with residence times."""
+DRAWN = ("residence_times", "travelling")
+
+
+def stored(folder: Path) -> pd.DataFrame:
+    """Return the table of the batch with the predictions of its variants as further columns."""
+    table = pd.read_csv(folder / "batch.csv")
+    for variant in VARIANTS:
+        other = pd.read_csv(folder / f"{variant}.csv").set_index("class").loc[table["class"]]
+        for end in ("", "_half"):
+            table[f"{variant}{end}"] = other[f"residence_times{end}"].to_numpy()
+    return table
 
 
 def page_rows(table: pd.DataFrame) -> list[str]:
     """Rows of the table of docs/screens.md: shares to the overs in per cent."""
-    found = ["| d/a | " + " | ".join(WAYS.values()) + " | simulated |", "|---|---|---|---|"]
+    found = ["| d/a | " + " | ".join(WAYS.values()) + " | simulated |", "|---" * (2 + len(WAYS)) + "|"]
     for row in table.to_dict("records"):
         cells = [f"{100 * row[way]:.0f} ± {100 * row[f'{way}_half']:.0f}" for way in WAYS]
         simulated = f"{100 * row['T']:.0f} ({100 * row['T_low']:.0f} – {100 * row['T_high']:.0f})"
@@ -40,8 +59,9 @@ def draw(table: pd.DataFrame) -> None:
         axes.errorbar(
             ratio, t, np.maximum([t - low, high - t], 0.0), marker="o", color=COLOURS[0], capsize=2, label="simulated"
         )
-        for k, (way, label) in enumerate(WAYS.items(), start=1):
+        for k, way in enumerate(DRAWN, start=1):
             mean, half = (100.0 * table[c].to_numpy(dtype=float) for c in (way, f"{way}_half"))
+            label = f"predicted, {WAYS[way]}"
             axes.errorbar(ratio + 0.008 * k, mean, half, marker="s", ls="--", color=COLOURS[k], capsize=2, label=label)
         axes.set(xlabel="diameter over aperture [-]", ylabel="to the overs [%]", ylim=(-3, 103))
         axes.legend(fontsize="small")
@@ -53,7 +73,7 @@ def draw(table: pd.DataFrame) -> None:
 if __name__ == "__main__":
     with border():
         if len(sys.argv) > 1:
-            pd.read_csv(sys.argv[1]).to_csv(STORED, index=False, float_format="%.4g", lineterminator="\n")
+            stored(Path(sys.argv[1])).to_csv(STORED, index=False, float_format="%.4g", lineterminator="\n")
         draw(pd.read_csv(STORED))
         print("\n".join(page_rows(pd.read_csv(STORED))))
         print(FIGURE.relative_to(ROOT))
