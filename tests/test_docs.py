@@ -229,6 +229,17 @@ def test_no_page_has_the_name_of_a_page_that_sphinx_writes() -> None:
     assert {page.stem for page in PAGES} & {"search", "genindex", "py-modindex"} == set()
 
 
+def test_the_readme_says_of_moisture_what_the_pages_say() -> None:
+    """Its numbers are those of the pages, which are made of the stored runs."""
+    readme, full, screens = (
+        " ".join((ROOT / name).read_text().split()) for name in ("README.md", "docs/full_scale.md", "docs/screens.md")
+    )
+    assert "after 1.51 s instead of 1.15 s" in readme and "after 1.15 s dry and 1.51 s moist" in full
+    assert "26 % of the liquid stays" in readme and "POM on 8 mm: 62 % on fines, 26 % on coarse spheres" in full
+    assert "works up to 8 % of water, one of 1 mm is blocked by 1 %" in readme
+    assert "works up to 8 %, the largest moisture" in screens and "At 1 mm it is blocked by 1 %" in screens
+
+
 def test_make_help_lists_every_target() -> None:
     makefile = (ROOT / "Makefile").read_text()
     targets = set(re.findall(r"^([a-z]+):", makefile, flags=re.MULTILINE))
