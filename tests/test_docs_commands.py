@@ -112,7 +112,7 @@ def small_sweep(folder: Path) -> None:
 def small_drum(folder: Path) -> None:
     shorten(folder / "examples/calibrations/small_drum.yaml", 0.05, 20)
     path = folder / "examples/calibrations/drum.yaml"
-    path.write_text(path.read_text() + "seeds: 2\nmost_runs: 8\ncheck_runs: 2\n")
+    path.write_text(path.read_text() + "seeds: 2\nmost_runs: 10\ncheck_runs: 2\n")
 
 
 def script(folder: Path) -> None:
