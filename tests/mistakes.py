@@ -44,8 +44,7 @@ from pywet.planning.surroundings import Surroundings
 from pywet.products import kinetics, streams
 from pywet.products.size_classes import LogNormal, SizeDistribution, sieve_analysis
 from pywet.report import collect, render, scene_page, vtk, vtkhdf
-from pywet.run_folder import LOCK, claim, refuse_within
-from pywet.run_lock import hold
+from pywet.run_folder import LOCK, claim, hold, refuse_within
 from pywet.runs import summary, tables
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir

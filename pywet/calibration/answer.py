@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.calibration import question as asking
 from pywet.calibration.experiments import Experiment
 from pywet.calibration.question import Question
@@ -35,7 +35,7 @@ def calibrate(
 
     question, experiments = asking.read(file)
     make_folder(folder)
-    with run_lock.hold_part(folder, "calibrate"):
+    with run_folder.hold_part(folder, "calibrate"):
         found = find(question, experiments, folder, ranks, say)
         answer = {"question": fingerprint(question, experiments), **described(question, found)}
         if found.runs is not None:

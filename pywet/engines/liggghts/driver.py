@@ -15,15 +15,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pywet import run_lock
 from pywet.engines.liggghts import checkpoint, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
 from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.liggghts.process import LOOP_TIME, execute
 from pywet.engines.pipeline import Job, Raw, RunInfo, collect
-from pywet.engines.process import Usage, alone, installed, progress_bar
+from pywet.engines.process import Usage, installed, progress_bar
 from pywet.errors import EngineError, PywetError
 from pywet.planning import time_steps
+from pywet.run_folder import alone, check_held
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
 from pywet.util.files import read_if_there, read_table, write_json
@@ -62,7 +62,8 @@ def run(
             job.store.tidy()
             notice.info(f"{job.scene.name}: was simulated already; remove {job.store.engine} to do it again")
             return RunInfo(**account)
-        return collect(simulate(job, launch, extend))
+        raw = simulate(job, launch, extend)
+        return collect(raw)
 
 
 def prepare(run_dir: Path, allow_unstable: bool = False, *, ranks: int = 1, mpi: str = "", **more: Any) -> Job:
@@ -119,7 +120,7 @@ def _run_engine(job: Job, launch: Callable[..., Usage], passed: Sequence[str]) -
         try:
 
             def watch() -> None:
-                run_lock.check_held(store.run_dir)
+                check_held(store.run_dir)
                 recorder.watch()
 
             usage = launch(_command(job, point.step if point else 0), folder, scene, report, watch)

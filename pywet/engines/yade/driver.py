@@ -13,13 +13,13 @@ from typing import Any
 from pywet.engines import schedule
 from pywet.engines.liggghts import deck
 from pywet.engines.pipeline import Job, RunInfo, collect, simulate
-from pywet.engines.process import alone
 from pywet.engines.yade import build, worker
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import PywetError
 from pywet.geometry.stl import read_stl
 from pywet.planning import time_steps
+from pywet.run_folder import alone
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Rotation, Slide, Vibration
 from pywet.util.files import read_table, write_json
