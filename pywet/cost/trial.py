@@ -22,7 +22,9 @@ from pywet.config import Config
 from pywet.cost.edit import SCALE, Size, with_setting
 from pywet.cost.knobs import Setting
 from pywet.cost.timing import timed
-from pywet.engines.liggghts import deck, driver
+from pywet.engines.liggghts import driver
+from pywet.engines.liggghts.contact_model import attached
+from pywet.engines.liggghts.deck import skin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.geometry import Surface, build_apparatus
 from pywet.geometry.initial import write_initial
@@ -144,7 +146,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
         folder = Path(name)
         scene, spheres, near = _prepare(folder, config, width_mm, which)
         steps = max(2 * EVERY, round(WORK / (3.0 if which.lists else 1.0) / len(spheres)))
-        if deck.attached(scene):
+        if attached(scene):
             run = _run(folder, scene, (FIRST, steps, steps), which)
             spent = [piece["run_s"] for piece in read_json(folder / "engine" / LOOP_TIME)]
             step, start = min(spent[1:]) / steps, run["cpu_s"] - sum(spent)
@@ -189,7 +191,7 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
     low = float(wires.corners[..., 2].max()) if which.screen else apparatus.feed_region.z_low_m
     spheres = _lattice(scene, apparatus.feed_region.width_m, low, 0.0 if which.pressed else LOOSE)
     write_initial(scene, apparatus.surfaces, spheres, folder)
-    reach = 0.5e-3 * config.materials.screen(case.aperture_mm).wire_diameter_mm.value + 1.5 * deck.skin(scene)
+    reach = 0.5e-3 * config.materials.screen(case.aperture_mm).wire_diameter_mm.value + 1.5 * skin(scene)
     return scene, spheres, _near(wires, spheres, reach + min(c.radius_m for c in scene.classes))
 
 
@@ -209,7 +211,7 @@ def _lattice(scene: EngineScene, width: float, low: float, gap: float) -> pd.Dat
         place += 0.5 * JITTER * random.normal(size=place.shape)
     xyz = spacing * place + np.array([0.0, 0.0, low + (1.0 + gap) * smallest.radius_m])
     motion = random.normal(0.0, SPEED, (count, 6)) / np.repeat([1.0, smallest.radius_m], 3)
-    motion[np.argmax(xyz[:, 2])] = 0.0, 0.0, 0.4 * deck.skin(scene) / (2.0 * WORK / count * FROZEN), 0.0, 0.0, 0.0
+    motion[np.argmax(xyz[:, 2])] = 0.0, 0.0, 0.4 * skin(scene) / (2.0 * WORK / count * FROZEN), 0.0, 0.0, 0.0
     columns = dict(zip(COLUMNS, np.hstack([xyz, motion]).T, strict=True))
     return pd.DataFrame({"id": np.arange(1, count + 1), "type": smallest.type, **columns})
 

@@ -1,4 +1,4 @@
-"""Motion of walls: the screen's vibration, in closed form and as LIGGGHTS integrates it.
+"""Motion of walls: displacements at the outputs; the screen's vibration, in closed form and as LIGGGHTS integrates it.
 
 A `Vibration` is x_k(t) = a_k sin(2π f t + φ_k) for k = x, y, z. LIGGGHTS' `fix move/mesh … viblin`
 (mesh_mover_linear.cpp) sets in every step, with t = n Δt since the fix was given, n from 1,
@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pywet.scene import Vibration
+from pywet.scene import EngineScene, Slide, Vibration, WallMesh
 
 Floats = NDArray[np.float64]
 AXES = ("1 0 0", "0 1 0", "0 0 1")
@@ -60,6 +60,29 @@ def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float)
             place, done = np.cumsum(np.concatenate([place[None], moves]), axis=0)[-1], n
         found[n] = place
     return np.array([found[n] for n in wanted.ravel().tolist()], dtype=np.float64).reshape(*wanted.shape, 3)
+
+
+def slides(scene: EngineScene) -> dict[str, tuple[int, int]]:
+    """Find the steps at which each sliding wall starts and stops."""
+    ways = {w.name: scene.motion_of(w) for w in scene.walls}
+    return {name: _drawn(scene, way) for name, way in ways.items() if isinstance(way, Slide)}
+
+
+def _drawn(scene: EngineScene, way: Slide) -> tuple[int, int]:
+    begins = min(scene.steps, round(way.opens_at_s / scene.time_step_s))
+    return begins, min(scene.steps, begins + round(way.travel_s / scene.time_step_s))
+
+
+def translations(scene: EngineScene, wall: WallMesh) -> Floats:
+    """Return the displacement of a mesh from its STL file at the output steps [m], shape (outputs, 3)."""
+    way, steps = scene.motion_of(wall), np.asarray(scene.output_steps)
+    if isinstance(way, Vibration):
+        return engine_displacement(way, steps, scene.time_step_s)
+    if isinstance(way, Slide):
+        begins, stops = slides(scene)[wall.name]
+        moved = (np.clip(steps, begins, stops) - begins) * scene.time_step_s
+        return np.asarray(moved[:, None] * np.asarray(way.velocity_m_per_s))
+    return np.zeros((len(steps), 3))
 
 
 def viblin_words(vibration: Vibration) -> list[str]:

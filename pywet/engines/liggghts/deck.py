@@ -41,24 +41,6 @@ IDS_A_LINE = 100
 """Number of sphere ids in one line of the engine's script."""
 
 
-def attached(scene: EngineScene) -> bool:
-    """Return whether the plugin is in use: for bridges, analytic wires, inserted or retired spheres, walls that may repeat."""
-    return (
-        scene.effects.bridges or scene.is_fed or scene.removes or continues(scene) or any(w.prisms for w in scene.walls)
-    )
-
-
-def continues(scene: EngineScene) -> bool:
-    """Return whether walls may continue through a periodic face, where the plugin corrects the engine's corners."""
-    return scene.periodic is not None and bool(scene.walls)
-
-
-def touched(scene: EngineScene) -> list[str]:
-    """Return the walls whose contacts the engine computes; the plugin has those with analytic wires and, with `planes`, all."""
-    plugin = attached(scene) and scene.contacts == "planes"
-    return [w.name for w in scene.walls if not (plugin or w.prisms)]
-
-
 def film_factor(scene: EngineScene) -> float:
     """Return the range, in radii, within which the neighbour list includes touching films; 1 for a dry scene."""
     if not scene.effects.bridges or scene.liquid is None:
@@ -116,17 +98,6 @@ def movers(scene: EngineScene) -> list[dict[str, str]]:
     return fixes
 
 
-def mesh_style(scene: EngineScene, wall: WallMesh) -> str:
-    """Return the style of a wall; a moving wall of a moist scene stores the sum of contact forces, for the work of the wall."""
-    if (
-        not (scene.effects.bridges and scene.effects.wall_films)
-        or wall.motion == "fixed"
-        or wall.name not in touched(scene)
-    ):
-        return "mesh/surface"
-    return "mesh/surface/stress"
-
-
 class Run(NamedTuple):
     """One `run` of the engine with the lines around it, and the step whose state is saved after it (None: not saved)."""
 
@@ -152,7 +123,7 @@ def runs(scene: EngineScene, done: int = 0) -> list[Run]:
             [f"unfix draw_{name}" for name in piece.stops],
             piece.checkpoint,
         )
-        for piece in schedule.pieces(scene, done, attached(scene))
+        for piece in schedule.pieces(scene, done, contact_model.attached(scene))
     ]
 
 
@@ -236,8 +207,8 @@ def write_deck(
     resume: Checkpoint | None = None,
     cohesion: Cohesion = NO_COHESION,
     ranks: int = 1,
-) -> None:
-    """Write data file and scripts into `folder`.
+) -> int:
+    """Write data file and scripts into `folder`; returns the number of spheres.
 
     `extra` lines and the group `integrate` are used by driven small scenes. `cohesion` is a stock cohesion model,
     for comparisons. With `resume` the deck starts from the engine's restart file and contains the rest of the
@@ -253,17 +224,16 @@ def write_deck(
     g = np.asarray(scene.gravity_m_per_s2)
     size = float(np.linalg.norm(g))
     direction = dict(zip("xyz", (repr(float(x)) for x in g / size), strict=True)) if size else {}
+    contact = contact_model.commands(scene, cohesion.words)
+    plugin = contact["attached"]
     spheres = read_table(run_dir / scene.spheres_file)
     context = {
         "scene": scene,
+        **contact,
         # the plugin's worker says them, at each checkpoint again
-        "columns": "${columns}" if attached(scene) else grid.words(scene, spheres[["x", "y"]], ranks),
+        "columns": "${columns}" if plugin else grid.words(scene, spheres[["x", "y"]], ranks),
         "boundary": " ".join("p" if axis == scene.periodic else "f" for axis in "xyz"),
         "types": len(scene.classes) + 1,
-        "properties": contact_model.property_matrices(scene),
-        "materials": contact_model.of_materials(scene),
-        "style": contact_model.words(scene, cohesion.words),
-        "settings": contact_model.settings(scene, bool(cohesion.words)),
         "cohesion": cohesion,
         "skin": repr(skin(scene)),
         "bin": repr(2.0 * max(c.radius_m for c in scene.classes) * film_factor(scene) + skin(scene)),
@@ -274,18 +244,14 @@ def write_deck(
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
         "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},
-        "touched": touched(scene),
         "below": repr(2.0 * scene.box_low_m[2] - scene.box_high_m[2]),
-        "attached": attached(scene),
-        "continues": continues(scene),
-        "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
         "runs": [(run, saved("engine", run.checkpoint, whole=False)) for run in runs(scene, done)],
         "extra": extra,
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
         "output_every": every,
-        "windows": windows.deck_lines(scene, schedule.recorded(scene), touched(scene)),
+        "windows": windows.deck_lines(scene, schedule.recorded(scene), contact["touched"]),
     }
     write_data(scene, spheres, folder / "particles.data")
     begin = {
@@ -294,7 +260,7 @@ def write_deck(
         "first_frame": done % every == 0 and not (done and scene.removes),  # else the frame is of the spheres that stay
     }
     # the plugin's worker has given the file its name by then, the stock program cannot
-    again = {"restart_file": saved("engine", "${at}", whole=attached(scene)), "at": "${at}", "first_frame": False}
+    again = {"restart_file": saved("engine", "${at}", whole=plugin), "at": "${at}", "first_frame": False}
     for name, template, more in (
         ("setup", "setup", begin),
         ("again", "setup", again),
@@ -304,3 +270,4 @@ def write_deck(
         text = environment.get_template(f"{template}.liggghts.j2").render({**context, **more})
         with atomic_write(folder / f"{name}.liggghts") as temporary:
             temporary.write_text(text)
+    return len(spheres)

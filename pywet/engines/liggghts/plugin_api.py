@@ -17,7 +17,7 @@ import pandas as pd
 
 from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
-from pywet.engines.liggghts.deck import continues, touched
+from pywet.engines.liggghts.contact_model import continues, touched
 from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
 from pywet.geometry.initial import wall_groups

@@ -10,13 +10,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from pywet.engines import schedule
 from pywet.engines.liggghts import deck
 from pywet.engines.pipeline import Job, RunInfo, collect, simulate
 from pywet.engines.yade import build, worker
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import PywetError
+from pywet.geometry.motion import slides
 from pywet.geometry.stl import read_stl
 from pywet.planning import time_steps
 from pywet.run_folder import alone
@@ -95,7 +95,7 @@ def build_task(scene: EngineScene, run_dir: Path) -> dict[str, Any]:
             if isinstance(r, Rotation)
         },
         "slides": {name: s.velocity_m_per_s for name, s in ways.items() if isinstance(s, Slide)},
-        "drawn": {name: window for name, window in schedule.slides(scene).items() if window[1] > window[0]},
+        "drawn": {name: window for name, window in slides(scene).items() if window[1] > window[0]},
         "driven": (),
         "skin": SKIN * min(c.radius_m for c in scene.classes),
         "reach": deck.film_factor(scene),
