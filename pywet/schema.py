@@ -46,10 +46,10 @@ RESERVOIRS = {
     "collecting_bin": "the bin below",
     "wall": "every wall of a scene of one's own: there `mesh` is the wall's name",
 }
-"""Value of the column `holder` -> reservoir of liquid.
+"""Value of the column `reservoir` -> where the liquid is.
 
 Tables contain these names; walls_*.vtu have numbers, in the order of a run's walls, and list the names in their field
-data `holder_from_0`.
+data `reservoir_from_0`.
 """
 _STEP = "step i8 - number of the time step"
 _TIME = f"""{_STEP}
@@ -264,7 +264,7 @@ def _all(kind: str, *names: str) -> dict[str, str]:
 
 CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
 _TIMES = ("time_s", "time_since_opening_s")
-_NAMED = _all(ANY, "mesh", "holder")
+_NAMED = _all(ANY, "mesh", "reservoir")
 TABLES: dict[str, dict[str, str]] = {
     **{table: {name: holds for name, holds, *_ in _columns(table)} for table in _MEANINGS},
     "history/spheres": {**_all(INTEGER, "id", "type"), **_all(NUMBER, "radius", "film")},

@@ -165,7 +165,7 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
         unit = turned(unit, turns, step * run.scene.time_step_s) if turns else unit
         shift = motion.loc[step].to_numpy(dtype=float) if step in motion.index else np.zeros(3)
         moved.append(np.column_stack([(unit[1:] - unit[0]).T, unit[0] + shift]).ravel().round(9).tolist())
-    reservoir = str(table["holder"].iloc[chosen[0]])
+    reservoir = str(table["reservoir"].iloc[chosen[0]])
     return {
         "solid": bool(solid(run)[chosen[0]]),
         "hidden": reservoir in render.HIDDEN,

@@ -44,7 +44,7 @@ def frame(run: RunDir) -> Floats:
 def solid(run: RunDir) -> Bools:
     """Return whether each triangle is drawn solid: of wires, of a screen's plate, of the impact plate."""
     names = [w.name for w in run.scene.walls if w.name.rstrip("_0123456789") in (*SCREENS, CROSS)]
-    return np.asarray(run.triangles["holder"].isin(METALS) | run.triangles["mesh"].isin(names), dtype=bool)
+    return np.asarray(run.triangles["reservoir"].isin(METALS) | run.triangles["mesh"].isin(names), dtype=bool)
 
 
 def project(points: Floats, seen: Floats = UPRIGHT) -> Floats:

@@ -188,7 +188,7 @@ def _thin(run: RunDir, limit: Floats) -> tuple[Floats, Floats]:
     films = run.wall_films[run.wall_films["film"] > 0.0]
     thickness = films["film"].to_numpy() / run.triangles["area"].to_numpy()[films["triangle"]]
     thin = pd.Series(thickness < limit[np.searchsorted(run.timeline.steps, films["step"])], index=films.index)
-    shares = thin.groupby([films["holder"] == WALLS[0], films["step"]]).mean()
+    shares = thin.groupby([films["reservoir"] == WALLS[0], films["step"]]).mean()
     of = [shares.get(wires, pd.Series(dtype=float)).reindex(run.timeline.steps).fillna(1.0) for wires in (False, True)]
     return of[0].to_numpy(dtype=float), of[1].to_numpy(dtype=float)
 

@@ -224,7 +224,7 @@ SCENE: dict[str, Injected] = {
         "it is what walls.feed_bin.contact_angle_rad should be"),
     "angle in degrees": Injected(times("classes.small.contact_angle_rad", 1.0 / RADIANS), NUMBERS,
         "degrees taken for radians"),
-    "a holder under another name": Injected(put("walls.slide.reservoir", "side_wall"), NUMBERS,
+    "a reservoir under another name": Injected(put("walls.slide.reservoir", "side_wall"), NUMBERS,
         "walls.slide.reservoir is side_wall, expected slide"),
     "a wall that should vibrate rests": Injected(put("walls.wires.motion", "fixed"), NUMBERS,
         "walls.wires.motion is fixed, expected vibrates"),
@@ -280,9 +280,9 @@ SCENE: dict[str, Injected] = {
         "history/triangles.v0_x (row 3)"),
     "areas halved": Injected(table("history/triangles", lambda t: t.assign(area=0.5 * t["area"])), "scene_tables",
         "history/triangles.area"),
-    "holders in the table exchanged": Injected(
-        table("history/triangles", lambda t: t.assign(holder=t["holder"].replace({"outlet": "slide", "slide": "outlet"}))),
-        "scene_tables", "history/triangles.holder"),
+    "reservoirs in the table exchanged": Injected(
+        table("history/triangles", lambda t: t.assign(reservoir=t["reservoir"].replace({"outlet": "slide", "slide": "outlet"}))),
+        "scene_tables", "history/triangles.reservoir"),
     "angles of parts in degrees": Injected(
         table("history/parts", lambda t: t.assign(contact_angle=t["contact_angle"] / RADIANS)), "scene_tables",
         "history/parts.contact_angle"),
@@ -342,7 +342,7 @@ RESULTS: dict[str, Injected] = {
     "a column missing": Injected(table(f"results/{L}", lambda t: t.drop(columns="outlet_m3"), csv=True), OF_L,
         "column outlet_m3 is missing"),
     "a column besides": Injected(column(L, "wall_m3", lambda t: 0.0), OF_L, "column wall_m3 is there, expected none"),
-    "holders exchanged": Injected(columns_exchanged(L, "wires_m3", "side_wall_m3"), OF_L,
+    "reservoirs exchanged": Injected(columns_exchanged(L, "wires_m3", "side_wall_m3"), OF_L,
         "it holds what side_wall_m3 should hold"),
     "coarse and fines exchanged": Injected(columns_exchanged(L, "coarse_material_m3", "fines_m3"), OF_L,
         "it holds what fines_m3 should hold"),
@@ -373,7 +373,7 @@ RESULTS: dict[str, Injected] = {
     "summary: coarse share": Injected(put("coarse_share", 0.5, "summary.json"), SUMMARY, "summary.json: coarse_share is 0.5"),
     "summary: spheres exchanged": Injected(exchange("spheres.small", "spheres.large", "summary.json"), SUMMARY,
         "it is what summary.json: spheres.large should be"),
-    "summary: liquid of two holders exchanged": Injected(
+    "summary: liquid of two reservoirs exchanged": Injected(
         exchange("liquid_end_m3.outlet", "liquid_end_m3.wires", "summary.json"), SUMMARY,
         "it is what summary.json: liquid_end_m3.wires should be"),
     "summary: formations and ruptures exchanged": Injected(exchange("events.formations", "events.ruptures",

@@ -137,7 +137,7 @@ def test_no_false_alarm_on_the_scenes_of_the_cases(number: int, tmp_path: Path) 
 
 @pytest.mark.parametrize(("number", "scale"), [(7, "full"), (11, "full"), (17, "reduced")])
 def test_no_false_alarm_at_other_scales(number: int, scale: str, tmp_path: Path) -> None:
-    """A round sieve, prisms as wires, other springs."""
+    """A round sieve with analytic wires and other contact stiffness."""
     cases.build(CONFIG.with_preset("exact").with_seed(5), number, scale, tmp_path)
     assert not scene.check(tmp_path).findings
 

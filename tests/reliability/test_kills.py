@@ -206,7 +206,7 @@ def cut_off(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     ) -> object:
         def look() -> None:
             watch()
-            if len(list((at / run_store.CHECKPOINTS).glob("sums.*.json"))) == checkpoint.KEPT:
+            if len(list((at / run_store.CHECKPOINTS).glob("sums.*.json"))) == checkpoint.STORED:
                 raise Stopped
 
         return process.execute(command, at, scene, report, look)

@@ -14,7 +14,11 @@ from pywet.scene import ContactPair, EngineScene, WallMesh
 def attached(scene: EngineScene) -> bool:
     """Return whether the plugin is in use: for bridges, analytic wires, inserted or retired spheres, walls that may repeat."""
     return (
-        scene.effects.bridges or scene.is_fed or scene.removes or continues(scene) or any(w.prisms for w in scene.walls)
+        scene.effects.bridges
+        or scene.has_insertion
+        or scene.removes
+        or continues(scene)
+        or any(w.analytic_wires for w in scene.walls)
     )
 
 
@@ -26,7 +30,7 @@ def continues(scene: EngineScene) -> bool:
 def touched(scene: EngineScene) -> list[str]:
     """Return the walls whose contacts the engine computes; the plugin has those with analytic wires and, with `planes`, all."""
     plugin = attached(scene) and scene.contacts == "planes"
-    return [w.name for w in scene.walls if not (plugin or w.prisms)]
+    return [w.name for w in scene.walls if not (plugin or w.analytic_wires)]
 
 
 def mesh_style(scene: EngineScene, wall: WallMesh) -> str:

@@ -166,7 +166,7 @@ def write_data(scene: EngineScene, spheres: pd.DataFrame, path: Path) -> None:
 
 def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> str:
     """Write the file of a mesh; if the plugin computes the contacts, one triangle that moves like the wall."""
-    if not wall.prisms:
+    if not wall.analytic_wires:
         return from_folder(run_dir / wall.stl, folder)
     name = f"{wall.name}.moves.stl"
     write_first_triangle(run_dir / wall.stl, folder / name)

@@ -44,7 +44,7 @@ void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &, bool presses) {
   if (const auto movers = lmp->modify->get_fix_by_style("^nve/sphere"); !integrate && !movers.empty())
     integrate = movers[0];              // in a user's script
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate and none of style nve/sphere");
-  if (presses) throw std::runtime_error("walls of prisms were given; expected none in LAMMPS");
+  if (presses) throw std::runtime_error("analytic wires were given; expected none in LAMMPS");
   at.free_group = integrate->groupbit;
   int real, columns;
   if (lmp->atom->find_custom("liquid", real, columns) < 0 || !real || columns != NUMBERS_TAKEN)

@@ -192,7 +192,7 @@ void end(LAMMPS_NS::LAMMPS *, const char *, bool) { std::_Exit(1); }
 
 void Engine::attach(LAMMPS_NS::LAMMPS *host, const Walls &walls, bool presses) {
   lmp_ = host;
-  if (presses) throw std::runtime_error("walls of prisms were given; expected none in YADE");
+  if (presses) throw std::runtime_error("analytic wires were given; expected none in YADE");
   if (int64_t(walls.meshes.size()) != host->given.walls && !walls.meshes.empty())
     throw std::runtime_error("the plugin has " + std::to_string(walls.meshes.size()) + " walls and YADE " + std::to_string(host->given.walls));
   at.free_group = 1;
