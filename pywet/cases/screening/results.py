@@ -102,7 +102,7 @@ def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
 
 
 def wall_liquid(run: RunDir) -> pd.DataFrame:
-    """Return the liquid on walls [m3] at each output, films and share of active bridges; one column per entry of WALL_RESERVOIRS."""
+    """Return the liquid on walls [m3] at each output, films and share of active bridges; a column per key of WALL_RESERVOIRS."""
     return run.on_walls(
         {reservoir: name for name, reservoirs in WALL_RESERVOIRS.items() for reservoir in reservoirs}, "reservoir"
     )
