@@ -131,5 +131,5 @@ def predict(config: Config, case: int, scale: str, machine: Coefficients, habit:
     chosen = config.settings.laws
     exact = chosen.capillary == "young_laplace" or (chosen.preset == "exact" and chosen.capillary is None)
     law = "exact" if exact else chosen.capillary or "rabinovich"
-    price = habit.laws.get(law, 1.0) * habit.integrations.get(config.settings.time_step.viscous_integration, 1.0)
-    return machine.start(load) * (habit.exact_start if exact else 1.0) + price * loop, load
+    factor = habit.laws.get(law, 1.0) * habit.integrations.get(config.settings.time_step.viscous_integration, 1.0)
+    return machine.start(load) * (habit.exact_start if exact else 1.0) + factor * loop, load

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.cost.edit import SCALE, Size, with_setting
-from pywet.cost.knobs import Setting
+from pywet.cost.parameters import Setting
 from pywet.cost.timing import timed
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.contact_model import attached

@@ -106,8 +106,8 @@ def predicted(
 
 def _relative(table: Mapping[str, Any], parameter: str, level: str) -> float:
     """Return the cost of a level of a setting over that of the default in moist screening; 1 if not measured."""
-    prices = {row["level"]: row["price"].get("moist") for row in table["knobs"][parameter]}
-    return float(prices[level]["ratio"]) if prices.get(level) else 1.0
+    costs = {row["level"]: row["cost"].get("moist") for row in table["parameters"][parameter]}
+    return float(costs[level]["ratio"]) if costs.get(level) else 1.0
 
 
 def counts(config: Mapping[str, Any], scene: Mapping[str, Any]) -> dict[str, float]:

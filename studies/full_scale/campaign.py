@@ -22,8 +22,8 @@ from pywet.config import Config
 from pywet.cost import edit
 from pywet.cost.command import calibrated
 from pywet.cost.cost import Coefficients
-from pywet.cost.knobs import Level
 from pywet.cost.needs import Need, need
+from pywet.cost.parameters import Level
 from pywet.ending import die_with_parent
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.errors import PywetError, border, one_line
