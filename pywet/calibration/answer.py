@@ -163,10 +163,10 @@ def _unknown(group: dict[str, Any]) -> str:
     """List the parameters that the targets do not determine, alone or together."""
     names = group["parameters"]
     if len(names) == 1:
-        return f"{names[0]} cannot be told: the targets hardly depend on it; give a target that does, or fix it"
+        return f"{names[0]} cannot be determined: the targets hardly depend on it; give a target that does, or fix it"
     pairs = [", ".join(f"{v:.4g}" for name, v in row.items() if name in names) for row in group["alike"]]
     return (
-        f"{' and '.join(names)} cannot be told apart by these targets: ({'), ('.join(pairs)}) fit alike; "
+        f"{' and '.join(names)} cannot be distinguished by these targets: ({'), ('.join(pairs)}) fit alike; "
         "give one more target that depends on them in another way, or fix one"
     )
 

@@ -142,7 +142,7 @@ def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks:
     if stages.same_run(loaded, case, name, folder, engine):
         showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
         if not second.same(folder, loaded.settings.laws.reference):
-            showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
+            showing.err.print("except user reference implementations: it is replayed again", soft_wrap=True)
             second.leave(folder, loaded.settings.laws.reference)
             showing.stage(folder, "replay", lambda: stages.replay(folder))
         return

@@ -253,7 +253,7 @@ def rank(table: dict[str, Any], setting: str, kind: str, group: str) -> Rank | N
         if better and not worse:
             return Rank(setting, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {cost}")
         if not worse and other["high"] < at_default["low"]:
-            verdict, by = "not told apart", other["level"]
+            verdict, by = "not distinguished", other["level"]
             verdict_text = f"{other['level']} costs {cost}; within chance the runs do not tell the two apart"
     return Rank(setting, kind, group, verdict, by, verdict_text)
 

@@ -26,7 +26,7 @@ OUTPUT = "output.log"
 """File with all messages of the engine's process."""
 ANSWER_S = 30.0
 """Longest time [s] for a program to print its version."""
-MEND = "run it in a terminal to see why, or reinstall its package"
+FIX = "run it in a terminal to see why, or reinstall its package"
 
 
 def worker_border(run: Callable[..., object], **more: Callable[[str], Any]) -> int:
@@ -64,7 +64,7 @@ def output_of(command: list[str], given: str = "", folder: Path | None = None) -
         )
     except OSError as error:
         raise EngineError(
-            f"{command[0]} does not start ({error.strerror}); expected its version: {MEND}",
+            f"{command[0]} does not start ({error.strerror}); expected its version: {FIX}",
             code="engine.not_started", given=command[0],
         ) from error  # fmt: skip
     try:
@@ -73,7 +73,7 @@ def output_of(command: list[str], given: str = "", folder: Path | None = None) -
         os.killpg(child.pid, signal.SIGKILL)
         child.wait()
         raise EngineError(
-            f"{command[0]} did not answer within {ANSWER_S:g} s; expected it to print its version: {MEND}",
+            f"{command[0]} did not answer within {ANSWER_S:g} s; expected it to print its version: {FIX}",
             code="engine.no_answer", given=command[0],
         ) from error  # fmt: skip
 

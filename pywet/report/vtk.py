@@ -186,6 +186,6 @@ def run_writer(writer: Any, path: Path) -> None:
 def unwritten(path: Path) -> PywetError:
     """Make the error for a file that VTK could not write."""
     return PywetError(
-        f"{path} cannot be written; expected room on the disk and a folder that may be written to",
+        f"{path} cannot be written; expected free space on the disk and a folder that may be written to",
         code="vtk.unwritten", where=path,
     )  # fmt: skip

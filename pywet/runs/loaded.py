@@ -85,7 +85,7 @@ class Run:
     energy = _stored("history/energy", "Energies at the outputs, and the works since the start.")
     contact_statistics = _stored(
         "results/contact_statistics",
-        "Of a scene of one's own, at the outputs: contacts and bridges per sphere, overlaps, speeds.",
+        "Of a custom scene, at the outputs: contacts and bridges per sphere, overlaps, speeds.",
     )
 
     @cached_property

@@ -22,7 +22,7 @@ WISHES = {
     "restitution": ("restitution",),
 }
 """Purpose -> groups of quantities that it requires."""
-GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
+GRADE = {"on the front": "good", "not distinguished": "fair", "beaten": "bad"}
 
 
 def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
@@ -127,7 +127,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         paragraph(
             f"{_name(t).capitalize()}: stored result of {t['provenance']['date']}, {seeds_in_words(t['provenance'])}, "
             f"{t['provenance']['runs']} runs, {t['provenance']['processor_time_s'] / 60:.0f} min of processor time; "
-            f"`{t['provenance']['made_by']}` makes it anew."
+            f"`{t['provenance']['made_by']}` makes it again."
         )
         for t in others
     )

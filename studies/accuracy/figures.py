@@ -154,7 +154,7 @@ def seeds(runs: pd.DataFrame, size: str) -> Figure:
                         mean = np.mean([curve["retained"] for curve in curves], axis=0)
                         text = f"{PARAMETERS[parameter].title} {SHORT.get(str(level), level)}"
                         ax.plot(curves[0]["time_s"], mean, style, color=colour, lw=1.2, label=text)
-            ax.set(title=f"{scene}: the seeds beside the settings", xlabel="time since the slide opened [s]")
+            ax.set(title=f"{scene}: the seeds alongside the settings", xlabel="time since the slide opened [s]")
             ax.set_xlim(left=0.0)
             if ax.get_legend_handles_labels()[0]:
                 ax.legend(loc="lower left", fontsize=7)

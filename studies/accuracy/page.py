@@ -37,10 +37,10 @@ def write_page(
     cards = [
         Card(
             f"{sum(s.verdict == 'on the front' for s in standings)} of {len(standings)}",
-            "times the default stands on the front of its setting",
+            "settings whose default is on the front",
         ),
         Card(
-            str(sum(s.verdict == "not told apart" for s in standings)),
+            str(sum(s.verdict == "not distinguished" for s in standings)),
             "times a cheaper level differs by no more than chance",
         ),
         Card(str(len(beaten)), "times another level is as cheap and better", "bad" if beaten else "good"),

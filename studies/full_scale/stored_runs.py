@@ -210,7 +210,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> StoredRu
     """Store the small tables of a finished run as `data`/`name`; a run that may not be believed is refused."""
     bad = objections(RunDir(run_dir))
     if bad:
-        raise PywetError(f"{run_dir} is not kept: {'; '.join(bad)}")
+        raise PywetError(f"{run_dir} is not stored: {'; '.join(bad)}")
     run, folder = RunDir(run_dir), data / name
     summary, replay = run.json("summary.json", Summary), run.replay
     for table, frame in zip(TABLES, (*(run.table(f"results/{t}") for t in TABLES[:2]), sphere_table(run)), strict=True):

@@ -22,7 +22,7 @@ LEAD = (
     "Every capillary law, rupture law and sharing law against the exact profile of the bridge, what misprints do, and "
     "what other programs compute."
 )
-FOOTER = "pywet study laws; the numbers are beside this page as CSV, the pictures as SVG"
+FOOTER = "pywet study laws; the numbers are next to this page as CSV, the pictures as SVG"
 Frame = Any
 """Type of tables whose columns pandas' types do not describe."""
 

@@ -158,7 +158,7 @@ def text(file: str, pattern: str, replacement: Callable[[re.Match[str]], str]) -
 
 
 def factor_in(file: str, pattern: str, factor: float) -> Change:
-    """A number of a text file times a factor; the pattern's first group stands before it, the second is it."""
+    """A number of a text file times a factor; the pattern's first group is the text before it, the second the number."""
     return text(file, pattern, lambda m: f"{m[1]}{float(m[2]) * factor!r}")
 
 
@@ -292,8 +292,8 @@ SCENE: dict[str, Injected] = {
     "two spheres in one place": Injected(table("spheres", _closer), START,
         "pairs of spheres that overlap at the start is 1, expected 0"),
     "spheres start in the wall": Injected(table("spheres", lambda t: t.assign(x=t["x"] + 0.02)), START, "feed bin's wall"),
-    "viscosity told to the plugin": Injected(times("viscosity", 1.001, "history/meta.json"), "scene_told", "meta.viscosity"),
-    "angle told to the plugin": Injected(times("types.1.contact_angle", 0.5, "history/meta.json"), "scene_told",
+    "viscosity passed to the plugin": Injected(times("viscosity", 1.001, "history/meta.json"), "scene_told", "meta.viscosity"),
+    "angle passed to the plugin": Injected(times("types.1.contact_angle", 0.5, "history/meta.json"), "scene_told",
         "meta.near_mesh.contact_angle"),
     "time step of the deck": Injected(factor_in(SETUP, r"^(timestep\s+)(\S+)", 1.001), DECK, "deck: timestep"),
     "stiffness of the deck": Injected(factor_in(SETUP, r"^(fix\s+p_kn .* peratomtypepair 4 )(\S+)", 2.0), DECK,
@@ -414,4 +414,4 @@ CUSTOM: dict[str, Injected] = {
     "own: contacts at the end": Injected(times("contacts_end.contacts_per_sphere", 1.001, "summary.json"), SUMMARY,
         "contacts_end.contacts_per_sphere"),
 }  # fmt: skip
-"""Faults of the results of the shipped drum, a scene of one's own."""
+"""Faults of the results of the shipped drum, a custom scene."""

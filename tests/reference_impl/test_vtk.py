@@ -276,7 +276,7 @@ def test_a_cut_file_is_refused_in_a_sentence(run: Path) -> None:
     writer.write(run)
     path = run / "vtk" / "walls_000000100.vtu"
     path.write_text(path.read_text()[:-100])
-    with pytest.raises(ReplayError, match=r"walls_000000100.vtu cannot be read.*write it anew with pywet view"):
+    with pytest.raises(ReplayError, match=r"walls_000000100.vtu cannot be read.*write it again with pywet view"):
         vtk.check(run)
 
 

@@ -147,7 +147,7 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
         "digest": ("digest", run, "--out", tmp_path / "digest.json"),
     }
     synthetic.make(run)
-    (run / "history").rename(tmp_path / "kept")
+    (run / "history").rename(tmp_path / "stays")
     for path in [p for p in run.rglob("*") if p.is_file()]:
         path.unlink()
     run_folder.claim(run)
@@ -204,7 +204,7 @@ def test_a_folder_that_is_moved_is_noticed(tmp_path: Path) -> None:
 
 
 def test_devices_pipes_and_links_are_written_to(tmp_path: Path) -> None:
-    """Never replaced by a file: a device of one's own, a full one, a pipe, a link to a file and one to nothing yet."""
+    """Never replaced by a file: a device file of the user, a full one, a pipe, a link to a file and one to nothing yet."""
     linked = tmp_path / "link"
     linked.symlink_to("target.json")
     files.write_json(linked, 1)
@@ -277,9 +277,9 @@ def test_what_a_run_promises(tmp_path: Path) -> None:
     (run / "engine" / "tables.json").write_text(json.dumps({"files": sizes}))
     assert status.missing(run) is None
     for path in [p for p in run.rglob("*") if p.is_file() and p.name != "tables.json"]:
-        path.rename(tmp_path / "kept")
+        path.rename(tmp_path / "stays")
         assert status.missing(run) == str(path.relative_to(run))
-        (tmp_path / "kept").rename(path)
+        (tmp_path / "stays").rename(path)
     (run / "history" / "events.parquet").write_text("123")
     assert status.missing(run) == "history/events.parquet"
 

@@ -58,7 +58,7 @@ def test_bridges_are_lines_between_their_ends(folder: Path) -> None:
 
 
 def test_bridges_carry_their_age(folder: Path) -> None:
-    """Formed in steps 162 and 163. (Their force is held against the reference's equation in tests/reference_impl/test_vtk.py.)"""
+    """Formed in steps 162 and 163. (tests/reference_impl/test_vtk.py compares their force with the reference's equation.)"""
     age = pyvista.read(folder / "bridges_000000200.vtu").cell_data["age"]
     np.testing.assert_allclose(age, [38 * synthetic.TIME_STEP, 37 * synthetic.TIME_STEP], rtol=1e-12)
 

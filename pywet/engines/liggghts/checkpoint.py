@@ -186,7 +186,7 @@ class Recorder:
     def _not_whole(self, why: str) -> PywetError:
         return PywetError(
             f"{why}; expected the {len(self.planned)} planned output steps in "
-            f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint",
+            f"{self.folder} (was the disk full?): call again, the run resumes from its last complete checkpoint",
             code="checkpoint.steps", where=self.folder,
         )  # fmt: skip
 

@@ -157,13 +157,13 @@ def _begin(job: Job, passed: Sequence[str]) -> tuple[checkpoint.Checkpoint | Non
         with store.new() as folder:
             spheres = deck.write_deck(scene, store.run_dir, folder, **how)
         if damaged:
-            notice.warning(f"{scene.name}: begins anew{why}")
+            notice.warning(f"{scene.name}: starts again{why}")
         return None, spheres
     store.forget_other()
     spheres = deck.write_deck(scene, store.run_dir, store.partial, resume=point, **how)
     checkpoint.cut_back(store.partial, point)
     if job.progress or damaged:
-        notice.info(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}{why}")
+        notice.info(f"{scene.name}: resumes from its checkpoint at step {point.step} of {scene.steps}{why}")
     return point, spheres
 
 

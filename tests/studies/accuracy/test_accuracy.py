@@ -259,7 +259,7 @@ def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
     assert fine is not None and fine.verdict == "on the front"
     vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, RELATIVE_COSTS, limit=0.1)
     reported = choice.rank(vague, "stiffness", "dry", "fraction retained")
-    assert reported is not None and reported.verdict == "not told apart"
+    assert reported is not None and reported.verdict == "not distinguished"
 
 
 def test_a_damaged_calibration_counts_as_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
