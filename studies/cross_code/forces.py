@@ -218,7 +218,7 @@ def _formation(pair: Pair, column: str, edge: float) -> Iterator[Cell]:
     share = 0.05 if column == WASHINO else 0.5 * (1.0 - math.sqrt(0.75))
     film = pair.volume / (2.0 * share)
     drawn = 2.0 * laws.drawn_from_sphere(laws.SPHERE, film, R, R, 0.0)
-    note = "volume from the distance at which its force ends (to 1e-3); washino takes 5 % of both films, easo Shi & McCarthy's share"
+    note = "volume from the distance where its force ends (to 1e-3); washino takes 5 % of both films, easo Shi & McCarthy's share"
     yield measured(row, column, np.array([volume]), np.array([drawn]), note=note)
 
 
