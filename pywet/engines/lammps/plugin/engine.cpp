@@ -66,7 +66,7 @@ int Engine::local(int id) const { return lmp_->atom->map(id); }
 void Engine::update_ghosts() const {}  // a single process needs none, since it owns all spheres
 
 void Engine::find_neighbours(Communicator &ranks) {
-  for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
+  for (int axis : {0, 1}) ranks.neighbour[axis][0] = ranks.neighbour[axis][1] = MPI_PROC_NULL;
 }
 
 // The engine treats everything a list covers beyond touch as skin; part of that is for films and must not be used up by displacements.

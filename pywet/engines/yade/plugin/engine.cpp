@@ -205,7 +205,7 @@ int Engine::local(int id) const { return lmp_->local_of_tag[id]; }
 void Engine::update_ghosts() const {}  // a single process in a box with walls has none
 
 void Engine::find_neighbours(Communicator &ranks) {
-  for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
+  for (int axis : {0, 1}) ranks.neighbour[axis][0] = ranks.neighbour[axis][1] = MPI_PROC_NULL;
 }
 
 void Engine::keep_skin() const {}  // YADE's bounding boxes exceed the films by the displacement they allow
