@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike, NDArray
 from pywet.scene import EngineScene, Slide, Vibration, WallMesh
 
 Floats = NDArray[np.float64]
-AXES = ("1 0 0", "0 1 0", "0 0 1")
 
 
 def position(vibration: Vibration, time: ArrayLike) -> Floats:
@@ -83,16 +82,6 @@ def translations(scene: EngineScene, wall: WallMesh) -> Floats:
         moved = (np.clip(steps, begins, stops) - begins) * scene.time_step_s
         return np.asarray(moved[:, None] * np.asarray(way.velocity_m_per_s))
     return np.zeros((len(steps), 3))
-
-
-def viblin_words(vibration: Vibration) -> list[str]:
-    """Return the arguments after the mesh's name of the `fix move/mesh … viblin` for this vibration, one list per moving axis."""
-    period = 1.0 / vibration.frequency_Hz
-    return [
-        f"viblin axis {axis} order 1 amplitude {amplitude!r} phase {phase - 0.5 * math.pi!r} period {period!r}"
-        for axis, amplitude, phase in zip(AXES, vibration.amplitude_m, vibration.phase_rad, strict=True)
-        if amplitude != 0.0
-    ]
 
 
 def _angle(vibration: Vibration, time: ArrayLike) -> Floats:

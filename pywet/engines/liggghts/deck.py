@@ -17,7 +17,6 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import contact_model, grid, windows
 from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
-from pywet.geometry.motion import viblin_words
 from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.scene import EngineScene, Rotation, Slide, Vibration, WallMesh
@@ -37,6 +36,7 @@ docs/engine.md.
 """
 FASTEST = 5.0
 """Largest speed [m/s] at which a stretched bridge is within the ghost cut-off; beyond it the run stops with a message."""
+UNIT_VECTORS = ("1 0 0", "0 1 0", "0 0 1")
 IDS_A_LINE = 100
 """Number of sphere ids in one line of the engine's script."""
 
@@ -79,6 +79,16 @@ def skin(scene: EngineScene) -> float:
     """
     smallest, largest = (f(c.radius_m for c in scene.classes) for f in (min, max))
     return min(max(0.4 * smallest, SKIN * (2.0 * largest * FALLING * scene.time_step_s) ** 0.5), 1.2 * smallest)
+
+
+def viblin_words(vibration: Vibration) -> list[str]:
+    """Return the arguments after the mesh's name of the `fix move/mesh … viblin` for this vibration, one list per moving axis."""
+    period = 1.0 / vibration.frequency_Hz
+    return [
+        f"viblin axis {axis} order 1 amplitude {amplitude!r} phase {phase - 0.5 * math.pi!r} period {period!r}"
+        for axis, amplitude, phase in zip(UNIT_VECTORS, vibration.amplitude_m, vibration.phase_rad, strict=True)
+        if amplitude != 0.0
+    ]
 
 
 def movers(scene: EngineScene) -> list[dict[str, str]]:
