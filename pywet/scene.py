@@ -388,7 +388,7 @@ class EngineScene(Strict):
             )
         self._check_outlets()
         self._check_periodic()
-        if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
+        if any(w.motion == "turns" and self.motions[w.name] is None for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
 
@@ -457,10 +457,11 @@ class EngineScene(Strict):
     def _retired_depth_m(self) -> float:
         return RETIRED_DEPTH * 2.0 * max(c.radius_m for c in self.classes)
 
-    def motion_of(self, wall: WallMesh) -> Vibration | Slide | Rotation | None:
-        """Return the motion of a wall: its own, or the scene's of its kind; None if it is fixed."""
+    @property
+    def motions(self) -> dict[str, Vibration | Slide | Rotation | None]:
+        """Return the motion of each wall by its name: the wall's own, or the scene's of its kind; None if it is fixed."""
         shared = {"vibrates": self.vibration, "slides": self.slide, "turns": self.rotation}
-        return wall.motion_parameters or shared.get(wall.motion)
+        return {w.name: w.motion_parameters or shared.get(w.motion) for w in self.walls}
 
     @property
     def has_insertion(self) -> bool:

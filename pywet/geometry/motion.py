@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pywet.scene import EngineScene, Slide, Vibration, WallMesh
+from pywet.scene import EngineScene, Slide, Vibration
 
 Floats = NDArray[np.float64]
 
@@ -63,8 +63,7 @@ def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float)
 
 def slides(scene: EngineScene) -> dict[str, tuple[int, int]]:
     """Find the steps at which each sliding wall starts and stops."""
-    ways = {w.name: scene.motion_of(w) for w in scene.walls}
-    return {name: _drawn(scene, way) for name, way in ways.items() if isinstance(way, Slide)}
+    return {name: _drawn(scene, way) for name, way in scene.motions.items() if isinstance(way, Slide)}
 
 
 def _drawn(scene: EngineScene, way: Slide) -> tuple[int, int]:
@@ -72,16 +71,20 @@ def _drawn(scene: EngineScene, way: Slide) -> tuple[int, int]:
     return begins, min(scene.steps, begins + round(way.travel_s / scene.time_step_s))
 
 
-def translations(scene: EngineScene, wall: WallMesh) -> Floats:
-    """Return the displacement of a mesh from its STL file at the output steps [m], shape (outputs, 3)."""
-    way, steps = scene.motion_of(wall), np.asarray(scene.output_steps)
-    if isinstance(way, Vibration):
-        return engine_displacement(way, steps, scene.time_step_s)
-    if isinstance(way, Slide):
-        begins, stops = slides(scene)[wall.name]
-        moved = (np.clip(steps, begins, stops) - begins) * scene.time_step_s
-        return np.asarray(moved[:, None] * np.asarray(way.velocity_m_per_s))
-    return np.zeros((len(steps), 3))
+def translations(scene: EngineScene) -> dict[str, Floats]:
+    """Return the displacement of each mesh from its STL file at the output steps [m], shape (outputs, 3)."""
+    steps, drawn = np.asarray(scene.output_steps), slides(scene)
+
+    def of(name: str, way: object) -> Floats:
+        if isinstance(way, Vibration):
+            return engine_displacement(way, steps, scene.time_step_s)
+        if isinstance(way, Slide):
+            begins, stops = drawn[name]
+            moved = (np.clip(steps, begins, stops) - begins) * scene.time_step_s
+            return np.asarray(moved[:, None] * np.asarray(way.velocity_m_per_s))
+        return np.zeros((len(steps), 3))
+
+    return {name: of(name, way) for name, way in scene.motions.items()}
 
 
 def _angle(vibration: Vibration, time: ArrayLike) -> Floats:

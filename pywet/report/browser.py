@@ -157,7 +157,7 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
     table = run.triangles
     chosen = np.flatnonzero((table["mesh"] == name).to_numpy())
     motion = run.mesh_motion[run.mesh_motion["mesh"] == name].set_index("step")[["dx", "dy", "dz"]]
-    way = next(run.scene.motion_of(w) for w in run.scene.walls if w.name == name)
+    way = run.scene.motions[name]
     turns = way if isinstance(way, Rotation) else None
     moved = []
     for step in steps:

@@ -226,8 +226,7 @@ class Run:
         return steady_rate(table["time_s"].to_numpy(), table["passed_kg"].to_numpy())
 
     def _turning(self) -> list[Rotation]:
-        motions = (self.scene.motion_of(wall) for wall in self.scene.walls)
-        return [motion for motion in motions if isinstance(motion, Rotation)]
+        return [motion for motion in self.scene.motions.values() if isinstance(motion, Rotation)]
 
     def _table(self, name: str) -> pd.DataFrame:
         if name.startswith("history/") and not self._run.moist:

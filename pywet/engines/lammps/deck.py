@@ -170,7 +170,7 @@ def lines(scene: EngineScene, run_dir: Path, extra: Sequence[str], integrate: st
 
 
 def _wall(scene: EngineScene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
-    motion, turning = scene.motion_of(wall), ""
+    motion, turning = scene.motions[wall.name], ""
     if isinstance(motion, Rotation):
         yield f"variable move_{wall.name} equal 2.0*PI*step*dt/{motion.period_s!r}"
         turning = f" rotate v_move_{wall.name} " + " ".join(repr(float(at)) for at in (*motion.origin_m, *motion.axis))

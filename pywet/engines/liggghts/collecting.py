@@ -37,8 +37,8 @@ def make(scene: EngineScene, folder: Path, put: Callable[[str, tables.Rows], Non
     end = empty.min(initial=scene.steps + 1)
     for name, table in windows.collect(scene, folder, schedule.recorded(scene), contact_model.touched(scene), end):
         put(name, table)
-    shifts = {wall.name: translations(scene, wall) for wall in scene.walls}
-    rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts.items()]
+    shifts = translations(scene).items()
+    rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts]
     put("mesh_motion", pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]))
     added = {}
     if gone is not None:

@@ -94,17 +94,15 @@ def viblin_words(vibration: Vibration) -> list[str]:
 def movers(scene: EngineScene) -> list[dict[str, str]]:
     """Return three viblin movers per vibrating mesh, one rotation per turning mesh."""
     fixes = []
-    for wall in scene.walls:
-        way = scene.motion_of(wall)
+    for name, way in scene.motions.items():
         if isinstance(way, Vibration):
             fixes += [
-                {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": words}
-                for k, words in enumerate(viblin_words(way))
+                {"id": f"move_{name}_{k}", "mesh": name, "words": words} for k, words in enumerate(viblin_words(way))
             ]
         if isinstance(way, Rotation):
             origin, axis = (" ".join(map(repr, v)) for v in (way.origin_m, way.axis))
             words = f"rotate origin {origin} axis {axis} period {way.period_s!r}"
-            fixes.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
+            fixes.append({"id": f"move_{name}", "mesh": name, "words": words})
     return fixes
 
 
@@ -124,8 +122,8 @@ class Run(NamedTuple):
 
 def runs(scene: EngineScene, done: int = 0) -> list[Run]:
     """Return the run commands that remain after `done` steps; checkpoints empty the engine."""
-    ways = {w.name: scene.motion_of(w) for w in scene.walls}
-    speed = {n: " ".join(map(repr, way.velocity_m_per_s)) for n, way in ways.items() if isinstance(way, Slide)}
+    moving = scene.motions.items()
+    speed = {name: " ".join(map(repr, way.velocity_m_per_s)) for name, way in moving if isinstance(way, Slide)}
     return [
         Run(
             [f"fix draw_{name} all move/mesh mesh {name} linear {speed[name]}" for name in piece.drawn],

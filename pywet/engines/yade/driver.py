@@ -76,7 +76,7 @@ def build_task(scene: EngineScene, run_dir: Path) -> dict[str, Any]:
     for name in names:
         if name not in spheres.columns:
             spheres[name] = 0.0
-    ways = {w.name: scene.motion_of(w) for w in scene.walls}
+    ways = scene.motions
     return {
         "name": scene.name,
         "time_step": scene.time_step_s,
