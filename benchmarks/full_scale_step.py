@@ -90,13 +90,16 @@ def quiet(steps: int, time_step: float) -> dict[str, Any]:
 
 
 def seconds(
-    case: int, at: float, spheres: pd.DataFrame, laws: dict[str, str] | None, every: int, prisms: bool, contacts: Contacts,
+    case: int, at: float, spheres: pd.DataFrame, laws: dict[str, str] | None, every: int, analytic_wires: bool,
+    contacts: Contacts,
     steps: int,
 ) -> float:  # fmt: skip
     """Processor time of a run's steps."""
 
     def change(scene: EngineScene) -> dict[str, Any]:
-        walls = tuple(w.model_copy(update={"prisms": prisms and w.reservoir == "wires"}) for w in scene.walls)
+        walls = tuple(
+            w.model_copy(update={"analytic_wires": analytic_wires and w.reservoir == "wires"}) for w in scene.walls
+        )
         effects = DRY if laws is None else scene.effects.model_copy(update=laws)
         changed = {"walls": walls, "effects": effects, "bridges_every": every, "contacts": contacts}
         return {**changed, **quiet(steps, scene.time_step_s)}

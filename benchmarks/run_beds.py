@@ -1,6 +1,6 @@
 """Beds that a full-scale run has at given times: places, speeds, spins and films, the liquid of bridges given back to the films.
 
-A run of the case, retired spheres left out, is made once and kept under results/benchmarks (case 2: a quarter of an hour).
+A run of the case, retired spheres left out, is made once and stored under results/benchmarks (case 2: a quarter of an hour).
 """
 
 from __future__ import annotations

@@ -56,6 +56,6 @@ def message(given: str, stop: KeyboardInterrupt) -> tuple[str, int]:
     number = stop.number if isinstance(stop, Ended) else signal.SIGINT
     name = signal.Signals(number).name + (" (Ctrl-C)" if number == signal.SIGINT else "")
     return (
-        f"{given}: ended by {name}; what is written is whole: call it again, and a run goes on from its last checkpoint",
+        f"{given}: ended by {name}; what is written is whole: call it again, and a run resumes from its last checkpoint",
         128 + number,
     )

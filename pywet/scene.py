@@ -184,7 +184,7 @@ class WallMesh(Computable):
     """Half width r_w [m] of each part (a wire's radius); None for a large wall."""
     feature_angle_deg: Annotated[float, Field(gt=0, le=180)] | None = None
     """Angle between neighbouring facets above which a part ends; None: the parts follow from the construction of the wall."""
-    prisms: bool = False
+    analytic_wires: bool = False
     """Whether every part is an analytic wire: dry contacts are with its closest point, not with triangles."""
 
     @model_validator(mode="after")
@@ -194,8 +194,8 @@ class WallMesh(Computable):
             raise ValueError(
                 f"wall {self.name}: its motion is {self.motion} but its own motion is a {kind}; expected one"
             )
-        if self.prisms and self.motion == "turns":
-            raise ValueError(f"wall {self.name}: prisms is true but the wall turns; expected prisms: false for it")
+        if self.analytic_wires and self.motion == "turns":
+            raise ValueError(f"wall {self.name}: analytic_wires is true but the wall turns; expected false for it")
         return self
 
 
@@ -376,7 +376,9 @@ class EngineScene(Computable):
             raise ValueError(
                 f"scene {self.name}: shedding is {self.effects.shedding} but there is no gravity for drops to fall; expected none"
             )
-        obstacle = not_retirable(self.effects, self.output, self.gravity_m_per_s2, self.is_fed) if self.retire else None
+        obstacle = (
+            not_retirable(self.effects, self.output, self.gravity_m_per_s2, self.has_insertion) if self.retire else None
+        )
         if obstacle:
             raise ValueError(f"scene {self.name}: retire is on but {obstacle}; expected retire off")
         if self.blocks and (self.steps % self.blocks or self.output.contact_windows % self.blocks):
@@ -386,7 +388,7 @@ class EngineScene(Computable):
             )
         self._check_outlets()
         self._check_periodic()
-        if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
+        if any(w.motion == "turns" and self.motions[w.name] is None for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
 
@@ -407,7 +409,7 @@ class EngineScene(Computable):
             return
         obstacles = {
             "contacts are planes, which are not known there; expected batched or stock": self.contacts == "planes",
-            "a wall has analytic wires; expected triangles": any(w.prisms for w in self.walls),
+            "a wall has analytic wires; expected triangles": any(w.analytic_wires for w in self.walls),
             "effects.shedding is on; expected it off": self.effects.shedding is not None,
             "output.energy is on; expected it off": self.effects.bridges and self.output.energy,
         }
@@ -455,13 +457,14 @@ class EngineScene(Computable):
     def _retired_depth_m(self) -> float:
         return RETIRED_DEPTH * 2.0 * max(c.radius_m for c in self.classes)
 
-    def motion_of(self, wall: WallMesh) -> Vibration | Slide | Rotation | None:
-        """Return the motion of a wall: its own, or the scene's of its kind; None if it is fixed."""
+    @property
+    def motions(self) -> dict[str, Vibration | Slide | Rotation | None]:
+        """Return the motion of each wall by its name: the wall's own, or the scene's of its kind; None if it is fixed."""
         shared = {"vibrates": self.vibration, "slides": self.slide, "turns": self.rotation}
-        return wall.motion_parameters or shared.get(wall.motion)
+        return {w.name: w.motion_parameters or shared.get(w.motion) for w in self.walls}
 
     @property
-    def is_fed(self) -> bool:
+    def has_insertion(self) -> bool:
         """Return whether spheres enter the scene during the run."""
         return self.insertion_s is not None
 

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from pywet import run_lock, stages
+from pywet import run_folder, stages
 from pywet.cases.custom import building, results
 from pywet.cases.custom.description import Scene
 from pywet.cases.screening import identity, verdict
@@ -171,7 +171,7 @@ def replay(folder: Path | str) -> dict[str, Any] | None:
     PywetError
         If the run is incomplete or unreadable.
     """
-    with run_lock.hold(Path(folder), shared=True):
+    with run_folder.hold(Path(folder), shared=True):
         return stages.replay(Path(folder))
 
 

@@ -44,12 +44,12 @@ RESERVOIRS = {
     "impact_plate": "the plate below the screen",
     "outlet": "the way out",
     "collecting_bin": "the bin below",
-    "wall": "every wall of a scene of one's own: there `mesh` is the wall's name",
+    "wall": "every wall of a custom scene: there `mesh` is the wall's name",
 }
-"""Value of the column `holder` -> reservoir of liquid.
+"""Value of the column `reservoir` -> where the liquid is.
 
 Tables contain these names; walls_*.vtu have numbers, in the order of a run's walls, and list the names in their field
-data `holder_from_0`.
+data `reservoir_from_0`.
 """
 _STEP = "step i8 - number of the time step"
 _TIME = f"""{_STEP}
@@ -109,7 +109,7 @@ left f8 m3 of drops that met nothing below them
 retired f8 m3 with the spheres that were retired
 initial f8 m3 what was put in
 spheres i8 - spheres in the box
-bridge_count i8 - standing bridges
+bridge_count i8 - active bridges
 formations i8 - since the start
 ruptures i8 - since the start, with the bridges that ended since a sphere was retired""",
     "bridges": f"""{_STEP}
@@ -139,7 +139,7 @@ film f8 m3 liquid held as film""",
     "energy": f"""{_TIME}
 kinetic f8 J of the spheres that are not driven
 spin f8 J the same of their spin
-capillary_stored f8 J -integral of the force from S to the static rupture distance, standing bridges
+capillary_stored f8 J -integral of the force from S to the static rupture distance, active bridges
 formed f8 J the same at formation, summed over all formations
 ruptured f8 J the same at rupture, summed over all ruptures
 gravity f8 J work on the spheres since the start
@@ -152,7 +152,7 @@ drive f8 J given by driven spheres, and kinetic energy that liquid brings or tak
 half_kick f8 J kinetic + spin - (the same at the start) - sum of the works, in exact arithmetic""",
     "wire_springs": f"""{_STEP}
 mesh i4 - number in the scene
-triangle i4 - the wire's first one, numbered within the mesh: it stands for the whole wire
+triangle i4 - the wire's first one, numbered within the mesh: it represents the whole wire
 i i4 - sphere
 {_PAD}
 spring f8x3 m tangential spring, which the engine does not hold""",
@@ -264,7 +264,7 @@ def _all(kind: str, *names: str) -> dict[str, str]:
 
 CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
 _TIMES = ("time_s", "time_since_opening_s")
-_NAMED = _all(ANY, "mesh", "holder")
+_NAMED = _all(ANY, "mesh", "reservoir")
 TABLES: dict[str, dict[str, str]] = {
     **{table: {name: holds for name, holds, *_ in _columns(table)} for table in _MEANINGS},
     "history/spheres": {**_all(INTEGER, "id", "type"), **_all(NUMBER, "radius", "film")},

@@ -30,7 +30,7 @@ rule screening:
 """
 README = """# A screening study
 
-What is to be run stands in `config/`: cases in `cases.csv`, scale and effects in `config.yaml`; every number has its source.
+What is to be run is in `config/`: cases in `cases.csv`, scale and effects in `config.yaml`; every number has its source.
 
     pywet plan 1                       which effects case 1 calls for, and why
     pywet run 1                        one case: build, simulate, replay, results

@@ -15,7 +15,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pywet import run_folder, run_lock
+from pywet import run_folder
 from pywet.cases.screening.status import EVALUATIONS, NEEDS, Status, missing, problems, results_made, status_path
 from pywet.engines.choice import chosen
 from pywet.errors import PywetError, one_line, refused
@@ -44,7 +44,7 @@ def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = Tr
     An unexpected exception, a fault of pywet, is in the status as well; with `aloud` its traceback and the reason
     of the failure are printed as notices, otherwise it is raised.
     """
-    with run_lock.hold(run_dir, shared=stage in EVALUATIONS):
+    with run_folder.hold(run_dir, shared=stage in EVALUATIONS):
         return _attempt(run_dir, stage, work, aloud)
 
 
@@ -58,7 +58,7 @@ def _attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool) ->
         (reason, code), fault = _run(work)
         failed_at = None if reason is None else stage
         status = Status(stage, reason is None, time.monotonic() - started, failed_at, reason, code)
-    run_lock.check_held(run_dir)
+    run_folder.check_held(run_dir)
     write_json(status_path(run_dir, stage), asdict(status))
     if fault is not None and not aloud:
         raise fault
@@ -186,7 +186,7 @@ def vtk(run_dir: Path, paraview: bool = False) -> None:
     from pywet.report import vtk as series
     from reference_impl.shown import vtk as shown
 
-    with run_lock.hold(run_dir, shared=True), run_lock.hold_part(run_dir, "vtk"):
+    with run_folder.hold(run_dir, shared=True), run_folder.hold_part(run_dir, "vtk"):
         series.write(run_dir, with_cuboids=paraview)
         _read_back([], shown.disagreement, run_dir)
     if paraview:

@@ -21,7 +21,11 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print JSON (of several runs a list) in place of the table")
     parser.add_argument("--out", type=Path, help="where to write the result of one run (default RUN_DIR/replay.json)")
     parser.add_argument(
-        "--reference", action="append", default=[], metavar="KIND=FILE:FUNCTION", help="second function for an own law"
+        "--reference",
+        action="append",
+        default=[],
+        metavar="KIND=FILE:FUNCTION",
+        help="user reference implementation of a custom law",
     )
     given = parser.parse_args()
     if not all("=" in text for text in given.reference):

@@ -70,7 +70,7 @@ def accuracy(
             help="quick (minutes), standard (half an hour), whole (an hour); reduced scale: reduced (two hours), reduced_whole.",
         ),
     ] = "standard",
-    folder: Annotated[Path, typer.Option("--out", help="Folder of runs and table; the page is beside it.")] = Path(
+    folder: Annotated[Path, typer.Option("--out", help="Folder of runs and table; the page is next to it.")] = Path(
         "results/studies/accuracy"
     ),
     config: ConfigDir = CONFIG,

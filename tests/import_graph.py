@@ -13,7 +13,7 @@ Graph = dict[str, set[str]]
 
 
 def modules(root: Path = ROOT, package: str = "pywet") -> Graph:
-    """Every module with what it imports, inside functions and by a name written out too; a package stands for its `__init__`."""
+    """Every module with what it imports, inside functions and by a name written out too; a package means its `__init__`."""
     paths = {_name(path.relative_to(root)): path for path in (root / package).rglob("*.py")}
     imported = {name: _imported(path, set(paths)) - {name} for name, path in paths.items()}
     return imported
@@ -56,7 +56,7 @@ def circle(graph: Graph) -> list[str]:
 
 
 def direct(graph: Graph) -> Graph:
-    """Without the arrows that a longer way stands for; of a graph without circles."""
+    """Without the arrows that a longer path implies; of a graph without circles."""
     beyond: Graph = {}
     for package in TopologicalSorter(graph).static_order():
         beyond[package] = set().union(*(beyond[other] | {other} for other in graph[package]))
@@ -66,7 +66,7 @@ def direct(graph: Graph) -> Graph:
 
 
 def mermaid(graph: Graph) -> str:
-    """A drawing of a graph without circles: who needs another stands above it, with the arrows that are `direct`."""
+    """A drawing of a graph without circles: a package is above those it imports, with the arrows that are `direct`."""
     lines = ["graph TD"]
     for package, others in sorted(direct(graph).items()):
         lines += [f"    {package} --> {' & '.join(sorted(others))}"] if others else []

@@ -28,7 +28,7 @@ from pywet.collisions.spheres import forms, problem
 from pywet.collisions.spheres.equal import three_equal_spheres
 from pywet.compare import command as compare_command
 from pywet.compare import digest, quantities, verdict
-from pywet.cost import choice, knobs
+from pywet.cost import choice, parameters
 from pywet.engines import process
 from pywet.engines.liggghts import build, deck, logs, windows, worker
 from pywet.engines.liggghts import process as engine_process
@@ -44,8 +44,7 @@ from pywet.planning.surroundings import Surroundings
 from pywet.products import kinetics, streams
 from pywet.products.size_classes import LogNormal, SizeDistribution, sieve_analysis
 from pywet.report import collect, render, scene_page, vtk, vtkhdf
-from pywet.run_folder import LOCK, claim, refuse_within
-from pywet.run_lock import hold
+from pywet.run_folder import LOCK, claim, hold, refuse_within
 from pywet.runs import summary, tables
 from pywet.runs.loaded import Run
 from pywet.runs.rundir import RunDir
@@ -257,7 +256,7 @@ def mistakes() -> dict[str, Call]:
         ),
         "compare.rows": lambda folder: quantities.read_run(cut(evaluated(folder), quantities.RESULTS[0], 2)),
         "cost.accuracy": lambda _: choice.parse("150%"),
-        "cost.contact_log": lambda _: knobs.log_windows("2"),
+        "cost.contact_log": lambda _: parameters.log_windows("2"),
         "digest.failed_check": lambda folder: digest.of_runs("a", "pywet run 2", [failed(evaluated(folder))]),
         "digest.missing": lambda folder: digest.load(folder / "digest.json"),
         "digest.no_runs": lambda folder: digest.check(digest.Digest("pull", "pywet bridge", "", 1, 1e-6, {}, {}), folder),

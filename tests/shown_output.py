@@ -1,6 +1,6 @@
 """Lines that a page shows below a command, compared with what the command printed.
 
-A line `…` on a page stands for any number of lines, `…` within a line, with the spaces around it, for any text.
+A line `…` on a page means any number of lines, `…` within a line, with the spaces around it, for any text.
 Otherwise the lines are compared in order and to the last, words separated by one space and the rules of a table left out.
 MACHINE is what differs from machine to machine.
 """

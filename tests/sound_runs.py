@@ -71,7 +71,7 @@ def _case(draw: random.Random) -> dict[str, Any]:
     square = draw.random() < 0.7
     scale = {
         "shape": "square" if square else "cylinder", "width_mm": draw.choice([40, 50]), "wire_sides": draw.choice([6, 8]),
-        "wires": draw.choice(["mesh", "prism"]), "stiffness_factor": draw.choice([0.01, 0.01, 0.03]),
+        "wires": draw.choice(["mesh", "analytic"]), "stiffness_factor": draw.choice([0.01, 0.01, 0.03]),
         "duration_s": draw.choice([0.02, 0.04, 0.08]), "slide_opens_at_s": 0.01,
         "output_interval_s": draw.choice([0.002, 0.005]), **({} if square else {"cylinder_sides": 24}),
     }  # fmt: skip

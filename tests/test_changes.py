@@ -19,7 +19,7 @@ from pywet.util.files import write_json
 
 ROOT = Path(__file__).parent.parent
 CASES = "cases=[2,10,11]"
-"""POM moist (and its twin with preset exact), glass dry and moist."""
+"""POM moist (and its comparison run with preset exact), glass dry and moist."""
 POM, GLASS = {"case02", "case02_exact"}, {"case10", "case11"}
 MOIST = {"case02", "case02_exact", "case11"}
 CUSTOM_LAW = """from pywet.laws.force_law import force_law
@@ -134,7 +134,7 @@ def test_an_edit_redoes_what_depends_on_it(edited: Path, name: str) -> None:
 
 
 def test_a_second_function_asks_for_replays_alone(edited: Path) -> None:
-    """Nothing is simulated again; the twin with a preset has no laws of the user's own."""
+    """Nothing is simulated again; the comparison run with a preset has no custom laws."""
     (edited / "config" / "second.py").write_text(SECOND.replace("1 / 3", "1.0 / 3"))
     text = snakemake(edited, "-n", "--config", CASES)
     assert set(re.findall(r"output: results/\w+/(\w+)/status/(\w+).json", text)) == {

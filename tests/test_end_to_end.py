@@ -17,7 +17,7 @@ from pywet.scene import EngineScene
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[1]
 COUNTS = {1: 12, 2: 2, 3: 2}
-"""Spheres kept of each class: so few that they do not hinder each other."""
+"""Number of spheres of each class: so few that they do not hinder each other."""
 
 
 def thinned(case: int, run_dir: Path, duration_s: float) -> EngineScene:

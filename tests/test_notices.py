@@ -22,9 +22,9 @@ def test_shown_on_standard_error_and_only_while_asked_for(capsys: pytest.Capture
 
 
 def test_a_program_that_shows_nothing_still_hears_of_warnings() -> None:
-    text = "from pywet.util.notices import notice; notice.info('a tenth is done'); notice.warning('begins anew')"
+    text = "from pywet.util.notices import notice; notice.info('a tenth is done'); notice.warning('starts again')"
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("", "begins anew\n")
+    assert (done.stdout, done.stderr) == ("", "starts again\n")
 
 
 def test_a_log_file_has_lines_of_progress_and_no_bar(

@@ -70,7 +70,7 @@ def test_scale_and_cases_are_chosen_on_the_command_line(folder: Path) -> None:
 
 
 def test_seeds_make_so_many_runs_of_each_case(folder: Path) -> None:
-    """With the next seeds, in folders as `pywet run --seeds` makes them; the twin of another preset too; one report of all."""
+    """With the next seeds, in folders as `pywet run --seeds` makes them; also the run of another preset; one report of all."""
     done = _snakemake(folder, "-n", "--config", "cases=[2,11]", "seeds=3")
     text = done.stdout + done.stderr
     jobs = _jobs(text)

@@ -134,7 +134,7 @@ def of_impacts() -> Iterator[tuple[str, Report]]:
 
 
 def of_beds() -> Iterator[tuple[str, Report]]:
-    """Bridges less contacts per sphere, of the moist beds kept; a row of three spheres."""
+    """Bridges less contacts per sphere, of the stored moist beds; a row of three spheres."""
     stored = pd.read_csv(HERE / "seeds.csv").query("problem == 'settling_bed' and case == 'moist'")
     message, holds = [], True
     for program, short in (("LIGGGHTS + pywet, paper", "pywet"), ("YADE, Rabinovich", "YADE")):

@@ -4,8 +4,8 @@ python benchmarks/wet/programs.py measure [PROGRAM ...]    answers into results/
 python benchmarks/wet/programs.py seeds [PROBLEM ...]      beds and drums in LIGGGHTS and YADE into seeds.csv, an hour
 python benchmarks/wet/programs.py page                     scores.csv and the page from the answers there are
 
-Any program can have its answers in results/wet/PROGRAM/PROBLEM.csv: `page` puts their scores in the place of the kept ones, and
-leaves those of programs without new answers. What runs of beds and drums gave stands in seeds.csv.
+Any program can have its answers in results/wet/PROGRAM/PROBLEM.csv: `page` puts their scores in place of the stored ones, and
+leaves those of programs without new answers. Results of beds and drums are in seeds.csv.
 """
 
 from __future__ import annotations
@@ -426,7 +426,7 @@ def scores() -> Iterator[Row]:
 
 
 def page() -> None:
-    """Write scores.csv, new scores in the place of kept ones, and the page's tables."""
+    """Write scores.csv, new scores in place of stored ones, and the page's tables."""
     new, stored = pd.DataFrame(scores()), pd.read_csv(HERE / "scores.csv")
     again = pd.MultiIndex.from_frame(stored[["program", "problem"]]).isin(
         pd.MultiIndex.from_frame(new[["program", "problem"]])

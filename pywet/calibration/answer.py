@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.calibration import question as asking
 from pywet.calibration.experiments import Experiment
 from pywet.calibration.question import Question
@@ -35,7 +35,7 @@ def calibrate(
 
     question, experiments = asking.read(file)
     make_folder(folder)
-    with run_lock.hold_part(folder, "calibrate"):
+    with run_folder.hold_part(folder, "calibrate"):
         found = find(question, experiments, folder, ranks, say)
         answer = {"question": fingerprint(question, experiments), **described(question, found)}
         if found.runs is not None:
@@ -163,10 +163,10 @@ def _unknown(group: dict[str, Any]) -> str:
     """List the parameters that the targets do not determine, alone or together."""
     names = group["parameters"]
     if len(names) == 1:
-        return f"{names[0]} cannot be told: the targets hardly depend on it; give a target that does, or fix it"
+        return f"{names[0]} cannot be determined: the targets hardly depend on it; give a target that does, or fix it"
     pairs = [", ".join(f"{v:.4g}" for name, v in row.items() if name in names) for row in group["alike"]]
     return (
-        f"{' and '.join(names)} cannot be told apart by these targets: ({'), ('.join(pairs)}) fit alike; "
+        f"{' and '.join(names)} cannot be distinguished by these targets: ({'), ('.join(pairs)}) fit alike; "
         "give one more target that depends on them in another way, or fix one"
     )
 

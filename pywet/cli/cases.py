@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.cli import showing
 from pywet.cli.showing import tell
 from pywet.errors import PywetError
@@ -142,7 +142,7 @@ def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks:
     if stages.same_run(loaded, case, name, folder, engine):
         showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
         if not second.same(folder, loaded.settings.laws.reference):
-            showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
+            showing.err.print("except user reference implementations: it is replayed again", soft_wrap=True)
             second.leave(folder, loaded.settings.laws.reference)
             showing.stage(folder, "replay", lambda: stages.replay(folder))
         return
@@ -175,7 +175,7 @@ def replay(
 
     for folder in run_dirs if trust else ():
         second.trust(folder)
-    with run_lock.reading(*run_dirs):
+    with run_folder.reading(*run_dirs):
         status = command.run(run_dirs, as_json, second=second.of_run)
         for folder in run_dirs:
             audit.write(folder)
@@ -201,7 +201,7 @@ def view(
 ) -> None:
     """Write the VTK time series of a run, compare them with its logs, and draw a picture; with options, only what they name."""
     showing.need_run(run_dir)
-    with run_lock.reading(run_dir):
+    with run_folder.reading(run_dir):
         _view(run_dir, step, movie, paraview, vtkhdf, ovito, close_up)
 
 
@@ -247,7 +247,7 @@ def report(run_dir: RunFolder) -> None:
     from pywet.report import scene_page as page
 
     showing.need_run(run_dir)
-    with run_lock.reading(run_dir):
+    with run_folder.reading(run_dir):
         tell(page.of_run(run_dir))
 
 
@@ -267,7 +267,7 @@ def side_by_side(
 
     for folder in run_dirs:
         showing.need_run(folder)
-    with run_lock.reading(*run_dirs):
+    with run_folder.reading(*run_dirs):
         page = viewer.html(run_dirs)
         if to is not None:
             with atomic_write(to) as temporary:
@@ -295,7 +295,7 @@ def plot(
 
     for folder in run_dirs:
         showing.need_run(folder)
-    with run_lock.reading(*run_dirs):
+    with run_folder.reading(*run_dirs):
         tell(bands.write(to, bands.grouped(run_dirs), width))
 
 

@@ -21,7 +21,7 @@ from pywet.engines.liggghts import build
 from pywet.errors import PywetError, border
 from pywet.util import caches
 
-MEND = "run `make setup`"
+FIX = "run `make setup`"
 LIBRARY = "libliggghts.so.3"
 FREE_GB = 2.0
 CONSTRAINTS = Path(__file__).parents[2] / "constraints.txt"
@@ -40,11 +40,11 @@ class Check:
     version: str | None
     needed: str
     ok: bool
-    mend: str = MEND
+    fix: str = FIX
 
     def sentence(self) -> str:
         what = self.version if self.found and self.version else self.found or "nothing"
-        return f"{self.name}: {what} was found, {self.needed} is needed: {self.mend}"
+        return f"{self.name}: {what} was found, {self.needed} is needed: {self.fix}"
 
 
 def checks() -> list[Check]:
@@ -88,8 +88,8 @@ def _engine() -> Check:
     except PywetError as error:
         version, why = None, str(error)
     if version is None:
-        mend = f"{why}; run `liggghts -h` to see why, or apt-get install --reinstall liggghts"
-        return Check("liggghts", path, None, build.ENGINE_VERSION, False, mend)
+        fix = f"{why}; run `liggghts -h` to see why, or apt-get install --reinstall liggghts"
+        return Check("liggghts", path, None, build.ENGINE_VERSION, False, fix)
     return Check("liggghts", path, version, build.ENGINE_VERSION, version == build.ENGINE_VERSION, _other(path))
 
 
@@ -97,7 +97,7 @@ def _library() -> Check:
     try:
         ctypes.CDLL(LIBRARY)
     except OSError as error:
-        return Check(LIBRARY, None, None, "any", False, f"it does not load ({error}); {MEND}")
+        return Check(LIBRARY, None, None, "any", False, f"it does not load ({error}); {FIX}")
     return Check(LIBRARY, "loads", process.package_version("libliggghts3"), "any", True)
 
 
@@ -106,7 +106,7 @@ def _headers() -> Check:
     headers = str(build.INCLUDE) if build.INCLUDE.is_dir() else None
     ok = headers is not None and version is not None and version.startswith(build.ENGINE_VERSION)
     return Check(
-        "engine headers", headers, version, build.ENGINE_VERSION, ok, _other("libliggghts-dev") if version else MEND
+        "engine headers", headers, version, build.ENGINE_VERSION, ok, _other("libliggghts-dev") if version else FIX
     )
 
 

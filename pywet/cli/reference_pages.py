@@ -108,9 +108,9 @@ def columns() -> str:
     """Return the page of all documented columns, codes and reservoirs."""
     from pywet.schema import CODES, RESERVOIRS, TABLES, meanings
 
-    lines = [COLUMNS, "\n## Codes\n\n| column | code | stands for |\n|---|---|---|"]
+    lines = [COLUMNS, "\n## Codes\n\n| column | code | meaning |\n|---|---|---|"]
     lines += [f"| `{column}` | {code} | {text} |" for column, rows in CODES.items() for code, text in rows.items()]
-    lines += ["\n## Holders\n\n| `holder` | what holds the liquid |\n|---|---|"]
+    lines += ["\n## Reservoirs\n\n| `reservoir` | what holds the liquid |\n|---|---|"]
     lines += [f"| `{word}` | {text} |" for word, text in RESERVOIRS.items()]
     for table in (t for t in TABLES if meanings(t)):
         lines += [f"\n## {table}\n\n| column | unit | what |\n|---|---|---|"]

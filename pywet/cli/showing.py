@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.errors import PywetError
 from pywet.util.notices import bar
 
@@ -72,7 +72,7 @@ def say_time(config: Any, case: int, scale: str) -> None:
 def need_run(run_dir: Path) -> None:
     """Refuse a folder that holds no run; where a run is being prepared in it, say that instead."""
     if not (run_dir / "scene.json").exists():
-        with run_lock.reading(run_dir):
+        with run_folder.reading(run_dir):
             pass
         raise PywetError(
             f"no scene.json in {run_dir}; expected a run directory, which `pywet run CASE --out DIR` and `pywet run-scene FILE "

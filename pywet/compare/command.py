@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.compare import digest, verdict
 from pywet.errors import PywetError
 from pywet.util.files import write_json
@@ -41,7 +41,7 @@ def compare(
             if against is not None:
                 return _against(runs, against)
             left, right = _groups(runs, a, b)
-            held.enter_context(run_lock.reading(*left, *right))
+            held.enter_context(run_folder.reading(*left, *right))
             comparison = verdict.compare(left, right, force, across)
         except PywetError as error:
             err.print(str(error), style="red", soft_wrap=True, markup=False)
@@ -142,7 +142,7 @@ def _against(runs: Sequence[Path], file: Path) -> int:
     if not runs:
         raise PywetError(f"no run was given to compare with {file}; expected RUN_DIR …", code="compare.no_run")
     stored = digest.load(file)
-    with run_lock.reading(*runs):
+    with run_folder.reading(*runs):
         rows = [row for run in runs for row in digest.check(stored, run)]
     for run in dict.fromkeys(row.run for row in rows):
         table = Table(box=None, header_style="bold", pad_edge=False, title=escape(run) if len(runs) > 1 else None)
@@ -172,7 +172,7 @@ def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
             )  # fmt: skip
         paths = [run for folder in folders for run in verdict.runs_in(folder)]
         message = f"pywet digest {' '.join(map(str, folders))}"
-        with run_lock.reading(*paths):
+        with run_folder.reading(*paths):
             stored = digest.of_runs(out_file.stem, message, paths)
             written = digest.save(stored, out_file)
     except PywetError as error:

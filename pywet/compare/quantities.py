@@ -225,7 +225,7 @@ def _counts(run: RunDir) -> Iterator[Quantity]:
     for name in ("formations", "ruptures"):
         yield _number(name, "events", end[name], max(float(end["formations"]), 1.0))
     count = ledger["bridge_count"]
-    yield _curve("standing bridges", "bridges", ledger["time"], count, max(count.max(), 1.0))
+    yield _curve("active bridges", "bridges", ledger["time"], count, max(count.max(), 1.0))
 
 
 def _energies(run: RunDir) -> Iterator[Quantity]:

@@ -6,7 +6,7 @@ describes the files.
 
 from pywet.config.cases import Case
 from pywet.config.command_line import REPLACED, chosen
-from pywet.config.loading import FILES, Config, load, of_run, texts, twins
+from pywet.config.loading import FILES, Config, load, of_run, preset_comparisons, texts
 from pywet.config.materials import Materials
 from pywet.config.scales import Scale
 from pywet.config.settings import EffectSettings, LawSettings
@@ -23,6 +23,6 @@ __all__ = [
     "chosen",
     "load",
     "of_run",
+    "preset_comparisons",
     "texts",
-    "twins",
 ]

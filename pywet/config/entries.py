@@ -31,7 +31,9 @@ class Limited(Computable):
                 continue
             if getattr(reservoir, "unusual", None) is None:
                 key = name if reservoir is self else f"{name}.value"
-                excuse = " unless `unusual: why` beside it says so" if "unusual" in type(reservoir).model_fields else ""
+                excuse = (
+                    " unless `unusual: why` next to it says so" if "unusual" in type(reservoir).model_fields else ""
+                )
                 raise PydanticCustomError(
                     "implausible", "to be in range", {"key": key, "value": value, "expected": f"{limits}{excuse}"}
                 )

@@ -168,7 +168,7 @@ def texts(config: Config) -> dict[str, Any]:
     return {"files": files, "set_later": later}
 
 
-def twins(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, tuple[int, str]]:
+def preset_comparisons(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, tuple[int, str]]:
     """Return runs that repeat a case with another preset: the first moist one with `exact`, if wanted and set to `paper`.
 
     `cases`: folder name -> number. Result: folder name -> (number, preset).

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from pywet.config.entries import AngleEntry, CountEntry, Limited, PositiveEntry, RatioEntry
 from pywet.scene import Word
 from pywet.strict import Strict
+from pywet.util.notices import notice
 
 FILE = "scales.yaml"
 
@@ -35,13 +36,22 @@ class Scale(Limited):
     width_mm: PositiveEntry | None = None
     """Side or diameter of the sieve; only a round one may omit it, for that of `feed` in materials.yaml."""
     wire_sides: CountEntry
-    wires: Literal["mesh", "prism"] = "mesh"
+    wires: Literal["mesh", "analytic"] = "mesh"
     """Dry contacts with wires: with each of their triangles, as the engine does, or with the analytic wire's closest point."""
     cylinder_sides: CountEntry | None = None
     stiffness_factor: RatioEntry
     duration_s: PositiveEntry
     slide_opens_at_s: PositiveEntry
     output_interval_s: PositiveEntry
+
+    @model_validator(mode="before")
+    @classmethod
+    def _former_name(cls, given: Any) -> Any:
+        """Accept `prism`, the former name of `analytic` wires, with a warning."""
+        if not isinstance(given, dict) or given.get("wires") != "prism":
+            return given
+        notice.warning("scales: wires: prism is now wires: analytic; this version still accepts prism")
+        return {**given, "wires": "analytic"}
 
     @model_validator(mode="after")
     def _wide(self) -> Scale:

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from pywet.cost import knobs
-from pywet.cost.knobs import CONFIGURABLE, KNOBS
+from pywet.cost import parameters
+from pywet.cost.parameters import CONFIGURABLE, PARAMETERS
 from pywet.errors import PywetError
 from pywet.util.files import read_json
 
@@ -43,8 +43,8 @@ class Option:
     """One level of a setting, with its cost and errors."""
 
     setting: str
-    level: knobs.Level
-    price: float
+    level: parameters.Level
+    cost: float
     charge: dict[str, float]
 
 
@@ -52,8 +52,8 @@ class Option:
 class Chosen:
     """Chosen settings: levels by setting, cost relative to the default, error by group."""
 
-    levels: dict[str, knobs.Level]
-    price: float
+    levels: dict[str, parameters.Level]
+    cost: float
     error: dict[str, float]
 
 
@@ -107,24 +107,24 @@ def options(
     kind = "moist" if moist else "dry"
     scenes = SCENES[kind]
     by_parameter: dict[str, list[Option]] = {}
-    for setting, rows in table["knobs"].items():
+    for setting, rows in table["parameters"].items():
         for row in rows:
-            price = row["price"].get(kind)
-            if price is None or setting not in CONFIGURABLE:
+            cost = row["cost"].get(kind)
+            if cost is None or setting not in CONFIGURABLE:
                 continue
             if setting not in turned and row["level"] != table["default"][setting]:
                 continue
             if any(reason.partition(":")[0] in scenes for reason in row["failed"]):
                 continue
             longer = longer_by if (setting, row["level"]) == ("integration", "semi_implicit") else 1.0
-            cheaper = price["low"] < longer and row["level"] != table["default"][setting]
+            cheaper = cost["low"] < longer and row["level"] != table["default"][setting]
             charge = dict.fromkeys(GROUPS, 0.0)
             for error in row["errors"]:
                 if error["scene"] in scenes:
                     size, limit = abs(error["value"]), error["limit"]
                     counted = size + limit if cheaper else size if size > limit else 0.0
                     charge[error["group"]] = max(charge[error["group"]], counted)
-            by_parameter.setdefault(setting, []).append(Option(setting, row["level"], price["ratio"] / longer, charge))
+            by_parameter.setdefault(setting, []).append(Option(setting, row["level"], cost["ratio"] / longer, charge))
     return by_parameter
 
 
@@ -142,7 +142,7 @@ def choose(
     for combination in combinations(options(table, moist, turned, longer_by), wanted):
         worst = max(combination.error.values(), default=0.0)
         nearest = min(nearest, worst)
-        if worst <= accuracy and (best is None or (combination.price, worst) < (best.price, max(best.error.values()))):
+        if worst <= accuracy and (best is None or (combination.cost, worst) < (best.cost, max(best.error.values()))):
             best = combination
     if best is None:
         raise PywetError(
@@ -157,12 +157,12 @@ def combinations(by_parameter: dict[str, list[Option]], wanted: Sequence[str]) -
     """Yield the combinations of levels for which no other level of the setting is better in both cost and all relevant errors."""
     for picked in product(*(_worth(levels, wanted) for levels in by_parameter.values())):
         error = {group: sum(o.charge[group] for o in picked) for group in wanted}
-        yield Chosen({o.setting: o.level for o in picked}, math.prod(o.price for o in picked), error)
+        yield Chosen({o.setting: o.level for o in picked}, math.prod(o.cost for o in picked), error)
 
 
 def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
     """Return the levels for which no other level of the setting is better in every respect; of equal ones the first listed."""
-    rows = np.array([[o.price, *(o.charge[g] for g in wanted)] for o in levels])
+    rows = np.array([[o.cost, *(o.charge[g] for g in wanted)] for o in levels])
     beaten = [bool(((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any()) for row in rows]
     _, first = np.unique(rows, axis=0, return_index=True)
     return [o for k, o in enumerate(levels) if k in first and not beaten[k]]
@@ -187,7 +187,7 @@ def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
     """Return the largest error of any level that is due to scatter alone, by group: the resolution of the study."""
     scenes = SCENES["moist" if moist else "dry"]
     largest = dict.fromkeys(GROUPS, 0.0)
-    for rows in table["knobs"].values():
+    for rows in table["parameters"].values():
         for error in (e for row in rows for e in row["errors"] if e["scene"] in scenes):
             largest[error["group"]] = max(largest[error["group"]], error["limit"])
     return largest
@@ -206,25 +206,25 @@ class Rank:
     group: str
     verdict: str
     """Verdict: `on the front`, `not distinguished` (a cheaper level differs by less than the scatter) or `beaten`."""
-    by: knobs.Level | None
+    by: parameters.Level | None
     verdict_text: str
 
 
 def points(table: dict[str, Any], setting: str, kind: str, group: str) -> list[dict[str, Any]]:
     """Return the levels of a setting, coarse to fine, with cost and the largest error in the group."""
     of_levels = []
-    for row in table["knobs"].get(setting, ()):
-        price = row["price"].get(kind)
+    for row in table["parameters"].get(setting, ()):
+        cost = row["cost"].get(kind)
         errors = [e for e in row["errors"] if e["group"] == group and e["scene"] in SCENES[kind]]
-        if price is None or not errors:
+        if cost is None or not errors:
             continue
         worst = max(errors, key=lambda e: (abs(e["value"]) > e["limit"], abs(e["value"])))
         of_levels.append(
             {
                 "level": row["level"],
-                "price": price["ratio"],
-                "low": price["low"],
-                "high": price["high"],
+                "cost": cost["ratio"],
+                "low": cost["low"],
+                "high": cost["high"],
                 "value": abs(worst["value"]),
                 "limit": max(e["limit"] for e in errors),
                 "resolved": abs(worst["value"]) > worst["limit"],
@@ -249,12 +249,12 @@ def rank(table: dict[str, Any], setting: str, kind: str, group: str) -> Rank | N
         if other is at_default or other["low"] > at_default["high"]:  # more expensive in every round
             continue
         better, worse = _compare(other, at_default)
-        price = f"{other['price']:.2f} of the cost ({other['low']:.2f} to {other['high']:.2f})"
+        cost = f"{other['cost']:.2f} of the cost ({other['low']:.2f} to {other['high']:.2f})"
         if better and not worse:
-            return Rank(setting, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}")
+            return Rank(setting, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {cost}")
         if not worse and other["high"] < at_default["low"]:
-            verdict, by = "not told apart", other["level"]
-            verdict_text = f"{other['level']} costs {price}; within chance the runs do not tell the two apart"
+            verdict, by = "not distinguished", other["level"]
+            verdict_text = f"{other['level']} costs {cost}; within chance the runs do not tell the two apart"
     return Rank(setting, kind, group, verdict, by, verdict_text)
 
 
@@ -264,15 +264,15 @@ def bargain(table: dict[str, Any], setting: str, kind: str, group: str) -> str |
     at_default = next((p for p in levels if p["level"] == table["default"][setting]), None)
     if at_default is None:
         return None
-    better = [p for p in levels if p["price"] <= WORTH and at_default["value"] - p["value"] > GAIN]
+    better = [p for p in levels if p["cost"] <= WORTH and at_default["value"] - p["value"] > GAIN]
     better = [p for p in better if _compare(p, at_default)[0] and not _compare(p, at_default)[1]]
     if not better:
         return None
     best = min(better, key=lambda p: p["value"])
     return (
-        f"{KNOBS[setting].title.capitalize()}, {kind}, {group}: the default ({at_default['level']}) is off by "
+        f"{PARAMETERS[setting].title.capitalize()}, {kind}, {group}: the default ({at_default['level']}) is off by "
         f"{100 * at_default['value']:.0f} %; {best['level']} takes that to {100 * best['value']:.1g} % "
-        f"for {best['price']:.2f} of the cost."
+        f"for {best['cost']:.2f} of the cost."
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.cost import choice, cost, edit
-from pywet.cost.knobs import KNOBS
+from pywet.cost.parameters import PARAMETERS
 from pywet.errors import PywetError
 from pywet.util.notices import bar
 
@@ -17,9 +17,9 @@ def habit(table: dict[str, Any]) -> cost.Habit:
     """Read the relative costs of screening from the table of the study."""
     laws, integrations = (
         {
-            str(row["level"]): row["price"]["moist"]["ratio"]
-            for row in table["knobs"][parameter]
-            if "moist" in row["price"]
+            str(row["level"]): row["cost"]["moist"]["ratio"]
+            for row in table["parameters"][parameter]
+            if "moist" in row["cost"]
         }
         for parameter in ("capillary", "integration")
     )
@@ -52,7 +52,9 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)
     lines = _shown(share, groups, moist, table)
-    lines += [f"  {KNOBS[parameter].title:<23} {edit.shown(parameter, level)}" for parameter, level in changed.items()]
+    lines += [
+        f"  {PARAMETERS[parameter].title:<23} {edit.shown(parameter, level)}" for parameter, level in changed.items()
+    ]
     counted = (f"{g} {100 * e:.2g} %" if e > 0.0 else f"{g} none resolved" for g, e in chosen.error.items())
     lines += [f"  errors counted: {', '.join(counted)}"]
     if longer >= cases.WORTH_SAYING and changed["integration"] == "explicit":

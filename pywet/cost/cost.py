@@ -1,6 +1,6 @@
 """Run time of a case: operation counts (`counts.py`) times the cost of each on this machine (`trial.py`).
 
-seconds = start + steps (step + touches touch + triangles triangle + near (mesh or prism)) + evaluations of bridges
+seconds = start + steps (step + touches touch + triangles triangle + near (mesh or analytic)) + evaluations of bridges
 (bridge) + lists (list)
 
 Costs are measured once with few and once with many spheres, and stored in the cache under the machine and the
@@ -61,10 +61,10 @@ class Coefficients:
         more = load.triangles - (self._total(n, "triangles") if stock else 0.0)
         step = self._total(n, "step_stock" if stock else "step") + more * self.few.triangle
         step += load.touches * self._each(n, "touch")
-        step += load.near * self._each(n, "prism" if load.prisms else "mesh")
+        step += load.near * self._each(n, "analytic" if load.analytic_wires else "mesh")
         lists = self._total(n, f"list_{_program(load)}")
-        if load.bridges and not load.prisms:  # moist lattices were measured with analytic wires
-            lists += max(0.0, self._total(n, "list_stock") - self._total(n, "list_prism"))
+        if load.bridges and not load.analytic_wires:  # moist lattices were measured with analytic wires
+            lists += max(0.0, self._total(n, "list_stock") - self._total(n, "list_analytic"))
         return load.steps * step + load.evaluations * self._each(n, "bridge") + load.lists * lists
 
     def start(self, load: Load) -> float:
@@ -73,7 +73,7 @@ class Coefficients:
 
 
 def _program(load: Load) -> str:
-    return "moist" if load.bridges else "prism" if load.prisms else "stock"
+    return "moist" if load.bridges else "analytic" if load.analytic_wires else "stock"
 
 
 def _path() -> Path:
@@ -131,5 +131,5 @@ def predict(config: Config, case: int, scale: str, machine: Coefficients, habit:
     chosen = config.settings.laws
     exact = chosen.capillary == "young_laplace" or (chosen.preset == "exact" and chosen.capillary is None)
     law = "exact" if exact else chosen.capillary or "rabinovich"
-    price = habit.laws.get(law, 1.0) * habit.integrations.get(config.settings.time_step.viscous_integration, 1.0)
-    return machine.start(load) * (habit.exact_start if exact else 1.0) + price * loop, load
+    factor = habit.laws.get(law, 1.0) * habit.integrations.get(config.settings.time_step.viscous_integration, 1.0)
+    return machine.start(load) * (habit.exact_start if exact else 1.0) + factor * loop, load

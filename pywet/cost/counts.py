@@ -60,7 +60,7 @@ class Load:
     """Bridges whose forces are evaluated, over the whole run."""
     events: float = 0.0
     """Formations and ruptures, over the whole run."""
-    prisms: bool = False
+    analytic_wires: bool = False
 
 
 def load_of(config: Config, case: int, scale: str) -> Load:
@@ -74,7 +74,7 @@ def load_of(config: Config, case: int, scale: str) -> Load:
     on_screen = staying(scene, spec, time)
     spheres = sum(c.count for c in scene.classes)
     bridges = FILM_BRIDGES * spheres if scene.effects.bridges else 0.0
-    analytic_wires = any(w.prisms for w in scene.walls)
+    analytic_wires = any(w.analytic_wires for w in scene.walls)
     wires = next(w for w in scene.walls if w.reservoir == "wires")
     return Load(
         steps=steps,
@@ -86,7 +86,7 @@ def load_of(config: Config, case: int, scale: str) -> Load:
         bridges=bridges,
         evaluations=steps / scene.bridges_every * bridges,
         events=EVENTS * scene.duration_s * float(np.mean(on_screen.sum(axis=1))) if bridges else 0.0,
-        prisms=analytic_wires,
+        analytic_wires=analytic_wires,
     )
 
 

@@ -12,7 +12,7 @@ from ruamel.yaml import YAML
 
 from pywet import config as settings
 from pywet.config import Config
-from pywet.cost.knobs import CONFIGURABLE, KNOBS, Level, Setting, log_windows
+from pywet.cost.parameters import CONFIGURABLE, PARAMETERS, Level, Setting, log_windows
 from pywet.errors import PywetError
 from pywet.util.files import atomic_write
 
@@ -56,7 +56,7 @@ def shown(parameter: str, level: Level) -> str:
     if parameter == "capillary":
         text = "laws: {preset: exact}" if level == "exact" else f"laws: {{preset: paper, capillary: {level}}}"
         return f"{text}   (config.yaml)"
-    file, _, key = KNOBS[parameter].place.partition(": ")
+    file, _, key = PARAMETERS[parameter].place.partition(": ")
     return f"{key} = {level}   ({file})"
 
 

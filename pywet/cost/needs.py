@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.cases.screening import cases
-from pywet.config import Config, twins
+from pywet.config import Config, preset_comparisons
 from pywet.cost import choice, cost
 from pywet.cost.command import duration, habit
 from pywet.cost.counts import Load
@@ -100,7 +100,7 @@ def campaign(config: Config, scale: str) -> list[str]:
     """Return lines on core-hours, memory and disk of all configured cases with all seeds."""
     chosen, seeds = config.settings, config.settings.seeds
     runs = {config.case(number).name: (config, number) for number in chosen.cases}
-    again = twins(config, {name: number for name, (_, number) in runs.items()}, chosen.both_presets)
+    again = preset_comparisons(config, {name: number for name, (_, number) in runs.items()}, chosen.both_presets)
     runs |= {name: (config.with_preset(preset), number) for name, (number, preset) in again.items()}
     needs = {name: need(configured, number, scale, chosen.ranks) for name, (configured, number) in runs.items()}
     rows = [f"{'':<14}{'spheres':>8}{'a run':>10}{'memory':>10}{'disk':>10}"]

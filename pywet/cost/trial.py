@@ -20,9 +20,11 @@ from scipy.spatial import cKDTree
 from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.cost.edit import SCALE, Size, with_setting
-from pywet.cost.knobs import Setting
+from pywet.cost.parameters import Setting
 from pywet.cost.timing import timed
-from pywet.engines.liggghts import deck, driver
+from pywet.engines.liggghts import driver
+from pywet.engines.liggghts.contact_model import attached
+from pywet.engines.liggghts.deck import skin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.geometry import Surface, build_apparatus
 from pywet.geometry.initial import write_initial
@@ -70,16 +72,17 @@ class Costs:
     """Cost of a step per triangle of the wires' mesh."""
     mesh: float
     """Cost of a step per sphere near a mesh wire."""
-    prism: float
+    analytic: float
+    """Cost of a step per sphere near an analytic wire."""
     bridge: float
     """Cost of a step per bridge, including all other extra work of moist steps."""
     list_stock: float
     """Cost of a neighbour list."""
-    list_prism: float
+    list_analytic: float
     list_moist: float
     start_stock: float
     """Time before the first step of a run."""
-    start_prism: float
+    start_analytic: float
     start_moist: float
 
 
@@ -89,7 +92,7 @@ class Lattice:
 
     case: int
     screen: bool = False
-    prisms: bool = True
+    analytic_wires: bool = True
     pressed: bool = False
     lists: bool = False
 
@@ -114,14 +117,14 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
         return _timed(config, width_mm, which, report)
 
     on_wires = {
-        "stock": Lattice(case, screen=True, prisms=False),
-        "prism": Lattice(case, screen=True),
+        "stock": Lattice(case, screen=True, analytic_wires=False),
+        "analytic": Lattice(case, screen=True),
         "moist": Lattice(case + 1, screen=True),
     }
     near = {kind: of(which) for kind, which in on_wires.items()}
     rebuilt = {kind: of(replace(which, lists=True)) for kind, which in on_wires.items()}
     loose, pressed = of(Lattice(case)), of(Lattice(case, pressed=True))
-    mesh = of(Lattice(case, prisms=False))
+    mesh = of(Lattice(case, analytic_wires=False))
     lists = {f"list_{kind}": max(0.0, EVERY * (rebuilt[kind].step - near[kind].step)) for kind in on_wires}
     return Costs(
         spheres=loose.spheres,
@@ -131,8 +134,8 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
         touch=max(0.0, pressed.step - loose.step) / pressed.pairs,
         triangle=max(0.0, mesh.step - loose.step) / mesh.triangles,
         mesh=max(0.0, near["stock"].step - mesh.step) / near["stock"].near,
-        prism=max(0.0, near["prism"].step - loose.step) / near["prism"].near,
-        bridge=max(0.0, near["moist"].step - near["prism"].step) / max(1.0, near["moist"].bridges),
+        analytic=max(0.0, near["analytic"].step - loose.step) / near["analytic"].near,
+        bridge=max(0.0, near["moist"].step - near["analytic"].step) / max(1.0, near["moist"].bridges),
         **lists,
         **{f"start_{kind}": of_kind.start for kind, of_kind in near.items()},
     )
@@ -144,7 +147,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
         folder = Path(name)
         scene, spheres, near = _prepare(folder, config, width_mm, which)
         steps = max(2 * EVERY, round(WORK / (3.0 if which.lists else 1.0) / len(spheres)))
-        if deck.attached(scene):
+        if attached(scene):
             run = _run(folder, scene, (FIRST, steps, steps), which)
             spent = [piece["run_s"] for piece in read_json(folder / "engine" / LOOP_TIME)]
             step, start = min(spent[1:]) / steps, run["cpu_s"] - sum(spent)
@@ -183,13 +186,15 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
     case, scale = made.case(which.case), made.scale(SCALE)
     apparatus = build_apparatus(cases.apparatus_spec(made, case, scale))
     scene = cases.assemble(made, case, scale, cases.ingredients(made, case.case, SCALE), apparatus)
-    walls = tuple(w.model_copy(update={"prisms": which.prisms and w.reservoir == "wires"}) for w in scene.walls)
+    walls = tuple(
+        w.model_copy(update={"analytic_wires": which.analytic_wires and w.reservoir == "wires"}) for w in scene.walls
+    )
     scene = scene.model_copy(update={"walls": walls, "time_step_s": FROZEN})
     wires = next(s for s in apparatus.surfaces if s.reservoir == "wires")
     low = float(wires.corners[..., 2].max()) if which.screen else apparatus.feed_region.z_low_m
     spheres = _lattice(scene, apparatus.feed_region.width_m, low, 0.0 if which.pressed else LOOSE)
     write_initial(scene, apparatus.surfaces, spheres, folder)
-    reach = 0.5e-3 * config.materials.screen(case.aperture_mm).wire_diameter_mm.value + 1.5 * deck.skin(scene)
+    reach = 0.5e-3 * config.materials.screen(case.aperture_mm).wire_diameter_mm.value + 1.5 * skin(scene)
     return scene, spheres, _near(wires, spheres, reach + min(c.radius_m for c in scene.classes))
 
 
@@ -209,7 +214,7 @@ def _lattice(scene: EngineScene, width: float, low: float, gap: float) -> pd.Dat
         place += 0.5 * JITTER * random.normal(size=place.shape)
     xyz = spacing * place + np.array([0.0, 0.0, low + (1.0 + gap) * smallest.radius_m])
     motion = random.normal(0.0, SPEED, (count, 6)) / np.repeat([1.0, smallest.radius_m], 3)
-    motion[np.argmax(xyz[:, 2])] = 0.0, 0.0, 0.4 * deck.skin(scene) / (2.0 * WORK / count * FROZEN), 0.0, 0.0, 0.0
+    motion[np.argmax(xyz[:, 2])] = 0.0, 0.0, 0.4 * skin(scene) / (2.0 * WORK / count * FROZEN), 0.0, 0.0, 0.0
     columns = dict(zip(COLUMNS, np.hstack([xyz, motion]).T, strict=True))
     return pd.DataFrame({"id": np.arange(1, count + 1), "type": smallest.type, **columns})
 

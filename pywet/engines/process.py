@@ -1,4 +1,4 @@
-"""Functions that every engine's driver needs: programs, versions, the lock of a folder, a monitored process, progress."""
+"""Functions that every engine's driver needs: programs, versions, a monitored process, progress."""
 
 from __future__ import annotations
 
@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pywet import run_lock
 from pywet.ending import die_with_parent
-from pywet.errors import EngineError, PywetError, arguments, border, one_line
+from pywet.errors import EngineError, arguments, border
 from pywet.scene import EngineScene
 from pywet.util.notices import notice
 
@@ -27,7 +26,7 @@ OUTPUT = "output.log"
 """File with all messages of the engine's process."""
 ANSWER_S = 30.0
 """Longest time [s] for a program to print its version."""
-MEND = "run it in a terminal to see why, or reinstall its package"
+FIX = "run it in a terminal to see why, or reinstall its package"
 
 
 def worker_border(run: Callable[..., object], **more: Callable[[str], Any]) -> int:
@@ -65,7 +64,7 @@ def output_of(command: list[str], given: str = "", folder: Path | None = None) -
         )
     except OSError as error:
         raise EngineError(
-            f"{command[0]} does not start ({error.strerror}); expected its version: {MEND}",
+            f"{command[0]} does not start ({error.strerror}); expected its version: {FIX}",
             code="engine.not_started", given=command[0],
         ) from error  # fmt: skip
     try:
@@ -74,7 +73,7 @@ def output_of(command: list[str], given: str = "", folder: Path | None = None) -
         os.killpg(child.pid, signal.SIGKILL)
         child.wait()
         raise EngineError(
-            f"{command[0]} did not answer within {ANSWER_S:g} s; expected it to print its version: {MEND}",
+            f"{command[0]} did not answer within {ANSWER_S:g} s; expected it to print its version: {FIX}",
             code="engine.no_answer", given=command[0],
         ) from error  # fmt: skip
 
@@ -121,20 +120,6 @@ def surroundings(python: bool = False) -> dict[str, str]:
         | stored
         | {"OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     )
-
-
-@contextmanager
-def alone(run_dir: Path) -> Iterator[None]:
-    """Lock the run directory, and report refusals by the operating system in one sentence."""
-    try:
-        with run_lock.hold(run_dir):
-            yield
-    except OSError as error:
-        run_lock.check_held(run_dir)
-        raise PywetError(
-            f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space",
-            code="run.refused", where=run_dir,
-        ) from error  # fmt: skip
 
 
 def _peak_memory(pid: int) -> int | None:

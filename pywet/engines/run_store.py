@@ -18,7 +18,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pywet import run_folder, run_lock
+from pywet import run_folder
 from pywet.engines.liggghts import logs
 from pywet.errors import PywetError
 from pywet.runs import tables
@@ -154,7 +154,7 @@ class RunStore:
         write_json(self.partial / ACCOUNT, account)
         of_account = {f"{self.engine.name}/{ACCOUNT}": logs.checked(self.partial / ACCOUNT)}
         write_json(self.partial / INDEX, {"fingerprint": self.digest, "files": {**sums, **of_account}})
-        run_lock.check_held(self.run_dir)
+        run_folder.check_held(self.run_dir)
         forget(self.run_dir)
         for name in sums:
             (self.run_dir / name).parent.mkdir(exist_ok=True)

@@ -10,7 +10,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pywet.scene import SHORT_WINDOW, EngineScene, Slide
+from pywet.geometry.motion import slides
+from pywet.scene import SHORT_WINDOW, EngineScene
 
 DROP_INTERVAL = 1e-3
 """Time [s] over which the specific force on a film is averaged; films of 1 mm3 respond in 0.6 ms, of 10 mm3 in 2 ms."""
@@ -87,17 +88,6 @@ def recorded(scene: EngineScene) -> list[Window]:
         else:
             joined.append((first, last))
     return joined
-
-
-def slides(scene: EngineScene) -> dict[str, Window]:
-    """Find the steps at which each sliding wall starts and stops."""
-    ways = {w.name: scene.motion_of(w) for w in scene.walls}
-    return {name: _drawn(scene, way) for name, way in ways.items() if isinstance(way, Slide)}
-
-
-def _drawn(scene: EngineScene, way: Slide) -> Window:
-    begins = min(scene.steps, round(way.opens_at_s / scene.time_step_s))
-    return begins, min(scene.steps, begins + round(way.travel_s / scene.time_step_s))
 
 
 def checkpoint_every(scene: EngineScene) -> int:

@@ -17,8 +17,8 @@ from pywet.schema import CORNERS
 from pywet.util.files import write_json, write_table
 
 
-def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
-    """Return the scene's description of a surface; `prisms`: dry contacts with its parts as analytic wires."""
+def wall_mesh(surface: Surface, contact_angle_rad: float, analytic_wires: bool = False) -> WallMesh:
+    """Return the scene's description of a surface; `analytic_wires`: dry contacts with its parts as analytic wires."""
     return WallMesh(
         name=surface.name,
         reservoir=surface.reservoir,
@@ -27,7 +27,7 @@ def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) 
         motion=surface.motion,
         triangle_part=tuple(int(p) for p in surface.part),
         part_half_width_m=surface.part_half_width,
-        prisms=prisms,
+        analytic_wires=analytic_wires,
     )
 
 
@@ -43,11 +43,11 @@ def sphere_table(scene: EngineScene, spheres: pd.DataFrame) -> pd.DataFrame:
 
 
 def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
-    """Return triangle, part, mesh, holder, area [m2], nodes at rest v0_x to v2_z [m]."""
+    """Return triangle, part, mesh, reservoir, area [m2], nodes at rest v0_x to v2_z [m]."""
     tables, first = [], 0
     for surface in surfaces:
         rows = pd.DataFrame(
-            {"part": surface.part + first, "mesh": surface.name, "holder": surface.reservoir, "area": surface.area}
+            {"part": surface.part + first, "mesh": surface.name, "reservoir": surface.reservoir, "area": surface.area}
         )
         rows[CORNERS] = surface.corners.reshape(-1, 9)
         tables.append(rows)
@@ -67,7 +67,7 @@ def wall_groups(scene: EngineScene) -> dict[tuple[float, float], int]:
 
 
 def part_table(scene: EngineScene, surfaces: Sequence[Surface]) -> pd.DataFrame:
-    """Return part, mesh, holder, half_width [m] (NaN: large), contact_angle [rad], area [m2], part_class of `wall_groups`."""
+    """Return part, mesh, reservoir, half_width [m] (NaN: large), contact_angle [rad], area [m2], part_class of `wall_groups`."""
     rows: list[tuple[int, str, str, float, float, float, int]] = []
     groups = wall_groups(scene)
     for surface, wall in zip(surfaces, scene.walls, strict=True):
@@ -76,7 +76,9 @@ def part_table(scene: EngineScene, surfaces: Sequence[Surface]) -> pd.DataFrame:
             width, angle = math.inf if half_width is None else half_width, wall.contact_angle_rad
             row = (surface.name, surface.reservoir, math.nan if half_width is None else width, angle, float(a))
             rows.append((len(rows), *row, groups[width, angle]))
-    return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area", "part_class"])
+    return pd.DataFrame(
+        rows, columns=["part", "mesh", "reservoir", "half_width", "contact_angle", "area", "part_class"]
+    )
 
 
 def write_initial(scene: EngineScene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:

@@ -1,4 +1,4 @@
-"""Motion of walls: the screen's vibration, in closed form and as LIGGGHTS integrates it.
+"""Motion of walls: displacements at the outputs; the screen's vibration, in closed form and as LIGGGHTS integrates it.
 
 A `Vibration` is x_k(t) = a_k sin(2π f t + φ_k) for k = x, y, z. LIGGGHTS' `fix move/mesh … viblin`
 (mesh_mover_linear.cpp) sets in every step, with t = n Δt since the fix was given, n from 1,
@@ -18,10 +18,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pywet.scene import Vibration
+from pywet.scene import EngineScene, Slide, Vibration
 
 Floats = NDArray[np.float64]
-AXES = ("1 0 0", "0 1 0", "0 0 1")
 
 
 def position(vibration: Vibration, time: ArrayLike) -> Floats:
@@ -62,14 +61,30 @@ def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float)
     return np.array([found[n] for n in wanted.ravel().tolist()], dtype=np.float64).reshape(*wanted.shape, 3)
 
 
-def viblin_words(vibration: Vibration) -> list[str]:
-    """Return the arguments after the mesh's name of the `fix move/mesh … viblin` for this vibration, one list per moving axis."""
-    period = 1.0 / vibration.frequency_Hz
-    return [
-        f"viblin axis {axis} order 1 amplitude {amplitude!r} phase {phase - 0.5 * math.pi!r} period {period!r}"
-        for axis, amplitude, phase in zip(AXES, vibration.amplitude_m, vibration.phase_rad, strict=True)
-        if amplitude != 0.0
-    ]
+def slides(scene: EngineScene) -> dict[str, tuple[int, int]]:
+    """Find the steps at which each sliding wall starts and stops."""
+    return {name: _drawn(scene, way) for name, way in scene.motions.items() if isinstance(way, Slide)}
+
+
+def _drawn(scene: EngineScene, way: Slide) -> tuple[int, int]:
+    begins = min(scene.steps, round(way.opens_at_s / scene.time_step_s))
+    return begins, min(scene.steps, begins + round(way.travel_s / scene.time_step_s))
+
+
+def translations(scene: EngineScene) -> dict[str, Floats]:
+    """Return the displacement of each mesh from its STL file at the output steps [m], shape (outputs, 3)."""
+    steps, drawn = np.asarray(scene.output_steps), slides(scene)
+
+    def of(name: str, way: object) -> Floats:
+        if isinstance(way, Vibration):
+            return engine_displacement(way, steps, scene.time_step_s)
+        if isinstance(way, Slide):
+            begins, stops = drawn[name]
+            moved = (np.clip(steps, begins, stops) - begins) * scene.time_step_s
+            return np.asarray(moved[:, None] * np.asarray(way.velocity_m_per_s))
+        return np.zeros((len(steps), 3))
+
+    return {name: of(name, way) for name, way in scene.motions.items()}
 
 
 def _angle(vibration: Vibration, time: ArrayLike) -> Floats:

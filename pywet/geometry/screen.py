@@ -1,6 +1,6 @@
 """The screen: straight horizontal wires in both directions in the plane z = 0, as in Elskamp's simulations (5.1).
 
-Woven wires are approximated by horizontal bars; crossing bars intersect each other. Every wire is a closed prism and
+Woven wires are approximated by horizontal bars; crossing bars intersect each other. Every wire is a closed solid and
 one part; its ends are inside the side wall, so that no sphere can pass around it.
 """
 

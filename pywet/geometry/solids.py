@@ -1,4 +1,4 @@
-"""Closed solids with few triangles: corner points of prisms, tubes, plates and bins, part by part.
+"""Closed solids with few triangles: corner points of extruded sections, tubes, plates and bins, part by part.
 
 A part is the array of its triangles' corner points, shape (m, 3, 3) [m], with outward normals. Cross-sections are
 regular polygons described by their apothem (distance from the axis to a face); a square is the one with four sides.
@@ -58,7 +58,7 @@ def lift(loop: Floats, z: float | Floats) -> Floats:
 
 
 def _sides(low: Floats, high: Floats, smooth: bool, outward: bool) -> list[Part]:
-    """Return the side faces of a prism; a smooth (curved) wall is one large part, a flat face one part each."""
+    """Return the side faces of an extruded section; a smooth (curved) wall is one large part, a flat face one part each."""
     parts: list[Part] = []
     for corners in band(low, high, smooth):
         if smooth:
@@ -113,7 +113,7 @@ def plate(outline: Floats, z_low: Floats | float, z_high: Floats | float) -> lis
 def wire(
     start: Floats, end: Floats, radius: float, sides: int, smallest_angle_deg: float, steps_more: int = 0
 ) -> Floats:
-    """Triangles of a straight horizontal wire from `start` to `end` (3,) [m]: a prism inscribed in the cylinder.
+    """Triangles of a straight horizontal wire from `start` to `end` (3,) [m]: a polygonal bar inscribed in the cylinder.
 
     Two opposite edges point horizontally sideways, so that the free distance between parallel wires is exact. The
     length is divided into equal steps; nodes are on every other step of an edge, alternating from edge to edge,

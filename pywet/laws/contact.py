@@ -113,3 +113,12 @@ def film_thickness(volume: Any, radius: Any) -> Any:
     '1.000000000000e-09'
     """
     return radius * np.expm1(np.log1p(3.0 * volume / (4.0 * np.pi * radius**3)) / 3.0)
+
+
+def sliding_drag(m_eff: float, time_step: float) -> float:
+    """Return the drag [kg/s] of history-free friction: force min(c v, mu F_n) against the slip v.
+
+    c = m_eff/(28 dt) is half of the stable value for a dense packing at that step, with spin (c < 2/7 m_eff/(4 dt));
+    a sphere at rest on a slope then creeps at about mu g 28 dt, some tenths of a millimetre per second.
+    """
+    return m_eff / (28.0 * time_step)

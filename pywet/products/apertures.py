@@ -114,7 +114,7 @@ def wedged(run: RunDir, wall: WallMesh) -> Bools:
     z[place], speed[place] = table["z"], table[["vx", "vy", "vz"]].to_numpy()
     motion = run.mesh_motion
     shift = motion[motion["mesh"] == wall.name].set_index("step")["dz"].reindex(line.steps).to_numpy()
-    screen, slow, moves = np.zeros((len(line.steps), 3)), 0.0, scene.motion_of(wall)
+    screen, slow, moves = np.zeros((len(line.steps), 3)), 0.0, scene.motions[wall.name]
     if isinstance(moves, Vibration):
         screen, slow = velocity(moves, line.times), WEDGED_SPEED * peak_speed(moves)
     plane = scene.screen_z_m

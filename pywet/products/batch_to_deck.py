@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.errors import PywetError, shown
 from pywet.geometry.surface import Floats
 from pywet.products import kinetics, streams
@@ -88,7 +88,7 @@ def predict(batches: Sequence[Path | str], deck: Path | str, from_s: float | Non
         If the coarsest class passes, or no class of the deck is in the batches.
     """
     folder = Path(deck)
-    with run_lock.reading(folder, *map(Path, batches)):
+    with run_folder.reading(folder, *map(Path, batches)):
         runs, run = [kinetics.curves(Path(b)) for b in batches], RunDir(folder)
         flow = streams.read(run, from_s)
         times, curve = tracer(flow, folder), curve_of(run, flow)

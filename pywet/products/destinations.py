@@ -75,11 +75,8 @@ def _by_tray(run: RunDir) -> pd.DataFrame:
 def _trays(run: RunDir) -> list[str]:
     scene, given = run.scene, run.description.get("walls", [])
     vessels = {w.name for w, of in zip(scene.walls[::-1], given[::-1], strict=False) if of.get("vessel")}
-    return [
-        w.name
-        for w in scene.walls
-        if scene.motion_of(w) is None and (w.name in vessels or w.name.lower().startswith(TRAY))
-    ]
+    fixed = [name for name, motion in scene.motions.items() if motion is None]
+    return [name for name in fixed if name in vessels or name.lower().startswith(TRAY)]
 
 
 def _named(run: RunDir, spheres: pd.DataFrame, where: np.ndarray) -> pd.DataFrame:

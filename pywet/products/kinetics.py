@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.errors import PywetError, shown
 from pywet.geometry.surface import Floats
 from pywet.products import streams
@@ -199,7 +199,7 @@ def kinetics(folders: Sequence[Path | str]) -> pd.DataFrame:
     PywetError
         If a folder has no fraction retained, or no class passes.
     """
-    with run_lock.reading(*(Path(folder) for folder in folders)):
+    with run_folder.reading(*(Path(folder) for folder in folders)):
         runs = [curves(Path(folder)) for folder in folders]
     classes = [c for c in runs[0] if c != "time_s" and all(c in run for run in runs)]
     passing = [c for c in classes if min(float(run[c].iloc[-1]) for run in runs) < 1.0 - PASSES]

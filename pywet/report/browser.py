@@ -157,7 +157,7 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
     table = run.triangles
     chosen = np.flatnonzero((table["mesh"] == name).to_numpy())
     motion = run.mesh_motion[run.mesh_motion["mesh"] == name].set_index("step")[["dx", "dy", "dz"]]
-    way = next(run.scene.motion_of(w) for w in run.scene.walls if w.name == name)
+    way = run.scene.motions[name]
     turns = way if isinstance(way, Rotation) else None
     moved = []
     for step in steps:
@@ -165,7 +165,7 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
         unit = turned(unit, turns, step * run.scene.time_step_s) if turns else unit
         shift = motion.loc[step].to_numpy(dtype=float) if step in motion.index else np.zeros(3)
         moved.append(np.column_stack([(unit[1:] - unit[0]).T, unit[0] + shift]).ravel().round(9).tolist())
-    reservoir = str(table["holder"].iloc[chosen[0]])
+    reservoir = str(table["reservoir"].iloc[chosen[0]])
     return {
         "solid": bool(solid(run)[chosen[0]]),
         "hidden": reservoir in render.HIDDEN,

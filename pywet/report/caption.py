@@ -19,8 +19,8 @@ LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 def entries(run: RunDir) -> list[tuple[str, str]]:
     """Colours and what they stand for."""
-    massive, custom = solid(run), (run.triangles["holder"] == "wall").to_numpy()
-    there = {*run.triangles["holder"], *(["screen"] if (massive & custom).any() else [])}
+    massive, custom = solid(run), (run.triangles["reservoir"] == "wall").to_numpy()
+    there = {*run.triangles["reservoir"], *(["screen"] if (massive & custom).any() else [])}
     metal = ", ".join(name.replace("_", " ") for name in (*METALS, "screen") if name in there)
     moist = [(FILM, "spheres, darker where their film is thicker"), (BRIDGE_COLOUR, "liquid bridges")]
     cut = [(WALL, "walls, their near half cut away")] if (custom & ~massive).any() else []

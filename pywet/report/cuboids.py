@@ -16,7 +16,7 @@ HALVINGS = 30
 
 
 def visible(side: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
-    """Return the volume [m3] of square prisms of a side [m] on the line of centres, between spheres; rj may be infinite."""
+    """Return the volume [m3] of square bars of a side [m] on the line of centres, between spheres; rj may be infinite."""
     across = side[:, None] * (NODES + 1.0) / 4.0  # a quarter of the square
     square = across[:, :, None] ** 2 + across[:, None, :] ** 2
     height = np.maximum(gap[:, None, None] + depth(square, ri) + depth(square, rj), 0.0)

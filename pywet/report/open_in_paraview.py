@@ -80,7 +80,7 @@ def walls(view: Any) -> None:
     pv.Hide(every, view)
     for name, wall in SHOWN["walls"].items():
         part = pv.Threshold(registrationName=name, Input=every)
-        part.Scalars, part.LowerThreshold, part.UpperThreshold = ["CELLS", "holder"], wall["code"], wall["code"]
+        part.Scalars, part.LowerThreshold, part.UpperThreshold = ["CELLS", "reservoir"], wall["code"], wall["code"]
         look = pv.Show(part, view)
         look.ColorArrayName = PLAIN
         look.Opacity = wall["opacity"] or 0.15

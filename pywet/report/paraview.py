@@ -50,7 +50,7 @@ def shown(run: RunDir) -> dict[str, Any]:
     """Return the data of a run that the script needs: colours, walls, camera, initial time, curves."""
     step = render.telling_step(run)
     centre, away, aim, up = (v.tolist() for v in render.camera(run, *render.view(run, step)))
-    reservoirs = vtk.words(run)["walls"]["holder_from_0"] if run.scene.walls else []
+    reservoirs = vtk.words(run)["walls"]["reservoir_from_0"] if run.scene.walls else []
     return {
         "name": run.scene.name,
         "folder": str((run.path / "vtk").resolve()),

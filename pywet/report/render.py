@@ -232,7 +232,7 @@ def _worth_seeing(run: RunDir, step: int) -> Floats:
         points = np.concatenate([points, spheres - radius, spheres + radius])
     if not framed.any():
         size = np.ptp(points, axis=0).max() if len(points) else np.inf
-        for mesh in table["mesh"][table["holder"] == "wall"].unique():
+        for mesh in table["mesh"][table["reservoir"] == "wall"].unique():
             more = np.concatenate([points, corners[(table["mesh"] == mesh).to_numpy()].reshape(-1, 3)])
             if np.ptp(more, axis=0).max() <= NEAR * size:
                 points = more
@@ -287,7 +287,7 @@ def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats, line: flo
 
 def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
     """Draw wires, plates of screens and the impact plate solid, of every other wall the far half, translucent."""
-    massive, reservoirs = solid(run), run.triangles["holder"]
+    massive, reservoirs = solid(run), run.triangles["reservoir"]
     whole = vtk.walls(run, step)
     if massive.any():
         part = whole.extract_cells(massive).extract_surface(algorithm="dataset_surface")

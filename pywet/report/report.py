@@ -38,18 +38,18 @@ def write(
     template_dir: Path,
     picture: Path | None,
     out: Path,
-    twins: Mapping[str, tuple[int, str]] | None = None,
+    comparisons: Mapping[str, tuple[int, str]] | None = None,
 ) -> None:
     """Write the report on `cases` run in `folder`/<case name>; `picture` is a PNG of one moist case, if there is one.
 
-    `twins`: folder name of a run with another preset -> number of its case and that preset.
+    `comparisons`: folder name of a run with another preset -> number of its case and that preset.
     """
     results = collect(folder, [config.case(number) for number in cases])
     usual = {r.case.case: r for r in results}
     numbers = collected(results, config, scale)
     pairs = [
         presets.shown(usual[number], collect_run(folder / name, config.case(number)), preset, numbers)
-        for name, (number, preset) in (twins or {}).items()
+        for name, (number, preset) in (comparisons or {}).items()
     ]
     _render(scale, results, numbers, template_dir, picture, out, pairs)
 

@@ -167,7 +167,7 @@ def _liquid(runs: seeds.Runs) -> str:
     shown = {str(c): _reservoir_name(str(c), names) for c in few} | ({OTHERS: f"{len(rest)} others"} if rest else {})
     tables = [of.liquid.assign(**{OTHERS: of.liquid[rest].sum(axis=1)}) for of in runs]
     tables = [of.assign(**{c: 1e9 * of[c] for c in [*few, OTHERS, "initial_m3"]}) for of in tables]
-    if run.scene.is_fed:
+    if run.scene.has_insertion:
         shown["initial_m3"] = "put in until then"
 
     def at_end(column: str, of: str | None = None) -> str:

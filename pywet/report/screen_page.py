@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.products import apertures, screening_report, until
 from pywet.products.apertures import of_deck
 from pywet.products.screening_report import RESULT
@@ -330,7 +330,7 @@ def screen(
     PywetError
         If the run has neither a collecting bin nor outlets that are overs and unders.
     """
-    with run_lock.reading(Path(folder)):
+    with run_folder.reading(Path(folder)):
         numbers = screening_report.write(Path(folder), aperture_mm, from_s, deck)
         write(Path(folder), numbers)
     return numbers

@@ -26,7 +26,7 @@ TURN, TILT = np.radians(18.0), np.radians(24.0)
 
 def frame(run: RunDir) -> Floats:
     """Return right, away and up of a picture, as rows: up against gravity, away along the axis of turning walls, else along y."""
-    pull, ways = np.array(run.scene.gravity_m_per_s2), map(run.scene.motion_of, run.scene.walls)
+    pull, ways = np.array(run.scene.gravity_m_per_s2), run.scene.motions.values()
     turning = next((way for way in ways if isinstance(way, Rotation)), None)
     up = -pull / np.linalg.norm(pull) if pull.any() else np.array([0.0, 0.0, 1.0])
     for axis in ([0.0, 1.0, 0.0] if turning is None else turning.axis, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]):
@@ -44,7 +44,7 @@ def frame(run: RunDir) -> Floats:
 def solid(run: RunDir) -> Bools:
     """Return whether each triangle is drawn solid: of wires, of a screen's plate, of the impact plate."""
     names = [w.name for w in run.scene.walls if w.name.rstrip("_0123456789") in (*SCREENS, CROSS)]
-    return np.asarray(run.triangles["holder"].isin(METALS) | run.triangles["mesh"].isin(names), dtype=bool)
+    return np.asarray(run.triangles["reservoir"].isin(METALS) | run.triangles["mesh"].isin(names), dtype=bool)
 
 
 def project(points: Floats, seen: Floats = UPRIGHT) -> Floats:

@@ -2,7 +2,7 @@
 
 Particles are points with radius, class, film thickness, velocity and whether they are in the bin; bridges are lines
 with their bodies, volume and separation; walls are triangles at their position at that time with their film
-thickness. The field data explain the codes of classes, holders and partners. Lengths in m, times in s.
+thickness. The field data explain the codes of classes, reservoirs and partners. Lengths in m, times in s.
 `reference_impl/shown` reads them back.
 """
 
@@ -101,12 +101,12 @@ def wall_thickness(run: RunDir, step: int) -> Floats:
 
 
 def walls(run: RunDir, step: int) -> Any:
-    """Return all wall triangles at one output step; `holder` numbers the reservoirs in the order in which they appear."""
+    """Return all wall triangles at one output step; `reservoir` numbers the reservoirs in order of appearance."""
     corners = wall_corners(run, step)
     data = {
         "film_thickness": wall_thickness(run, step),
         "part": run.triangles["part"].to_numpy(dtype=np.int32),
-        "holder": pd.factorize(run.triangles["holder"])[0].astype(np.int32),
+        "reservoir": pd.factorize(run.triangles["reservoir"])[0].astype(np.int32),
     }
     return grid("TRIANGLE", 3, corners.reshape(-1, 3), of_cells=data)
 
@@ -121,7 +121,7 @@ def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
         },
         "bridges": of_partners,
         "cuboids": of_partners,
-        "walls": {"holder_from_0": list(pd.factorize(run.triangles["holder"])[1])},
+        "walls": {"reservoir_from_0": list(pd.factorize(run.triangles["reservoir"])[1])},
     }
 
 
@@ -186,6 +186,6 @@ def run_writer(writer: Any, path: Path) -> None:
 def unwritten(path: Path) -> PywetError:
     """Make the error for a file that VTK could not write."""
     return PywetError(
-        f"{path} cannot be written; expected room on the disk and a folder that may be written to",
+        f"{path} cannot be written; expected free space on the disk and a folder that may be written to",
         code="vtk.unwritten", where=path,
     )  # fmt: skip

@@ -85,7 +85,7 @@ class Run:
     energy = _stored("history/energy", "Energies at the outputs, and the works since the start.")
     contact_statistics = _stored(
         "results/contact_statistics",
-        "Of a scene of one's own, at the outputs: contacts and bridges per sphere, overlaps, speeds.",
+        "Of a custom scene, at the outputs: contacts and bridges per sphere, overlaps, speeds.",
     )
 
     @cached_property
@@ -226,8 +226,7 @@ class Run:
         return steady_rate(table["time_s"].to_numpy(), table["passed_kg"].to_numpy())
 
     def _turning(self) -> list[Rotation]:
-        motions = (self.scene.motion_of(wall) for wall in self.scene.walls)
-        return [motion for motion in motions if isinstance(motion, Rotation)]
+        return [motion for motion in self.scene.motions.values() if isinstance(motion, Rotation)]
 
     def _table(self, name: str) -> pd.DataFrame:
         if name.startswith("history/") and not self._run.moist:

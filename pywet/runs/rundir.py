@@ -191,7 +191,7 @@ class RunDir:
     def wall_films(self) -> pd.DataFrame:
         """Return the wet triangles at the output steps, with their reservoir."""
         films = self.table("history/wall_films")
-        return films.assign(holder=self.holders(films["triangle"].to_numpy()))
+        return films.assign(reservoir=self.reservoirs_of(films["triangle"].to_numpy()))
 
     def on_walls(self, names: Mapping[str, str], of: str) -> pd.DataFrame:
         """Return the liquid on walls at the output steps [m3], films and their share of active bridges.
@@ -207,7 +207,7 @@ class RunDir:
         bridges = pd.concat(parts) if parts else pd.DataFrame({name: np.zeros(0) for name in of_bridges})
         films = self.table("history/wall_films").rename(columns={"film": "volume"})
         held = pd.concat([films, bridges.assign(volume=bridges["volume"] - bridges["share_i"])], ignore_index=True)
-        where = pd.Series(self.holders(held["triangle"].to_numpy(), of), index=held.index).map(names)
+        where = pd.Series(self.reservoirs_of(held["triangle"].to_numpy(), of), index=held.index).map(names)
         sums = held.assign(where=where).pivot_table(index="step", columns="where", values="volume", aggfunc="sum")
         return sums.reindex(index=steps, columns=columns).fillna(0.0)
 
@@ -227,8 +227,8 @@ class RunDir:
         span = self.scene.steps + 1
         return names, np.sort(place * span + log["step"].to_numpy(dtype=np.int64)), span
 
-    def holders(self, triangle: Ints, of: str = "holder") -> NDArray[np.object_]:
-        """Return the holder, or `mesh`, of each triangle number."""
+    def reservoirs_of(self, triangle: Ints, of: str = "reservoir") -> NDArray[np.object_]:
+        """Return the reservoir, or `mesh`, of each triangle number."""
         known, wanted = np.asarray(self.triangles[of], dtype=object), np.asarray(triangle, dtype=np.int64)
         if len(wanted) and not 0 <= wanted.min() <= wanted.max() < len(known):
             raise PywetError(

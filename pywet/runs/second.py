@@ -45,7 +45,7 @@ def of_run(run_dir: Path) -> dict[str, str]:
     named = _left(run_dir)["functions"]
     for name in (name for name in named.values() if not custom_laws.may_run(name)):
         notice.warning(
-            f"the second function {name} was not run: read its file, then name it in config.yaml or give --trust"
+            f"the user reference implementation {name} was not run: read its file, then name it in config.yaml or give --trust"
         )
     return {kind: name for kind, name in named.items() if custom_laws.may_run(name)}
 

@@ -17,10 +17,9 @@ def wall_corners(run: RunDir, step: int) -> Floats:
         return _by_poses(run, step, corners)
     motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
     shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
-    for wall in run.scene.walls:
-        way = run.scene.motion_of(wall)
+    for name, way in run.scene.motions.items():
         if isinstance(way, Rotation):
-            of_wall = (table["mesh"] == wall.name).to_numpy()
+            of_wall = (table["mesh"] == name).to_numpy()
             corners[of_wall] = turned(corners[of_wall], way, step * run.scene.time_step_s)
     return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
 

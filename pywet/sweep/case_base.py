@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from pywet import config as settings
-from pywet import run_lock, stages
+from pywet import run_folder, stages
 from pywet.cases.screening import verdict
 from pywet.config import Case, Config, Materials
 from pywet.config.loading import parse, placed_laws
@@ -100,7 +100,7 @@ class OfCase(Kind):
             "results": lambda: stages.results(folder),
             "replay": lambda: stages.replay(folder),
         }
-        with run_lock.hold(folder):
+        with run_folder.hold(folder):
             for stage in () if stages.same_run(config, number, self.scale, folder) else STAGES:
                 status = stages.attempt(folder, stage, work[stage], aloud=False)
                 if not status.ok:

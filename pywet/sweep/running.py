@@ -10,7 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from pathlib import Path
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.ending import die_with_parent
 from pywet.errors import PywetError, one_line, refused
 from pywet.sweep import costs
@@ -34,7 +34,7 @@ def do(kind: Kind, run: Run, store: Store, ranks: int = 1) -> bool:
         return _attempt(kind, run, store, folder, ranks)
     with ExitStack() as held:
         try:
-            held.enter_context(run_lock.hold(folder))
+            held.enter_context(run_folder.hold(folder))
         except PywetError as busy:
             notice.warning(str(busy))
             return False

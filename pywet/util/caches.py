@@ -44,7 +44,7 @@ def given(place: str, name: str) -> Path:
     try:
         return _private(_private(Path(place).absolute()) / name)
     except PywetError as error:
-        notice.warning(f"{error}; machine code is kept in {folder(name)}")
+        notice.warning(f"{error}; machine code is stored in {folder(name)}")
         return folder(name)
 
 

@@ -21,7 +21,7 @@ from reference_impl.replay.lives import FORMATION, RETIREMENT, RUPTURE
 
 MISSING_FORMATION = "a formation is missing from the log"
 MISSING_RUPTURE = "a rupture is missing from the log"
-CHANGES = "it changes while the bridge stands"
+CHANGES = "it changes while the bridge exists"
 TWICE = "an event is in the log twice"
 Pair = tuple[Floats, Floats]
 

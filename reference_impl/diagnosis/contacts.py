@@ -94,7 +94,7 @@ def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         ratio = float((c.gap / far)[rows].max())
-        yield Suspect(f"it is made too late (a bridge still stands at {ratio:.4g} of its limit)", stands, ratio)
+        yield Suspect(f"it is made too late (a bridge still exists at {ratio:.4g} of its limit)", stands, ratio)
 
     one = np.ones(len(stands))
 

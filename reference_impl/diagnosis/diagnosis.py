@@ -110,7 +110,7 @@ class Finding:
             share = f"{self.broken} of {self.records} records disagree; cause not among the {self.tried} faults tried"
         place = f"{self.where}, {self.since}; {share}"
         if self.alike:
-            return f"{what} ({place}; cannot be told apart from: {', or '.join(self.alike)})"
+            return f"{what} ({place}; cannot be distinguished from: {', or '.join(self.alike)})"
         if self.next_best is None:
             return f"{what} ({place})"
         name, part = self.next_best

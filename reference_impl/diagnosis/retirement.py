@@ -20,7 +20,7 @@ FAULTS = {
     "retired_speed": "its speed is not that of the output at which it was retired",
     "retired_rest": "it moves after it was retired",
     "retired_events": "it ends by retirement where no sphere of it is retired, or happens to a sphere that was retired before",
-    "retired_bridges": "it stands although a sphere of it was retired",
+    "retired_bridges": "it exists although a sphere of it was retired",
 }
 WHAT = {"retired_events": "event of a bridge", "retired_bridges": "bridge in a snapshot"}
 

@@ -30,7 +30,7 @@ def normal_law(run: Run, sets: list[Contacts], marks: Marks) -> Link | None:
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield from formulas(c, formula(name), {n: formula(n) for n in laws.VISCOUS_NORMAL}, name)
-        yield Suspect("the full relative speed stands for that along n", formula(name)(replace(c, vn=c.speed)))
+        yield Suspect("the full relative speed is used for that along n", formula(name)(replace(c, vn=c.speed)))
         yield from factor(logged, expected, rows)
 
     with np.errstate(all="ignore"):

@@ -112,17 +112,17 @@ def notes(more: dict[str, Any]) -> list[str]:
         return found
     if law.get("springs_left_over"):
         found.append(
-            f"newton: {law['springs_left_over']} new sphere contacts began with a spring that the engine had kept from an "
+            f"newton: {law['springs_left_over']} new sphere contacts began with a spring that the engine had stored from an "
             "earlier contact of the same spheres; taken as logged"
         )
     if law.get("skipped_beside_another"):
         found.append(
-            f"newton: {law['skipped_beside_another']} wall contacts that the engine skipped beside another in the same plane"
+            f"newton: {law['skipped_beside_another']} wall contacts that the engine skipped next to another in the same plane"
         )
     if law.get("beside_an_edge"):
         found.append(
             f"newton: {law['beside_an_edge']} of {law['dry_contacts']} dry contacts are a second one of a sphere with the same "
-            "wall part, where the engine counts a convex edge beside the face; the reference does the same"
+            "wall part, where the engine counts a convex edge in addition to the face; the reference does the same"
         )
     return found
 

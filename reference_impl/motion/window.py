@@ -252,7 +252,7 @@ def _walls(folder: Path, scene: dict[str, Any], recorded: bool) -> tuple[tuple[W
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
-        way, analytic_wires = way_of(scene, wall), wall.get("prisms", False)
+        way, analytic_wires = way_of(scene, wall), wall.get("analytic_wires", False)
         motion = RECORDED if recorded else wall["motion"]
         walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, motion, way, analytic_wires))
     return tuple(walls), corners, table["part"].to_numpy()

@@ -139,7 +139,7 @@ def of_bridges(rows: pd.DataFrame, volume: Floats, run: Run) -> tuple[Floats, Fl
     return shapes(pairs(rows, fixed), volume, fixed)
 
 
-def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
+def reservoirs_of(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
     """Return the numbers of the reservoirs, on i's and on j's side, that an event draws from or returns to."""
     return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + fixed.film_of[_triangles(table, p)], p.sphere_j)
 

@@ -30,7 +30,7 @@ WITHOUT = {
     "viscous_normal": "the normal viscous force is taken as logged",
     "viscous_tangential": "the tangential viscous force is taken as logged",
     "rupture": "the static rupture distance is taken as logged",
-    "dynamic_rupture": "the rupture limit is taken as logged, ruptures are held against the static distance",
+    "dynamic_rupture": "the rupture limit is taken as logged, ruptures are compared with the static distance",
     "formation": "what a new bridge draws is taken as logged",
     "transfer": "the transfer table is taken as logged",
     "shedding": "the volume of a drop is taken as logged",

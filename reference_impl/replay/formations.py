@@ -14,7 +14,7 @@ from reference_impl.motion import impulses, nearest
 from reference_impl.motion.window import slide_steps, way_of
 from reference_impl.replay import images, io, laws, script
 from reference_impl.replay.arrays import Floats
-from reference_impl.replay.bodies import bodies, film_areas, holders, pairs
+from reference_impl.replay.bodies import bodies, film_areas, pairs, reservoirs_of
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
@@ -52,7 +52,7 @@ class Held:
 def sides_of(events: pd.DataFrame, run: Run) -> tuple[Floats, Floats]:
     """Return the numbers of the reservoirs on both sides of some events."""
     fixed = bodies(run)
-    return holders(events, pairs(events, fixed), fixed)
+    return reservoirs_of(events, pairs(events, fixed), fixed)
 
 
 def keep_films(film: Floats, events: pd.DataFrame, run: Run) -> None:

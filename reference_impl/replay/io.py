@@ -178,7 +178,7 @@ def readable(path: Path, what: str = "the history of a moist run") -> Iterator[N
         raise ReplayError(f"{path} is not a readable Parquet table; expected {what}: run the case again") from error
 
 
-TEXT = ("mesh", "holder")
+TEXT = ("mesh", "reservoir")
 """Columns that are not numerical."""
 MAY_BE_INFINITE = ("half_width",)
 WHOLE = ("step", "id", "type", "kind", "partner_kind", "i", "j", "triangle", "part", "part_class", "type_i", "type_j")

@@ -15,7 +15,7 @@ import pandas as pd
 from reference_impl.compiled import compiled
 from reference_impl.replay import laws
 from reference_impl.replay.arrays import Floats
-from reference_impl.replay.bodies import Bodies, Pairs, film_areas, holders, shapes
+from reference_impl.replay.bodies import Bodies, Pairs, film_areas, reservoirs_of, shapes
 from reference_impl.replay.drops import Falling
 from reference_impl.replay.lives import RETIREMENT, Lives
 from reference_impl.replay.transfer import Tables
@@ -78,7 +78,7 @@ def of_spheres(reservoir: Floats, p: Pairs, given: Floats, this: Floats, other: 
 def asks(table: pd.DataFrame, p: Pairs, fixed: Bodies, logged: bool) -> tuple[Asks, Asks]:
     """Return the amounts that formations draw from both sides; `logged`: take them from the log, for an unknown law."""
     given = [table[f"share_{s}"].to_numpy(float) if logged else np.full(len(table), np.nan) for s in "ij"]
-    reservoir_i, reservoir_j = holders(table, p, fixed)
+    reservoir_i, reservoir_j = reservoirs_of(table, p, fixed)
     j = of_spheres(reservoir_j, p, given[1], p.rj, p.ri)
     # from a wall (E 10, 13)
     part = np.where(p.kind == laws.SMALL_WALL, 2.0 * p.ri * p.width, np.pi / 4.0 * p.ri**2)

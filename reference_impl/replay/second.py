@@ -71,7 +71,9 @@ def _load(name: str) -> Function:
     try:
         imported = {word for node in ast.walk(ast.parse(Path(path).read_bytes())) for word in _imports(node)}
         if "pywet" in imported:
-            raise ReplayError(f"{path} imports pywet; expected a second function that shares nothing with the first")
+            raise ReplayError(
+                f"{path} imports pywet; expected a user reference implementation that shares nothing with the law"
+            )
         function = runpy.run_path(path).get(attribute)
     except ReplayError:
         raise

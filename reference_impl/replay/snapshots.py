@@ -26,7 +26,7 @@ def active_at_outputs(run: Run, tables: Tables, lives: Lives) -> list[Quantity]:
 
 
 def films_at_outputs(run: Run, outputs: Floats, shots: Floats) -> list[Quantity]:
-    """Check films of spheres and walls at every output; `shots`: all liquid at the output steps by holder."""
+    """Check films of spheres and walls at every output; `shots`: all liquid at the output steps by reservoir."""
     fixed, found = bodies(run), []
     for name, number, first in (("films", "id", 0), ("wall_films", "triangle", fixed.walls_from)):
         table = run.table(name)

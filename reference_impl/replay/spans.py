@@ -1,6 +1,6 @@
 """Process a moist run's logs once, part by part: each part is compared and only its sums are stored.
 
-A part ends with a step. Only the liquid of every holder and the active bridges are carried to the next part.
+A part ends with a step. Only the liquid of every reservoir and the active bridges are carried to the next part.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from reference_impl.replay import (
     whole,
 )
 from reference_impl.replay.arrays import Columns, Floats
-from reference_impl.replay.bodies import all_known, bodies, holders, known, pairs
+from reference_impl.replay.bodies import all_known, bodies, known, pairs, reservoirs_of
 from reference_impl.replay.compare import Quantity, merged
 from reference_impl.replay.io import Run, note, where
 from reference_impl.replay.liquid_ledger import book
@@ -149,7 +149,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         contacts_began = time.process_time()
         _contacts(part, logs["contacts"], step, lives, samples, found)
         rows = np.arange(found.events, found.events + len(events))
-        for reservoir in holders(events, p, fixed):
+        for reservoir in reservoirs_of(events, p, fixed):
             np.maximum.at(last_row, reservoir, rows)
         found.events += len(events)
         before, start = lives.active(), step

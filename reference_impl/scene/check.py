@@ -41,7 +41,7 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
         _compare(section, run, dict(config), scene)
     except (KeyError, TypeError, ValueError, StopIteration, IndexError, AttributeError, ArithmeticError) as error:
         raise io.ReplayError(
-            f"{run}: scene.json and {configuration.FILE} cannot be laid beside each other ({error!r}); expected both as "
+            f"{run}: scene.json and {configuration.FILE} cannot be compared ({error!r}); expected both as "
             "`pywet run` writes them: build the run again"
         ) from error
     return section
@@ -59,7 +59,7 @@ def _user_defined(section: Section, run: Path, description: dict[str, Any], scen
     if scene["effects"]["bridges"] and plan.there(run):
         section.add("scene_plan", "itself", [*plan.compared(run, scene, case=False)], "numbers that decide effects")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
-        section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers that the plugin was told")
+        section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers passed to the plugin")
     section.not_checked.append(f"scene: {described.not_held(description, scene)}")
 
 
@@ -79,7 +79,7 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
     section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
     section.add("scene_start", "itself", start.starts(run, config, scene), "numbers of the start")
     if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
-        section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers that the plugin was told")
+        section.add("scene_told", "itself", _passed_to_plugin(run, scene), "numbers passed to the plugin")
     if deck.there(run):
         section.add("scene_deck", "itself", deck.read(run, scene, _resumed(run)), "numbers of the deck")
     else:

@@ -42,7 +42,7 @@ RANK_B, SPHERE_B, REPLAY_B, REPLAY_EACH_B = 450e6, 20e3, 500e6, 60e3
 """Memory (docs/cluster.md): of a rank, per sphere, of the replay, per sphere there."""
 OUTPUT_SPHERE_B, OUTPUT_BRIDGE_B, EVENT_B, STEP_SPHERE_B, STEP_BRIDGE_B = 110.0, 50.0, 105.0, 140.0, 240.0
 """Disk: per sphere and per bridge at an output, per event, per sphere and per bridge at a recorded step."""
-WIRES = "prism"
+WIRES = "analytic"
 """Kind of wires for the machine's costs, analytic."""
 NEAREST = ("reduced", "smoke")
 """Scales whose table is used for one without a table."""
@@ -106,8 +106,8 @@ def predicted(
 
 def _relative(table: Mapping[str, Any], parameter: str, level: str) -> float:
     """Return the cost of a level of a setting over that of the default in moist screening; 1 if not measured."""
-    prices = {row["level"]: row["price"].get("moist") for row in table["knobs"][parameter]}
-    return float(prices[level]["ratio"]) if prices.get(level) else 1.0
+    costs = {row["level"]: row["cost"].get("moist") for row in table["parameters"][parameter]}
+    return float(costs[level]["ratio"]) if costs.get(level) else 1.0
 
 
 def counts(config: Mapping[str, Any], scene: Mapping[str, Any]) -> dict[str, float]:
@@ -118,7 +118,7 @@ def counts(config: Mapping[str, Any], scene: Mapping[str, Any]) -> dict[str, flo
     there = bed.staying(time)
     on = there.sum(axis=1)
     wires = next(w for w in scene["walls"] if w["name"] == "wires")
-    analytic = bool(wires["prisms"])
+    analytic = bool(wires["analytic_wires"])
     bridges = BRIDGES_EACH * bed.n.sum() if scene["effects"]["bridges"] else 0.0
     steps = scene["duration_s"] / scene["time_step_s"]
     return {

@@ -53,7 +53,7 @@ def _globals(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
         yield Held("deck: corners at the faces", "corrected" if fix else None, "corrected", "scene.json: periodic")
     files = dict(re.findall(r"^fix\s+(\S+) all mesh/surface\S* file (\S+)", setup, re.MULTILINE))
     for wall in scene["walls"]:
-        want = (f"../{wall['stl']}", f"{wall['name']}.moves.stl") if wall.get("prisms") else f"../{wall['stl']}"
+        want = (f"../{wall['stl']}", f"{wall['name']}.moves.stl") if wall.get("analytic_wires") else f"../{wall['stl']}"
         yield Held(f"deck: file of the mesh {wall['name']}", files.get(wall["name"]), want, "scene.json: walls stl")
 
 

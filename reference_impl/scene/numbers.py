@@ -129,7 +129,7 @@ def _motion(config: Mapping[str, Any]) -> Expected:
 
 
 def _walls(config: Mapping[str, Any]) -> Expected:
-    data, analytic_wires = config["materials"], config["scale"].get("wires", "mesh") == "prism"
+    data, analytic_wires = config["materials"], config["scale"].get("wires", "mesh") == "analytic"
     found: Expected = {"walls": (list(tower.MOTION), "the parts of the tower in order")}
     for name, motion in tower.MOTION.items():
         material = data["wall_materials"][name]["material"]
@@ -139,7 +139,7 @@ def _walls(config: Mapping[str, Any]) -> Expected:
             "stl": (f"stl/{name}.stl", "the part it is"),
             "motion": (motion, "docs/geometry.md"),
             "contact_angle_rad": (angle, f"materials.yaml: walls.{material}.contact_angle_deg"),
-            "prisms": (analytic_wires and name == "wires", "scales.yaml: wires"),
+            "analytic_wires": (analytic_wires and name == "wires", "scales.yaml: wires"),
             "motion_parameters": (None, "walls of a case share the scene's motions"),
             "feature_angle_deg": (None, "the parts of a case's walls are those of the tower"),
         }
@@ -185,7 +185,7 @@ def _retires(config: Mapping[str, Any]) -> bool:
     moist = bool(wanted["bridges"])
     after = number(scale, "duration_s") - number(scale, "slide_opens_at_s")
     barred = output["checkpoints"] == 0 or wanted["shedding"] is not None or (moist and output["energy"])
-    attached = moist or scale.get("wires", "mesh") == "prism"
+    attached = moist or scale.get("wires", "mesh") == "analytic"
     falls = settings["effects"].get("gravity", "auto") not in (False, "off")
     return bool(attached and falls and not barred and after > 0 and 0.93 * (1.0 - 3.3 / after) >= 0.5)
 

@@ -1,4 +1,4 @@
-"""Binary STL files read and measured: bodies, prisms, tubes, plates; independent of the configuration."""
+"""Binary STL files read and measured: bodies, extruded sections, tubes, plates; independent of the configuration."""
 
 from __future__ import annotations
 

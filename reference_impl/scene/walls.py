@@ -180,9 +180,9 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
     offset = np.cumsum([0, *(len(w["part_half_width_m"]) for w in scene["walls"])])
     part = np.concatenate([np.asarray(w["triangle_part"]) + o for w, o in zip(scene["walls"], offset, strict=False)])
     names = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
-    t = io.columns(history / "triangles.parquet", ["triangle", "part", "mesh", "holder", "area", *names]).sort_values(
-        "triangle"
-    )
+    t = io.columns(
+        history / "triangles.parquet", ["triangle", "part", "mesh", "reservoir", "area", *names]
+    ).sort_values("triangle")
     p = io.columns(history / "parts.parquet", ["part", "half_width", "contact_angle", "area"]).sort_values("part")
     if len(t) != len(corners) or len(p) != offset[-1]:
         return [
@@ -205,7 +205,7 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
         _row("history/parts.area", p["area"].to_numpy(float), size, size, 1e-6),
         _row("history/parts.half_width", np.nan_to_num(in_part, posinf=0.0), np.nan_to_num(wide, posinf=0.0), 1e-3),
     ]
-    for column, key in (("mesh", "name"), ("holder", "reservoir")):
+    for column, key in (("mesh", "name"), ("reservoir", "reservoir")):
         want = [scene["walls"][k][key] for k in wall_of]
         bad = next((k for k, (a, b) in enumerate(zip(t[column], want, strict=True)) if a != b), 0)
         found.append(

@@ -38,14 +38,14 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel; `beside` is the data next to it."""
+    """One panel; `alongside` is the data next to it."""
 
     titles: list[str]
     """Texts above and in the axes."""
     x_label: str
     y_label: str
     curves: tuple[Curve, ...]
-    beside: list[dict[str, Any]]
+    alongside: list[dict[str, Any]]
     bands: tuple[Curve, ...] = ()
     """Areas named like a curve plus `:band`: from the smallest to the largest of its seeds."""
 
@@ -63,12 +63,12 @@ def panels(section: str) -> list[Panel]:
         text = re.search(r"<svg.*?</svg>", figure, re.DOTALL)
         data = re.search(r'<script type="application/json">(.*?)</script>', figure, re.DOTALL)
         if text is None:
-            raise ReplayError("a figure of the report holds no picture; write the report anew")
+            raise ReplayError("a figure of the report holds no picture; write the report again")
         found.append(_panel(ET.fromstring(text.group(0)), json.loads(data.group(1)) if data else []))
     return found
 
 
-def _panel(root: ET.Element, beside: list[dict[str, Any]]) -> Panel:
+def _panel(root: ET.Element, alongside: list[dict[str, Any]]) -> Panel:
     named = {g.attrib["id"].split("-", 1)[-1]: g for g in root.iter(f"{SVG}g") if "id" in g.attrib}
     axes = named["axes_1"]
     along, up = (_axis(named[f"matplotlib.axis_{k}"], "xy"[k - 1]) for k in (1, 2))
@@ -79,7 +79,7 @@ def _panel(root: ET.Element, beside: list[dict[str, Any]]) -> Panel:
     curves = [c for g in axes if (c := _curve(g, paths, along[0], up[0], legend)) is not None]
     bands = tuple(c for c in curves if c.claim.endswith(BAND))
     lines = tuple(c for c in curves if not c.claim.endswith(BAND))
-    return Panel([_words(e) for e in plain], along[1], up[1], lines, beside, bands)
+    return Panel([_words(e) for e in plain], along[1], up[1], lines, alongside, bands)
 
 
 def _words(element: ET.Element) -> str:
@@ -102,7 +102,7 @@ def _axis(group: ET.Element, axis: str) -> tuple[tuple[float, float], str]:
         elif texts:
             name = texts[0]
     if len(at) < 2:
-        raise ReplayError("an axis of the report has fewer than two labels; write the report anew")
+        raise ReplayError("an axis of the report has fewer than two labels; write the report again")
     slope, start = np.polyfit(at, value, 1)
     return (float(slope), float(start)), name
 

@@ -52,7 +52,7 @@ class Logs:
         self.poses: script.Poses | None = None
         if self.plan.walls:
             corners = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
-            names = ["triangle", "part", "mesh", "holder", *corners]
+            names = ["triangle", "part", "mesh", "reservoir", *corners]
             self.triangles = io.columns(history / "triangles.parquet", names).sort_values("triangle")
             self.rest = self.triangles[corners].to_numpy(float).reshape(-1, 3, 3)
             self.poses = script.Poses(folder) if script.of(folder) else None

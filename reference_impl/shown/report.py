@@ -115,7 +115,7 @@ def _panel(runs: Runs, figure: str, key: str, panel: Panel) -> Iterator[str]:
     axes = {"x": TIME, "y": LIQUID if figure == "liquid" else FRACTION}
     for axis, words in (("x", panel.x_label), ("y", panel.y_label)):
         yield from _words(runs, f"{key}.{axis}", axes[axis], [words], f"the axis {axis}")
-    alongside = {(d["case"], d["column"]): d for d in panel.beside}
+    alongside = {(d["case"], d["column"]): d for d in panel.alongside}
     for curve in panel.curves:
         run, _, column = curve.claim.partition(":")
         meaning, number = runs.meaning(figure, run, column), runs.number(run)
@@ -268,11 +268,11 @@ def _colours(runs: Runs, figure: str, panel: Panel, seen: dict[tuple[str, str], 
         for scope, means in ((f"{kind} {runs.rows[number]['material']}", what), (kind, "moist" if moist else what)):
             other = seen.setdefault((scope, curve.colour), means)
             if other != means:
-                yield f"{curve.colour} stands for {means!r}, elsewhere for {other!r}"
+                yield f"{curve.colour} means {means!r}, elsewhere {other!r}"
                 break
     for (a, one), (b, two) in combinations(here.items(), 2):
         if np.linalg.norm(np.subtract(_rgb(one), _rgb(two))) < APART:
-            yield f"the colours of {a!r} and {b!r} can hardly be told apart"
+            yield f"the colours of {a!r} and {b!r} can hardly be distinguished"
 
 
 def _rgb(colour: str) -> tuple[int, ...]:
@@ -289,7 +289,7 @@ def _missing(runs: Runs, figure: str, panels: list[Panel]) -> Iterator[str]:
         yield f"{folder} is not shown"
     for k, panel in enumerate(panels):
         claims = [c.claim for c in panel.curves]
-        for data in panel.beside:
+        for data in panel.alongside:
             if f"{data['case']}:{data['column']}" not in claims:
                 yield f"panel {k + 1}: {data['column']} of {data['case']} is next to it but not shown"
 

@@ -183,7 +183,7 @@ class Scene:
         for mesh in self.head["meshes"]:
             rows, moved = mesh["triangles"], np.reshape(mesh["moved"][frame], (3, 4))
             shown[rows] = rest[rows] @ moved[:, :3].T + moved[:, 3]
-            reservoirs = set(self.logs.triangles["holder"].iloc[rows])
+            reservoirs = set(self.logs.triangles["reservoir"].iloc[rows])
             if (mesh["solid"], mesh["hidden"]) != (reservoirs <= SOLID, reservoirs <= HIDDEN):
                 yield f"walls of {', '.join(sorted(reservoirs))} are drawn as others are"
         if np.isnan(shown).any() or _off(shown, expected, 2.0 * self.head["quantum"]).any():
@@ -240,7 +240,7 @@ def _factor(shown: Floats, expected: Floats) -> str:
 
 
 def _seen(side: Floats, apart: Floats, ri: Floats, rj: Floats) -> Floats:
-    """Return the volume [m3] of a square prism between two centres that is outside both spheres; rj infinite: up to a plane."""
+    """Return the volume [m3] of a square bar between two centres that is outside both spheres; rj infinite: up to a plane."""
     y = side[:, None] * NODES / 2.0
     square = y[:, :, None] ** 2 + y[:, None, :] ** 2
 

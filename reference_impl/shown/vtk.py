@@ -196,11 +196,11 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
                      shown.cells)  # fmt: skip
         if len(shown.cells) != count:
             return
-        names, codes = shown.words.get("holder_from_0", []), shown.of_cells["holder"].astype(int)
+        names, codes = shown.words.get("reservoir_from_0", []), shown.of_cells["reservoir"].astype(int)
         known = dict(enumerate(names))
-        same = np.array([known.get(c) == expected for c, expected in zip(codes, here["holder"], strict=True)])
-        rows = pd.DataFrame({"step": step, "holder": here["triangle"].to_numpy()})
-        yield Field("vtk_wall_holder", "name of a triangle's holder", rows, same.astype(int), np.ones(count, int),
+        same = np.array([known.get(c) == expected for c, expected in zip(codes, here["reservoir"], strict=True)])
+        rows = pd.DataFrame({"step": step, "triangle": here["triangle"].to_numpy()})
+        yield Field("vtk_wall_reservoir", "name of a triangle's reservoir", rows, same.astype(int), np.ones(count, int),
                     np.ones(count))  # fmt: skip
     area = stl.area(corners)
     fields = [(f"corner_{k}", f"corner {k + 1} of a wall's triangle", corners[:, k] + logs.origin) for k in range(3)]
@@ -209,7 +209,9 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
     every = dict(shown.of_cells)
     if len(shown.cells):
         every |= {f"corner_{k}": shown.points[shown.cells[:, k]] for k in range(3)}
-    yield from _each("wall", fields, every, np.arange(count), pd.DataFrame({"step": step, "holder": here["triangle"]}))
+    yield from _each(
+        "wall", fields, every, np.arange(count), pd.DataFrame({"step": step, "triangle": here["triangle"]})
+    )
 
 
 def _each(

@@ -26,7 +26,7 @@ TYPES = {
     "UInt8": "<u1",
     "UInt32": "<u4",
 }
-AGAIN = "write it anew with pywet view"
+AGAIN = "write it again with pywet view"
 
 
 @dataclass(frozen=True)

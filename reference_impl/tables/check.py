@@ -48,7 +48,7 @@ def check(folder: Path) -> Section:
             section.not_checked.append("results: summary.json, which is not there")
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, ArithmeticError) as error:
         raise io.ReplayError(
-            f"{run}: its results and scene.json cannot be laid beside each other ({error!r}); expected both as `pywet run` "
+            f"{run}: its results and scene.json cannot be compared ({error!r}); expected both as `pywet run` "
             "writes them: make the results again"
         ) from error
     return section

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from pywet.cost import choice
-from pywet.cost.knobs import KNOBS
+from pywet.cost.parameters import PARAMETERS
 from pywet.errors import PywetError
 from pywet.report.page import Cell, paragraph, picture
 from pywet.report.page import table as html_table
@@ -22,7 +22,7 @@ WISHES = {
     "restitution": ("restitution",),
 }
 """Purpose -> groups of quantities that it requires."""
-GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
+GRADE = {"on the front": "good", "not distinguished": "fair", "beaten": "bad"}
 
 
 def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
@@ -30,8 +30,8 @@ def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
     found = [
         asked(table, parameter, kind, group)
         for kind in choice.SCENES
-        for parameter in KNOBS
-        if not KNOBS[parameter].exact_pair
+        for parameter in PARAMETERS
+        if not PARAMETERS[parameter].exact_pair
         for group in GROUPS
     ]
     return [f for f in found if f is not None]
@@ -50,8 +50,8 @@ def live_with(table: dict[str, Any]) -> str:
             for accuracy in ACCURACIES:
                 with suppress(PywetError):  # no settings reach this accuracy
                     chosen = choice.choose(table, accuracy, kind == "moist", groups)
-                    words = [f"{KNOBS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
-                    message = [", ".join(words) or "the defaults", f"{chosen.price:.2f}\u00a0×"]
+                    words = [f"{PARAMETERS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
+                    message = [", ".join(words) or "the defaults", f"{chosen.cost:.2f}\u00a0×"]
                     if message != last:
                         error = f"{100 * max(chosen.error.values()):.2g} %"
                         of = Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %")
@@ -62,13 +62,13 @@ def live_with(table: dict[str, Any]) -> str:
         "must be shown right: what chance alone may have hidden is counted against it. Rows that choose the same as the one "
         "above are left out. The same from the command line: `pywet plan 2 --accuracy 2%`."
     )
-    return text + html_table(["what counts", "you can live with", "choose", "price", "error, counted"], rows)
+    return text + html_table(["what counts", "you can live with", "choose", "cost", "error, counted"], rows)
 
 
 def fronts(table: dict[str, Any]) -> str:
     return picture(
         figures.fronts(table),
-        "Lower left is better. Each line is the cheapest price for an error, over all combinations of time step, springs, "
+        "Lower left is better. Each line is the lowest cost for an error, over all combinations of time step, springs, "
         "facets, law, integration and impulses; rings: the defaults, counted the same way. What chance may hide counts in full "
         "against a cheaper setting and not at all against the default or a finer one, so that a ring at the foot says: nothing "
         "was found wrong with it. A ring to the right of its line could have had the same for less.",
@@ -79,13 +79,13 @@ def rank_table(table: dict[str, Any], standings: Sequence[choice.Rank]) -> str:
     order = {(s.kind, s.setting, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
-        for parameter in KNOBS:
+        for parameter in PARAMETERS:
             ranks = [order.get((kind, parameter, group)) for group in GROUPS]
             if any(ranks):
                 cells = [Cell("–", "none") if s is None else _rank_cell(s) for s in ranks]
-                rows.append([Cell(f"{kind}: {KNOBS[parameter].title}"), *cells])
+                rows.append([Cell(f"{kind}: {PARAMETERS[parameter].title}"), *cells])
     message = [
-        paragraph(f"{KNOBS[s.setting].title.capitalize()}, {s.kind}, {s.group}: {s.verdict_text}.")
+        paragraph(f"{PARAMETERS[s.setting].title.capitalize()}, {s.kind}, {s.group}: {s.verdict_text}.")
         for s in standings
         if s.verdict == "beaten"
     ] or [paragraph("No level of any setting is as cheap and better than the default beyond doubt.")]
@@ -116,10 +116,10 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
     names = [_name(t) for t in tables]
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
     rows: list[list[Cell | str]] = []
-    for parameter in KNOBS:
-        by_level = [{row["level"]: row for row in t["knobs"].get(parameter, ())} for t in tables]
+    for parameter in PARAMETERS:
+        by_level = [{row["level"]: row for row in t["parameters"].get(parameter, ())} for t in tables]
         for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
-            cells = [Cell(f"{KNOBS[parameter].title}: {level}")]
+            cells = [Cell(f"{PARAMETERS[parameter].title}: {level}")]
             for rows_of, study in zip(by_level, tables, strict=True):
                 cells += _at_scale(rows_of.get(level), level == study["default"].get(parameter), groups)
             rows.append(list(cells))
@@ -127,12 +127,12 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         paragraph(
             f"{_name(t).capitalize()}: stored result of {t['provenance']['date']}, {seeds_in_words(t['provenance'])}, "
             f"{t['provenance']['runs']} runs, {t['provenance']['processor_time_s'] / 60:.0f} min of processor time; "
-            f"`{t['provenance']['made_by']}` makes it anew."
+            f"`{t['provenance']['made_by']}` makes it again."
         )
         for t in others
     )
     text += paragraph(
-        "Price in moist and in dry runs, error in fraction retained and in liquid shares. Green: the scale's default. Errors are "
+        "Cost in moist and in dry runs, error in fraction retained and in liquid shares. Green: the scale's default. Errors are "
         "against the finest level of the same scale; pale where chance may have made them."
     )
     chosen = "".join(
@@ -150,11 +150,11 @@ def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
     columns = [(scene, quantity) for scene in ("dry", "moist") for quantity in scatter.QUANTITIES]
     made = scatter.effects(scatter.stored(), table).set_index(["input", "level"])
     names = {(n, 1): f"{i.title} ± {100 * i.between:.2g} %" for n, i in scatter.INPUTS.items()}
-    names |= {("bridges_every", n): f"{KNOBS['bridges_every'].title} {n}" for n in scatter.STEPS}
+    names |= {("bridges_every", n): f"{PARAMETERS['bridges_every'].title} {n}" for n in scatter.STEPS}
     of = {name: made.loc[[key]].to_dict("records") for key, name in names.items()}
     for parameter, level in BESIDE:
-        (row,) = (r for r in table["knobs"][parameter] if r["level"] == level)
-        of[f"{KNOBS[parameter].title} {level}"] = row["errors"]
+        (row,) = (r for r in table["parameters"][parameter] if r["level"] == level)
+        of[f"{PARAMETERS[parameter].title} {level}"] = row["errors"]
     cells = {
         name: {(e["scene"], e["quantity"]): f"{100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in errors}
         for name, errors in of.items()
@@ -189,16 +189,16 @@ def _name(table: dict[str, Any]) -> str:
 def _at_scale(row: dict[str, Any] | None, default: bool, groups: tuple[str, ...]) -> list[Cell]:
     if row is None:
         return [Cell("–", "none")] * (2 + len(groups))
-    prices = [price_cell(row["price"].get(kind)) for kind in ("moist", "dry")]
+    costs = [cost_cell(row["cost"].get(kind)) for kind in ("moist", "dry")]
     if default:
-        prices = [replace(cell, grade="good") if cell.text != "–" else cell for cell in prices]
-    return [*prices, *(error_cell(row["errors"], group) for group in groups)]
+        costs = [replace(cell, grade="good") if cell.text != "–" else cell for cell in costs]
+    return [*costs, *(error_cell(row["errors"], group) for group in groups)]
 
 
-def price_cell(price: dict[str, float] | None) -> Cell:
-    if price is None:
+def cost_cell(cost: dict[str, float] | None) -> Cell:
+    if cost is None:
         return Cell("–", "none")
-    return Cell(f"{price['ratio']:.2f}", "", f"{price['low']:.2f} to {price['high']:.2f}")
+    return Cell(f"{cost['ratio']:.2f}", "", f"{cost['low']:.2f} to {cost['high']:.2f}")
 
 
 def error_cell(errors: Sequence[dict[str, Any]], group: str) -> Cell:

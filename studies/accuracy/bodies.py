@@ -12,7 +12,7 @@ from pywet.cases.small import bridge_query, small
 from pywet.cases.small.bodies import last, loose_box
 from pywet.cases.small.pair import Pair
 from pywet.cases.small.scenes import Choice, springs
-from pywet.cost.knobs import Setting, log_windows
+from pywet.cost.parameters import Setting, log_windows
 from pywet.laws import registry
 from pywet.laws.contact import bridge_radius
 from pywet.laws.kinds import PRESETS

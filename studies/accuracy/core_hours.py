@@ -17,7 +17,7 @@ from pywet import config as settings
 from pywet.config import Config
 from pywet.cost import choice, cost, edit, needs
 from pywet.cost.command import duration, habit
-from pywet.cost.knobs import KNOBS
+from pywet.cost.parameters import PARAMETERS
 from pywet.errors import border
 from pywet.report.pictures import STYLE, plt
 
@@ -115,7 +115,7 @@ def chosen_rows(config: Config) -> list[str]:
 
 
 def _name(setting: str, level: Any) -> str:
-    return "`preset: exact`" if level == "exact" else " ".join((KNOBS[setting].title, str(level)))
+    return "`preset: exact`" if level == "exact" else " ".join((PARAMETERS[setting].title, str(level)))
 
 
 def _errors(chosen: choice.Chosen) -> str:
@@ -132,11 +132,11 @@ def setting_rows(scale: str = "reduced") -> list[str]:
     columns = {"retained, dry": ("dry", "fraction retained"), "retained, moist": ("moist", "fraction retained")}
     columns |= {name: ("moist", name) for name in ("liquid shares", "force", "restitution")}
     rows = [f"| setting | cost | {' | '.join(columns)} |", "|---" * (2 + len(columns)) + "|"]
-    for setting, levels in table["knobs"].items():
-        title = KNOBS[setting].title
+    for setting, levels in table["parameters"].items():
+        title = PARAMETERS[setting].title
         for level in levels[:-1] if levels[-1]["level"] != table["default"][setting] else levels:
             default = " (default)" if level["level"] == table["default"][setting] else ""
-            relative = level["price"].get("moist") or level["price"]["dry"]
+            relative = level["cost"].get("moist") or level["cost"]["dry"]
             cells = [_cell(table, setting, level["level"], *asked) for asked in columns.values()]
             if set(cells) <= {"0", "–"}:
                 continue

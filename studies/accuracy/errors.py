@@ -19,8 +19,8 @@ import numpy as np
 import pandas as pd
 
 from pywet.compare.statistics import half_width
-from pywet.cost import knobs
-from pywet.cost.knobs import KNOBS_OF
+from pywet.cost import parameters
+from pywet.cost.parameters import PARAMETERS_OF
 from studies.accuracy.sieve import SCREENING
 
 CONFIDENCE = 0.99
@@ -65,7 +65,7 @@ def errors(runs: pd.DataFrame, size: str) -> pd.DataFrame:
 
     `limit` bounds the effect of scatter on it, `family` that on the largest of all errors of the study.
     """
-    done = runs[runs["failed"].isna() & (runs["knob"] != "again")]
+    done = runs[runs["failed"].isna() & (runs["parameter"] != "again")]
     samples = [
         s for quantity in QUANTITIES for scene in quantity.scenes for s in _of_scene(done, scene, quantity, size)
     ]
@@ -74,7 +74,7 @@ def errors(runs: pd.DataFrame, size: str) -> pd.DataFrame:
         (*of, float(d.mean()), *(_limit(d, spread, 1.0 - risk) for risk in (alone, alone / together)), len(d))
         for of, d, spread in samples
     ]
-    columns = ["scene", "knob", "level", "quantity", "group", "value", "limit", "family", "seeds"]
+    columns = ["scene", "parameter", "level", "quantity", "group", "value", "limit", "family", "seeds"]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -83,16 +83,16 @@ def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> 
         return
     runs = done[(done["scene"] == scene) & done[quantity.name].notna()]
     member = "instant" if quantity.name == "restitution" else "seed"  # different instants of touch are treated as seeds
-    of_parameter = {parameter: of.set_index(member) for parameter, of in runs.groupby("knob")}
+    of_parameter = {parameter: of.set_index(member) for parameter, of in runs.groupby("parameter")}
     if "default" not in of_parameter:
         return
-    differences: dict[tuple[str, knobs.Level], np.ndarray] = {}
-    for parameter in KNOBS_OF[scene]:
+    differences: dict[tuple[str, parameters.Level], np.ndarray] = {}
+    for parameter in PARAMETERS_OF[scene]:
         if parameter not in of_parameter:
             continue
         by_level = {level: of[quantity.name] for level, of in of_parameter[parameter].groupby("level")}
-        by_level[getattr(knobs.default(size), parameter)] = of_parameter["default"][quantity.name]
-        finest = by_level.get(knobs.reference(parameter, size))
+        by_level[getattr(parameters.default(size), parameter)] = of_parameter["default"][quantity.name]
+        finest = by_level.get(parameters.reference(parameter, size))
         if finest is not None:
             for level, values in by_level.items():
                 differences[parameter, level] = _differences(values, finest, quantity)  # type: ignore[index]
@@ -129,7 +129,7 @@ def _limit(d: np.ndarray, pooled: tuple[float, int] | None, confidence: float) -
     return half_width(deviation, len(d), freedom, confidence)
 
 
-def prices(runs: pd.DataFrame, size: str) -> pd.DataFrame:
+def costs(runs: pd.DataFrame, size: str) -> pd.DataFrame:
     """Return the processor time of the time loop over that of the default in the same round (wall time for ranks).
 
     There is a row for every level run in a screening scene: the median over the seeds with its range, and the
@@ -138,16 +138,16 @@ def prices(runs: pd.DataFrame, size: str) -> pd.DataFrame:
     rows = []
     for scene in SCREENING:
         done = runs[(runs["scene"] == scene) & runs["failed"].isna()].set_index("seed")
-        defaults = done[done["knob"].isin(["default", "again"])]
-        defaults = defaults[defaults.index.isin(defaults.index[defaults["knob"] == "default"])]
-        for parameter in KNOBS_OF[scene]:
+        defaults = done[done["parameter"].isin(["default", "again"])]
+        defaults = defaults[defaults.index.isin(defaults.index[defaults["parameter"] == "default"])]
+        for parameter in PARAMETERS_OF[scene]:
             clock = "loop_wall_s" if parameter == "ranks" else "loop_cpu_s"
             base = defaults[clock].groupby("seed").mean()
-            for level in knobs.KNOBS[parameter].levels(size):
-                default = level == getattr(knobs.default(size), parameter)
-                of_level = defaults if default else done[(done["knob"] == parameter) & (done["level"] == level)]
+            for level in parameters.PARAMETERS[parameter].levels(size):
+                default = level == getattr(parameters.default(size), parameter)
+                of_level = defaults if default else done[(done["parameter"] == parameter) & (done["level"] == level)]
                 ratios = (of_level[clock] / base.reindex(of_level.index)).dropna()
                 if len(ratios):
                     middle = 1.0 if default else float(ratios.median())
                     rows.append((scene, parameter, level, middle, float(ratios.min()), float(ratios.max())))
-    return pd.DataFrame(rows, columns=["scene", "knob", "level", "ratio", "low", "high"])
+    return pd.DataFrame(rows, columns=["scene", "parameter", "level", "ratio", "low", "high"])

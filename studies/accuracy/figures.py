@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pywet.cost import choice
-from pywet.cost.knobs import KNOBS
+from pywet.cost.parameters import PARAMETERS
 from pywet.report.pictures import INK, STYLE, panels, plt
 
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
@@ -24,7 +24,9 @@ SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_impli
 
 def setting_panels(table: dict[str, Any], group: str) -> Figure | None:
     """Draw error against cost, one panel for each setting measured in this group; moist and dry in one."""
-    drawn = [(parameter, _kinds(table, parameter, group)) for parameter in KNOBS if not KNOBS[parameter].exact_pair]
+    drawn = [
+        (parameter, _kinds(table, parameter, group)) for parameter in PARAMETERS if not PARAMETERS[parameter].exact_pair
+    ]
     drawn = [(parameter, kinds) for parameter, kinds in drawn if kinds]
     if not drawn:
         return None
@@ -34,7 +36,7 @@ def setting_panels(table: dict[str, Any], group: str) -> Figure | None:
         for ax, (parameter, kinds) in zip(axes, drawn, strict=False):
             for kind, levels in kinds.items():
                 _draw_levels(ax, levels, table["default"][parameter], kind)
-            _dress(ax, KNOBS[parameter].title, kinds)
+            _dress(ax, PARAMETERS[parameter].title, kinds)
         for first in axes[::columns]:
             first.set_ylabel("error [%]")
     return figure
@@ -48,7 +50,7 @@ def _kinds(table: dict[str, Any], parameter: str, group: str) -> dict[str, list[
 
 def _draw_levels(ax: Axes, levels: list[dict[str, Any]], base: Any, kind: str) -> None:
     colour = KIND_COLOUR[kind]
-    x = [p["price"] for p in levels]
+    x = [p["cost"] for p in levels]
     y = [100.0 * max(p["value"], FLOOR) for p in levels]
     ax.plot(x, y, color=colour, lw=1.0, alpha=0.5, zorder=2)
     for k, p in enumerate(levels):
@@ -67,9 +69,9 @@ def _draw_levels(ax: Axes, levels: list[dict[str, Any]], base: Any, kind: str) -
 
 
 def _dress(ax: Axes, title: str, kinds: dict[str, Any]) -> None:
-    ax.set(xscale="log", yscale="log", title=title, xlabel="price, default = 1")
-    prices = [p["price"] for levels in kinds.values() for p in levels]
-    ax.set_xlim(min(0.7, 0.8 * min(prices)), max(1.6, 1.9 * max(prices)))
+    ax.set(xscale="log", yscale="log", title=title, xlabel="cost, default = 1")
+    costs = [p["cost"] for levels in kinds.values() for p in levels]
+    ax.set_xlim(min(0.7, 0.8 * min(costs)), max(1.6, 1.9 * max(costs)))
     ticks = [t for t in (0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20) if ax.get_xlim()[0] <= t <= ax.get_xlim()[1]]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
     ax.minorticks_off()
@@ -110,18 +112,18 @@ def fronts(table: dict[str, Any]) -> Figure:
             ax.set_xticks([0.1, 0.2, 0.5, 1, 2, 5, 10], ["0.1", "0.2", "0.5", "1", "2", "5", "10"])
             ax.minorticks_off()
             ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-            ax.set(title=f"{kind} screening", xlabel="price, default = 1")
+            ax.set(title=f"{kind} screening", xlabel="cost, default = 1")
         axes[0].set_ylabel("error, sum over the settings [%]")
     return figure
 
 
 def _front(options: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, float]]:
     """Return costs and errors that no other combination beats, from cheap to exact."""
-    pairs = sorted((c.price, max(c.error.values())) for c in choice.combinations(options, wanted))
+    pairs = sorted((c.cost, max(c.error.values())) for c in choice.combinations(options, wanted))
     line: list[tuple[float, float]] = []
-    for price, error in pairs:
+    for cost, error in pairs:
         if not line or error < line[-1][1] - 1e-12:
-            line.append((price, error))
+            line.append((cost, error))
     return line
 
 
@@ -140,19 +142,19 @@ def seeds(runs: pd.DataFrame, size: str) -> Figure:
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 3.6), layout="constrained")
         for ax, scene in zip(axes, ("moist", "dry"), strict=True):
             done = runs[(runs["scene"] == scene) & runs["curve"].notna()]
-            at_default = done.loc[done["knob"] == "default", "curve"]
+            at_default = done.loc[done["parameter"] == "default", "curve"]
             for k, curve in enumerate(at_default):
                 label = f"default, {len(at_default)} seeds" if k == 0 else None
                 ax.plot(curve["time_s"], curve["retained"], color="#b9c4ce", lw=3.0, label=label)
             for parameter, colour in SETTING_COLOUR.items():
-                levels = KNOBS[parameter].levels(size)
+                levels = PARAMETERS[parameter].levels(size)
                 for level, style in ((levels[0], "--"), (levels[-1], "-")):
-                    curves = done.loc[(done["knob"] == parameter) & (done["level"] == level), "curve"].tolist()
+                    curves = done.loc[(done["parameter"] == parameter) & (done["level"] == level), "curve"].tolist()
                     if curves:
                         mean = np.mean([curve["retained"] for curve in curves], axis=0)
-                        text = f"{KNOBS[parameter].title} {SHORT.get(str(level), level)}"
+                        text = f"{PARAMETERS[parameter].title} {SHORT.get(str(level), level)}"
                         ax.plot(curves[0]["time_s"], mean, style, color=colour, lw=1.2, label=text)
-            ax.set(title=f"{scene}: the seeds beside the settings", xlabel="time since the slide opened [s]")
+            ax.set(title=f"{scene}: the seeds alongside the settings", xlabel="time since the slide opened [s]")
             ax.set_xlim(left=0.0)
             if ax.get_legend_handles_labels()[0]:
                 ax.legend(loc="lower left", fontsize=7)

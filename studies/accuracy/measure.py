@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pywet.cases.small import small
-from pywet.cost.knobs import Setting, reference
+from pywet.cost.parameters import Setting, reference
 from pywet.cost.timing import timed
 from pywet.engines.liggghts import driver
 from pywet.engines.pipeline import RunInfo

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.cost import choice
-from pywet.cost.knobs import KNOBS
+from pywet.cost.parameters import PARAMETERS
 from pywet.errors import PywetError
 from pywet.report.page import Card, Cell, Section, paragraph, picture
 from pywet.report.page import table as html_table
@@ -37,21 +37,21 @@ def write_page(
     cards = [
         Card(
             f"{sum(s.verdict == 'on the front' for s in standings)} of {len(standings)}",
-            "times the default stands on the front of its setting",
+            "settings whose default is on the front",
         ),
         Card(
-            str(sum(s.verdict == "not told apart" for s in standings)),
+            str(sum(s.verdict == "not distinguished" for s in standings)),
             "times a cheaper level differs by no more than chance",
         ),
         Card(str(len(beaten)), "times another level is as cheap and better", "bad" if beaten else "good"),
-        *_price_cards(table),
+        *_cost_cards(table),
         Card(f"{made['processor_time_s'] / 60:.0f} min", f"of processor time, {made['runs']} runs"),
     ]
     sections = [
         Section("If you can live with …", blocks.live_with(table), "choose"),
-        Section("The fronts: error against price", blocks.fronts(table), "fronts"),
+        Section("The fronts: error against cost", blocks.fronts(table), "fronts"),
         Section("Where the defaults stand", blocks.rank_table(table, standings), "defaults"),
-        *(_knobs(table, group) for group in GROUPS),
+        *(_parameters(table, group) for group in GROUPS),
         *([Section("Larger studies, stored", blocks.beside(table, others), "stored")] if others else []),
         Section("What scatter of the inputs does", blocks.scattered(choice.stored()["scales"]["smoke"]), "inputs"),
         Section("What chance alone does", _seeds(table, runs, size), "seeds"),
@@ -65,15 +65,15 @@ def write_page(
     return write_frame(path, "What accuracy costs", lead, sections, cards, _footer(made, size))
 
 
-def _price_cards(table: dict[str, Any]) -> list[Card]:
+def _cost_cards(table: dict[str, Any]) -> list[Card]:
     try:
         chosen = choice.choose(table, 0.02, True)
     except PywetError:
         return [Card("none", "settings are within 2 % in everything")]
-    return [Card(f"{chosen.price:.2g} ×", "the default's price, for 2 % in everything, moist")]
+    return [Card(f"{chosen.cost:.2g} ×", "the default's cost, for 2 % in everything, moist")]
 
 
-def _knobs(table: dict[str, Any], group: str) -> Section:
+def _parameters(table: dict[str, Any], group: str) -> Section:
     figure = figures.setting_panels(table, group)
     names = "; ".join(q.text for q in QUANTITIES if q.group == group)
     if figure is None:
@@ -126,19 +126,19 @@ def _times(times: pd.DataFrame | None) -> str:
 
 def _numbers(table: dict[str, Any]) -> str:
     rows: list[list[Cell | str]] = []
-    for parameter, levels in table["knobs"].items():
+    for parameter, levels in table["parameters"].items():
         for row in levels:
             default = row["level"] == table["default"][parameter]
-            name = f"{KNOBS[parameter].title}: {row['level']}{' (default)' if default else ''}"
-            prices = [blocks.price_cell(row["price"].get(kind)) for kind in ("moist", "dry")]
-            rows.append([Cell(name), *prices, *(blocks.error_cell(row["errors"], group) for group in GROUPS)])
+            name = f"{PARAMETERS[parameter].title}: {row['level']}{' (default)' if default else ''}"
+            costs = [blocks.cost_cell(row["cost"].get(kind)) for kind in ("moist", "dry")]
+            rows.append([Cell(name), *costs, *(blocks.error_cell(row["errors"], group) for group in GROUPS)])
             rows += [[Cell(f"{name} failed: {why}", "bad")] for why in row["failed"]]
     text = paragraph(
-        "Price: processor time of the engine's time loop over that of the default in the same round, median and range over the "
+        "Cost: processor time of the engine's time loop over that of the default in the same round, median and range over the "
         "seeds (wall time for ranks). Error: the largest of the group in per cent, ± the 99 % interval of chance; pale where "
         "it is not resolved; the rest when pointed at."
     )
-    return text + html_table(["setting", "price moist", "price dry", *GROUPS], rows)
+    return text + html_table(["setting", "cost moist", "cost dry", *GROUPS], rows)
 
 
 def _footer(made: dict[str, Any], size: str) -> str:

@@ -21,7 +21,7 @@ import pandas as pd
 from pywet import config as settings
 from pywet.config import Config
 from pywet.cost.edit import SCALE, put, with_entries, with_setting
-from pywet.cost.knobs import Setting
+from pywet.cost.parameters import Setting
 from pywet.errors import border
 from pywet.util.files import read_json
 from studies import study
@@ -120,7 +120,7 @@ def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
     two runs is taken from the study's `table`, whose deviation is pooled over many levels of the same scene.
     """
     made = []
-    (known,) = (row["errors"] for row in table["knobs"]["fraction"] if row["level"] == 0.1)
+    (known,) = (row["errors"] for row in table["parameters"]["fraction"] if row["level"] == 0.1)
     uncertainty = {(e["scene"], e["quantity"]): e["limit"] * math.sqrt(e["seeds"]) for e in known}
     for scene, of_scene in rows.groupby("scene", sort=False):
         for quantity in QUANTITIES:

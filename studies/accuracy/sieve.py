@@ -13,7 +13,7 @@ from pywet.cases.screening import cases
 from pywet.cases.screening.results import Results
 from pywet.config import Config
 from pywet.cost.edit import SCALE, Size, with_setting
-from pywet.cost.knobs import Setting
+from pywet.cost.parameters import Setting
 from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene

@@ -16,9 +16,9 @@ from typing import Any
 import pandas as pd
 
 from pywet import config as settings
-from pywet.cost import choice, command, cost, knobs
+from pywet.cost import choice, command, cost, parameters
 from pywet.cost.edit import SCALE, with_setting
-from pywet.cost.knobs import KNOBS_OF, Level, Setting
+from pywet.cost.parameters import PARAMETERS_OF, Level, Setting
 from pywet.cost.timing import machine
 from pywet.errors import PywetError
 from pywet.runs.summary import versions
@@ -53,11 +53,11 @@ class AccuracyStudy(study.Study):
     def runs(self, job: str) -> list[study.Run]:
         """Return default, every other level of every setting (with a new start for each seed), and the default again."""
         scene, _, seed = job.partition("/")[2].rpartition("-")
-        base = knobs.default(self.size)
+        base = parameters.default(self.size)
         turned: list[tuple[str, Level | None]] = [
             (parameter, level)
-            for parameter in KNOBS_OF[scene]
-            for level in knobs.KNOBS[parameter].levels(self.size)
+            for parameter in PARAMETERS_OF[scene]
+            for level in parameters.PARAMETERS[parameter].levels(self.size)
             if level != getattr(base, parameter)
         ]
         shift = SEEDS.index(int(seed)) * len(turned) // len(SEEDS)
@@ -68,19 +68,21 @@ class AccuracyStudy(study.Study):
     def _run(self, job: str, scene: str, seed: int, parameter: str, level: Level | None) -> study.Run:
         setting = self.setting(parameter, level)
         given = {
-            "scene": scene, "seed": seed, "knob": parameter, "setting": asdict(setting), "size": self.size,
+            "scene": scene, "seed": seed, "knob": parameter, "setting": asdict(setting), "size": self.size,  # as in stored runs
             "configuration": self.configuration if scene in SCREENING else None,
         }  # fmt: skip
         return study.Run(
             f"{job}-{parameter}" + ("" if level is None else f"-{level}"),
             given,
             partial(measure.rows_of, scene, seed, parameter, setting, self.size, self.config_dir),
-            {"scene": scene, "seed": seed, "knob": parameter, "level": level},
+            {"scene": scene, "seed": seed, "parameter": parameter, "level": level},
         )
 
     def setting(self, parameter: str, level: Any) -> Setting:
         """Return the default with one setting changed; `default` and `again` change none."""
-        return replace(knobs.default(self.size), **({parameter: level} if parameter in knobs.KNOBS else {}))
+        return replace(
+            parameters.default(self.size), **({parameter: level} if parameter in parameters.PARAMETERS else {})
+        )
 
     @cached_property
     def configuration(self) -> list[dict[str, Any]]:
@@ -111,13 +113,13 @@ class AccuracyStudy(study.Study):
         machine, runs = cost.measured_here(), self.gather()
         if machine is None:
             return None
-        runs = runs[runs["scene"].isin(SCREENING) & runs["failed"].isna() & (runs["knob"] != "ranks")]
+        runs = runs[runs["scene"].isin(SCREENING) & runs["failed"].isna() & (runs["parameter"] != "ranks")]
         predicted = [self.predict(labels, machine, habit) for labels in runs.to_dict("records")]
         return pd.DataFrame({"scene": runs["scene"], "measured": runs["cpu_s"], "predicted": predicted})
 
     def predict(self, run: Any, machine: cost.Coefficients, habit: cost.Habit) -> float:
         """Return the processor time of a screening run [s] from its labels."""
-        setting = self.setting(run["knob"], run["level"])
+        setting = self.setting(run["parameter"], run["level"])
         made = with_setting(settings.load(self.config_dir), setting, sieve.SIZES[self.size], run["seed"])
         return cost.predict(made, sieve.CASE[run["scene"]], SCALE, machine, habit)[0]
 
@@ -139,7 +141,7 @@ class AccuracyStudy(study.Study):
 
 def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
     """Return the result as one small table: costs and errors by setting and level, with their sources."""
-    found, prices = errors.errors(runs, size), errors.prices(runs, size)
+    found, costs = errors.errors(runs, size), errors.costs(runs, size)
     failed = runs[runs["failed"].notna()]
     failed = failed.assign(message=failed["scene"] + ": " + failed["failed"].astype(str))
     message = ["scene", "quantity", "group", "value", "limit", "family", "seeds"]
@@ -147,32 +149,35 @@ def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
         name: [
             {
                 "level": level,
-                "price": _of(prices, name, level).set_index("scene")[["ratio", "low", "high"]].to_dict("index"),
+                "cost": _of(costs, name, level).set_index("scene")[["ratio", "low", "high"]].to_dict("index"),
                 "errors": _of(found, name, level)[message].to_dict("records"),
                 "failed": sorted(_of(failed, name, level)["message"].unique()),
             }
             for level in parameter.levels(size)
         ]
-        for name, parameter in knobs.KNOBS.items()
+        for name, parameter in parameters.PARAMETERS.items()
     }
     return {
         "provenance": provenance(runs, size),
-        "default": asdict(knobs.default(size)),
-        "knobs": rows,
+        "default": asdict(parameters.default(size)),
+        "parameters": rows,
         "habit": {"exact_start": exact_start(runs)},
         "spread_over_seeds": spread(runs),
     }
 
 
-def _of(table: pd.DataFrame, parameter: str, level: knobs.Level) -> pd.DataFrame:
-    return table[(table["knob"] == parameter) & (table["level"] == level)]
+def _of(table: pd.DataFrame, parameter: str, level: parameters.Level) -> pd.DataFrame:
+    return table[(table["parameter"] == parameter) & (table["level"] == level)]
 
 
 def exact_start(runs: pd.DataFrame) -> float:
     """Return the start time of a moist run with the exact bridge's laws over that of the default, in the same rounds."""
     moist = runs[(runs["scene"] == "moist") & runs["failed"].isna()].set_index("seed")
     start = moist["cpu_s"] - moist["loop_cpu_s"]
-    ratios = start[(moist["knob"] == "capillary") & (moist["level"] == "exact")] / start[moist["knob"] == "default"]
+    ratios = (
+        start[(moist["parameter"] == "capillary") & (moist["level"] == "exact")]
+        / start[moist["parameter"] == "default"]
+    )
     return float(ratios.median()) if ratios.notna().any() else 1.0
 
 
@@ -197,7 +202,7 @@ def provenance(runs: pd.DataFrame, size: str) -> dict[str, Any]:
 
 def spread(runs: pd.DataFrame) -> dict[str, dict[str, list[float]]]:
     """Return scene -> quantity -> values of the default over the seeds."""
-    default = runs[(runs["knob"] == "default") & runs["failed"].isna()]
+    default = runs[(runs["parameter"] == "default") & runs["failed"].isna()]
     names = [q.name for q in errors.QUANTITIES if q.name in default and q.name != "restitution"]
     values = {scene: of[names].dropna(axis="columns") for scene, of in default.groupby("scene", sort=False)}
     return {str(scene): of.to_dict("list") for scene, of in values.items() if len(of.columns)}  # type: ignore[misc]

@@ -104,7 +104,7 @@ def _engine(
     wanted = pair.exact(at) if preset == "exact" else pair.paper(at)
     computed = lambda: np.array([computed_bridge.solve(g, *pair.bridge).force * SIGMA for g in at])  # noqa: E731
     source_text = (
-        "Young-Laplace meridian in closed form" if preset == "exact" else "closed form typed anew from the paper"
+        "Young-Laplace meridian in closed form" if preset == "exact" else "closed form, typed again from the paper"
     )
     fit = "the law is a fit; what the exact bridge gives is in the rows below"
     yield from _best(
@@ -117,7 +117,7 @@ def _engine(
     row = f"rupture_{preset}_{pair.key}"
     computed = lambda: np.array([computed_bridge.rupture(*pair.bridge).separation])  # noqa: E731
     source_text = (
-        "limit of stability of the exact bridge" if preset == "exact" else "closed form typed anew from the paper"
+        "limit of stability of the exact bridge" if preset == "exact" else "closed form, typed again from the paper"
     )
     fit = "the law is a fit; the exact limit is in the rows below"
     yield from _best(row, preset, source_text, fit, computed, np.array([limit]), "second variation, shares no code")
@@ -218,7 +218,7 @@ def _formation(pair: Pair, column: str, edge: float) -> Iterator[Cell]:
     share = 0.05 if column == WASHINO else 0.5 * (1.0 - math.sqrt(0.75))
     film = pair.volume / (2.0 * share)
     drawn = 2.0 * laws.drawn_from_sphere(laws.SPHERE, film, R, R, 0.0)
-    note = "volume told by where its force ends (within 1e-3); washino takes 5 % of both films, easo Shi & McCarthy's share"
+    note = "volume from the distance where its force ends (to 1e-3); washino takes 5 % of both films, easo Shi & McCarthy's share"
     yield measured(row, column, np.array([volume]), np.array([drawn]), note=note)
 
 

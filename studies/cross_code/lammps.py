@@ -18,7 +18,7 @@ from studies.cross_code.pairs import pairs
 from studies.cross_code.rows import LAMMPS, LIGGGHTS, ROWS
 
 MOVES = "it has no moving STL walls: screening is beyond its range"
-ELSEWHERE = "its scene is not run there; laws and books are those of LIGGGHTS + pywet"
+ELSEWHERE = "its scene is not run there; laws and liquid ledger are those of LIGGGHTS + pywet"
 
 
 def source(folder: Path) -> Source:

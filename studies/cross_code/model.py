@@ -100,7 +100,7 @@ def not_run(row: str, column: str, how: str) -> Cell:
 
 
 def deviation_text(deviation: float | None) -> str:
-    """A deviation as it stands in the table.
+    """A deviation as printed in the table.
 
     >>> deviation_text(0.0), deviation_text(3.2e-16), deviation_text(0.0123), deviation_text(0.43)
     ('0', '3e-16', '1.2 %', '43 %')

@@ -124,7 +124,7 @@ def _three(folder: Path) -> Iterator[Cell]:
     note = f"scipy's DOP853, own events; pywet's resolved solver is {off:.0e} away"
     yield impossible(row, EXACT, "no closed form for three spheres")
     yield truth(row, REFERENCE, note, truth_v.size)
-    note = f"a spring of {STIFFNESS:.0e} N/m stands for the model's hard impact; stiffer ones come closer"
+    note = f"a spring of {STIFFNESS:.0e} N/m represents the model's hard impact; stiffer ones come closer"
     final = comparison.velocity[-1, :, :2].ravel()
     yield measured(row, LIGGGHTS, final, truth_v.ravel(), size, at=names, note=note, link="runs/davis_three/")
     yield from empty(row, OTHERS)

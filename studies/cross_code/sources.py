@@ -13,9 +13,9 @@ from pywet.errors import PywetError
 from studies.cross_code.model import Source
 
 
-def _of(module: str, function: str = "source", beside: str = "runs") -> Callable[[Path], Source]:
-    """Return a function of a module of this package, imported when called; `beside`: the folder passed to it."""
-    return lambda folder: getattr(import_module(f"studies.cross_code.{module}"), function)(folder / beside)
+def _of(module: str, function: str = "source", runs: str = "runs") -> Callable[[Path], Source]:
+    """Return a function of a module of this package, imported when called; `runs`: the folder passed to it."""
+    return lambda folder: getattr(import_module(f"studies.cross_code.{module}"), function)(folder / runs)
 
 
 SOURCES: dict[str, Callable[[Path], Source]] = {
@@ -23,9 +23,9 @@ SOURCES: dict[str, Callable[[Path], Source]] = {
     "replayed": _of("replayed"),
     "dry": _of("dry"),
     "single": _of("single"),
-    "lammps": _of("lammps", beside="runs/lammps"),
+    "lammps": _of("lammps", runs="runs/lammps"),
     "screening": _of("replayed", "screening", ".."),
-    "engines": _of("engines", beside="../crosscheck"),
+    "engines": _of("engines", runs="../crosscheck"),
 }
 """Name -> function of the folder results/agreement; the last two read results of other targets next to it."""
 READ = {"screening": "*/case*/replay.json", "engines": "crosscheck/**/*.parquet"}

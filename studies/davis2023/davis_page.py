@@ -55,7 +55,7 @@ ITEMS = {
 }  # fmt: skip
 LEAD = (
     "A few wet spheres in a plane through films, solid contacts and partings, after Davis (2023): the numbers printed in the "
-    "paper beside those of a converged solution of its equations, and its figures drawn anew."
+    "paper with those of a converged solution of its equations, and its figures, drawn again."
 )
 NUMBERS_NOTE = (
     "What the paper prints and what its equations give; the last column but one is what halving the tolerance moves. "

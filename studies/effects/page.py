@@ -73,7 +73,7 @@ def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Fi
     for side in axes.spines.values():
         side.set_visible(False)
     keys = [
-        (NEEDED, "needed, and the plan keeps it"), (SPARE, "kept; no harm seen without it"), (SAFE, "left out, rightly"),
+        (NEEDED, "needed, and the plan keeps it"), (SPARE, "stays on; no harm seen without it"), (SAFE, "left out, rightly"),
         (WRONG, "left out, wrongly"), (ABSENT, "not in this scene"),
     ]  # fmt: skip
     handles = [Rectangle((0, 0), 1, 1, facecolor=c) for c, _ in keys]

@@ -22,8 +22,8 @@ from pywet.config import Config
 from pywet.cost import edit
 from pywet.cost.command import calibrated
 from pywet.cost.cost import Coefficients
-from pywet.cost.knobs import Level
 from pywet.cost.needs import Need, need
+from pywet.cost.parameters import Level
 from pywet.ending import die_with_parent
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.errors import PywetError, border, one_line
@@ -136,7 +136,7 @@ class Campaign:
                 job.done = True
             except PywetError as error:
                 job.failed = str(error)
-        typer.echo(f"{job.name}: {job.failed or f'kept in {self.data / job.name}'}")
+        typer.echo(f"{job.name}: {job.failed or f'stored in {self.data / job.name}'}")
 
     def _say(self, waiting: Sequence[Job], running: Sequence[Job]) -> None:
         for job in running:
@@ -189,7 +189,7 @@ def main(
     variant: Annotated[str, typer.Option(help="A name for the settings of --config as they are, such as paper.")] = "",
     config_dir: Annotated[Path, typer.Option("--config", help="Folder of the configuration.")] = Path("config"),
     out: Annotated[Path, typer.Option(help="Folder of the runs.")] = Path("results/full_scale"),
-    data: Annotated[Path, typer.Option(help="Folder of what is kept.")] = Path("docs/full_scale/data"),
+    data: Annotated[Path, typer.Option(help="Folder of the stored data.")] = Path("docs/full_scale/data"),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what each case will take.")] = False,
 ) -> None:
     """Run the screening cases at full scale, store their tables, and report time and disk space."""
@@ -201,7 +201,7 @@ def main(
     for job in jobs:
         job.done = (data / job.name / "run.json").exists()
     disk = [1e-9 * j.need.disk_B for j in jobs if not j.done]
-    typer.echo(f"{len(jobs) - len(disk)} of {len(jobs)} runs are kept; the others take {sum(disk):.1f} GB "
+    typer.echo(f"{len(jobs) - len(disk)} of {len(jobs)} runs are stored; the others take {sum(disk):.1f} GB "
           f"of disk, the largest {max(disk, default=0.0):.1f} GB and, while it is made, three times "
           "as much")  # fmt: skip
     if dry_run:

@@ -101,7 +101,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
             stiffness=" and ".join(f"{of['stiffness']:g} of the paper's at {mm:g} mm" for mm, of in SETTINGS.items())
         ),
         *_runs(config, runs, variants),
-        *_price(runs),
+        *_cost(runs),
         *_lacking(runs, variants.get("paper", {})),
         *spread.lines(seeds),
         *retirement.lines(runs, variants.get(retirement.VARIANT, {})),
@@ -145,7 +145,7 @@ def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
     ]
 
 
-def _price(runs: Runs) -> list[str]:
+def _cost(runs: Runs) -> list[str]:
     """Return the processor time of moist cases over that of their dry case with the same seed, for uninterrupted runs."""
     whole = {
         (n, int(k.about["seed"])): float(k.about["cpu_s"])

@@ -188,7 +188,7 @@ def _thin(run: RunDir, limit: Floats) -> tuple[Floats, Floats]:
     films = run.wall_films[run.wall_films["film"] > 0.0]
     thickness = films["film"].to_numpy() / run.triangles["area"].to_numpy()[films["triangle"]]
     thin = pd.Series(thickness < limit[np.searchsorted(run.timeline.steps, films["step"])], index=films.index)
-    shares = thin.groupby([films["holder"] == WALLS[0], films["step"]]).mean()
+    shares = thin.groupby([films["reservoir"] == WALLS[0], films["step"]]).mean()
     of = [shares.get(wires, pd.Series(dtype=float)).reindex(run.timeline.steps).fillna(1.0) for wires in (False, True)]
     return of[0].to_numpy(dtype=float), of[1].to_numpy(dtype=float)
 
@@ -210,7 +210,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> StoredRu
     """Store the small tables of a finished run as `data`/`name`; a run that may not be believed is refused."""
     bad = objections(RunDir(run_dir))
     if bad:
-        raise PywetError(f"{run_dir} is not kept: {'; '.join(bad)}")
+        raise PywetError(f"{run_dir} is not stored: {'; '.join(bad)}")
     run, folder = RunDir(run_dir), data / name
     summary, replay = run.json("summary.json", Summary), run.replay
     for table, frame in zip(TABLES, (*(run.table(f"results/{t}") for t in TABLES[:2]), sphere_table(run)), strict=True):

@@ -22,7 +22,7 @@ LEAD = (
     "Every capillary law, rupture law and sharing law against the exact profile of the bridge, what misprints do, and "
     "what other programs compute."
 )
-FOOTER = "pywet study laws; the numbers are beside this page as CSV, the pictures as SVG"
+FOOTER = "pywet study laws; the numbers are next to this page as CSV, the pictures as SVG"
 Frame = Any
 """Type of tables whose columns pandas' types do not describe."""
 
@@ -128,8 +128,8 @@ def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
                  for p in row.index}  # fmt: skip
         cells = [_graded(row.loc[p, "median"], hints[p]) if p in hints else Cell("") for p in places]
         equal = _graded(row.loc[("equal spheres", "gap"), "p95"], hints["equal spheres", "gap"])
-        price = [f"{cost.loc[law, 'ns']:.0f}", f"{cost.loc[law, 'ratio']:.2f}"]
-        rows.append([Cell(f"`{short(law)}`", "good" if law == "young_laplace" else ""), *cells, equal, *price])
+        of_cost = [f"{cost.loc[law, 'ns']:.0f}", f"{cost.loc[law, 'ratio']:.2f}"]
+        rows.append([Cell(f"`{short(law)}`", "good" if law == "young_laplace" else ""), *cells, equal, *of_cost])
     header = ["law", *(f"{b}: {g}" for b, g in places), "95 %, all gaps, equal spheres", "ns per call", "× rabinovich"]
     return (
         paragraph(

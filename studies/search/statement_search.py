@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pywet import config as settings
-from pywet import run_lock
+from pywet import run_folder
 from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError, PywetError
 from pywet.util.files import make_folder, write_json
@@ -110,7 +110,7 @@ def calibrate(file: Path, folder: Path, say: Callable[[str], None] = lambda line
             base.case(case)
     make_folder(folder)
     runs = screening_runs.Runs(question, source, folder)
-    with run_lock.hold_part(folder, "calibrate"):
+    with run_folder.hold_part(folder, "calibrate"):
         for place in question.places:
             try:
                 runs.configured(place)

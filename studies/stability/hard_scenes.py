@@ -201,7 +201,7 @@ def out_of_the_box() -> Batch:
     cells = (
         Cell("too fast for the step", (ball(1, (0.0, 0.0, 0.0), (100.0, 0.0, 0.0), film=of(0.1)),)),
         Cell("pressed too deep", two(-0.6 * R, 0.0, (of(0.1), of(0.1)))),
-        Cell("a quiet pair beside them", two(0.0, 0.0, (of(0.1), of(0.1)))),
+        Cell("a quiet pair next to them", two(0.0, 0.0, (of(0.1), of(0.1)))),
     )
     return hard("guards", cells, (R,), steps=500, wall_angle=0.0, windows=(1, 60))
 

@@ -183,7 +183,7 @@ def hard_section(table: pd.DataFrame) -> page.Section:
         "replay": lambda r: r.replay,
         "sentence of the guard": lambda r: page.left(r.message),
     })  # fmt: skip
-    return page.Section("Hard scenes", body, "Hard scenes")
+    return page.Section("Stress tests", body, "Stress tests")
 
 
 def _outcome(r: Any) -> page.Cell:
@@ -206,7 +206,7 @@ def case_section(cases: pd.DataFrame) -> page.Section:
         "Energy by the tangential law: Elskamp's (28), (29) drag sliding and spin with different coefficients, and "
         "the torque is the force times its arm. Such a law is not passive: a sphere that slides along a plate ends "
         "with up to 1.4 times its energy, whatever the step. The same case with the law `lian`, which has one "
-        "coefficient, makes none; that is how it is told from an error of the method."
+        "coefficient, makes none, which distinguishes it from an error of the method."
     )
     body += page.table(["what", *map(str, counts.columns)], rows)
     bad = cases[~cases["state"].isin(["stable", "law"])]
@@ -227,7 +227,7 @@ def write_page(path: Path, maps: dict[str, pd.DataFrame], scenes: pd.DataFrame, 
         page.Card(f"{unexplained}", f"of {len(cases)} hard cases without an explanation", "bad" if unexplained else "good"),
         page.Card(f"{cases['ledger'].max():.0e}", "largest error of a cell's liquid ledger, over its liquid", "good"),
         page.Card(f"{by_law}", "cases in which the paper's tangential law makes energy, whatever the step"),
-        page.Card(f"{fine} of {len(scenes)}", "hard scenes as they should be", "good" if fine == len(scenes) else "bad"),
+        page.Card(f"{fine} of {len(scenes)}", "stress tests as they should be", "good" if fine == len(scenes) else "bad"),
     ]  # fmt: skip
     return page.write(
         path,
@@ -237,5 +237,5 @@ def write_page(path: Path, maps: dict[str, pd.DataFrame], scenes: pd.DataFrame, 
         "knows it.",
         [*map_sections(maps), hard_section(scenes), case_section(cases)],
         cards,
-        f"{len(cases)} cases in {cases['wall_s'].sum() / 60.0:.0f} min of wall time; tables beside this page in {path.stem}/.",
+        f"{len(cases)} cases in {cases['wall_s'].sum() / 60.0:.0f} min of wall time; tables next to this page in {path.stem}/.",
     )

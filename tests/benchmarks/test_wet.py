@@ -210,7 +210,7 @@ def run_score(*given: object) -> subprocess.CompletedProcess[str]:
 
 
 def test_rounded_places_and_a_mark_of_excel(tmp_path: Path) -> None:
-    """`at` to three digits and a byte-order mark: all is answered, exit code 0, the class is exact, and the rank is told."""
+    """`at` to three digits and a byte-order mark: all is answered, exit code 0, the class is exact, and the rank is printed."""
     rows = list(csv.DictReader(io.StringIO(filled("viscous_pull"))))
     lines = [f"{r['case']},{r['quantity']},{float(r['at']):.3g},{r['value']}" for r in rows]
     table = tmp_path / "answers.csv"

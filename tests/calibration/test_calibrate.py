@@ -1,4 +1,4 @@
-"""`pywet calibrate` from file to answer: hidden values found again, kept runs not done again, mistakes in a sentence."""
+"""`pywet calibrate` from file to answer: hidden values found again, stored runs not repeated, mistakes in a sentence."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_two_parameters_of_one_target_are_reported_indistinguishable(tmp_path: P
     answer = answering.calibrate(file, tmp_path / "out")
     (group,) = answer["not_told_apart"]
     assert group["parameters"] == ["surface tension", "contact angle"]
-    assert sum("surface tension and contact angle cannot be told apart" in line for line in answer["sentences"]) == 1
+    assert sum("surface tension and contact angle cannot be distinguished" in line for line in answer["sentences"]) == 1
     _, (pull,) = asking.read(file)
     for row in group["alike"]:
         settings = {
@@ -99,7 +99,7 @@ def test_what_does_not_matter_and_what_is_not_reached_are_reported(tmp_path: Pat
     viscosity = {"keys": ["viscosity_Pa_s"], "low": 1e-3, "high": 1e-1, "log": True}
     idle = ask(tmp_path, {**PULL, "parameters": {"viscosity": viscosity, **PULL["parameters"]}})  # type: ignore[dict-item]
     lines = answering.calibrate(idle, tmp_path / "idle")["sentences"]
-    assert any(line.startswith("viscosity cannot be told") for line in lines)
+    assert any(line.startswith("viscosity cannot be determined") for line in lines)
     far = ask(tmp_path, {**PULL, "targets": [{**PULL["targets"][0], "value": 5e-3}]})  # type: ignore[dict-item]
     done = CliRunner().invoke(app, ["calibrate", str(far), "--out", str(tmp_path / "far")])
     assert done.exit_code == 1 and "no values between the bounds reproduce the targets" in done.stdout

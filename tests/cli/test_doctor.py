@@ -49,7 +49,7 @@ def test_an_engine_of_another_version_is_refused_with_both_versions(path: Path) 
     engine = by_name()["liggghts"]
     assert (engine.ok, engine.version, engine.needed) == (False, "3.7.0", "3.8.0")
     assert engine.sentence().startswith("liggghts: 3.7.0 was found, 3.8.0 is needed: ")
-    assert "make setup" not in engine.mend  # `make setup` does not replace an installed engine
+    assert "make setup" not in engine.fix  # `make setup` does not replace an installed engine
 
 
 def test_an_engine_that_does_not_start_is_not_taken_for_a_good_one(path: Path) -> None:

@@ -190,7 +190,7 @@ def test_spin_of_the_striker_alone() -> None:
 
 
 def test_tables_of_the_paper() -> None:
-    """Counts and a few entries of tables 1 to 5, and what a pair without a half-filling angle is told."""
+    """Counts and a few entries of tables 1 to 5, and the message for a pair without a half-filling angle."""
     assert {k: v["radius_m"] for k, v in buck_tables.PARTICLES.items()} == pytest.approx(
         {"glass_0.91mm": 0.455e-3, "glass_1.74mm": 0.87e-3, "alumina_1.74mm": 0.87e-3}
     )

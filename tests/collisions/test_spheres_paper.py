@@ -76,7 +76,7 @@ def pair(stokes: float, h_min: float, e_dry: float, theta: float = 0.0, **more: 
 @pytest.mark.parametrize("e_dry", [1.0, 0.7])
 @pytest.mark.parametrize("over", [1.01, 1.5, 4.0, 100.0])
 def test_head_on_is_the_closed_form(h_min: float, e_dry: float, over: float) -> None:
-    """(41), (42). Tolerance 1e-11 on speeds of order one; 1e-9 leaves room for its growth near the critical value."""
+    """(41), (42). Tolerance 1e-11 on speeds of order one; 1e-9 allows for its growth near the critical value."""
     stokes = over * spheres.stokes_to_rebound(h_min, e_dry)
     found = pair(stokes, h_min, e_dry)
     assert spheres.wet_restitution(found, (0, 1)) == pytest.approx(

@@ -22,7 +22,7 @@ STUDY = read_json(choice.STORED)
 MACHINE = read_json(needs.ELSEWHERE)
 SEMI = {"config.yaml: time_step viscous_integration": "semi_implicit", "config.yaml: time_step bridges_every": 2}
 EXACT = {"config.yaml: laws preset": "exact"}
-ANALYTIC = {"scales.yaml: scales smoke wires": "prism"}
+ANALYTIC = {"scales.yaml: scales smoke wires": "analytic"}
 OTHER = {"config.yaml: laws capillary": "willett"}
 KINDS: dict[str, tuple[int, str, dict[str, Any]]] = {
     "dry, smoke": (1, "smoke", {}), "moist, smoke": (2, "smoke", {}), "moist, reduced": (9, "reduced", {}),
@@ -53,7 +53,7 @@ def wrong(kind: str, numbers: dict[str, float]) -> list[str]:
     """Return the names of the numbers that the program predicts otherwise."""
     need = needs.need(*of_kind(kind), machine=needs.stored_machine())
     given = {**dataclasses.asdict(need.load), **{k: v for k, v in vars(need).items() if k != "load"}}
-    given["analytic_wires"] = float(given.pop("prisms"))
+    given["analytic_wires"] = float(given.pop("analytic_wires"))
     assert {*given} == {*numbers}
     return [held.name for held in reference.compared(given, numbers) if held.wrong]
 
@@ -103,7 +103,7 @@ FAULTS: dict[str, tuple[str, Plant, str]] = {
     "a bridge's cost is linear in the number of spheres": (
         "moist, reduced", of(cost.Coefficients, "_each", linear), "cost.seconds"),
     "lists of moist runs cost as much as those of dry ones": (
-        "moist, full", of(cost, "_program", lambda sound, load: "prism"), "cost.seconds"),
+        "moist, full", of(cost, "_program", lambda sound, load: "analytic"), "cost.seconds"),
     "retired spheres go on costing": (
         "moist, full",
         of(cost.cases, "ingredients", lambda sound, *given: dataclasses.replace(

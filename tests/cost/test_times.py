@@ -24,8 +24,8 @@ CONFIG = config.load(ROOT / "config")
 def costs_of(spheres: float, times: float = 1.0) -> Costs:
     """Costs of a made-up machine with so many spheres."""
     each = dict.fromkeys([f.name for f in dataclasses.fields(Costs)], 1e-7 * times)
-    lists = {"list_stock": 4e-6 * spheres, "list_prism": 3e-6 * spheres, "list_moist": 5e-6 * spheres}
-    starts = {"start_stock": 0.2, "start_prism": 2.0, "start_moist": 2.5}
+    lists = {"list_stock": 4e-6 * spheres, "list_analytic": 3e-6 * spheres, "list_moist": 5e-6 * spheres}
+    starts = {"start_stock": 0.2, "start_analytic": 2.0, "start_moist": 2.5}
     return Costs(**{**each, **lists, **starts, "spheres": spheres, "triangles": spheres, "step": 1e-5 + 1e-7 * spheres,
                     "step_stock": 1e-5 + 3e-7 * spheres})  # fmt: skip
 
@@ -90,7 +90,7 @@ def test_load_of_a_case_is_that_of_its_scene() -> None:
     assert (load.spheres, load.triangles, round(load.steps)) == (335, 240, 48338)
     assert load.evaluations == pytest.approx(load.steps * load.bridges, rel=1e-12)
     assert counts.load_of(CONFIG, 1, "smoke").bridges == 0.0
-    assert counts.load_of(CONFIG, 1, "full").triangles == 0.0  # prisms
+    assert counts.load_of(CONFIG, 1, "full").triangles == 0.0  # analytic wires
 
 
 @pytest.mark.parametrize(("spheres", "factor"), [(300.0, 1.0), (30000.0, 3.0), (60000.0 / 101.0, 2.0)])
@@ -103,12 +103,14 @@ def test_time_is_the_sum_of_its_parts(spheres: float, factor: float) -> None:
         factor * 1e-7 * 600.0,
         factor * 1e-7 * 7e6,
     )
-    analytic_wires = Load(1e4, 50.0, spheres, near=20.0, touches=600.0, bridges=700.0, evaluations=7e6, prisms=True)
+    analytic_wires = Load(
+        1e4, 50.0, spheres, near=20.0, touches=600.0, bridges=700.0, evaluations=7e6, analytic_wires=True
+    )
     assert machine.loop(analytic_wires) == pytest.approx(
         1e4 * (step + wires + contacts) + bridges + 50 * 5e-6 * spheres
     )
     assert machine.start(analytic_wires) == 2.5
-    meshes = dataclasses.replace(analytic_wires, prisms=False, triangles=100.0)
+    meshes = dataclasses.replace(analytic_wires, analytic_wires=False, triangles=100.0)
     assert machine.loop(meshes) - machine.loop(analytic_wires) == pytest.approx(
         1e4 * 1e-7 * 100.0 + 50 * 1e-6 * spheres
     )
@@ -120,10 +122,12 @@ def test_time_is_the_sum_of_its_parts(spheres: float, factor: float) -> None:
 
 def test_lattices_are_what_their_counts_say(tmp_path: Path) -> None:
     """A cubic lattice has three pairs a sphere but for its faces, half of which touch; a list is made in every tenth step."""
-    scene, spheres, _ = trial._prepare(tmp_path, CONFIG, 50.0, Lattice(1, prisms=False, pressed=True, lists=True))
+    scene, spheres, _ = trial._prepare(
+        tmp_path, CONFIG, 50.0, Lattice(1, analytic_wires=False, pressed=True, lists=True)
+    )
     pairs = len(cKDTree(spheres[["x", "y", "z"]]).query_pairs(2.0 * 2.5e-3))
     # 335 spheres of 5 mm in a sieve of 50 mm: three layers of ten by ten, and three and a half rows
     bonds = 3 * (2 * 10 * 9) + 2 * 100 + 35 + (3 * 9 + 4) + (2 * 10 + 5)
     assert pairs == pytest.approx(bonds / 2, abs=3 * bonds**0.5 / 2)  # three standard deviations
-    found = trial._run(tmp_path, scene, (100,), Lattice(1, prisms=False, pressed=True, lists=True))
+    found = trial._run(tmp_path, scene, (100,), Lattice(1, analytic_wires=False, pressed=True, lists=True))
     assert (found["builds"], found["steps"], found["spheres"]) == (10, 100, 335)

@@ -515,7 +515,7 @@ def main() -> None:
         writer = csv.DictWriter(stream, made[0].keys(), lineterminator="\n")
         writer.writeheader()
         writer.writerows(stored + made)
-    print(f"{len(made)} rows evaluated, {len(stored)} kept", file=sys.stderr)
+    print(f"{len(made)} rows evaluated, {len(stored)} stored", file=sys.stderr)
 
 
 if __name__ == "__main__":

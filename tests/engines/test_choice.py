@@ -8,8 +8,9 @@ import pytest
 
 from pywet.engines.choice import refuse_fewer_cores
 from pywet.engines.pipeline import Job, simulate
-from pywet.engines.process import alone, surroundings
+from pywet.engines.process import surroundings
 from pywet.engines.run_store import RunStore
+from pywet.run_folder import alone
 from tests.cases.screening import synthetic
 from tests.error_codes import raises_code
 from tests.reliability.kills import Stopped

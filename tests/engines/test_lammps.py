@@ -112,7 +112,7 @@ def test_a_wet_sphere_comes_to_rest_on_a_plate(tmp_path: Path) -> None:
 @needs_lammps
 @pytest.mark.engine
 def test_a_dry_sphere_slides_and_then_rolls(tmp_path: Path) -> None:
-    """Thrown along a plate without spin: its angular momentum about the line of contact is kept, v + 0.4 R w, and the slip ends
+    """Thrown along a plate without spin: its angular momentum about the line of contact is conserved, v + 0.4 R w, and slip ends
     (the spring that has no dashpot swings on, some per cent of the speed)."""
     rest = R - sphere_classes(R)[0].mass_kg * 9.81 / 1e4
     sphere = small.Sphere(1, (0.0, 0.0, rest), (0.1, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Rooms of the program that faults are drawn from, their files, and which run comes to a line of them."""
+"""Packages of the program that faults are drawn from, their files, and which run comes to a line of them."""
 
 from __future__ import annotations
 

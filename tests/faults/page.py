@@ -12,7 +12,7 @@ from tests.faults.__main__ import ASKED, COLUMNS, OPEN, read, write
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE, STORED, UNFOUND = DOCS / "faults_by_chance.md", DOCS / "faults_by_chance.csv", DOCS / "faults_open.csv"
 WHY = "why"
-"""Further column of the kept table: why what nobody notices is no fault, or what it would take to see it."""
+"""Further column of the stored table: why a fault that no check reports has no effect, or what it would take to see it."""
 BEFORE = "before"
 """Further column: who noticed when it was first tried, before checks and tests were added because of it."""
 HEAD = """# Random faults

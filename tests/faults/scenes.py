@@ -21,7 +21,7 @@ SMALL = {
 SETTINGS = {"energy: false": "energy: true", "checkpoints: 20": "checkpoints: 3"}
 OTHER = {"viscous_integration: explicit": "viscous_integration: semi_implicit", "liquid_weight: auto": "liquid_weight: on",
          "shedding: auto": "shedding: on"}  # fmt: skip
-"""Settings of a second scene, for lines that the first does not come to; its wires are prisms."""
+"""Settings of a second scene, for lines that the first does not come to; its wires are analytic."""
 RARE = {"bridges_every: 1": "bridges_every: 2"}
 SCENES: dict[str, dict[str, str]] = {"paper": {}, "other": OTHER, "rare": RARE}
 
@@ -52,7 +52,7 @@ def configure(config: Path, scene: str) -> None:
     head, smoke, tail = scales.read_text().partition("  smoke:\n")
     for old, new in SMALL.items():
         tail = tail.replace(old, new, 1)
-    scales.write_text(head + smoke + ("    wires: prism\n" if scene == "other" else "") + tail)
+    scales.write_text(head + smoke + ("    wires: analytic\n" if scene == "other" else "") + tail)
     kind, _, law = scene.partition("=")
     text = settings.read_text()
     for old, new in (

@@ -115,8 +115,8 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
     exec(compile(path.read_text(), str(path), "exec"), space)
     with reach.traced(tmp_path) as lines:
         space["way"](False)
-        reach.keep(tmp_path / "kept.json")
-    assert lines == reach.recorded(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
+        reach.keep(tmp_path / "stored.json")
+    assert lines == reach.recorded(tmp_path / "stored.json") == {"way.py": {1, 2, 4}}
     assert [packages.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
     assert [packages.reached({7}, Mutant(Path("a.h"), 8, "", ""), beside) for beside in (0, 1)] == [False, True]
 

@@ -34,7 +34,7 @@ def wire_extents(wires: Surface, axis: int) -> np.ndarray:
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_free_aperture_is_the_true_one(apparatus: Apparatus, spec: ApparatusSpec, axis: int) -> None:
-    """Between neighbouring prisms the shortest distance is the aperture; at the wall it is never more."""
+    """Between neighbouring wires the shortest distance is the aperture; at the wall it is never more."""
     extents = wire_extents(named(apparatus)["wires"], axis)
     np.testing.assert_allclose(extents[1:, 0] - extents[:-1, 1], spec.aperture_m, atol=ROUNDING)
     np.testing.assert_allclose(extents[:, 1] - extents[:, 0], spec.wire_diameter_m, atol=ROUNDING)

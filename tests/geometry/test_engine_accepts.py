@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from pywet import config
 from pywet.cases.screening import cases
+from pywet.engines.liggghts.deck import viblin_words
 from pywet.geometry import Apparatus, Surface, write_stl
-from pywet.geometry.motion import engine_displacement, viblin_words
+from pywet.geometry.motion import engine_displacement
 
 CASES = config.load(Path(__file__).parents[2] / "config")
 

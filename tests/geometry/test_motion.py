@@ -10,7 +10,8 @@ import pytest
 
 from pywet import config
 from pywet.cases.screening import cases
-from pywet.geometry.motion import displacement, engine_displacement, position, velocity, viblin_words
+from pywet.engines.liggghts.deck import viblin_words
+from pywet.geometry.motion import displacement, engine_displacement, position, velocity
 from pywet.scene import Vibration
 
 CASES = config.load(Path(__file__).parents[2] / "config")

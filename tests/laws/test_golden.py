@@ -31,7 +31,7 @@ def evaluate(row: dict[str, str]) -> float:
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r['function']}-{r['arguments'][:40]}")
 def test_law_has_the_value_of_its_equation(row: dict[str, str]) -> None:
-    # tolerance of the row: 1e-12 leaves room for the rounding of about ten operations and of cancelling subtractions
+    # tolerance of the row: 1e-12 allows for the rounding of about ten operations and of cancelling subtractions
     assert evaluate(row) == pytest.approx(float(row["value"]), rel=float(row["relative_tolerance"]), abs=1e-300)
 
 

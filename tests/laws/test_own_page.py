@@ -197,7 +197,7 @@ halves = (half_film, half_at_wire, of_wall, of_wire)
 
 
 def test_a_bridge_takes_laws_of_every_kind_that_it_asks(followed: Path) -> None:
-    """Each is told by its arguments; what they give is in the answer under their names."""
+    """Each is identified by its arguments; what they give is in the answer under their names."""
     file, query = followed / "laws.py", json.loads(block("json"))
     file.write_text(LAWS)
     query["laws"] = [f"laws.py:{name}" for name in ("longer", "drag", "sideways", "steady", "halves")]

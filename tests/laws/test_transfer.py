@@ -148,7 +148,7 @@ def test_wall_shares_run_against_the_papers_words() -> None:
     at = np.array([0.01, 0.1, 0.3, 0.5])
     less = transfer_table(1.5e-3, math.inf, 10 * DEG, 40 * DEG, LARGE_WALL, at)
     more = transfer_table(1.5e-3, math.inf, 40 * DEG, 10 * DEG, LARGE_WALL, at)
-    assert less == pytest.approx([0.828264, 0.692781, 0.648337, 0.635726], abs=1e-6)  # digits kept
+    assert less == pytest.approx([0.828264, 0.692781, 0.648337, 0.635726], abs=1e-6)  # digits that remain
     assert more == pytest.approx([0.0865044, 0.187907, 0.22235, 0.232525], abs=1e-6)
 
 

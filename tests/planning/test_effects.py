@@ -132,7 +132,7 @@ def chosen(
 
 
 def test_what_is_left_out_is_negligible_together() -> None:
-    """The numbers of all that is dropped add up to less than the tolerance, though each kept one may be below it."""
+    """The numbers of all that is dropped add up to less than the tolerance, though each one that stays on may be below it."""
     for tolerance in (0.02, 0.1, 0.3, 0.9):
         made = chosen(water(), DILUTE, tolerance, speed=5.0)
         dropped = [row.number for row in made.rows if row.why == "negligible by its number"]

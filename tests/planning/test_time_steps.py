@@ -114,7 +114,7 @@ def test_limit_in_the_engine(tmp_path: Path, viscosity: float, how: str) -> None
 )
 def test_limit_by_bisection(tmp_path: Path, viscosity: float, how: str) -> None:
     """The advised limit is within 5 % of the true one: six halvings of an interval of 1.5/0.7 leave 1.2 %, and at 1e-4 Pa s a
-    swing close to the limit dies away too slowly to be told from one that does not."""
+    swing close to the limit decays too slowly to be distinguished from one that does not."""
     limit, _ = stability.advised(tmp_path, viscosity, how)
     assert stability.true_limit(tmp_path, viscosity, how, limit) == pytest.approx(limit, rel=0.05)
 

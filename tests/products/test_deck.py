@@ -89,7 +89,7 @@ TWO = {**DECK, "aperture_mm": 8, "wire_mm": 2, "beneath": [{"aperture_mm": 4, "w
 
 
 def test_decks_beneath_each_other() -> None:
-    """Names by number from above; the second 30 mm lower; overs of both leave at the end, each above a quarter of its room."""
+    """Names by number from above; the second 30 mm lower; overs of both leave at the end, each above a quarter of its space."""
     grains = {"name": "grain", "material": "glass", "diameter_mm": 2, "at_mm": [(20.0, 0.0, 10.0)]}
     made = building.Building(pywet.Scene(**beads(deck=TWO, spheres=[grains]))).scene()
     assert [w.name for w in made.walls] == [

@@ -158,7 +158,7 @@ def text(file: str, pattern: str, replacement: Callable[[re.Match[str]], str]) -
 
 
 def factor_in(file: str, pattern: str, factor: float) -> Change:
-    """A number of a text file times a factor; the pattern's first group stands before it, the second is it."""
+    """A number of a text file times a factor; the pattern's first group is the text before it, the second the number."""
     return text(file, pattern, lambda m: f"{m[1]}{float(m[2]) * factor!r}")
 
 
@@ -224,7 +224,7 @@ SCENE: dict[str, Injected] = {
         "it is what walls.feed_bin.contact_angle_rad should be"),
     "angle in degrees": Injected(times("classes.small.contact_angle_rad", 1.0 / RADIANS), NUMBERS,
         "degrees taken for radians"),
-    "a holder under another name": Injected(put("walls.slide.reservoir", "side_wall"), NUMBERS,
+    "a reservoir under another name": Injected(put("walls.slide.reservoir", "side_wall"), NUMBERS,
         "walls.slide.reservoir is side_wall, expected slide"),
     "a wall that should vibrate rests": Injected(put("walls.wires.motion", "fixed"), NUMBERS,
         "walls.wires.motion is fixed, expected vibrates"),
@@ -280,9 +280,9 @@ SCENE: dict[str, Injected] = {
         "history/triangles.v0_x (row 3)"),
     "areas halved": Injected(table("history/triangles", lambda t: t.assign(area=0.5 * t["area"])), "scene_tables",
         "history/triangles.area"),
-    "holders in the table exchanged": Injected(
-        table("history/triangles", lambda t: t.assign(holder=t["holder"].replace({"outlet": "slide", "slide": "outlet"}))),
-        "scene_tables", "history/triangles.holder"),
+    "reservoirs in the table exchanged": Injected(
+        table("history/triangles", lambda t: t.assign(reservoir=t["reservoir"].replace({"outlet": "slide", "slide": "outlet"}))),
+        "scene_tables", "history/triangles.reservoir"),
     "angles of parts in degrees": Injected(
         table("history/parts", lambda t: t.assign(contact_angle=t["contact_angle"] / RADIANS)), "scene_tables",
         "history/parts.contact_angle"),
@@ -292,8 +292,8 @@ SCENE: dict[str, Injected] = {
     "two spheres in one place": Injected(table("spheres", _closer), START,
         "pairs of spheres that overlap at the start is 1, expected 0"),
     "spheres start in the wall": Injected(table("spheres", lambda t: t.assign(x=t["x"] + 0.02)), START, "feed bin's wall"),
-    "viscosity told to the plugin": Injected(times("viscosity", 1.001, "history/meta.json"), "scene_told", "meta.viscosity"),
-    "angle told to the plugin": Injected(times("types.1.contact_angle", 0.5, "history/meta.json"), "scene_told",
+    "viscosity passed to the plugin": Injected(times("viscosity", 1.001, "history/meta.json"), "scene_told", "meta.viscosity"),
+    "angle passed to the plugin": Injected(times("types.1.contact_angle", 0.5, "history/meta.json"), "scene_told",
         "meta.near_mesh.contact_angle"),
     "time step of the deck": Injected(factor_in(SETUP, r"^(timestep\s+)(\S+)", 1.001), DECK, "deck: timestep"),
     "stiffness of the deck": Injected(factor_in(SETUP, r"^(fix\s+p_kn .* peratomtypepair 4 )(\S+)", 2.0), DECK,
@@ -342,7 +342,7 @@ RESULTS: dict[str, Injected] = {
     "a column missing": Injected(table(f"results/{L}", lambda t: t.drop(columns="outlet_m3"), csv=True), OF_L,
         "column outlet_m3 is missing"),
     "a column besides": Injected(column(L, "wall_m3", lambda t: 0.0), OF_L, "column wall_m3 is there, expected none"),
-    "holders exchanged": Injected(columns_exchanged(L, "wires_m3", "side_wall_m3"), OF_L,
+    "reservoirs exchanged": Injected(columns_exchanged(L, "wires_m3", "side_wall_m3"), OF_L,
         "it holds what side_wall_m3 should hold"),
     "coarse and fines exchanged": Injected(columns_exchanged(L, "coarse_material_m3", "fines_m3"), OF_L,
         "it holds what fines_m3 should hold"),
@@ -373,7 +373,7 @@ RESULTS: dict[str, Injected] = {
     "summary: coarse share": Injected(put("coarse_share", 0.5, "summary.json"), SUMMARY, "summary.json: coarse_share is 0.5"),
     "summary: spheres exchanged": Injected(exchange("spheres.small", "spheres.large", "summary.json"), SUMMARY,
         "it is what summary.json: spheres.large should be"),
-    "summary: liquid of two holders exchanged": Injected(
+    "summary: liquid of two reservoirs exchanged": Injected(
         exchange("liquid_end_m3.outlet", "liquid_end_m3.wires", "summary.json"), SUMMARY,
         "it is what summary.json: liquid_end_m3.wires should be"),
     "summary: formations and ruptures exchanged": Injected(exchange("events.formations", "events.ruptures",
@@ -414,4 +414,4 @@ CUSTOM: dict[str, Injected] = {
     "own: contacts at the end": Injected(times("contacts_end.contacts_per_sphere", 1.001, "summary.json"), SUMMARY,
         "contacts_end.contacts_per_sphere"),
 }  # fmt: skip
-"""Faults of the results of the shipped drum, a scene of one's own."""
+"""Faults of the results of the shipped drum, a custom scene."""

@@ -152,7 +152,7 @@ def one(table: str, column: str, row: int, factor: float, kind: int | None = Non
 
 
 def moved(tables: Tables) -> None:
-    """A sphere is logged far beyond the rupture distance of a bridge that stands."""
+    """A sphere is logged far beyond the rupture distance of an active bridge."""
     frame = tables["contacts"]
     row = frame.index[frame["partner_kind"] == 1][-1]
     frame.loc[row, "xi_z"] = frame.loc[row, "xj_z"] + 2.0 * R + frame.loc[row, "rupture_distance"]

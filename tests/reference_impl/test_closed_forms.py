@@ -109,7 +109,7 @@ def test_sample_is_spread_and_always_the_same() -> None:
 
 
 def test_exact_split_of_both_orders_and_of_twins() -> None:
-    """Both rows of a pair add up to one; twins share equally; V* = 0 takes the value at 1e-5."""
+    """Both rows of a pair add up to one; equal spheres share equally; V* = 0 takes the value at 1e-5."""
     nodes, at = np.array([0.0, 1e-5, 1e-2, 0.3]), np.arange(4)
     one = transfer.exact_ratios(laws.SPHERE, 1e-3, 5e-4, 0.2, 0.5, nodes, at)
     other = transfer.exact_ratios(laws.SPHERE, 5e-4, 1e-3, 0.5, 0.2, nodes, at)

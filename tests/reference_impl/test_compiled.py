@@ -1,4 +1,4 @@
-"""Loops of the reference that numba keeps: never with another file's code in them, and made again where nothing can be kept."""
+"""Loops of the reference that numba keeps: never with another file's code in them, and made again where nothing can be stored."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ def contact(patch: pytest.MonkeyPatch) -> None:
 
 
 def wall_angle(patch: pytest.MonkeyPatch) -> None:
-    """The angle of the spheres' material stands for that of the walls."""
+    """The angle of the spheres' material is used for the walls."""
     sound = building.wall_mesh
     patch.setattr(building, "wall_mesh", lambda surface, angle, *more: sound(surface, np.radians(15.0), *more))
 

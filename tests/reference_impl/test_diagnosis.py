@@ -219,7 +219,7 @@ def test_equal_suspects_are_reported_to_be_equal() -> None:
     ]
     (found,) = diagnosis.judge(link(2.0 * expected, expected, alike))
     assert found.fault == "cause"
-    assert "cannot be told apart from: other cause, or third)" in found.sentence
+    assert "cannot be distinguished from: other cause, or third)" in found.sentence
     assert found.as_dict()["alike"] == ["other cause", "third"]
 
 

@@ -65,7 +65,7 @@ def test_formation_by_hand() -> None:
 
 
 def test_transfer_of_twins_and_of_order() -> None:
-    """Equal twins share equally; the larger sphere keeps more; more as the size difference grows (the paper's Fig. 7)."""
+    """Equal spheres share equally; the larger sphere keeps more; more as the size difference grows (the paper's Fig. 7)."""
     v = np.array([0.02, 0.1, 0.3])
     assert transfer.recomputed_ratio(laws.SPHERE, 1e-3, 1e-3, 0.2, 0.2, v) == pytest.approx([0.5] * 3)
     angle = math.radians(40.0)

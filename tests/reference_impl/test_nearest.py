@@ -26,12 +26,12 @@ def closest_to(corners: np.ndarray, x: list[float]) -> nearest.Closest:
     return nearest.Parts(setup).closest(none, np.array([x]), none)
 
 
-@pytest.mark.parametrize("beside", [5e-8, -5e-8])
-def test_the_point_is_that_of_the_least_distance(beside: float) -> None:
+@pytest.mark.parametrize("offset", [5e-8, -5e-8])
+def test_the_point_is_that_of_the_least_distance(offset: float) -> None:
     """A sphere of 2.5 mm over a square, 50 nm next to the edge of its two triangles, which are as near to 5e-13 m."""
     a, b, c, d = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
-    x = [beside, -beside, 2.5e-3]
-    assert closest_to(np.array([[a, b, c], [a, c, d]]), x).point[0] == pytest.approx([beside, -beside, 0.0], abs=1e-15)
+    x = [offset, -offset, 2.5e-3]
+    assert closest_to(np.array([[a, b, c], [a, c, d]]), x).point[0] == pytest.approx([offset, -offset, 0.0], abs=1e-15)
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])

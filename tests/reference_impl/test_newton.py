@@ -231,7 +231,7 @@ NAMED_DRY = {
 @pytest.mark.parametrize("kind", ["dry", "moist"])
 @pytest.mark.parametrize("name", FAULTS)
 def test_faults_are_found(tmp_path: Path, request: pytest.FixtureRequest, name: str, kind: str) -> None:
-    """The reference told something else than the engine was: far beyond the limit, and in the dry run named."""
+    """The reference gets another value than the engine: far beyond the limit, and in the dry run named."""
     folder = tmp_path / "run"
     shutil.copytree(request.getfixturevalue(kind), folder)
     scene = json.loads((folder / "scene.json").read_text())
@@ -258,7 +258,7 @@ NAMED = {
     "gravity tilted": (_tilt, "an acceleration of (-0.0981, "),
     "mass 0.1 % off": (_heavier, "as if the mass were 0.999"),
 }
-"""Fault in what the reference is told, and the words by which the replay names it."""
+"""Fault in a value passed to the reference, and the words by which the replay names it."""
 
 
 @pytest.mark.parametrize("name", NAMED)
@@ -339,7 +339,7 @@ def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float
     """Dry spheres that part and meet again before the neighbour list is made again begin with the spring they parted with.
 
     A fact of the engine (a wet run clears it): counted and taken as logged, so that it is neither hidden nor called a fault.
-    The second pair slides, and what was kept turns its spring by a ten-thousandth only.
+    The second pair slides, and the stored displacement turns its spring by a ten-thousandth only.
     """
     quantities, counts, meetings = rubbing(tmp_path, spin, aside)
     assert counts["springs_left_over"] == meetings == 2

@@ -132,5 +132,5 @@ def exchange(folder: Path, place: str, default: object) -> None:
         return
     edit("scene.json", lambda s: s["walls"][0].update({place: [default] * len(s["walls"][0][place])}))(folder)
     parts = pd.read_parquet(folder / "history" / "parts.parquet")
-    parts.loc[parts["holder"] == "wires", "half_width"] = default
+    parts.loc[parts["reservoir"] == "wires", "half_width"] = default
     parts.to_parquet(folder / "history" / "parts.parquet", index=False)

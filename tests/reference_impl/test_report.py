@@ -329,7 +329,7 @@ DRAWN: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
         curve(lambda t, c, k: (t, c, {**k, "linestyle": DASHES.get(k.get("linestyle", ""), "-")})),
         "expected near mesh dashed, all others solid",
     ),
-    "colours of one panel swapped": (colours_of_one_panel, "stands for '10', elsewhere for '0'"),
+    "colours of one panel swapped": (colours_of_one_panel, "means '10', elsewhere '0'"),
     "panels swapped": (titles_swapped, "A = 0.8 mm'; expected words that state 'POM 5/7/10 8 1'"),
     "another amplitude in the title": (
         lambda p: p.setattr(plots, "title", lambda r: "POM 5/7/10 mm, a = 8 mm, A = 2 mm"),
@@ -345,7 +345,7 @@ DRAWN: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
     ),
     "two colours alike": (
         places(outlet=("outlet", "#d98436")),
-        "the colours of 'wires' and 'outlet' can hardly be told apart",
+        "the colours of 'wires' and 'outlet' can hardly be distinguished",
     ),
     "liquid in fractions": (in_fractions, "but is 0.01 times"),
     "presets swapped in the legend": (

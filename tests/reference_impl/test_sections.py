@@ -128,7 +128,7 @@ def of_files(folder: Path, case: int, scale: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize("number", CONFIG.cases)
 def test_no_false_alarm_on_the_scenes_of_the_cases(number: int, tmp_path: Path) -> None:
-    """Held against the resolved copy, and against the four files of config/ read by the reference itself."""
+    """Compared with the resolved copy, and with the four files of config/ read by the reference itself."""
     cases.build(CONFIG, number, "smoke", tmp_path)
     for read in (None, of_files(ROOT / "config", number, "smoke")):
         found = scene.check(tmp_path, read)
@@ -137,7 +137,7 @@ def test_no_false_alarm_on_the_scenes_of_the_cases(number: int, tmp_path: Path) 
 
 @pytest.mark.parametrize(("number", "scale"), [(7, "full"), (11, "full"), (17, "reduced")])
 def test_no_false_alarm_at_other_scales(number: int, scale: str, tmp_path: Path) -> None:
-    """A round sieve, prisms as wires, other springs."""
+    """A round sieve with analytic wires and other contact stiffness."""
     cases.build(CONFIG.with_preset("exact").with_seed(5), number, scale, tmp_path)
     assert not scene.check(tmp_path).findings
 

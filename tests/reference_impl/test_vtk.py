@@ -169,7 +169,12 @@ FAULTS: dict[str, tuple[str, Change, str, str]] = {
         "wall_film_thickness",
         "the row before",
     ),
-    "holders exchanged": ("walls", cell("holder", lambda h: (h + 1) % 3), "wall_holder", "name of a triangle's holder"),
+    "reservoirs exchanged": (
+        "walls",
+        cell("reservoir", lambda h: (h + 1) % 3),
+        "wall_reservoir",
+        "name of a triangle's reservoir",
+    ),
     "parts turned": ("walls", cell("part", lambda p: p[::-1]), "wall_part", "the order of rows is turned"),
 }
 """What is injected: in which file, how, which quantity must find it, and what its sentence must say."""
@@ -251,7 +256,7 @@ def test_the_reader_reads_what_vtk_reads(run: Path) -> None:
             for name, values in written.items():
                 np.testing.assert_array_equal(values, other[name])
         assert {n: list(theirs.field_data[n]) for n in mine.words} == mine.words
-    assert mine.words["holder_from_0"] == ["wires", "side_wall", "collecting_bin"]
+    assert mine.words["reservoir_from_0"] == ["wires", "side_wall", "collecting_bin"]
 
 
 def test_walls_that_turn_are_shown_turned(run: Path) -> None:
@@ -271,7 +276,7 @@ def test_a_cut_file_is_refused_in_a_sentence(run: Path) -> None:
     writer.write(run)
     path = run / "vtk" / "walls_000000100.vtu"
     path.write_text(path.read_text()[:-100])
-    with pytest.raises(ReplayError, match=r"walls_000000100.vtu cannot be read.*write it anew with pywet view"):
+    with pytest.raises(ReplayError, match=r"walls_000000100.vtu cannot be read.*write it again with pywet view"):
         vtk.check(run)
 
 

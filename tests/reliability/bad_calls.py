@@ -261,7 +261,7 @@ def others(draw: st.DrawFn) -> Call:
 
 
 CALLS = st.one_of(documents(), runs(), arguments(), others())
-BESIDE = {
+OTHER_FILES = {
     "wall_wet.json": (EXAMPLES / "wall_wet.json").read_text(),
     "cup.yaml": "name: cup\nduration_s: 0.01\nmaterials: {glass: {density_kg_per_m3: 2500}}\n"
     "spheres: [{name: beads, material: glass, diameter_mm: 3, at_mm: [[0, 0, 5]]}]\nwalls: [{name: cup, stl: cup.stl}]\n",
@@ -301,4 +301,4 @@ def commands() -> set[str]:
     return of_files | {words[0] for words in (*OF_A_RUN, *OPTIONS, *CONFIGURED, CUP, LAW, KINETICS)}
 
 
-__all__ = ["BESIDE", "CALLS", "Call", "changed", "commands", "given", "write"]
+__all__ = ["CALLS", "OTHER_FILES", "Call", "changed", "commands", "given", "write"]

@@ -320,7 +320,7 @@ def test_a_law_that_does_not_end_or_ends_the_program_is_one_sentence(
 
 
 def test_no_child_takes_modules_from_the_folder_it_works_in() -> None:
-    """Python's -P: a run directory, or the folder one stands in, may hold a numpy.py."""
+    """Python's -P: a run directory, or the working folder, may hold a numpy.py."""
     started = [t for p in (ROOT / "pywet").rglob("*.py") for t in re.findall(r"sys.executable, .*", p.read_text())]
     assert len([t for t in started if t.startswith('sys.executable, "-P", "-m"')]) >= 3
     assert not [t for t in started if t.startswith('sys.executable, "-m"')]
@@ -425,7 +425,7 @@ def test_damaged_machine_code_counts_as_missing(tmp_path: Path) -> None:
 def test_machine_code_is_stored_under_all_sources_that_are_compiled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """numba alone looks at the file of the kept function only, and for it where it lies: another checkout has nothing ready.
+    """numba alone looks at the file of the cached function only, and for it where it lies: another checkout has nothing ready.
 
     And whoever asks it to keep has it look in that folder.
     """
@@ -510,7 +510,8 @@ def test_machine_code_is_not_loaded_from_a_folder_open_to_all(variable: str, tmp
     assert not any(shared.iterdir())
     if variable == "NUMBA_CACHE_DIR":
         assert (
-            f"{shared} can be written by others (mode 777)" in done.stderr and "machine code is kept in" in done.stderr
+            f"{shared} can be written by others (mode 777)" in done.stderr
+            and "machine code is stored in" in done.stderr
         )
 
 

@@ -90,7 +90,7 @@ def test_a_call_that_cannot_be_right_is_refused_in_a_sentence(
         here.mkdir()
         shutil.copytree(ROOT / "config", config)
         shutil.copytree(made, run)
-        for name, text in bad_calls.BESIDE.items():
+        for name, text in bad_calls.OTHER_FILES.items():
             (here / name).write_text(text.replace("HERE", str(here)))
         folder = run if call.name == "scene.json" else config if "{config}" in call.words else here
         (folder / call.name).unlink(missing_ok=True) if call.name else None

@@ -100,7 +100,7 @@ def test_a_full_disk(given: dict[str, str], finished: Path, tmp_path: Path, stag
         answer = forked(struck, tmp_path / "answer.json")
         lines = answer["said"].strip().splitlines()
         assert answer["code"] in (1, 2) and "Traceback" not in answer["said"], answer
-        assert "space" in lines[-1] or "room on the disk" in lines[-1], lines
+        assert "space" in lines[-1] or "free space on the disk" in lines[-1], lines
         assert not any("could not" in line or "cannot" in line for line in lines[:-1]), lines
         if stage not in BEFORE_TABLES:
             assert_same(tables_of(finished), tables_of(run))

@@ -28,7 +28,7 @@ def bed(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run whose raw files and checkpoints were kept."""
+    """A run with its raw files and checkpoints."""
     stored = pytest.MonkeyPatch()
     stored.setattr(run_store.RunStore, "tidy", lambda store: None)
     run = bed(tmp_path_factory.mktemp("unbroken"))

@@ -35,7 +35,7 @@ EXPECTED = {
     "s01b_stl_corner": RUNS, "s01c_vessel_corner": RUNS,
     "s02_psd12": "0.06 g of b01 are 0.05 of one sphere (1.212 g); expected at least half a sphere of every size",
     "s04f_tiny": RUNS, "s05_tilted_axis": RUNS, "s05b_upright_axis": RUNS,
-    "s06_metres": "v_in_metres.stl in mm is 0.036 mm long beside spheres of 3 mm; expected a size that they meet",
+    "s06_metres": "v_in_metres.stl in mm is 0.036 mm long, compared with spheres of 3 mm; expected a size that they meet",
     "s07_offset": RUNS,
     "s08_thin_plate": RUNS, "s08b_thin_plate_moist": RUNS, "s16_double_deck": RUNS, "s17_leaves": RUNS,
     "s19b_youngs": "expected contact: hertz for materials.meal.youngs_modulus_Pa",

@@ -163,7 +163,7 @@ def test_file_operations_of_collection(
 
 
 def test_the_next_call_does_not_simulate_again(ended: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """Killed before or after its folder had its name, a finished run is collected or kept as it is."""
+    """Killed before or after its folder had its name, a finished run is collected or left unchanged."""
     run_dir = shutil.copytree(ended, tmp_path / "run")
     first = driver.run(run_dir, progress=False, launch=never, keep=True)
     assert "the engine had come to its end; its output is collected" in caplog.text
@@ -206,7 +206,7 @@ def cut_off(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     ) -> object:
         def look() -> None:
             watch()
-            if len(list((at / run_store.CHECKPOINTS).glob("sums.*.json"))) == checkpoint.KEPT:
+            if len(list((at / run_store.CHECKPOINTS).glob("sums.*.json"))) == checkpoint.STORED:
                 raise Stopped
 
         return process.execute(command, at, scene, report, look)
@@ -334,7 +334,7 @@ def test_begins_anew_and_says_so(cut_off: tuple[Path, Path], tmp_path: Path, cap
     run_dir = shutil.copytree(killed_, tmp_path / "run")
     (run_dir / "engine.partial" / logs.TRAJECTORY).unlink()
     assert driver.run(run_dir, progress=False).resumed_at_step is None
-    assert "begins anew; passed over: step" in caplog.text
+    assert "starts again; passed over: step" in caplog.text
     assert_same(tables_of(whole), tables_of(run_dir))
 
 
@@ -431,7 +431,7 @@ def test_a_dry_run_leaves_nothing_of_a_moist_one(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_full_disks(tmp_path: Path, kind: str) -> None:
-    """Disks of nine sizes: the call ends in a sentence, and with room again the next one ends with the same tables."""
+    """Disks of nine sizes: the call ends in a sentence, and with free space again the next one ends with the same tables."""
     steps, disk = 3000, tmp_path / "disk"
     driver.run(prepare(tmp_path / "whole", kind, steps), progress=False)
     wanted = tables_of(tmp_path / "whole")

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from pywet import PywetError, run_folder, run_lock, shipped
+from pywet import PywetError, run_folder, shipped
 from pywet.cases.screening import identity, status
 from pywet.cli.app import app
 from pywet.engines.run_store import forget
@@ -123,7 +123,7 @@ def test_links_in_a_run_are_refused(tmp_path: Path, name: str) -> None:
     (run / name).symlink_to(victim)
     with (
         raises_code("folder.link"),
-        run_lock.hold(run),
+        run_folder.hold(run),
     ):
         raise AssertionError("the folder was held")
     assert (victim / "precious" if victim.is_dir() else victim).read_text() == "mine"
@@ -147,7 +147,7 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
         "digest": ("digest", run, "--out", tmp_path / "digest.json"),
     }
     synthetic.make(run)
-    (run / "history").rename(tmp_path / "kept")
+    (run / "history").rename(tmp_path / "stays")
     for path in [p for p in run.rglob("*") if p.is_file()]:
         path.unlink()
     run_folder.claim(run)
@@ -156,7 +156,7 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
-        with run_lock.hold(run):
+        with run_folder.hold(run):
             os.write(writer, b"x")
             time.sleep(600)
         os._exit(0)
@@ -172,20 +172,20 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
     finally:
         os.kill(child, 9)
         os.waitpid(child, 0)
-    with run_lock.hold(run):  # the lock ended with its process
+    with run_folder.hold(run):  # the lock ended with its process
         pass
 
 
 def test_evaluations_go_side_by_side(tmp_path: Path) -> None:
     """Two that share a finished run hold it together; one that simulates does not join them."""
     run_folder.claim(tmp_path)
-    with run_lock.hold(tmp_path, shared=True):
+    with run_folder.hold(tmp_path, shared=True):
         child = os.fork()
         if child == 0:
             try:
-                with run_lock.hold(tmp_path, shared=True):
+                with run_folder.hold(tmp_path, shared=True):
                     pass
-                with run_lock.hold(tmp_path):
+                with run_folder.hold(tmp_path):
                     os._exit(3)
             except PywetError as error:
                 os._exit(0 if "another run is active" in str(error) else 4)
@@ -195,16 +195,16 @@ def test_evaluations_go_side_by_side(tmp_path: Path) -> None:
 def test_a_folder_that_is_moved_is_noticed(tmp_path: Path) -> None:
     """The run says so, and writes nothing under the old path."""
     run = tmp_path / "run"
-    with run_lock.hold(run):
-        run_lock.check_held(run)
+    with run_folder.hold(run):
+        run_folder.check_held(run)
         run.rename(tmp_path / "elsewhere")
         with raises_code("lock.moved"):
-            run_lock.check_held(run)
+            run_folder.check_held(run)
     assert not run.exists()
 
 
 def test_devices_pipes_and_links_are_written_to(tmp_path: Path) -> None:
-    """Never replaced by a file: a device of one's own, a full one, a pipe, a link to a file and one to nothing yet."""
+    """Never replaced by a file: a device file of the user, a full one, a pipe, a link to a file and one to nothing yet."""
     linked = tmp_path / "link"
     linked.symlink_to("target.json")
     files.write_json(linked, 1)
@@ -277,9 +277,9 @@ def test_what_a_run_promises(tmp_path: Path) -> None:
     (run / "engine" / "tables.json").write_text(json.dumps({"files": sizes}))
     assert status.missing(run) is None
     for path in [p for p in run.rglob("*") if p.is_file() and p.name != "tables.json"]:
-        path.rename(tmp_path / "kept")
+        path.rename(tmp_path / "stays")
         assert status.missing(run) == str(path.relative_to(run))
-        (tmp_path / "kept").rename(path)
+        (tmp_path / "stays").rename(path)
     (run / "history" / "events.parquet").write_text("123")
     assert status.missing(run) == "history/events.parquet"
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from pywet import run_folder, run_lock
+from pywet import run_folder
 from pywet.engines import run_store
 from pywet.engines.liggghts import checkpoint, driver
 from pywet.util import files
@@ -133,9 +133,9 @@ def test_half_written_files_of_killed_processes_go(tmp_path: Path) -> None:
     ]
     for name in (dead, f"engine.partial/checkpoint/{dead}", *stay):
         (run / name).write_text("x")
-    with run_lock.hold(run, shared=True):
+    with run_folder.hold(run, shared=True):
         assert (run / dead).exists()
-    with run_lock.hold(run):
+    with run_folder.hold(run):
         left = {str(p.relative_to(run)) for p in run.rglob("*") if p.is_file()}
     assert left == {*stay, run_folder.LIST, run_folder.LOCK, f"work/inner/{run_folder.LIST}"}
 
@@ -155,14 +155,14 @@ def test_a_line_of_the_list_cut_off_by_a_full_disk(tmp_path: Path) -> None:
 
 def test_a_folder_moved_aside_while_it_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A call that has opened the lock when another moves the folder aside is refused: it would hold the moved one."""
-    run, real = tmp_path / "run", run_lock.fcntl.flock
+    run, real = tmp_path / "run", run_folder.fcntl.flock
 
     def late(lock: int, how: int) -> None:
         run.rename(tmp_path / "run.1")
         real(lock, how)
 
-    monkeypatch.setattr(run_lock.fcntl, "flock", late)
-    with raises_code("lock.active"), run_lock.hold(run):
+    monkeypatch.setattr(run_folder.fcntl, "flock", late)
+    with raises_code("lock.active"), run_folder.hold(run):
         raise AssertionError("the folder was held")
 
 

@@ -1,4 +1,4 @@
-"""`pywet app`: two runs with one time, seen in a real browser, and told to nobody else."""
+"""`pywet app`: two runs with one time, seen in a real browser, and sent nowhere else."""
 
 from __future__ import annotations
 

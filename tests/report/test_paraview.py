@@ -32,14 +32,14 @@ def seen(name):
     return {{"cells": known.GetNumberOfCells(), "bounds": list(known.GetBounds())}}
 
 names = ["spheres", "bridges", "bridges at large walls", "wires", "side_wall", "collecting_bin"]
-told = {{name: seen(name) for name in names}}
+seen_here = {{name: seen(name) for name in names}}
 whole = pv.IntegrateVariables(Input=pv.FindSource("cuboids"))
 whole.UpdatePipeline(0.02)
-told["volume"] = servermanager.Fetch(whole).GetCellData().GetArray("Volume").GetValue(0)
-told["times"] = list(pv.FindSource("particles").TimestepValues)
+seen_here["volume"] = servermanager.Fetch(whole).GetCellData().GetArray("Volume").GetValue(0)
+seen_here["times"] = list(pv.FindSource("particles").TimestepValues)
 (chart,) = [view for view in pv.GetViews() if view.GetXMLName() == "XYChartView"]
-told["curves"] = list(pv.GetDisplayProperties(pv.FindSource("fraction_retained.csv"), chart).SeriesVisibility)
-print("TOLD", json.dumps(told))
+seen_here["curves"] = list(pv.GetDisplayProperties(pv.FindSource("fraction_retained.csv"), chart).SeriesVisibility)
+print("SEEN", json.dumps(seen_here))
 """
 
 
@@ -83,9 +83,9 @@ def test_paraview_shows_spheres_bridges_walls_and_curves(run: Path, tmp_path: Pa
     output_text = subprocess.run(
         [*screen, "pvbatch", str(look)], env=environment, capture_output=True, text=True, check=False
     )
-    line = next((text for text in output_text.stdout.splitlines() if text.startswith("TOLD ")), None)
+    line = next((text for text in output_text.stdout.splitlines() if text.startswith("SEEN ")), None)
     assert line is not None, output_text.stderr[-2000:]
-    reported = json.loads(line.removeprefix("TOLD "))
+    reported = json.loads(line.removeprefix("SEEN "))
     assert reported["times"] == [0.0, 0.01, 0.02] and reported["curves"] == ["fraction_retained"]
     # at 0.02 s: 4 mm around (-6, 0, 6) mm, 2 mm around (0, 0, -50) and (6, 0, -50); facets lie inside their sphere
     np.testing.assert_allclose(reported["spheres"]["bounds"], np.array([-10, 8, -4, 4, -52, 10]) * 1e-3, atol=1e-4)

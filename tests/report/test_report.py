@@ -234,7 +234,7 @@ def test_the_caveat_of_the_scale_stands_first(config: settings.Config, folder: P
 
 
 def test_laws_that_were_not_checked_are_listed(config: settings.Config, folder: Path) -> None:
-    """Amber on the first screen, on the card and in the case's row; the kind held against a second function is named too."""
+    """Amber on the first screen, the card and the case's row; the kind with a user reference implementation is named too."""
     replayed = folder / "case02" / "replay.json"
     row = {"effect": "capillary", "law": "/home/somebody/my_law.py:neck", "instead": "taken as logged"}
     replayed.write_text(json.dumps({**REPLAY, "unchecked": [row], "second": {"rupture": "/x/second.py:reach"}}))

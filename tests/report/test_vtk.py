@@ -58,7 +58,7 @@ def test_bridges_are_lines_between_their_ends(folder: Path) -> None:
 
 
 def test_bridges_carry_their_age(folder: Path) -> None:
-    """Formed in steps 162 and 163. (Their force is held against the reference's equation in tests/reference_impl/test_vtk.py.)"""
+    """Formed in steps 162 and 163. (tests/reference_impl/test_vtk.py compares their force with the reference's equation.)"""
     age = pyvista.read(folder / "bridges_000000200.vtu").cell_data["age"]
     np.testing.assert_allclose(age, [38 * synthetic.TIME_STEP, 37 * synthetic.TIME_STEP], rtol=1e-12)
 
@@ -99,14 +99,12 @@ def test_a_turning_wall_is_where_its_turn_has_brought_it() -> None:
     turn = Rotation(origin_m=(1.0, 2.0, 3.0), axis=(2.0, 2.0, 2.0), period_s=3.0)
     corners = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) + turn.origin_m
     names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
-    walls = [SimpleNamespace(name="drum", motion="turns"), SimpleNamespace(name="floor", motion="rests")]
     run = SimpleNamespace(
-        triangles=pd.DataFrame([corners.ravel()] * 2, columns=names).assign(mesh=[w.name for w in walls]),
+        triangles=pd.DataFrame([corners.ravel()] * 2, columns=names).assign(mesh=["drum", "floor"]),
         mesh_motion=pd.DataFrame({"step": [300], "mesh": ["floor"], "dx": 0.0, "dy": 0.0, "dz": 0.5}),
         scene=SimpleNamespace(
             name="",
-            walls=walls,
-            motion_of=lambda wall: turn if wall.motion == "turns" else None,
+            motions={"drum": turn, "floor": None},
             time_step_s=1.0 / 300.0,
         ),
     )

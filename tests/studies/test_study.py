@@ -69,12 +69,12 @@ def test_only_what_was_asked_for_is_forgotten(tmp_path: Path) -> None:
 
 
 def test_equal_runs_are_done_once_and_stand_twice_in_the_table(tmp_path: Path) -> None:
-    class Twins(Squares):
+    class Comparisons(Squares):
         def runs(self, job: str) -> list[Run]:
             run = super().runs(job)[0]
             return [run, Run(run.name, run.given, run.make, {"n": 10 * run.labels["n"]})]
 
-    comparisons = Twins(tmp_path)
+    comparisons = Comparisons(tmp_path)
     comparisons.do("low")
     assert comparisons.done == [1] and comparisons.gather(["low"])["n"].tolist() == [1, 10]
 

@@ -16,7 +16,7 @@ import pytest
 from pyarrow import parquet
 from typer.testing import CliRunner
 
-from pywet import run_lock
+from pywet import run_folder
 from pywet.cli.app import app
 from pywet.collisions.wall import wall
 from pywet.errors import PywetError
@@ -273,7 +273,7 @@ def test_a_run_of_another_call_is_left_to_it(tmp_path: Path, caplog: pytest.LogC
     held, done = threading.Event(), threading.Event()
 
     def hold() -> None:
-        with run_lock.hold(store.place(runs[0].built.name)):
+        with run_folder.hold(store.place(runs[0].built.name)):
             held.set()
             done.wait(60)
 

@@ -63,12 +63,12 @@ def _needs(case, ask, otherwise):
         return otherwise
 
 
-TWINS = settings.twins(CONFIGURED, CASES, CHOSEN.both_presets)
+COMPARISONS = settings.preset_comparisons(CONFIGURED, CASES, CHOSEN.both_presets)
 """Folder name of a case that runs again with another preset -> (its number, that preset); none or one."""
 RUNS = {
     (name if seed == CHOSEN.seed else f"{name}-{seed}"): (number, preset, seed)
     for seed in range(CHOSEN.seed, CHOSEN.seed + CHOSEN.seeds)
-    for name, (number, preset) in {**{name: (number, None) for name, number in CASES.items()}, **TWINS}.items()
+    for name, (number, preset) in {**{name: (number, None) for name, number in CASES.items()}, **COMPARISONS}.items()
 }
 """Folder name of a run -> (number of its case, preset where it is another, seed)."""
 SCALE = CHOSEN.scale

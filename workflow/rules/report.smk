@@ -43,7 +43,7 @@ rule report:
         config=str(CONFIG),
         content=content(CONFIGURED),
         cases=list(CASES.values()),
-        twins=TWINS,
+        comparisons=COMPARISONS,
         scale=SCALE,
         # runs of other seeds beside those of the workflow are no input, but a reason to draw their band
         seeds=lambda wildcards: sorted(

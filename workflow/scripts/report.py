@@ -13,7 +13,7 @@ with stages.logged(Path(snakemake.log[0])):
         config.load(Path(snakemake.params.config)),
         snakemake.params.scale,
         snakemake.params.cases,
-        twins=snakemake.params.twins,
+        comparisons=snakemake.params.comparisons,
         folder=out.parent,
         template_dir=Path(snakemake.input.template).parent,
         picture=Path(snakemake.input.picture),

@@ -208,7 +208,7 @@ class Building:
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
-        """Return the corners of the simulated region: the extent, with room for spheres that moving walls or outlets displace."""
+        """Return the corners of the simulated region: its extent and space for spheres that walls or outlets displace."""
         scene, cell = self.user_scene, 2.0 * max(c.radius_m for c in self.classes)
         low, high = with_reach(self.outlets, *self.extent, self.speed, scene.gravity_m_per_s2)
         extent.refuse_vast(scene.name, low, high, cell)

@@ -27,7 +27,7 @@ from pywet.scene import Across, NonNegative, Positive, Profile, Title, Vector
 from pywet.util.notices import notice
 
 WALLS = "walls"
-"""Name that stands for all walls in a contact; walls are one material in the engine."""
+"""Name of all walls in a contact; walls are one material in the engine."""
 PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one per cent of the larger"}}
 WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
 Angle = Annotated[float, Field(ge=0, lt=90)]
@@ -374,7 +374,7 @@ class Scene(Excusable):
         if self.periodic and self.deck and self.deck.periodic:
             wrong.append("no periodic together with a deck with periodic: true")
         if (self.outlets or self.deck) and self.results.checkpoints == 0:
-            wrong.append("results.checkpoints of at least 1 beside outlets: spheres leave at checkpoints")
+            wrong.append("results.checkpoints of at least 1 together with outlets: spheres leave at checkpoints")
         known = ", ".join(self.materials) or "none"
         named = [(f"spheres {s.name}", s.material) for s in self.spheres]
         named += [(f"feed {f.name}", f.material) for f in self.feed]

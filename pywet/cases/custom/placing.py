@@ -80,7 +80,7 @@ def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
         factor = 1e3 if other == "m" else 1e-3
         sizes = " to ".join(dict.fromkeys(f"{1e3 * d:.4g}" for d in (min(spheres), max(spheres))))
         raise ConfigError(
-            f"wall {wall.name}: {wall.stl.name} in {wall.stl_unit} is {1e3 * longest:.4g} mm long beside spheres of "
+            f"wall {wall.name}: {wall.stl.name} in {wall.stl_unit} is {1e3 * longest:.4g} mm long, compared with spheres of "
             f"{sizes} mm; expected a size that they meet: in {other} it is "
             f"{1e3 * longest * factor:.4g} mm (stl_unit: {other})",
             code="scene.stl_unit",

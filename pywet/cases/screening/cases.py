@@ -57,7 +57,7 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal and explicit else 0.0
     step = step_choice.of_collisions(pairs, classes, settings.time_step.fraction.value, viscosity)
     gravity = (0.0, 0.0, -GRAVITY if chosen.effects.gravity else 0.0)
-    plugin = chosen.effects.bridges or scale.wires == "prism"
+    plugin = chosen.effects.bridges or scale.wires == "analytic"
     after = scale.duration_s.value - scale.slide_opens_at_s.value
     retirement = decide(settings.retire, chosen.effects, output_of(config, scale), gravity, plugin, after)
     return Ingredients(classes, pairs, liquid, vibration, chosen, retirement, step)
@@ -254,6 +254,9 @@ def mesh_of(config: Config, scale: Scale, surface: Surface) -> WallMesh:
     angle = math.radians(material.contact_angle_deg.value)
     if surface.reservoir != "wires":
         return wall_mesh(surface, angle)
-    mesh, read = wall_mesh(surface, angle, prisms=scale.wires == "prism"), config.settings.readings.small_half_width
+    mesh, read = (
+        wall_mesh(surface, angle, analytic_wires=scale.wires == "analytic"),
+        config.settings.readings.small_half_width,
+    )
     widths = tuple(None if w is None else read(w, scale.wire_sides.value) for w in mesh.part_half_width_m)
     return mesh.model_copy(update={"part_half_width_m": widths})

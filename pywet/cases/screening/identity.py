@@ -17,7 +17,7 @@ from pathlib import Path
 from typing_extensions import TypedDict
 
 import pywet
-from pywet import run_folder, run_lock
+from pywet import run_folder
 from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.errors import PywetError
@@ -82,14 +82,14 @@ def of(*parts: object) -> str:
 @contextmanager
 def held(run_dir: Path, word: str) -> Iterator[None]:
     """Lock a run directory for a run with this fingerprint; one with another fingerprint is moved aside with a notice."""
-    with run_lock.hold(run_dir):
+    with run_folder.hold(run_dir):
         there = any((Path(run_dir) / name).exists() for name in ("engine", "engine.partial", "trajectory.parquet"))
         if not there or left(Path(run_dir)) == word:
             yield
             return
         aside = run_folder.set_aside(run_dir)
     notice.warning(f"{run_dir} held a run of another configuration or version of pywet, which is {aside} from now on")
-    with run_lock.hold(run_dir):
+    with run_folder.hold(run_dir):
         yield
 
 

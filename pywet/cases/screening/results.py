@@ -44,9 +44,9 @@ class Results:
 
     @classmethod
     def of(cls, run: RunDir) -> Results:
-        """Compute all result tables of a run; for the columns see `fraction_retained` and `liquid_by_holder`."""
+        """Compute all result tables of a run; for the columns see `fraction_retained` and `liquid_by_reservoir`."""
         walls = wall_liquid(run)
-        retained, liquid = fraction_retained(run, walls), liquid_by_holder(run, walls)
+        retained, liquid = fraction_retained(run, walls), liquid_by_reservoir(run, walls)
         return cls(retained, liquid, checks(run, retained, liquid))
 
 
@@ -102,13 +102,13 @@ def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
 
 
 def wall_liquid(run: RunDir) -> pd.DataFrame:
-    """Return the liquid on walls [m3] at each output, films and share of active bridges; one column per WALL_HOLDERS."""
+    """Return the liquid on walls [m3] at each output, films and share of active bridges; a column per key of WALL_RESERVOIRS."""
     return run.on_walls(
-        {reservoir: name for name, reservoirs in WALL_RESERVOIRS.items() for reservoir in reservoirs}, "holder"
+        {reservoir: name for name, reservoirs in WALL_RESERVOIRS.items() for reservoir in reservoirs}, "reservoir"
     )
 
 
-def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
+def liquid_by_reservoir(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
     """Liquid [m3] on the coarse material (not in the bin), the fines (in the bin) and each wall, over time.
 
     Liquid of active bridges is included on either side by the transfer share; `standing_bridges_m3` is the part

@@ -29,7 +29,7 @@ DEFAULT = {kind: PRESETS["paper"][kind] for kind in ("capillary", "viscous_norma
 """Default laws of each kind if the file names none."""
 
 
-BESIDE = ("viscous_tangential", "dynamic_rupture", "formation")
+OPTIONAL = ("viscous_tangential", "dynamic_rupture", "formation")
 """Kinds that are evaluated only if one of their laws is named."""
 
 LENGTH = {"ge": 1e-9, "le": 10.0}
@@ -121,12 +121,12 @@ def checked(given: Any, path: Path) -> Query:
     except ValidationError as error:
         raise mistake(error, Query, str(path)) from error
     query = query.model_copy(update={"laws": tuple(custom_laws.placed(name, Path(path).parent) for name in query.laws)})
-    known = {name for kind in (*DEFAULT, *BESIDE) for name in registry.names(kind)}
+    known = {name for kind in (*DEFAULT, *OPTIONAL) for name in registry.names(kind)}
     for name in query.laws:
-        if custom_laws.is_custom(name) and custom_laws.kind_of(name) not in (*DEFAULT, *BESIDE):
+        if custom_laws.is_custom(name) and custom_laws.kind_of(name) not in (*DEFAULT, *OPTIONAL):
             raise PywetError(
                 f"{path}: {name} is a law of {custom_laws.kind_of(name)}, which a static bridge does not use; expected one of "
-                f"{', '.join((*DEFAULT, *BESIDE))}: fix laws",
+                f"{', '.join((*DEFAULT, *OPTIONAL))}: fix laws",
                 code="bridge.law_kind", key="laws", given=name, where=path,
             )  # fmt: skip
         if name not in known and not custom_laws.is_custom(name):

@@ -192,8 +192,7 @@ def bed_angles(run_dir: Path) -> bodies.Floats:
     It is the angle between gravity and the line from the axis to the spheres' centre: the slope of a flat surface.
     """
     scene = RunDir(Path(run_dir)).scene
-    turning = (scene.motion_of(wall) for wall in scene.walls)
-    motion = next((m for m in turning if isinstance(m, Rotation)), None)
+    motion = next((m for m in scene.motions.values() if isinstance(m, Rotation)), None)
     if motion is None:
         raise PywetError(
             f"no wall of {run_dir} turns; expected a drum for the angle of its bed",

@@ -59,7 +59,7 @@ def prepare(
     effects: Effects = DRY,
     walls: Sequence[Surface] = (),
     wall_angle_rad: float = 0.0,
-    prisms: Sequence[str] = (),
+    analytic_wires: Sequence[str] = (),
     time_step_s: float = 1e-5,
     steps: int = 1000,
     log_every_step: bool = True,
@@ -72,7 +72,7 @@ def prepare(
 ) -> EngineScene:
     """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `EngineScene`.
 
-    `prisms`: walls whose parts are analytic wires in dry contacts. Law files named in `effects`,
+    `analytic_wires`: walls whose parts are analytic wires in dry contacts. Law files named in `effects`,
     `path/to/file.py:function`, are permitted to run from then on.
     """
     named = {kind: custom_laws.placed(law) for kind, law in effects.laws.items()}
@@ -83,7 +83,7 @@ def prepare(
         "classes": tuple(classes),
         "pairs": tuple(pairs),
         "liquid": liquid,
-        "walls": tuple(wall_mesh(w, wall_angle_rad, w.name in prisms) for w in walls),
+        "walls": tuple(wall_mesh(w, wall_angle_rad, w.name in analytic_wires) for w in walls),
         "vibration": None,
         "slide": None,
         "effects": effects.model_copy(update=named),

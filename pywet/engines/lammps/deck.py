@@ -39,8 +39,8 @@ def refuse(scene: EngineScene, ranks: int = 1) -> None:
         reasons.append("walls that vibrate or slide")
     if any(w.motion == "turns" for w in scene.walls) and scene.effects.bridges and scene.output.energy:
         reasons.append("the power of walls that turn (of output, energy is true)")
-    if any(w.prisms for w in scene.walls):
-        reasons.append("wires as prisms")
+    if any(w.analytic_wires for w in scene.walls):
+        reasons.append("analytic wires")
     if scene.periodic is not None:
         reasons.append("walls in a box that is periodic")
     if scene.effects.rolling and any(p.rolling_friction_m for p in scene.pairs):
@@ -170,7 +170,7 @@ def lines(scene: EngineScene, run_dir: Path, extra: Sequence[str], integrate: st
 
 
 def _wall(scene: EngineScene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
-    motion, turning = scene.motion_of(wall), ""
+    motion, turning = scene.motions[wall.name], ""
     if isinstance(motion, Rotation):
         yield f"variable move_{wall.name} equal 2.0*PI*step*dt/{motion.period_s!r}"
         turning = f" rotate v_move_{wall.name} " + " ".join(repr(float(at)) for at in (*motion.origin_m, *motion.axis))

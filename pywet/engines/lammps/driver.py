@@ -11,8 +11,8 @@ from typing import Any
 
 from pywet.engines.lammps import build, deck
 from pywet.engines.pipeline import Job, RunInfo, collect, simulate
-from pywet.engines.process import alone
 from pywet.planning import time_steps
+from pywet.run_folder import alone
 from pywet.runs.rundir import RunDir
 
 WORKER = (sys.executable, "-P", "-m", "pywet.engines.lammps.worker")

@@ -27,7 +27,7 @@ PARTIAL = ".partial"
 LOG = "log.liggghts"
 MESSAGES_B = 65536
 """Upper bound on the engine's messages when it is set up again at a checkpoint."""
-KEPT = 2
+STORED = 2
 """Number of stored checkpoints."""
 WRITTEN_S = 10.0
 """Time [s] without a change, by a monotonic clock, after which a restart file counts as completely written."""
@@ -186,7 +186,7 @@ class Recorder:
     def _not_whole(self, why: str) -> PywetError:
         return PywetError(
             f"{why}; expected the {len(self.planned)} planned output steps in "
-            f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint",
+            f"{self.folder} (was the disk full?): call again, the run resumes from its last complete checkpoint",
             code="checkpoint.steps", where=self.folder,
         )  # fmt: skip
 
@@ -212,7 +212,7 @@ class Recorder:
 
     def _prune(self) -> None:
         files = _files(self.folder)
-        oldest = sorted(step for name, step, _ in files if name == "sums")[-KEPT:][0]
+        oldest = sorted(step for name, step, _ in files if name == "sums")[-STORED:][0]
         for _, step, path in files:
             if step < oldest:
                 path.unlink()

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines import schedule
-from pywet.engines.liggghts import deck, logs, windows
+from pywet.engines.liggghts import contact_model, logs, windows
 from pywet.errors import NotWhole
-from pywet.geometry.motion import Floats, engine_displacement
+from pywet.geometry.motion import translations
 from pywet.runs import retired, tables
-from pywet.scene import EngineScene, Slide, Vibration, WallMesh
+from pywet.scene import EngineScene
 
 Part = TypeVar("Part", pd.DataFrame, dict[str, np.ndarray])
 TRAJECTORY = ["id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
@@ -35,10 +35,10 @@ def make(scene: EngineScene, folder: Path, put: Callable[[str, tables.Rows], Non
     empty = _empty(scene, seen[0], gone)
     planned({*seen, *(step for step in empty if step > max(seen))}, scene, str(folder / logs.TRAJECTORY))
     end = empty.min(initial=scene.steps + 1)
-    for name, table in windows.collect(scene, folder, schedule.recorded(scene), deck.touched(scene), end):
+    for name, table in windows.collect(scene, folder, schedule.recorded(scene), contact_model.touched(scene), end):
         put(name, table)
-    shifts = {wall.name: mesh_translations(scene, wall) for wall in scene.walls}
-    rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts.items()]
+    shifts = translations(scene).items()
+    rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts]
     put("mesh_motion", pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]))
     added = {}
     if gone is not None:
@@ -81,18 +81,6 @@ def planned(steps: Iterable[int], scene: EngineScene, what: str) -> None:
             "run the case again",
             code="run.steps", given=len(there), expected=len(wanted),
         )  # fmt: skip
-
-
-def mesh_translations(scene: EngineScene, wall: WallMesh) -> Floats:
-    """Return the displacement of a mesh from its STL file at the output steps [m], shape (outputs, 3)."""
-    way, steps = scene.motion_of(wall), np.asarray(scene.output_steps)
-    if isinstance(way, Vibration):
-        return engine_displacement(way, steps, scene.time_step_s)
-    if isinstance(way, Slide):
-        begins, stops = schedule.slides(scene)[wall.name]
-        moved = (np.clip(steps, begins, stops) - begins) * scene.time_step_s
-        return np.asarray(moved[:, None] * np.asarray(way.velocity_m_per_s))
-    return np.zeros((len(steps), 3))
 
 
 def trajectory_parts(path: Path, time_step: float) -> Iterator[pd.DataFrame]:

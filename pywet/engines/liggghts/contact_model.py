@@ -1,12 +1,56 @@
-"""Dry contact of a scene in LIGGGHTS commands: contact model, its settings, properties of types and pairs of types."""
+"""Dry contact of a scene in LIGGGHTS: what the plugin computes; the engine's contact model and properties of types and pairs."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pywet.laws import contact
-from pywet.scene import ContactPair, EngineScene
+from pywet.scene import ContactPair, EngineScene, WallMesh
+
+
+def attached(scene: EngineScene) -> bool:
+    """Return whether the plugin is in use: for bridges, analytic wires, inserted or retired spheres, walls that may repeat."""
+    return (
+        scene.effects.bridges
+        or scene.has_insertion
+        or scene.removes
+        or continues(scene)
+        or any(w.analytic_wires for w in scene.walls)
+    )
+
+
+def continues(scene: EngineScene) -> bool:
+    """Return whether walls may continue through a periodic face, where the plugin corrects the engine's corners."""
+    return scene.periodic is not None and bool(scene.walls)
+
+
+def touched(scene: EngineScene) -> list[str]:
+    """Return the walls whose contacts the engine computes; the plugin has those with analytic wires and, with `planes`, all."""
+    plugin = attached(scene) and scene.contacts == "planes"
+    return [w.name for w in scene.walls if not (plugin or w.analytic_wires)]
+
+
+def mesh_style(scene: EngineScene, wall: WallMesh) -> str:
+    """Return the style of a wall; a moving wall of a moist scene stores the sum of contact forces, for the work of the wall."""
+    moist = scene.effects.bridges and scene.effects.wall_films
+    return "mesh/surface/stress" if moist and wall.motion != "fixed" and wall.name in touched(scene) else "mesh/surface"
+
+
+def commands(scene: EngineScene, cohesion: str = "") -> dict[str, Any]:
+    """Return the values for the templates of a deck; `cohesion`: arguments of a stock cohesion model."""
+    return {
+        "attached": attached(scene),
+        "continues": continues(scene),
+        "touched": touched(scene),
+        "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
+        "style": words(scene, cohesion),
+        "settings": settings(scene, bool(cohesion)),
+        "materials": of_materials(scene),
+        "properties": property_matrices(scene),
+    }
 
 
 def words(scene: EngineScene, cohesion: str = "") -> str:
@@ -36,15 +80,6 @@ def of_materials(scene: EngineScene) -> dict[str, str]:
     }
 
 
-def sliding_drag(m_eff: float, time_step: float) -> float:
-    """Return the drag [kg/s] of history-free friction: force min(c v, mu F_n) against the slip v.
-
-    c = m_eff/(28 dt) is half of the stable value for a dense packing at that step, with spin (c < 2/7 m_eff/(4 dt));
-    a sphere at rest on a slope then creeps at about mu g 28 dt, some tenths of a millimetre per second.
-    """
-    return m_eff / (28.0 * time_step)
-
-
 def property_matrices(scene: EngineScene) -> dict[str, str]:
     """Return the engine's properties by pair of types; walls are the last type. Rolling friction [m] is divided by r_red."""
     n = len(scene.classes) + 1
@@ -70,5 +105,5 @@ def _springs(scene: EngineScene, pair: ContactPair) -> dict[str, float]:
         "kn": k,
         "kt": pair.tangential_stiffness_N_per_m,
         "gamman_abs": contact.leapfrog_damping(pair.restitution, m_eff, k, scene.time_step_s),
-        "gammat_abs": 0.0 if scene.effects.tangential_history else sliding_drag(m_eff, scene.time_step_s),
+        "gammat_abs": 0.0 if scene.effects.tangential_history else contact.sliding_drag(m_eff, scene.time_step_s),
     }

@@ -17,7 +17,6 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import contact_model, grid, windows
 from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
-from pywet.geometry.motion import viblin_words
 from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.scene import EngineScene, Rotation, Slide, Vibration, WallMesh
@@ -37,26 +36,9 @@ docs/engine.md.
 """
 FASTEST = 5.0
 """Largest speed [m/s] at which a stretched bridge is within the ghost cut-off; beyond it the run stops with a message."""
+UNIT_VECTORS = ("1 0 0", "0 1 0", "0 0 1")
 IDS_A_LINE = 100
 """Number of sphere ids in one line of the engine's script."""
-
-
-def attached(scene: EngineScene) -> bool:
-    """Return whether the plugin is in use: for bridges, analytic wires, inserted or retired spheres, walls that may repeat."""
-    return (
-        scene.effects.bridges or scene.is_fed or scene.removes or continues(scene) or any(w.prisms for w in scene.walls)
-    )
-
-
-def continues(scene: EngineScene) -> bool:
-    """Return whether walls may continue through a periodic face, where the plugin corrects the engine's corners."""
-    return scene.periodic is not None and bool(scene.walls)
-
-
-def touched(scene: EngineScene) -> list[str]:
-    """Return the walls whose contacts the engine computes; the plugin has those with analytic wires and, with `planes`, all."""
-    plugin = attached(scene) and scene.contacts == "planes"
-    return [w.name for w in scene.walls if not (plugin or w.prisms)]
 
 
 def film_factor(scene: EngineScene) -> float:
@@ -99,32 +81,29 @@ def skin(scene: EngineScene) -> float:
     return min(max(0.4 * smallest, SKIN * (2.0 * largest * FALLING * scene.time_step_s) ** 0.5), 1.2 * smallest)
 
 
+def viblin_words(vibration: Vibration) -> list[str]:
+    """Return the arguments after the mesh's name of the `fix move/mesh … viblin` for this vibration, one list per moving axis."""
+    period = 1.0 / vibration.frequency_Hz
+    return [
+        f"viblin axis {axis} order 1 amplitude {amplitude!r} phase {phase - 0.5 * math.pi!r} period {period!r}"
+        for axis, amplitude, phase in zip(UNIT_VECTORS, vibration.amplitude_m, vibration.phase_rad, strict=True)
+        if amplitude != 0.0
+    ]
+
+
 def movers(scene: EngineScene) -> list[dict[str, str]]:
     """Return three viblin movers per vibrating mesh, one rotation per turning mesh."""
     fixes = []
-    for wall in scene.walls:
-        way = scene.motion_of(wall)
+    for name, way in scene.motions.items():
         if isinstance(way, Vibration):
             fixes += [
-                {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": words}
-                for k, words in enumerate(viblin_words(way))
+                {"id": f"move_{name}_{k}", "mesh": name, "words": words} for k, words in enumerate(viblin_words(way))
             ]
         if isinstance(way, Rotation):
             origin, axis = (" ".join(map(repr, v)) for v in (way.origin_m, way.axis))
             words = f"rotate origin {origin} axis {axis} period {way.period_s!r}"
-            fixes.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
+            fixes.append({"id": f"move_{name}", "mesh": name, "words": words})
     return fixes
-
-
-def mesh_style(scene: EngineScene, wall: WallMesh) -> str:
-    """Return the style of a wall; a moving wall of a moist scene stores the sum of contact forces, for the work of the wall."""
-    if (
-        not (scene.effects.bridges and scene.effects.wall_films)
-        or wall.motion == "fixed"
-        or wall.name not in touched(scene)
-    ):
-        return "mesh/surface"
-    return "mesh/surface/stress"
 
 
 class Run(NamedTuple):
@@ -143,8 +122,8 @@ class Run(NamedTuple):
 
 def runs(scene: EngineScene, done: int = 0) -> list[Run]:
     """Return the run commands that remain after `done` steps; checkpoints empty the engine."""
-    ways = {w.name: scene.motion_of(w) for w in scene.walls}
-    speed = {n: " ".join(map(repr, way.velocity_m_per_s)) for n, way in ways.items() if isinstance(way, Slide)}
+    moving = scene.motions.items()
+    speed = {name: " ".join(map(repr, way.velocity_m_per_s)) for name, way in moving if isinstance(way, Slide)}
     return [
         Run(
             [f"fix draw_{name} all move/mesh mesh {name} linear {speed[name]}" for name in piece.drawn],
@@ -152,7 +131,7 @@ def runs(scene: EngineScene, done: int = 0) -> list[Run]:
             [f"unfix draw_{name}" for name in piece.stops],
             piece.checkpoint,
         )
-        for piece in schedule.pieces(scene, done, attached(scene))
+        for piece in schedule.pieces(scene, done, contact_model.attached(scene))
     ]
 
 
@@ -195,7 +174,7 @@ def write_data(scene: EngineScene, spheres: pd.DataFrame, path: Path) -> None:
 
 def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> str:
     """Write the file of a mesh; if the plugin computes the contacts, one triangle that moves like the wall."""
-    if not wall.prisms:
+    if not wall.analytic_wires:
         return from_folder(run_dir / wall.stl, folder)
     name = f"{wall.name}.moves.stl"
     write_first_triangle(run_dir / wall.stl, folder / name)
@@ -236,8 +215,8 @@ def write_deck(
     resume: Checkpoint | None = None,
     cohesion: Cohesion = NO_COHESION,
     ranks: int = 1,
-) -> None:
-    """Write data file and scripts into `folder`.
+) -> int:
+    """Write data file and scripts into `folder`; returns the number of spheres.
 
     `extra` lines and the group `integrate` are used by driven small scenes. `cohesion` is a stock cohesion model,
     for comparisons. With `resume` the deck starts from the engine's restart file and contains the rest of the
@@ -253,17 +232,16 @@ def write_deck(
     g = np.asarray(scene.gravity_m_per_s2)
     size = float(np.linalg.norm(g))
     direction = dict(zip("xyz", (repr(float(x)) for x in g / size), strict=True)) if size else {}
+    contact = contact_model.commands(scene, cohesion.words)
+    plugin = contact["attached"]
     spheres = read_table(run_dir / scene.spheres_file)
     context = {
         "scene": scene,
+        **contact,
         # the plugin's worker says them, at each checkpoint again
-        "columns": "${columns}" if attached(scene) else grid.words(scene, spheres[["x", "y"]], ranks),
+        "columns": "${columns}" if plugin else grid.words(scene, spheres[["x", "y"]], ranks),
         "boundary": " ".join("p" if axis == scene.periodic else "f" for axis in "xyz"),
         "types": len(scene.classes) + 1,
-        "properties": contact_model.property_matrices(scene),
-        "materials": contact_model.of_materials(scene),
-        "style": contact_model.words(scene, cohesion.words),
-        "settings": contact_model.settings(scene, bool(cohesion.words)),
         "cohesion": cohesion,
         "skin": repr(skin(scene)),
         "bin": repr(2.0 * max(c.radius_m for c in scene.classes) * film_factor(scene) + skin(scene)),
@@ -274,18 +252,14 @@ def write_deck(
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
         "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},
-        "touched": touched(scene),
         "below": repr(2.0 * scene.box_low_m[2] - scene.box_high_m[2]),
-        "attached": attached(scene),
-        "continues": continues(scene),
-        "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
         "runs": [(run, saved("engine", run.checkpoint, whole=False)) for run in runs(scene, done)],
         "extra": extra,
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
         "output_every": every,
-        "windows": windows.deck_lines(scene, schedule.recorded(scene), touched(scene)),
+        "windows": windows.deck_lines(scene, schedule.recorded(scene), contact["touched"]),
     }
     write_data(scene, spheres, folder / "particles.data")
     begin = {
@@ -294,7 +268,7 @@ def write_deck(
         "first_frame": done % every == 0 and not (done and scene.removes),  # else the frame is of the spheres that stay
     }
     # the plugin's worker has given the file its name by then, the stock program cannot
-    again = {"restart_file": saved("engine", "${at}", whole=attached(scene)), "at": "${at}", "first_frame": False}
+    again = {"restart_file": saved("engine", "${at}", whole=plugin), "at": "${at}", "first_frame": False}
     for name, template, more in (
         ("setup", "setup", begin),
         ("again", "setup", again),
@@ -304,3 +278,4 @@ def write_deck(
         text = environment.get_template(f"{template}.liggghts.j2").render({**context, **more})
         with atomic_write(folder / f"{name}.liggghts") as temporary:
             temporary.write_text(text)
+    return len(spheres)

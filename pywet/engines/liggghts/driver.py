@@ -15,18 +15,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pywet import run_lock
 from pywet.engines.liggghts import checkpoint, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
+from pywet.engines.liggghts.contact_model import attached
 from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.liggghts.process import LOOP_TIME, execute
 from pywet.engines.pipeline import Job, Raw, RunInfo, collect
-from pywet.engines.process import Usage, alone, installed, progress_bar
+from pywet.engines.process import Usage, installed, progress_bar
 from pywet.errors import EngineError, PywetError
 from pywet.planning import time_steps
+from pywet.run_folder import alone, check_held
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
-from pywet.util.files import read_if_there, read_table, write_json
+from pywet.util.files import read_if_there, write_json
 from pywet.util.notices import notice
 
 PROGRAM = "liggghts"
@@ -62,7 +63,8 @@ def run(
             job.store.tidy()
             notice.info(f"{job.scene.name}: was simulated already; remove {job.store.engine} to do it again")
             return RunInfo(**account)
-        return collect(simulate(job, launch, extend))
+        raw = simulate(job, launch, extend)
+        return collect(raw)
 
 
 def prepare(run_dir: Path, allow_unstable: bool = False, *, ranks: int = 1, mpi: str = "", **more: Any) -> Job:
@@ -78,7 +80,7 @@ def prepare(run_dir: Path, allow_unstable: bool = False, *, ranks: int = 1, mpi:
         )  # fmt: skip
     if not allow_unstable:
         time_steps.refuse_unstable(scene)
-    plugin = plugin_path() if deck.attached(scene) else None
+    plugin = plugin_path() if attached(scene) else None
     return Job.of(scene, run_dir, "LIGGGHTS", version, plugin, ranks=ranks, mpi=mpi, **more)
 
 
@@ -111,15 +113,14 @@ def _together(account: dict[str, Any], more: dict[str, Any]) -> dict[str, Any]:
 def _run_engine(job: Job, launch: Callable[..., Usage], passed: Sequence[str]) -> dict[str, Any]:
     """Run the engine from the latest intact checkpoint, or from the start; return data that only this process knows."""
     scene, store, folder = job.scene, job.store, job.store.partial
-    point = _begin(job, passed)
-    spheres = len(read_table(store.run_dir / scene.spheres_file))
+    point, spheres = _begin(job, passed)
     recorder = checkpoint.Recorder(folder, scene, job.plugin is not None, spheres, point)
     started = time.monotonic()
     with progress_bar(scene, job.progress) as report:
         try:
 
             def watch() -> None:
-                run_lock.check_held(store.run_dir)
+                check_held(store.run_dir)
                 recorder.watch()
 
             usage = launch(_command(job, point.step if point else 0), folder, scene, report, watch)
@@ -141,29 +142,29 @@ def _run_engine(job: Job, launch: Callable[..., Usage], passed: Sequence[str]) -
     return account
 
 
-def _begin(job: Job, passed: Sequence[str]) -> checkpoint.Checkpoint | None:
+def _begin(job: Job, passed: Sequence[str]) -> tuple[checkpoint.Checkpoint | None, int]:
     """Prepare a folder for the engine: truncated to the latest complete checkpoint of the same scene, or a new one.
 
-    A refusal here (spheres, laws) leaves an unfinished run in the folder unchanged. `passed`: what is damaged.
+    Also return the number of spheres. A refusal (spheres, laws) leaves an unfinished run in the folder unchanged.
+    `passed`: what is damaged.
     """
     scene, store = job.scene, job.store
     point, damaged = checkpoint.find(store.partial) if store.is_begun else (None, [])
     damaged = [*passed, *damaged]
     why = f"; passed over: {', '.join(damaged[:3])}{' and older ones' if damaged[3:] else ''}" if damaged else ""
+    how: dict[str, Any] = {"ranks": job.ranks, "extra": job.extra, "integrate": job.integrate}
     if point is None:
         with store.new() as folder:
-            deck.write_deck(scene, store.run_dir, folder, ranks=job.ranks, extra=job.extra, integrate=job.integrate)
+            spheres = deck.write_deck(scene, store.run_dir, folder, **how)
         if damaged:
-            notice.warning(f"{scene.name}: begins anew{why}")
-        return None
+            notice.warning(f"{scene.name}: starts again{why}")
+        return None, spheres
     store.forget_other()
-    deck.write_deck(
-        scene, store.run_dir, store.partial, resume=point, ranks=job.ranks, extra=job.extra, integrate=job.integrate
-    )
+    spheres = deck.write_deck(scene, store.run_dir, store.partial, resume=point, **how)
     checkpoint.cut_back(store.partial, point)
     if job.progress or damaged:
-        notice.info(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}{why}")
-    return point
+        notice.info(f"{scene.name}: resumes from its checkpoint at step {point.step} of {scene.steps}{why}")
+    return point, spheres
 
 
 def _command(job: Job, done: int) -> list[str]:

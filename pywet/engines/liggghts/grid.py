@@ -33,10 +33,10 @@ def chosen(scene: EngineScene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
     """Return the columns in x and y whose fullest has fewest spheres; of equally good ones, those with the shortest cuts."""
     width, depth = (scene.box_high_m[k] - scene.box_low_m[k] for k in (0, 1))
 
-    def price(columns: tuple[int, int]) -> tuple[int, float]:
+    def load_and_cuts(columns: tuple[int, int]) -> tuple[int, float]:
         return round(RESOLVED * fullest(scene, xy, columns)), (columns[0] - 1) * depth + (columns[1] - 1) * width
 
-    return min(_grids(ranks), key=price)
+    return min(_grids(ranks), key=load_and_cuts)
 
 
 def words(scene: EngineScene, xy: ArrayLike, ranks: int) -> str:

@@ -53,7 +53,7 @@ def meta(scene: EngineScene, output_steps: list[int]) -> dict[str, Any]:
 
 def prepare_laws(scene: EngineScene) -> None:
     """Prepare the tables of all laws of the scene that need one."""
-    with bar("exact bridge tables (kept for later runs)") as move:
+    with bar("exact bridge tables (stored for later runs)") as move:
         for kind in SLOTS:
             if kind in scene.effects.laws:
                 registry.get(kind, scene.effects.laws[kind]).prepare(angle_pairs(scene), move)

@@ -17,11 +17,11 @@ import pandas as pd
 
 from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
-from pywet.engines.liggghts.deck import continues, touched
+from pywet.engines.liggghts.contact_model import continues, touched
 from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
+from pywet.geometry.analytic_wires import analytic_wire_of
 from pywet.geometry.initial import wall_groups
-from pywet.geometry.prisms import prism_of
 from pywet.laws import registry
 from pywet.laws.batch import batch
 from pywet.laws.kinds import KINDS
@@ -103,13 +103,13 @@ class Plugin:
         faces = bool(scene.walls) and not touched(scene)
         self._library.pywet_set_wall_film(WALL_FILMS.index(scene.wall_film))
         for k, wall in enumerate(scene.walls):
-            if groups or faces or wall.prisms or continues(scene):
+            if groups or faces or wall.analytic_wires or continues(scene):
                 self._add_mesh(wall, nodes[wall.name], groups)
-            if wall.prisms:
+            if wall.analytic_wires:
                 self._add_analytic_wires(k, wall, nodes[wall.name])
         ids, types = _ints(spheres["id"]), _ints(spheres["type"])
         self._library.pywet_set_spheres(len(ids), _pointer(ids), _pointer(types), _pointer(films))
-        if scene.is_fed:
+        if scene.has_insertion:
             in_order = spheres.sort_values("id")
             numbers, steps = _ints(in_order["id"]), np.array(scene.enters(in_order["type"].tolist()), dtype=np.int64)
             self._library.pywet_set_feed(len(numbers), _pointer(numbers), _pointer(steps))
@@ -169,20 +169,22 @@ class Plugin:
         group = _ints([groups[(w, wall.contact_angle_rad)] for w in widths] if groups else [])
         parts = len(group), _pointer(widths), _pointer(group), C.c_double(wall.contact_angle_rad)
         mesh = wall.name.encode(), len(part), _pointer(corners), _pointer(part), *parts
-        self._check(self._library.pywet_add_mesh(*mesh, 1 if wall.prisms else len(part)))
+        self._check(self._library.pywet_add_mesh(*mesh, 1 if wall.analytic_wires else len(part)))
 
     def _add_analytic_wires(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
         """Register the parts of the last added mesh as analytic wires; `number` is that of the wall in the scene."""
         corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
         for p in range(len(wall.part_half_width_m)):
             of_part = np.flatnonzero(part == p)
-            analytic_wire = prism_of(corners[of_part], f"part {p} of wall {wall.name}")
+            analytic_wire = analytic_wire_of(corners[of_part], f"part {p} of wall {wall.name}")
             section, ends = (
                 _doubles(analytic_wire.section),
                 (C.c_double(analytic_wire.low), C.c_double(analytic_wire.high)),
             )
             first = int(of_part[0])
-            self._library.pywet_add_prism(number, first, analytic_wire.axis, *ends, len(section), _pointer(section))
+            self._library.pywet_add_analytic_wire(
+                number, first, analytic_wire.axis, *ends, len(section), _pointer(section)
+            )
 
     def set_output(self, steps: Iterable[int], windows: Iterable[tuple[int, int]]) -> None:
         """Set the steps of snapshots and ledger, and half-open windows of steps for the contact log."""

@@ -10,16 +10,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from pywet.engines import schedule
 from pywet.engines.liggghts import deck
 from pywet.engines.pipeline import Job, RunInfo, collect, simulate
-from pywet.engines.process import alone
 from pywet.engines.yade import build, worker
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import PywetError
+from pywet.geometry.motion import slides
 from pywet.geometry.stl import read_stl
 from pywet.planning import time_steps
+from pywet.run_folder import alone
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Rotation, Slide, Vibration
 from pywet.util.files import read_table, write_json
@@ -76,7 +76,7 @@ def build_task(scene: EngineScene, run_dir: Path) -> dict[str, Any]:
     for name in names:
         if name not in spheres.columns:
             spheres[name] = 0.0
-    ways = {w.name: scene.motion_of(w) for w in scene.walls}
+    ways = scene.motions
     return {
         "name": scene.name,
         "time_step": scene.time_step_s,
@@ -95,7 +95,7 @@ def build_task(scene: EngineScene, run_dir: Path) -> dict[str, Any]:
             if isinstance(r, Rotation)
         },
         "slides": {name: s.velocity_m_per_s for name, s in ways.items() if isinstance(s, Slide)},
-        "drawn": {name: window for name, window in schedule.slides(scene).items() if window[1] > window[0]},
+        "drawn": {name: window for name, window in slides(scene).items() if window[1] > window[0]},
         "driven": (),
         "skin": SKIN * min(c.radius_m for c in scene.classes),
         "reach": deck.film_factor(scene),

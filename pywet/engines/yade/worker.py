@@ -91,7 +91,7 @@ def rolling(scene: EngineScene) -> np.ndarray:
 
 def as_yade_has_it(scene: EngineScene, task: dict[str, Any]) -> EngineScene:
     """Return the scene with all contacts computed by YADE; without liquid if YADE's own bridges are tested."""
-    walls = tuple(wall.model_copy(update=dict(prisms=False)) for wall in scene.walls)
+    walls = tuple(wall.model_copy(update=dict(analytic_wires=False)) for wall in scene.walls)
     changed: dict[str, Any] = {"walls": walls, "contacts": "stock"}
     if task["liquid"]:
         changed["effects"] = Effects(bridges=False, rolling=False)

@@ -35,7 +35,7 @@ from pywet.util.machine_code import numba
 Y_NODES, X_NODES, U_NODES = 81, 55, 25
 SOLVED, EXACT, FURTHEST, DEEPEST = 0.5, 0.15, 0.4, 0.6
 """Distances outside 0 … 1: up to which q* is solved, up to which it is stored unchanged, its limit, and the limit of q itself."""
-BEYOND, BESIDE = 4, 3
+BEYOND, AROUND = 4, 3
 """Nodes of y solved beyond q = 0 and q = 1, and neighbouring nodes of x with joined ranges, needed by the spline."""
 X_FIRST, X_LAST = math.log(1e-9), math.log(0.5)
 """Range of ln V*; below it the scaled quantities equal those at its lower end, above it the volume is limited to 0.5 r_eff³."""
@@ -78,7 +78,7 @@ def needed(balance: Floats) -> list[tuple[int, int]]:
     ends = [np.flatnonzero((b + y3 > -1e-9) & (b + y3 < 1.0 + 1e-9))[[0, -1]] for b in balance]
     ranges = []
     for k, b in enumerate(balance):
-        near = np.array(ends[max(k - BESIDE, 0) : k + BESIDE + 1])
+        near = np.array(ends[max(k - AROUND, 0) : k + AROUND + 1])
         allowed = np.flatnonzero((b + y3 > -DEEPEST) & (b + y3 < 1.0 + DEEPEST))
         first, last = max(near[:, 0].min() - BEYOND, allowed[0]), min(near[:, 1].max() + BEYOND, allowed[-1])
         ranges.append((int(first), int(last) + 1))
@@ -238,7 +238,7 @@ def load(theta_small: float, theta_large: float, progress: Callable[[int, int], 
     1e-9.
     """
     angles = f"{theta_small:.12f} {theta_large:.12f}"
-    key = f"{VERSION} {Y_NODES} {X_NODES} {U_NODES} {BEYOND} {BESIDE} {X_FIRST!r} {X_LAST!r} {angles}"
+    key = f"{VERSION} {Y_NODES} {X_NODES} {U_NODES} {BEYOND} {AROUND} {X_FIRST!r} {X_LAST!r} {angles}"
     path = caches.folder() / f"young_laplace-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
     if held := _read(path):
         return Table(theta_small, theta_large, *held)

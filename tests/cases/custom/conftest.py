@@ -1,4 +1,4 @@
-"""Scenes of one's own for tests: the shipped examples, made small."""
+"""Custom scenes for tests: the shipped examples, made small."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def test_migration_wets_the_dry_layer_and_nothing_is_lost(tmp_path: Path) -> Non
 
 
 def test_repose_leaves_a_heap_when_its_tube_is_lifted(tmp_path: Path) -> None:
-    """The tube goes up as far as it was told and takes nobody along; the beads spread."""
+    """The tube rises by the given distance and lifts no sphere; the beads spread."""
     scene = example("repose", {"count": 40, "cylinder": {"diameter_mm": 24, "height_mm": 40, "origin_mm": [0, 0, 0.1]}})
     lifted = pywet.Moves(velocity_m_per_s=(0, 0, 1.0), from_s=0.05, for_s=0.08)
     walls = [w.model_copy(update={"moves": lifted}) if w.moves else w for w in scene.walls]

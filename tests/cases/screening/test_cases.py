@@ -177,7 +177,7 @@ def test_walls_of_the_run(built: tuple[Path, EngineScene]) -> None:
     assert triangles["triangle"].tolist() == list(range(sum(len(w.triangle_part) for w in scene.walls)))
     assert parts["part"].tolist() == list(range(sum(len(w.part_half_width_m) for w in scene.walls)))
     assert np.allclose(triangles.groupby("part")["area"].sum(), parts["area"], rtol=1e-12)
-    wires = parts[parts["holder"] == "wires"]
+    wires = parts[parts["reservoir"] == "wires"]
     assert wires["half_width"].tolist() == pytest.approx([1e-3] * len(wires))
     kinds = parts[["half_width", "contact_angle", "part_class"]].drop_duplicates()  # one class for each width and angle
     assert len(kinds) == kinds["part_class"].nunique() == len(kinds.drop(columns="part_class").drop_duplicates())

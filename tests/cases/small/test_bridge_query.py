@@ -229,7 +229,7 @@ def test_engine_gives_what_python_gives(runner: CliRunner) -> None:
 @pytest.mark.engine
 @pytest.mark.parametrize("rupture", ["willett_unequal", "young_laplace"])
 def test_engine_breaks_and_shares_as_the_laws_say(rupture: str) -> None:
-    """Unequal spheres and angles: the share that the event books is the model's; drawn apart fast, Pitois' factor stretches."""
+    """Unequal spheres and angles: the transferred share is the model's; drawn apart fast, Pitois' factor stretches."""
     capillary, transfer = {"willett_unequal": ("rabinovich", "parabola"), EXACT: (EXACT, EXACT)}[rupture]
     bodies = [{"radius_m": r, "contact_angle_deg": a} for r, a in ((1e-3, 30.0), (2e-3, 10.0))]
     asked = {"bodies": bodies, "volume_m3": 1e-11, "surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 0.1,

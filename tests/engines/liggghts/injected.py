@@ -146,7 +146,7 @@ NAMED: dict[str, tuple[str, str]] = {
     "gap left out": ("capillary", "the gap is left out"),
     "volume twice in the force": ("capillary", "the volume counts twice"),
     "S_min left out": ("viscous_law", "S_min is left out"),
-    "r_eff for r_red": ("viscous_law", "r_eff stands in place of r_red"),
+    "r_eff for r_red": ("viscous_law", "r_eff is used in place of r_red"),
     "viscous sign": ("viscous_law", "the sign is turned"),
     "viscosity ten times": ("viscous_law", "it is 10 times what it should be"),
     "spin left out": ("viscous_tangential", "the spin is left out"),
@@ -167,7 +167,7 @@ NAMED: dict[str, tuple[str, str]] = {
     "lost at rupture": ("film_after", "liquid given back to j is lost"),
     "transfer swapped": ("share_i", "the transfer ratio is swapped"),
     "half and half": ("share_i", "the liquid is shared half and half"),
-    "evaporation": ("contact_volume", "it changes while the bridge stands"),
+    "evaporation": ("contact_volume", "it changes while the bridge exists"),
 }
 """Fault, and the link that must break with the words it must be named by."""
 MOTION: dict[str, tuple[str, str]] = {

@@ -152,7 +152,7 @@ def prepare(folder: Path, kind: str) -> list[small.Sphere]:
         beds.prepare(folder, beds.bed((2, 2, 4)), 900, effects=DRIPS, liquid=SOAPY)
         return []
     more: dict[str, Any] = {"viscous_integration": "semi_implicit"} if kind == SEMI else {}
-    bodies = fixture_scene.prepare(folder, **more, prisms=("screen",) if kind == WIRES else ())
+    bodies = fixture_scene.prepare(folder, **more, analytic_wires=("screen",) if kind == WIRES else ())
     path = folder / "scene.json"
     scene = json.loads(path.read_text())
     scene["output"] |= {"contact_windows": 20, "contact_window_steps": 2, "checkpoints": 5 if kind == WIRES else 0}

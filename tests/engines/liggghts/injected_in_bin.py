@@ -73,10 +73,10 @@ FAULTS: dict[str, tuple[str, Callable[[pd.DataFrame], pd.DataFrame], str, str]] 
     "a sphere that is too fast": ("history/retired", scaled("v_z", 1e4), "retired_who", "does not qualify"),
     "a sphere left out": ("history/retired", lambda t: t.drop(t.index[-1]), "retired_missed", "qualifies and was not retired"),
     "a share lost": ("history/events", lost_share, "share_j", "all liquid goes to i"),
-    "a bridge kept": ("history/events", retained_bridge, "final_bridges_missing", "missing from the log"),
+    "a bridge that is not removed": ("history/events", retained_bridge, "final_bridges_missing", "missing from the log"),
     "a retirement called rupture": ("history/events", called_rupture, "rupture_due", "rupture"),
     "a rupture called retirement": ("history/events", called_retirement, "retired_events", "no sphere of it is retired"),
-    "a place not kept": ("trajectory", moved, "retired_rest", "moves"),
+    "a position that is not stored": ("trajectory", moved, "retired_rest", "moves"),
     "the ledger's column": ("history/ledger", scaled("retired", 1.5), "ledger_held", "mm³ are too much"),
 }  # fmt: skip
 """Fault -> table, change of it, the quantity in which it shows, words that name it."""

@@ -47,7 +47,8 @@ def beside_wire(run_dir: Path, spheres: list[small.Sphere], steps: int, way: Con
     """Spheres in a dry scene that loads the plugin for its wire, every step of which is recorded."""
     fields = {"effects": small.DRY, "time_step_s": 1e-5, "window_trajectories": True, **more}
     return small.prepare(
-        run_dir, spheres_of(R, 2e-3), spheres, PAIRS, walls=[one_wire(8)], prisms=["wires"], steps=steps, contacts=way, **fields
+        run_dir, spheres_of(R, 2e-3), spheres, PAIRS, walls=[one_wire(8)], analytic_wires=["wires"], steps=steps,
+        contacts=way, **fields
     )  # fmt: skip
 
 

@@ -56,7 +56,7 @@ def test_skin_is_between_fractions_of_the_smallest_radius(step: float, skin: flo
 
 def test_a_turning_wall_has_its_origin_and_axis_in_the_deck() -> None:
     way = Rotation(origin_m=(0.01, 0.02, 0.03), axis=(0.0, 1.0, 0.5), period_s=2.0)
-    scene = SimpleNamespace(walls=[SimpleNamespace(name="drum")], motion_of=lambda wall: way)
+    scene = SimpleNamespace(motions={"drum": way})
     words = deck.movers(scene)[0]["words"]  # type: ignore[arg-type]
     assert words == "rotate origin 0.01 0.02 0.03 axis 0.0 1.0 0.5 period 2.0"
 

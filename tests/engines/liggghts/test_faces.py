@@ -67,7 +67,7 @@ def both(folder: Path, spheres: list[small.Sphere], walls: list[Surface], steps:
     wire = make_surface("wires", "wires", [(far[one_wire(8).triangles], 2e-3)])
     for way in WAYS:
         scene = small.prepare(
-            folder / way, spheres_of(R, 2e-3), spheres, PAIRS, walls=[*walls, wire], prisms=["wires"], steps=steps,
+            folder / way, spheres_of(R, 2e-3), spheres, PAIRS, walls=[*walls, wire], analytic_wires=["wires"], steps=steps,
             time_step_s=STEP, contacts=way, **fields,
         )  # fmt: skip
         small.run(folder / way, spheres)

@@ -185,8 +185,8 @@ def test_two_runs_in_one_folder(tmp_path: Path) -> None:
     """Expect that a run of a second process in the same folder is refused."""
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
-    held = f"with run_lock.hold(Path({str(tmp_path)!r})): print(1, flush=True); time.sleep(60)"
-    program = f"import time; from pathlib import Path; from pywet import run_lock\n{held}"
+    held = f"with run_folder.hold(Path({str(tmp_path)!r})): print(1, flush=True); time.sleep(60)"
+    program = f"import time; from pathlib import Path; from pywet import run_folder\n{held}"
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE) as other:
         assert other.stdout is not None and other.stdout.readline()
         with raises_code("lock.active"):

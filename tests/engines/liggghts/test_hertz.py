@@ -144,10 +144,10 @@ def on_walls(folder: Path, **more: Any) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("prisms", [[], ["wires"]])
-def test_newton_closes_on_walls(tmp_path: Path, prisms: list[str]) -> None:
-    """Triangles by the stock program, prisms by the plugin with the engine's own wall law."""
-    quantities, found = scenes.closed(on_walls(tmp_path, prisms=prisms))
+@pytest.mark.parametrize("analytic_wires", [[], ["wires"]])
+def test_newton_closes_on_walls(tmp_path: Path, analytic_wires: list[str]) -> None:
+    """Triangles by the stock program, analytic wires by the plugin with the engine's own wall law."""
+    quantities, found = scenes.closed(on_walls(tmp_path, analytic_wires=analytic_wires))
     assert {n: q.largest for n, q in quantities.items() if not q.ok} == {}
     assert quantities["newton_force"].largest < 1e-9
     assert sum(int(f.touches.wall.sum()) for f in found) > 100

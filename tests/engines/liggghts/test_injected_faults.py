@@ -75,7 +75,7 @@ def test_fault_that_outputs_and_events_show(foundry: injected.Foundry, tmp_path:
     "fault", [pytest.param(f, marks=SLOW if f in SECOND else ()) for f in injected_in_bin.IN_PLUGIN]
 )
 def test_fault_of_retirement(foundry: injected.Foundry, tmp_path: Path, fault: str) -> None:
-    """The plugin retires the wrong spheres of a bed, or books their liquid wrongly."""
+    """The plugin retires the wrong spheres of a bed, or enters their liquid wrongly in the ledger."""
     quantity, words = injected_in_bin.IN_PLUGIN[fault]
     scene = beds.retiring(tmp_path, steps=1200, checkpoints=11, outputs=100)
     (tmp_path / "scene.json").write_text(scene.model_dump_json())

@@ -106,7 +106,7 @@ def edge_plate() -> Surface:
 def test_bridge_goes_over_an_edge_without_a_kick(tmp_path: Path) -> None:
     """A sphere driven across the diagonal of the face and over the edge of a plate keeps one bridge per flat part at most.
 
-    While a bridge stands, force and closest point follow the way: from step to step the closest point moves no further than the
+    While a bridge exists, force and closest point follow the way: from step to step the closest point moves no further than the
     sphere, and the capillary force changes by no more than its steepest slope allows. What a ruptured bridge gives back and a new
     one draws is in the ledger.
     """

@@ -76,7 +76,7 @@ def test_creeping_pair_at_any_viscosity(tmp_path: Path) -> None:
 def test_a_packed_cluster_calms_down(tmp_path: Path, viscosity: float) -> None:
     """Thirteen spheres in close contact, each with up to 12 bridges, thrown about: kinetic energy never grows beyond its start.
 
-    No gravity; the capillary forces add at most their stored energy, which is on the books.
+    No gravity; the capillary forces add at most their stored energy, which is in the energy budget.
     """
     at = [(0.0, 0.0, 0.0)]
     for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):

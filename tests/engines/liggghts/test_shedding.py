@@ -90,7 +90,7 @@ def test_a_wall_film_thickened_by_a_drop_is_seen_at_once(tmp_path: Path) -> None
 
 
 def test_drops_and_bridges_at_separate_steps(tmp_path: Path) -> None:
-    """Drops are looked for every 45 steps, bridges act at even ones: the replay books both as they are logged, to round-off."""
+    """Drops are looked for every 45 steps, bridges act at even ones: the replay applies both as they are logged, to round-off."""
     made = beds.prepare(tmp_path, beds.bed((5, 5, 4)), 900, effects=DRIPPING, liquid=SOAPY)
     scene = EngineScene(**{**made.model_dump(), "bridges_every": 2})
     (tmp_path / "scene.json").write_text(scene.model_dump_json())

@@ -1,4 +1,4 @@
-"""Wires as prisms: the engine's own forces on a facet, one contact next to an edge, springs handed on, Newton's law closed."""
+"""Analytic wires: the engine's own forces on a facet, one contact next to an edge, springs handed on, Newton's law closed."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def on_facet(sides: int, radius: float, along: float, share: float) -> tuple[flo
 
 
 def run(
-    folder: Path, spheres: list[small.Sphere], wires: Surface, prisms: bool, steps: int, **more: Any
+    folder: Path, spheres: list[small.Sphere], wires: Surface, analytic_wires: bool, steps: int, **more: Any
 ) -> EngineScene:
     """A run with every step recorded."""
     fields = {"effects": small.DRY, "steps": steps, "time_step_s": STEP, "window_trajectories": True, "vibration": SHAKEN,
@@ -57,7 +57,7 @@ def run(
         spheres,
         pairs,
         walls=[wires],
-        prisms=["wires"] if prisms else [],
+        analytic_wires=["wires"] if analytic_wires else [],
         **{**fields, **more},
     )
     small.run(folder, spheres)
@@ -84,9 +84,9 @@ def test_forces_on_a_facet_are_the_engines(tmp_path: Path, history: bool) -> Non
         for k, x in enumerate((-0.02, 0.0, 0.02))
     ]
     effects = small.DRY.model_copy(update={"tangential_history": history})
-    for name in ("mesh", "prism"):
-        run(tmp_path / name, spheres, one_wire(6, "vibrates"), name == "prism", 200, effects=effects)
-    mesh, analytic_wire = states(tmp_path / "mesh"), states(tmp_path / "prism")
+    for name in ("mesh", "analytic"):
+        run(tmp_path / name, spheres, one_wire(6, "vibrates"), name == "analytic", 200, effects=effects)
+    mesh, analytic_wire = states(tmp_path / "mesh"), states(tmp_path / "analytic")
     scale = 2e4 * RADIUS
     assert mesh[FORCES].abs().max().max() > 1e-2 * scale
     assert (mesh[FORCES] - analytic_wire[FORCES]).abs().max().max() < 1e-12 * scale
@@ -105,12 +105,12 @@ def test_same_path_on_a_facet(tmp_path: Path) -> None:
     output = Output(interval_s=200 * STEP, contact_windows=2, contact_window_steps=400, window_trajectories=True)
     pairs = contacts(1, 0.3, stiffness=2e4)
     still = {**WET, "liquid": WATER.model_copy(update={"initial_film_thickness_m": 0.0})}
-    for name in ("mesh", "prism"):
+    for name in ("mesh", "analytic"):
         run(
             tmp_path / name,
             spheres,
             one_wire(6, "vibrates"),
-            name == "prism",
+            name == "analytic",
             6000,
             gravity=(0.0, 0.0, -9.81),
             output=output,
@@ -119,23 +119,23 @@ def test_same_path_on_a_facet(tmp_path: Path) -> None:
         )
     springs = pd.read_parquet(tmp_path / "mesh/history/window_wall_springs.parquet")
     assert len(springs) > 20 and len(springs["triangle"].unique()) > 3
-    assert beds.apart(tmp_path / "mesh", tmp_path / "prism").max() < 1e-9 * RADIUS
-    works = [beds.table(tmp_path / name, "history/energy")[["contact", "wall_motion"]] for name in ("mesh", "prism")]
+    assert beds.apart(tmp_path / "mesh", tmp_path / "analytic").max() < 1e-9 * RADIUS
+    works = [beds.table(tmp_path / name, "history/energy")[["contact", "wall_motion"]] for name in ("mesh", "analytic")]
     assert works[0].abs().min().min() == 0.0 and works[0].iloc[-1].abs().min() > 1e-9
     assert (works[0] - works[1]).abs().max().max() < 1e-9 * works[0].abs().min(axis=1).iloc[-1]
 
 
 def test_one_contact_beside_an_edge(tmp_path: Path) -> None:
-    """Sinking next to an edge of the facet, the mesh's normal force rises to nearly 2 k d; the prism's is k d."""
+    """Sinking next to an edge of the facet, the mesh's normal force rises to nearly 2 k d; the analytic wire's is k d."""
     sphere = small.Sphere(1, on_facet(6, 2e-3, 0.0, 0.02), (0.0, 0.0, -0.1), driven=True)
     ratio = {}
-    for name in ("mesh", "prism"):
+    for name in ("mesh", "analytic"):
         pairs = contacts(1, stiffness=2e4, restitution=1.0, friction=0.0)
-        run(tmp_path / name, [sphere], one_wire(6), name == "prism", 100, pairs=pairs)
+        run(tmp_path / name, [sphere], one_wire(6), name == "analytic", 100, pairs=pairs)
         at = states(tmp_path / name).xs(1, level="id")
         top = np.float32(2e-3 * np.sin(np.pi / 3))
         ratio[name] = (at["fz"] / (2e4 * (RADIUS - (at["z"] - top)))).to_numpy()
-    assert np.abs(ratio["prism"] - 1.0).max() < 1e-10  # for an overlap of a hundredth of the radius
+    assert np.abs(ratio["analytic"] - 1.0).max() < 1e-10  # for an overlap of a hundredth of the radius
     assert ratio["mesh"].max() > 1.9
 
 
@@ -160,7 +160,7 @@ def on_screen(count: int = 32, seed: int = 3) -> list[small.Sphere]:
 
 
 def bed(folder: Path, steps: int = 8000, ranks: int = 1, **more: Any) -> EngineScene:
-    """A bed on a shaken screen whose wires are prisms, two windows recorded."""
+    """A bed on a shaken screen of analytic wires, two windows recorded."""
     spheres = on_screen()
     shaken = Vibration(amplitude_m=(1e-4, 0.0, 1e-4), phase_rad=(0.5, 0.0, 0.3), frequency_Hz=50.0)
     output = Output(interval_s=steps // 4 * STEP, contact_windows=2, contact_window_steps=100, window_trajectories=True)
@@ -168,7 +168,7 @@ def bed(folder: Path, steps: int = 8000, ranks: int = 1, **more: Any) -> EngineS
     scene = small.prepare(
         folder, spheres_of(RADIUS), spheres,
         [p.model_copy(update={"rolling_friction_m": 1e-4}) for p in contacts(1, 0.4, stiffness=2e4)],
-        walls=[screen(), small.floor(0.05, -0.02)], prisms=["wires"], **{**fields, **more},
+        walls=[screen(), small.floor(0.05, -0.02)], analytic_wires=["wires"], **{**fields, **more},
     )  # fmt: skip
     small.run(folder, spheres, ranks)
     return scene
@@ -222,7 +222,7 @@ def test_ranks(unbroken: Path, tmp_path: Path) -> None:
 
 
 def test_killed_and_resumed(tmp_path: Path) -> None:
-    """A dry run whose wires are prisms resumes from its springs and forces as a moist one does."""
+    """A dry run with analytic wires resumes from its springs and forces as a moist one does."""
     output = Output(
         interval_s=200 * STEP, contact_windows=2, contact_window_steps=100, checkpoints=79, window_trajectories=True
     )
@@ -245,5 +245,7 @@ def test_a_centre_inside_a_wire_stops_the_run(tmp_path: Path) -> None:
 def test_what_is_no_analytic_wire_is_refused(tmp_path: Path) -> None:
     sphere = small.Sphere(1, (0.0, 0.0, 3e-3))
     with raises_code("surface.not_prism"):
-        small.prepare(tmp_path, spheres_of(RADIUS), [sphere], contacts(1), walls=[small.floor()], prisms=["floor"])
+        small.prepare(
+            tmp_path, spheres_of(RADIUS), [sphere], contacts(1), walls=[small.floor()], analytic_wires=["floor"]
+        )
         small.run(tmp_path, [sphere])

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 from pywet import config, stages
 from pywet.cli.app import app
-from pywet.cost import choice, command, cost, edit, knobs
-from pywet.cost.knobs import KNOBS, Setting
+from pywet.cost import choice, command, cost, edit, parameters
+from pywet.cost.parameters import PARAMETERS, Setting
 from pywet.errors import PywetError
 from studies.accuracy import blocks, bodies, errors, measure, sieve
 from studies.accuracy.study import AccuracyStudy, store
@@ -29,7 +29,7 @@ CONFIG = config.load(ROOT / "config")
 def run_of(scene: str, seed: int, parameter: str, level: Any, values: dict[str, float], loop: float) -> dict[str, Any]:
     """The row of a run as the study gathers it."""
     return {
-        "run": f"{scene}-{seed}-{parameter}-{level}", "scene": scene, "seed": seed, "knob": parameter, "level": level,
+        "run": f"{scene}-{seed}-{parameter}-{level}", "scene": scene, "seed": seed, "parameter": parameter, "level": level,
         "failed": None,
         **values, "loop_cpu_s": loop, "loop_wall_s": 2.0 * loop, "cpu_s": loop + 1.0, "wall_s": loop + 1.0,
         "curve": {"time_s": [0.0, 0.1], "retained": [1.0, 0.9]},
@@ -44,28 +44,28 @@ def synthetic(offset: float, noise: float) -> pd.DataFrame:
         rows.append(run_of("dry", seed, "default", None, base, 4.0))
         rows.append(run_of("dry", seed, "again", None, base, 4.2))
         sign = noise if k else -noise
-        for level, shift, price in ((0.003, offset, 2.05), (0.03, 0.0, 7.2)):
+        for level, shift, relative_cost in ((0.003, offset, 2.05), (0.03, 0.0, 7.2)):
             moved = {n: v + shift + sign * (1.0 if level == 0.03 else 0.0) for n, v in base.items()}
-            rows.append(run_of("dry", seed, "stiffness", level, moved, price))
+            rows.append(run_of("dry", seed, "stiffness", level, moved, relative_cost))
     return pd.DataFrame(rows)
 
 
 def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
     """Else the default that the page marks would not be what a user runs."""
     for size, scale in (("standard", "smoke"), ("reduced", "reduced")):
-        made = knobs.default(size)
+        made = parameters.default(size)
         step, log = CONFIG.settings.time_step, CONFIG.settings.output
         assert made.fraction == step.fraction.value and made.integration == step.viscous_integration
         assert made.stiffness == CONFIG.scale(scale).stiffness_factor.value
         assert made.wire_sides == CONFIG.scale(scale).wire_sides.value
-        windows, steps = knobs.log_windows(made.contact_log)
+        windows, steps = parameters.log_windows(made.contact_log)
         # the same number of steps, consecutive in the study
         assert windows * steps == log.contact_windows * log.contact_window_steps
         assert CONFIG.settings.laws.preset == "paper" and made.capillary == "rabinovich"
         assert made.ranks == CONFIG.settings.ranks and made.bridges_every == step.bridges_every
-    for parameter in KNOBS.values():
+    for parameter in PARAMETERS.values():
         for size in ("quick", "standard", "reduced"):
-            assert getattr(knobs.default(size), parameter.name) in parameter.levels(size)
+            assert getattr(parameters.default(size), parameter.name) in parameter.levels(size)
 
 
 def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
@@ -106,7 +106,7 @@ def test_a_shift_that_all_seeds_share_is_resolved_and_one_within_the_scatter_is_
         soft = found[(found["level"] == 0.003) & (found["quantity"] == "retained_mean")].iloc[0]
         assert soft["value"] == pytest.approx(0.05, abs=1e-12) and soft["seeds"] == 2
         assert (abs(soft["value"]) > soft["limit"]) == resolved
-        assert set(found["knob"]) == {"stiffness"}
+        assert set(found["parameter"]) == {"stiffness"}
 
 
 def test_the_finest_level_has_no_error_and_bitwise_equal_runs_no_scatter() -> None:
@@ -115,10 +115,10 @@ def test_the_finest_level_has_no_error_and_bitwise_equal_runs_no_scatter() -> No
     assert (found.loc[[(0.01, "retained_end")], ["value", "limit"]] == 0.0).all(axis=None)
 
 
-def test_prices_are_ratios_within_a_round() -> None:
+def test_costs_are_ratios_within_a_round() -> None:
     """2.05 s over the mean 4.1 s of the two default runs is half."""
-    found = errors.prices(synthetic(0.0, 0.0), "quick")
-    found = found[found["knob"] == "stiffness"].set_index("level")
+    found = errors.costs(synthetic(0.0, 0.0), "quick")
+    found = found[found["parameter"] == "stiffness"].set_index("level")
     assert found.loc[0.003, "ratio"] == pytest.approx(0.5, rel=1e-12)
     assert found.loc[0.01, "ratio"] == 1.0 and found.loc[0.01, "low"] < 1.0 < found.loc[0.01, "high"]
 
@@ -168,12 +168,12 @@ def test_quantities_are_those_of_one_time_whatever_the_outputs(every: float) -> 
     )  # the opening may lie between two outputs
 
 
-def toy(errors_of: dict[float, float], prices: dict[float, float], limit: float = 0.0) -> dict[str, Any]:
+def toy(errors_of: dict[float, float], costs: dict[float, float], limit: float = 0.0) -> dict[str, Any]:
     """A stored table of one setting."""
     rows = [
         {
             "level": level,
-            "price": {"dry": {"ratio": prices[level], "low": prices[level], "high": prices[level]}},
+            "cost": {"dry": {"ratio": costs[level], "low": costs[level], "high": costs[level]}},
             "errors": [
                 {"scene": "dry", "quantity": "retained_mean", "group": "fraction retained", "value": value,
                  "limit": limit if value else 0.0,
@@ -183,28 +183,28 @@ def toy(errors_of: dict[float, float], prices: dict[float, float], limit: float 
         }
         for level, value in errors_of.items()
     ]  # fmt: skip
-    return {"default": asdict(Setting()), "knobs": {"stiffness": rows}}
+    return {"default": asdict(Setting()), "parameters": {"stiffness": rows}}
 
 
-PRICES = {0.003: 0.5, 0.01: 1.0, 0.03: 2.0}
+RELATIVE_COSTS = {0.003: 0.5, 0.01: 1.0, 0.03: 2.0}
 
 
 def test_choice_takes_the_cheapest_that_is_good_enough() -> None:
-    table = toy({0.003: 0.08, 0.01: 0.03, 0.03: 0.0}, PRICES)
+    table = toy({0.003: 0.08, 0.01: 0.03, 0.03: 0.0}, RELATIVE_COSTS)
     for accuracy, level in ((0.1, 0.003), (0.05, 0.01), (0.03, 0.01), (0.01, 0.03)):
         assert choice.choose(table, accuracy, False).levels == {"stiffness": level}
 
 
 def test_a_cheaper_level_must_be_shown_right_a_default_be_shown_wrong() -> None:
     """An error of 0.5 % with a chance of 3 % is charged with 3.5 % to the cheaper level and with nothing to the default."""
-    table = toy({0.003: 0.005, 0.01: 0.005, 0.03: 0.0}, PRICES, limit=0.03)
+    table = toy({0.003: 0.005, 0.01: 0.005, 0.03: 0.0}, RELATIVE_COSTS, limit=0.03)
     assert choice.choose(table, 0.02, False).levels == {"stiffness": 0.01}
     assert choice.choose(table, 0.04, False).levels == {"stiffness": 0.003}
 
 
 def test_an_accuracy_out_of_reach_is_refused_with_what_can_be_had() -> None:
     with raises_code("cost.finest", given=0.01, expected=pytest.approx(0.03)):
-        choice.choose(toy({0.003: 0.08, 0.01: 0.03}, PRICES), 0.01, False)
+        choice.choose(toy({0.003: 0.08, 0.01: 0.03}, RELATIVE_COSTS), 0.01, False)
 
 
 @pytest.mark.parametrize("text", ["0", "two", "-1%", "100%", "", "%", "nan", "1e9"])
@@ -223,7 +223,7 @@ def test_an_accuracy_is_read_as_per_cent_or_share(text: str, value: float) -> No
 def test_a_looser_accuracy_never_costs_more(moist: bool, scale: str) -> None:
     """With the tables as they are stored."""
     table = choice.for_scale(scale)[0]
-    price = np.inf
+    last = np.inf
     reached = 0
     for accuracy in np.geomspace(1e-4, 0.9, 40):
         try:
@@ -232,8 +232,8 @@ def test_a_looser_accuracy_never_costs_more(moist: bool, scale: str) -> None:
             assert reached == 0  # an accuracy that is reachable stays reachable at a coarser one
             continue
         reached += 1
-        assert chosen.price <= price and max(chosen.error.values()) <= accuracy
-        price = chosen.price
+        assert chosen.cost <= last and max(chosen.error.values()) <= accuracy
+        last = chosen.cost
     assert reached > 10
 
 
@@ -249,13 +249,17 @@ def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_sto
 
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
-    beaten = choice.rank(toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
+    beaten = choice.rank(
+        toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, RELATIVE_COSTS), "stiffness", "dry", "fraction retained"
+    )
     assert beaten is not None and (beaten.verdict, beaten.by) == ("beaten", 0.003)
-    fine = choice.rank(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
+    fine = choice.rank(
+        toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, RELATIVE_COSTS), "stiffness", "dry", "fraction retained"
+    )
     assert fine is not None and fine.verdict == "on the front"
-    vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, PRICES, limit=0.1)
+    vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, RELATIVE_COSTS, limit=0.1)
     reported = choice.rank(vague, "stiffness", "dry", "fraction retained")
-    assert reported is not None and reported.verdict == "not told apart"
+    assert reported is not None and reported.verdict == "not distinguished"
 
 
 def test_a_damaged_calibration_counts_as_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -417,7 +421,7 @@ def test_the_longer_step_of_semi_implicit_drag_is_weighed() -> None:
     table, turned = choice.for_scale("smoke")
     (water,) = (o for o in choice.options(table, True)["integration"] if o.level == "semi_implicit")
     (thick,) = (o for o in choice.options(table, True, longer_by=7.0)["integration"] if o.level == "semi_implicit")
-    assert thick.price == pytest.approx(water.price / 7.0) and thick.charge["fraction retained"] > 0.02
+    assert thick.cost == pytest.approx(water.cost / 7.0) and thick.charge["fraction retained"] > 0.02
     assert choice.choose(table, 0.3, True, turned=turned).levels["integration"] == "explicit"
     picked = choice.choose(table, 0.3, True, turned=turned, longer_by=7.0)
     assert picked.levels["integration"] == "semi_implicit"
@@ -498,9 +502,9 @@ def test_facets_that_are_emptied_to_a_rounding_do_not_stop_a_run(tmp_path: Path)
 def test_a_stored_table_that_lacks_a_setting_is_laid_beside_one_that_has_it() -> None:
     """Its cells are empty there."""
     smoke, reduced = (choice.stored()["scales"][scale] for scale in ("smoke", "reduced"))
-    assert "bridges_every" in smoke["knobs"]
-    without = {k: {n: v for n, v in reduced[k].items() if n != "bridges_every"} for k in ("knobs", "default")}
-    assert f"{KNOBS['bridges_every'].title}: 4" in blocks.beside(smoke, [{**reduced, **without}])
+    assert "bridges_every" in smoke["parameters"]
+    without = {k: {n: v for n, v in reduced[k].items() if n != "bridges_every"} for k in ("parameters", "default")}
+    assert f"{PARAMETERS['bridges_every'].title}: 4" in blocks.beside(smoke, [{**reduced, **without}])
 
 
 def test_a_level_whose_runs_stopped_is_never_chosen() -> None:

@@ -49,7 +49,7 @@ def test_effects_of_known_rows() -> None:
     made = scatter.effects(pd.DataFrame(rows), SMOKE).set_index(["input", "quantity"])
     assert made.loc[("friction", "retained_mean"), "value"] == pytest.approx(0.1)
     assert made.loc[("bridges_every", "retained_mean"), "value"] == pytest.approx(0.03)
-    (known,) = (r["errors"] for r in SMOKE["knobs"]["fraction"] if r["level"] == 0.1)
+    (known,) = (r["errors"] for r in SMOKE["parameters"]["fraction"] if r["level"] == 0.1)
     (limit,) = (e["limit"] for e in known if (e["scene"], e["quantity"]) == ("moist", "retained_mean"))
     assert made.loc[("bridges_every", "retained_mean"), "limit"] == pytest.approx(limit)
     assert made.loc[("friction", "retained_mean"), "limit"] == pytest.approx(0.5 * limit)
@@ -79,11 +79,11 @@ def test_no_row_of_the_documentation_is_significant() -> None:
 
 
 def test_what_the_documentation_says_of_bridges_every_fourth_step() -> None:
-    fourth = next(row for row in SMOKE["knobs"]["bridges_every"] if row["level"] == 4)
+    fourth = next(row for row in SMOKE["parameters"]["bridges_every"] if row["level"] == 4)
     of = {e["quantity"]: e for e in fourth["errors"]}
     text = " ".join(ACCURACY.read_text().split())
-    price = fourth["price"]["moist"]
-    assert f"every fourth step** (smoke scale) reduces the cost to {price['low']:.2f} to {price['high']:.2f};" in text
+    cost = fourth["cost"]["moist"]
+    assert f"every fourth step** (smoke scale) reduces the cost to {cost['low']:.2f} to {cost['high']:.2f};" in text
     pull = [f"{100 * of[name]['value']:.2g} %" for name in ("pull_force", "pull_work", "pull_rupture")]
     assert f"the error is {pull[0]} of the force, {pull[1]} of the work and {pull[2]} of the rupture distance" in text
     assert all(abs(e["value"]) <= e["limit"] for name, e in of.items() if not name.startswith("pull"))

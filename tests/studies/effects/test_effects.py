@@ -12,7 +12,7 @@ import pytest
 
 from pywet import stages
 from pywet.cases.small import small
-from pywet.engines.liggghts import contact_model, deck, inputs
+from pywet.engines.liggghts import contact_model, inputs
 from pywet.geometry.initial import wall_groups
 from pywet.util.files import write_json
 from studies.effects import page, study, variants, verdict
@@ -112,14 +112,14 @@ def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
     Nor are there sums of force where the plugin makes the contacts with walls.
     """
     scene = beds.prepare(tmp_path, beds.bed((2, 2, 2)), 100)
-    assert {deck.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface"}
+    assert {contact_model.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface"}
     scene = scene.model_copy(update={"contacts": "batched"})
     off = scene.effects.model_copy(
         update={"transfer": "half", "wall_films": False, "tangential_history": False, "rolling": False}
     )
     bare = scene.model_copy(update={"effects": off})
-    assert {deck.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface/stress"}
-    assert {deck.mesh_style(bare, w) for w in bare.walls} == {"mesh/surface"}
+    assert {contact_model.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface/stress"}
+    assert {contact_model.mesh_style(bare, w) for w in bare.walls} == {"mesh/surface"}
     assert len(inputs.transfer_tables(scene)) == 201 * (4 + 2 * len(wall_groups(scene)))
     assert len(inputs.transfer_tables(bare)) == 2 * 4
     properties = contact_model.property_matrices(bare)

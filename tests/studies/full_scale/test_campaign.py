@@ -105,7 +105,7 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_stored_is_not_run_
     assert [(j.number, j.failed) for j in failed] == [(1, "case 1 cannot be run")]
     assert StoredRun(data / "case02-7").case == 2
     assert StoredRun(data / "case02-7").about["settings"] == {"fraction": 0.05, "stiffness": 0.01, "bridges_every": 1}
-    assert "case02-7: kept in" in capsys.readouterr().out
+    assert "case02-7: stored in" in capsys.readouterr().out
 
 
 def test_disk_and_time_follow_from_the_configuration() -> None:

@@ -41,7 +41,7 @@ def test_the_divisions_of_figure_14_hold_all_liquid(tmp_path: Path) -> None:
 
 
 def test_an_effect_at_full_scale_is_set_against_seeds(tmp_path: Path) -> None:
-    """Three seeds with 0.4, 0.41, 0.42 of the liquid on the fines; 0.5 with shedding is told from them, 0.43 is not."""
+    """Three seeds with 0.4, 0.41, 0.42 of the liquid on the fines; 0.5 with shedding is significant, 0.43 is not."""
     for seed, fines in enumerate((0.4, 0.41, 0.42), 1):
         make(tmp_path, 2, seed, fines=fines)
     runs = variants(tmp_path)[""]

@@ -1,4 +1,4 @@
-"""Hard scenes at small size: each keeps its liquid, makes no energy, is replayed, or stops by a sentence that names it."""
+"""Stress tests at small size: each keeps its liquid, makes no energy, is replayed, or stops by a sentence that names it."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &, bool presses) {
   if (const auto movers = lmp->modify->get_fix_by_style("^nve/sphere"); !integrate && !movers.empty())
     integrate = movers[0];              // in a user's script
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate and none of style nve/sphere");
-  if (presses) throw std::runtime_error("walls of prisms were given; expected none in LAMMPS");
+  if (presses) throw std::runtime_error("analytic wires were given; expected none in LAMMPS");
   at.free_group = integrate->groupbit;
   int real, columns;
   if (lmp->atom->find_custom("liquid", real, columns) < 0 || !real || columns != NUMBERS_TAKEN)
@@ -66,7 +66,7 @@ int Engine::local(int id) const { return lmp_->atom->map(id); }
 void Engine::update_ghosts() const {}  // a single process needs none, since it owns all spheres
 
 void Engine::find_neighbours(Communicator &ranks) {
-  for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
+  for (int axis : {0, 1}) ranks.neighbour[axis][0] = ranks.neighbour[axis][1] = MPI_PROC_NULL;
 }
 
 // The engine treats everything a list covers beyond touch as skin; part of that is for films and must not be used up by displacements.

@@ -1,4 +1,4 @@
-// Analytic wires: prisms of convex cross-section along one axis of the mesh at rest. Closest point in closed form.
+// Analytic wires: convex sections extruded along one axis of the mesh at rest. Closest point in closed form.
 #pragma once
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@ namespace pywet {
 
 void AnalyticWires::arrange() {
   shift_then_.resize(world_.walls.meshes.size());
-  for (size_t w = 0; w < prisms.size(); w++) {
-    const AnalyticWire &p = prisms[w];
+  for (size_t w = 0; w < parts.size(); w++) {
+    const AnalyticWire &p = parts[w];
     Weave *found = nullptr;
     for (Weave &weave : weaves_)
       if (weave.mesh == p.mesh && weave.axis == p.along) found = &weave;
@@ -22,14 +22,14 @@ void AnalyticWires::arrange() {
     double least[2] = {INF, INF}, most[2] = {-INF, -INF};
     for (int w : weave.wires)
       for (int m = 0; m < 2; m++) {
-        least[m] = std::min(least[m], prisms[w].middle[m]);
-        most[m] = std::max(most[m], prisms[w].middle[m]);
+        least[m] = std::min(least[m], parts[w].middle[m]);
+        most[m] = std::max(most[m], parts[w].middle[m]);
       }
     weave.second = most[1] - least[1] > most[0] - least[0];
     std::sort(weave.wires.begin(), weave.wires.end(), [&](int a, int b) {
-      return prisms[a].middle[weave.second] < prisms[b].middle[weave.second];
+      return parts[a].middle[weave.second] < parts[b].middle[weave.second];
     });
-    for (int w : weave.wires) weave.place.push_back(prisms[w].middle[weave.second]);
+    for (int w : weave.wires) weave.place.push_back(parts[w].middle[weave.second]);
   }
 }
 
@@ -59,7 +59,7 @@ void AnalyticWires::find() {
       const auto begin = weave.place.begin();
       for (size_t k = std::lower_bound(begin, weave.place.end(), place - far) - begin;
            k < weave.place.size() && weave.place[k] < place + far; k++) {
-        if (!prisms[weave.wires[k]].near(y, reach)) continue;
+        if (!parts[weave.wires[k]].near(y, reach)) continue;
         Candidate c{a, id, weave.wires[k], {0, 0, 0}};
         const WireSpring wanted{id, c.wire, {}};
         const auto spring = std::lower_bound(known.begin(), known.end(), wanted);
@@ -85,12 +85,12 @@ void AnalyticWires::take_up(const std::vector<WireSpring> &springs) {
 
 // The spring of a sphere that no longer touches is deleted.
 void AnalyticWires::touch(bool fresh) {
-  if (prisms.empty()) return;
+  if (parts.empty()) return;
   const bool log = world_.clock.logs_contacts();
   if (fresh || moved() || log) find();  // also in logged steps, so that the replay sees the stored springs
   const View &at = world_.engine.at;
   for (Candidate &c : candidates_) {
-    const AnalyticWire &wire = prisms[c.wire];
+    const AnalyticWire &wire = parts[c.wire];
     const Mesh &mesh = world_.walls.meshes[wire.mesh];
     const double r = world_.spheres.radius(c.id);
     double y[3], q[3];

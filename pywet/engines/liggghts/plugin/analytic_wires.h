@@ -17,7 +17,7 @@ struct WireSpring {
 
 class AnalyticWires {
  public:
-  std::vector<AnalyticWire> prisms;
+  std::vector<AnalyticWire> parts;
 
   AnalyticWires(const SimulationState &world, EnergyBudget &energy, Logs &logs) : world_(world), energy_(energy), logs_(logs) {}
   void arrange();                        // groups the parallel wires of a mesh, sorted across

@@ -30,7 +30,7 @@ class Communicator {
  public:
   MPI_Comm all = MPI_COMM_NULL;
   int me = 0, count = 1;
-  int beside[2][2] = {};                 // neighbouring ranks below and above along x and y; MPI_PROC_NULL: none
+  int neighbour[2][2] = {};              // neighbouring ranks below and above along x and y; MPI_PROC_NULL: none
   int hops[2][2] = {};                   // number of ranks below and above along x and y that may hold a sphere of this one
 
   void join(MPI_Comm comm);
@@ -83,10 +83,10 @@ std::vector<T> Communicator::near(std::vector<T> mine) const {
   for (int axis : {0, 1}) {
     std::vector<T> down = mine, up = mine;
     for (int hop = 0; hop < hops[axis][0]; hop++) {
-      down = passed_on(down, beside[axis][0], beside[axis][1]);
+      down = passed_on(down, neighbour[axis][0], neighbour[axis][1]);
       mine.insert(mine.end(), down.begin(), down.end());
       if (hop >= hops[axis][1]) continue;
-      up = passed_on(up, beside[axis][1], beside[axis][0]);
+      up = passed_on(up, neighbour[axis][1], neighbour[axis][0]);
       mine.insert(mine.end(), up.begin(), up.end());
     }
   }

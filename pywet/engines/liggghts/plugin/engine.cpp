@@ -109,8 +109,8 @@ void Engine::find_neighbours(Communicator &ranks) {
   for (int axis : {0, 1}) {
     const int here = comm->myloc[axis], columns = comm->procgrid[axis];
     const bool ring = at.images.along[axis];
-    ranks.beside[axis][0] = here > 0 || ring ? comm->procneigh[axis][0] : MPI_PROC_NULL;
-    ranks.beside[axis][1] = here + 1 < columns || ring ? comm->procneigh[axis][1] : MPI_PROC_NULL;
+    ranks.neighbour[axis][0] = here > 0 || ring ? comm->procneigh[axis][0] : MPI_PROC_NULL;
+    ranks.neighbour[axis][1] = here + 1 < columns || ring ? comm->procneigh[axis][1] : MPI_PROC_NULL;
     const int hops = std::min(columns - 1, 1 + int(2 * comm->cutghost[axis] * columns / lmp_->domain->prd[axis]));
     ranks.hops[axis][0] = hops;
     ranks.hops[axis][1] = ring ? std::min(hops, columns - 1 - hops) : hops;  // no rank is counted twice

@@ -186,19 +186,19 @@ void Faces::touch_on(Surface &surface) {
 bool Faces::take(size_t c, bool face, const MeshNow &now) {
   Candidate &own = candidates_[c];
   if (own.touches) {
-    own.kept = times_;
+    own.last_touch = times_;
     return true;
   }
   const int first = world_.walls.meshes[now.mesh].first;
-  auto beside = [&](const Candidate &other) {
+  auto adjacent = [&](const Candidate &other) {
     return other.touches && world_.engine.in_one_plane(now, other.triangle - first, own.triangle - first);
   };
   for (size_t k = own.next; face && k != c; k = candidates_[k].next)
-    if (candidates_[k].kept == times_ && beside(candidates_[k])) return false;
-  own.kept = times_;
+    if (candidates_[k].last_touch == times_ && adjacent(candidates_[k])) return false;
+  own.last_touch = times_;
   std::fill(own.spring, own.spring + 3, 0.0);
   for (size_t k = own.next; face && k != c; k = candidates_[k].next)
-    if (beside(candidates_[k])) std::copy(candidates_[k].spring, candidates_[k].spring + 3, own.spring);
+    if (adjacent(candidates_[k])) std::copy(candidates_[k].spring, candidates_[k].spring + 3, own.spring);
   return own.touches = true;
 }
 

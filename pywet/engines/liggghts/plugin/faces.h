@@ -40,7 +40,7 @@ class Faces {
     int id, triangle;
     size_t next;                         // next candidate of the same sphere on the same surface
     bool touches;                        // whether there is a contact, from the last step or this one
-    int64_t kept;                        // value of times_ when the contact last existed
+    int64_t last_touch;                  // value of times_ when the contact last existed
     double spring[3];
   };
 

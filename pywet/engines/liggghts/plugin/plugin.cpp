@@ -167,8 +167,8 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
 EXPORT void pywet_set_wall_film(int of) { state->world.walls.film = pywet::WallFilm(of); }
 
 // Adds an analytic wire of the last mesh; wall, triangle: identify it in logs; section: n corners, see analytic_wire.h.
-EXPORT void pywet_add_prism(int wall, int triangle, int axis, double low, double high, int n, const double *section) {
-  state->wires.prisms.push_back(pywet::AnalyticWire(int(state->world.walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));
+EXPORT void pywet_add_analytic_wire(int wall, int triangle, int axis, double low, double high, int n, const double *section) {
+  state->wires.parts.push_back(pywet::AnalyticWire(int(state->world.walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));
 }
 
 EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const double *film) {

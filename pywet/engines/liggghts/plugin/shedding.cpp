@@ -91,9 +91,9 @@ void Shedding::land(const std::vector<double> &now, Drop &d) const {
   for (size_t id = 1; id < world_.spheres.ids(); id++) {
     if (int(id) == d.i || !(now[STATE * id] > 0)) continue;
     const Vec r = Vec(&now[STATE * id + 1]) - x;
-    const double along = dot(r, down), own = world_.spheres.radius(int(id)), beside = dot(r, r) - along * along;
-    if (along <= 0 || beside >= own * own) continue;
-    const double way = along - std::sqrt(own * own - beside);
+    const double along = dot(r, down), own = world_.spheres.radius(int(id)), offset2 = dot(r, r) - along * along;
+    if (along <= 0 || offset2 >= own * own) continue;
+    const double way = along - std::sqrt(own * own - offset2);
     if (way >= d.fallen || film_thickness(now[STATE * id + 7] + d.volume, own) > FULL * world_.engine.thickest_film * own) continue;
     d.fallen = way;
     d.partner_kind = SPHERE;

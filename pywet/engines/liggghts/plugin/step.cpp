@@ -10,7 +10,7 @@ void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   const double least = radii.empty() ? world.engine.skin : *std::min_element(radii.begin(), radii.end());
   world.walls.finish(0.05 * least);
   world.rules.touches_faces = world.rules.touches_faces && world.engine.leaves_faces();
-  world.engine.attach(lmp, world.walls, world.rules.touches_faces || !wires.prisms.empty());
+  world.engine.attach(lmp, world.walls, world.rules.touches_faces || !wires.parts.empty());
   world.engine.look();
   world.walls.images = world.engine.at.images;
   films.begin();

@@ -45,7 +45,7 @@ class Plugin {
 
  private:
   bool wet() const { return films.initial > 0; }
-  bool touches_walls() const { return world.rules.touches_faces || !wires.prisms.empty(); }
+  bool touches_walls() const { return world.rules.touches_faces || !wires.parts.empty(); }
   void act(bool fresh);
 };
 

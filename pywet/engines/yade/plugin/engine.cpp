@@ -192,7 +192,7 @@ void end(LAMMPS_NS::LAMMPS *, const char *, bool) { std::_Exit(1); }
 
 void Engine::attach(LAMMPS_NS::LAMMPS *host, const Walls &walls, bool presses) {
   lmp_ = host;
-  if (presses) throw std::runtime_error("walls of prisms were given; expected none in YADE");
+  if (presses) throw std::runtime_error("analytic wires were given; expected none in YADE");
   if (int64_t(walls.meshes.size()) != host->given.walls && !walls.meshes.empty())
     throw std::runtime_error("the plugin has " + std::to_string(walls.meshes.size()) + " walls and YADE " + std::to_string(host->given.walls));
   at.free_group = 1;
@@ -205,7 +205,7 @@ int Engine::local(int id) const { return lmp_->local_of_tag[id]; }
 void Engine::update_ghosts() const {}  // a single process in a box with walls has none
 
 void Engine::find_neighbours(Communicator &ranks) {
-  for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
+  for (int axis : {0, 1}) ranks.neighbour[axis][0] = ranks.neighbour[axis][1] = MPI_PROC_NULL;
 }
 
 void Engine::keep_skin() const {}  // YADE's bounding boxes exceed the films by the displacement they allow

@@ -49,7 +49,7 @@ class StudySetting:
         return getattr(self, {"whole": "standard", "reduced_whole": "reduced"}.get(size, size)) or self.quick
 
 
-KNOBS: dict[str, StudySetting] = {
+PARAMETERS: dict[str, StudySetting] = {
     setting.name: setting
     for setting in (
         StudySetting(
@@ -96,9 +96,9 @@ KNOBS: dict[str, StudySetting] = {
 """Name of a field of `Setting` -> its setting."""
 CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
 """Settings that a choice changes in the configuration; contact log and ranks affect only the cost and are left to the user."""
-KNOBS_OF: dict[str, tuple[str, ...]] = {
+PARAMETERS_OF: dict[str, tuple[str, ...]] = {
     "dry": ("fraction", "stiffness", "wire_sides", "ranks"),
-    "moist": tuple(KNOBS),
+    "moist": tuple(PARAMETERS),
     "bed": ("fraction", "stiffness", "capillary", "integration", "bridges_every", "transfer_nodes"),
     "pair_dry": ("fraction", "stiffness"),
     "pair_wet": ("fraction", "stiffness", "capillary", "integration", "bridges_every"),
@@ -115,7 +115,7 @@ def default(size: str) -> Setting:
 
 def reference(setting: str, size: str) -> Level:
     """Return the finest level of a setting, with which the others are compared."""
-    return KNOBS[setting].levels(size)[-1]
+    return PARAMETERS[setting].levels(size)[-1]
 
 
 def log_windows(text: str) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""Detect closed parts of a surface that are prisms (a convex section drawn along x, y or z), such as the wires of a screen."""
+"""Detect closed parts of a surface that extrude a convex section along x, y or z, such as the wires of a screen."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pywet.errors import PywetError
 from pywet.geometry.surface import Floats, enclosed
 
 SAME_VOLUME = 1e-6
-"""Relative difference of a part's volume from the prism's; single precision leaves 1e-7 of a side."""
+"""Relative difference of a part's volume from that of its section times its length; single precision leaves 1e-7 of a side."""
 
 
 @dataclass(frozen=True)
-class Prism:
+class AnalyticWire:
     """`axis` 0, 1, 2 for x, y, z; ends `low` and `high` on it [m]; section (n, 2) on the next two axes in cyclic order [m].
 
     The section runs counter-clockwise, seen against the axis.
@@ -26,8 +26,8 @@ class Prism:
     section: Floats
 
 
-def prism_of(corners: Floats, name: str) -> Prism:
-    """Return the prism that closed triangles (m, 3, 3) bound exactly; `PywetError` if they bound another shape."""
+def analytic_wire_of(corners: Floats, name: str) -> AnalyticWire:
+    """Return the analytic wire that closed triangles (m, 3, 3) bound exactly; `PywetError` if they bound another shape."""
     points = np.unique(corners.reshape(-1, 3), axis=0)
     volume = enclosed(corners)
     for axis in np.argsort(-np.ptp(points, axis=0), kind="stable"):
@@ -39,10 +39,10 @@ def prism_of(corners: Floats, name: str) -> Prism:
             x, y = section.T
             area = 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
             if volume > 0.0 and abs(area * (high - low) - volume) <= SAME_VOLUME * volume:
-                return Prism(int(axis), low, high, section)
+                return AnalyticWire(int(axis), low, high, section)
     raise PywetError(
-        f"{name} was given as a prism but is none; expected a closed convex section drawn along x, y or z: "
-        "set prisms to false for this wall",
+        f"{name} was given as an analytic wire but is none; expected a closed convex section drawn along x, y or z: "
+        "set analytic_wires to false for this wall",
         code="surface.not_prism", key=name,
     )  # fmt: skip
 

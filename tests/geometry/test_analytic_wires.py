@@ -1,4 +1,4 @@
-"""Parts as prisms: every wire of every shipped screen; what is no prism is refused."""
+"""Analytic wires: every wire of every shipped screen is one; other shapes are refused."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from pywet import config
 from pywet.cases.screening import cases
 from pywet.geometry import build_apparatus
-from pywet.geometry.prisms import prism_of
+from pywet.geometry.analytic_wires import analytic_wire_of
 from pywet.geometry.solids import polygon, tube
 from tests.error_codes import raises_code
 
@@ -25,7 +25,7 @@ def test_every_wire_of_a_screen_is_an_analytic_wire(aperture: float) -> None:
     wires = build_apparatus(cases.apparatus_spec(CONFIG, APERTURES[aperture], scale)).surfaces[0]
     for part, radius in enumerate(wires.part_half_width):
         of_part = wires.corners[wires.part == part]
-        found = prism_of(of_part, f"wire {part}")
+        found = analytic_wire_of(of_part, f"wire {part}")
         assert len(found.section) == scale.wire_sides.value
         middle = 0.5 * (found.section.min(axis=0) + found.section.max(axis=0))
         assert np.linalg.norm(found.section - middle, axis=1) == pytest.approx(np.full(8, radius), abs=1e-8)
@@ -39,4 +39,4 @@ def test_what_is_no_analytic_wire_is_refused() -> None:
     shapes = {"a face": square[[[0, 1, 2], [0, 2, 3]]], "a tube": hollow}
     for name, corners in shapes.items():
         with raises_code("surface.not_prism", key=name):
-            prism_of(corners, name)
+            analytic_wire_of(corners, name)
