@@ -64,6 +64,11 @@ def test_a_bridge_has_its_limits_whatever_the_viscosity(tmp_path: Path) -> None:
         assert set(limits) == {"contact", "viscous normal", "capillary", "passing a bridge"} | sideways
         distance = rupture(volume, small_one, large_one, *angles)
         assert limits["passing a bridge"] == pytest.approx(0.1 * distance / 0.1, rel=1e-9)
+        if viscosity < 1e-3 and sideways:  # of a spring at the rim of two spheres, I = 2/5 m r^2
+            pair = next(p for p in scene.pairs if (p.a, p.b) == (1, 2))
+            mass = 1.0 / sum(1.0 / c.mass_kg for c in classes)
+            turned = 2.0 * math.sqrt(mass / (3.5 * pair.tangential_stiffness_N_per_m))
+            assert limits["viscous tangential"] == pytest.approx(turned, rel=1e-5)
 
 
 def test_a_step_at_the_limit_is_not_refused(tmp_path: Path) -> None:
