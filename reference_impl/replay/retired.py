@@ -192,6 +192,7 @@ def of_places(law: Rule | outlets.Regions, gone: pd.DataFrame, trajectory: pd.Da
     stays = (step < last) & np.isin(step, law.steps) & (step >= law.entered(now["id"]))
     missed = stays & law.holds(now[[*"xyz"]].to_numpy(float), now[["vx", "vy", "vz"]].to_numpy(float), -NEAR)
     moment, rest = (now[rows].reset_index(drop=True) for rows in (step == last, step > last))
+    waits = moment["step"].to_numpy() < law.entered(moment["id"])
 
     def at(rows: pd.DataFrame, *names: str) -> Floats:
         return rows[list(names)].to_numpy(float)
@@ -204,7 +205,7 @@ def of_places(law: Rule | outlets.Regions, gone: pd.DataFrame, trajectory: pd.Da
         + (0.0 if law.stay else 1.0)
     )
     found = {
-        "retired_who": (moment, (~law.booked(x, v, moment["outlet"].to_numpy(), NEAR)).astype(float)),
+        "retired_who": (moment, (waits | ~law.booked(x, v, moment["outlet"].to_numpy(), NEAR)).astype(float)),
         "retired_missed": (now, missed.astype(float)),
         "retired_place": (moment, length(at(moment, *"xyz") - x) / (abs(law.below) + law.size)),
         "retired_speed": (moment, length(at(moment, "vx", "vy", "vz") - v) / law.slower),

@@ -170,12 +170,14 @@ def fresh() -> Iterator[None]:
     experiments._program.cache_clear()
 
 
-@pytest.mark.parametrize("changed", ["law", "wall", "plugin", "engine", None])
+@pytest.mark.parametrize("changed", ["law", "wall", "plugin", "engine", "order", None])
 def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
     changed: str | None, tmp_path: Path, engine: list[Any], fresh: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A changed law, STL file, source of the plugin or version of the engine: the run is done again; else it is not."""
+    """A changed law, STL file, source of the plugin or version of the engine: the run is done again; else, as where materials
+    are in another order, it is not."""
     scene = yaml.safe_load((EXAMPLES / "calibrations" / "small_drum.yaml").read_text())
+    scene["materials"] |= {"steel": {"density_kg_per_m3": 7850}}
     file, law, plugin = tmp_path / "scene.yaml", tmp_path / "mine.py", tmp_path / "plugin"
     walls = [*scene["walls"], {"name": "lid", "stl": "lid.stl"}]
     file.write_text(yaml.safe_dump({**scene, "walls": walls, "laws": {"capillary": "mine.py:pull"}}, sort_keys=False))
@@ -185,11 +187,12 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
     others = [path for path in sources.of_a_run() if build.SOURCES not in path.parents]
     monkeypatch.setattr(sources, "of_a_run", lambda: [*others, *sorted(plugin.rglob("*.*"))])
     monkeypatch.setattr(experiments, "package_version", lambda package: "3.8")
-    drum_of = experiments.Experiment.read("scene", file, {})
 
     def run() -> None:
         experiments._program.cache_clear()
-        drum_of.run(("bridges_per_sphere",), {"materials.glass.friction": 0.3}, 0, tmp_path / "runs", 1)
+        experiments.Experiment.read("scene", file, {}).run(
+            ("bridges_per_sphere",), {"materials.glass.friction": 0.3}, 0, tmp_path / "runs", 1
+        )
 
     run()
     if changed == "law":
@@ -201,8 +204,13 @@ def test_a_stored_run_is_of_the_same_law_plugin_and_engine(
         source.write_text(source.read_text() + "\n")
     elif changed == "engine":
         monkeypatch.setattr(experiments, "package_version", lambda package: "3.9")
+    elif changed == "order":
+        given = yaml.safe_load(file.read_text())
+        file.write_text(
+            yaml.safe_dump({**given, "materials": dict([*given["materials"].items()][::-1])}, sort_keys=False)
+        )
     run()
-    assert len(engine) == (1 if changed is None else 2)
+    assert len(engine) == (1 if changed in (None, "order") else 2)
 
 
 def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[Any]) -> None:

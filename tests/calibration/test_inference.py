@@ -54,6 +54,11 @@ def test_a_response_that_turns_gives_two_ranges() -> None:
 
 def test_what_is_inconclusive_is_named() -> None:
     """A product of two; a response to one alone; both distinguished by a second target."""
+    for slope, group in (
+        (0.005, [1]),
+        (0.015, [0, 1]),
+    ):  # of half, and of one and a half of its error over the whole range
+        assert problem(lambda u, b=slope: [10.0 * u[0] + b * u[1]], [5.0], [0.01], count=2).unknown() == [group]
     product = problem(lambda u: [u[0] * (0.5 + u[1])], [0.5], [0.01], count=2)
     assert product.unknown() == [[0, 1]]
     (first,), (second,) = product.intervals(0), product.intervals(1)

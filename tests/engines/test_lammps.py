@@ -6,6 +6,7 @@ Each run takes some two seconds of processor time, most of it Python's start and
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from pywet.cli import doctor
 from pywet.engines.lammps import build, deck, driver
 from pywet.geometry.solids import bin_solid, plate, polygon, tube, wire
 from pywet.geometry.surface import Surface, make_surface
-from pywet.scene import Rotation
+from pywet.scene import Output, Rotation
 from pywet.schema import RUPTURE
 from pywet.util.files import read_json, read_table
 from reference_impl.replay.replay import replay
@@ -63,6 +64,57 @@ def test_free_wet_spheres_are_replayed(tmp_path: Path) -> None:
     assert any(output_text.startswith("newton: the run recorded no motion") for output_text in found["not_checked"])
     linear, _, (size, _) = momenta(read_table(tmp_path / "trajectory.parquet"), sphere_classes(R, 2e-3))
     assert np.abs(linear - linear[0]).max() < 1e-12 * size
+
+
+def exchanged(old: str, new: str) -> Callable[[str], str]:
+    """Every line of the script with another text in it."""
+    return lambda line: line.replace(old, new)
+
+
+FAULTS: dict[str, tuple[Callable[[str], str], str, str]] = {
+    "gravity 1 % high": (exchanged("gravity 9.81 ", "gravity 9.9081 "), "flight_velocity", "the weight is 1.01 times"),
+    "gravity aslant": (exchanged("vector 0.0 0.0", "vector 0.01 0.0"), "flight_velocity", "in component x and z"),
+    "a step 1 % long": (exchanged("timestep 2e-05", "timestep 2.02e-05"), "time", "capillary impulse"),
+    "spins do not change": (exchanged("nve/sphere", "nve"), "energy_spin", "energy spin"),
+    "speeds along x and y exchanged": (
+        exchanged("vx vy vz", "vy vx vz"),
+        "flight_place",
+        "components x, y are exchanged",
+    ),
+}
+"""Change of the script, the quantity that disagrees, words of a message."""
+
+
+@needs_lammps
+@pytest.mark.engine
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_of_the_script_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
+    """A sphere that bounces on a wet plate and two that collide above it."""
+    change, quantity, words = FAULTS[fault]
+    written = deck.lines
+    monkeypatch.setattr(deck, "lines", lambda *given: map(change, written(*given)))
+    gap = 2.0 * R + 4e-4
+    spheres = [
+        small.Sphere(1, (0.0, 0.0, R + 1e-3), (0.1, 0.0, -0.1), (0.0, 5.0, 0.0)),
+        small.Sphere(1, (-0.02, 0.0, 0.02), (0.1, 0.0, 0.1)),
+        small.Sphere(1, (-0.02 + gap, 1e-3, 0.02), (-0.1, 0.0, 0.1), (0.0, 0.0, 9.0)),
+    ]
+    output = Output(interval_s=2e-4, contact_windows=3, contact_window_steps=200)
+    on_floor(
+        tmp_path,
+        spheres,
+        1e4,
+        liquid=water(1e-4),
+        effects=small.PAPER,
+        steps=1500,
+        output=output,
+        output_interval_s=None,
+    )
+    small.run(tmp_path, spheres, engine="lammps")
+    found = replay(tmp_path)
+    assert not found["quantities"][quantity]["ok"]
+    sentences = [s for f in found["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
+    assert any(words in sentence for sentence in sentences), sentences
 
 
 @needs_lammps

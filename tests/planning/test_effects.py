@@ -12,7 +12,7 @@ from pywet.config import EffectSettings, LawSettings
 from pywet.config.entries import RatioEntry
 from pywet.planning.effect_plan import EffectPlan, plan
 from pywet.planning.numbers import effect_numbers
-from pywet.planning.surroundings import Surroundings
+from pywet.planning.surroundings import Surroundings, groups
 from pywet.scene import Effects, Liquid
 from tests.error_codes import raises_code
 
@@ -72,6 +72,10 @@ def test_numbers_by_hand() -> None:
     film = 4 / 3 * math.pi * ((2.55e-3) ** 3 - 2.5e-3**3)
     assert numbers["liquid_weight"] == pytest.approx(film * 998.2 / (weight / 9.81), rel=1e-9)
     assert numbers["tangential_history"] == 0.35 and numbers["gravity"] == 1.0
+    # Lian's rupture distance (1 + theta/2) V^(1/3), with the share of a film under a cap of 30 degrees from both spheres
+    volume = 2.0 * film * 0.5 * (1.0 - math.cos(math.radians(30.0)))
+    rupture = groups(SPHERE, PAIRS, water(), SPEED, 9.81).rupture
+    assert rupture == pytest.approx((1.0 + 0.5 * math.radians(40.0)) * volume ** (1.0 / 3.0), rel=1e-9)
     half = effect_numbers((SPHERE,), PAIRS, water(), SPEED, Surroundings(wall_share=0.5))["wall_films"][1]
     assert half == pytest.approx(0.5 * numbers["wall_films"])
 

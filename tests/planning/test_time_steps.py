@@ -11,7 +11,7 @@ from pywet.cases.small import small
 from pywet.cases.small.bodies import water
 from pywet.errors import PywetError
 from pywet.laws import registry
-from pywet.laws.contact import film_volume
+from pywet.laws.contact import damping, film_volume
 from pywet.planning import time_steps
 from tests.engines.liggghts import stability
 from tests.engines.liggghts.scenes import contacts, spheres_of
@@ -53,15 +53,26 @@ def test_a_bridge_has_its_limits_whatever_the_viscosity(tmp_path: Path) -> None:
     )
     pairs = ((small_one, large_one), (large_one, small_one))
     volume = sum(drawn(film_volume(stability.FILM, r), r, other) for r, other in pairs)
-    for viscosity in (1.0, 1e-6):
+    for viscosity, effects in ((1.0, stability.NORMAL), (1e-6, stability.NORMAL), (1e-6, small.PAPER)):
         scene = small.prepare(
-            tmp_path / str(viscosity), classes, [small.Sphere(k + 1, (0.0, 0.0, 0.1 * k)) for k in (0, 1)], contacts(2),
-            liquid=water(stability.FILM, viscosity), effects=stability.NORMAL, time_step_s=1e-7, steps=1,
+            tmp_path / f"{viscosity}{effects.viscous_tangential}", classes,
+            [small.Sphere(k + 1, (0.0, 0.0, 0.1 * k)) for k in (0, 1)], contacts(2),
+            liquid=water(stability.FILM, viscosity), effects=effects, time_step_s=1e-7, steps=1,
         )  # fmt: skip
         limits = {limit.effect: limit.time_step_s for limit in time_steps.advise(scene).limits}
-        assert set(limits) == {"contact", "viscous normal", "capillary", "passing a bridge"}
+        sideways = {"viscous tangential"} if effects.viscous_tangential else set()
+        assert set(limits) == {"contact", "viscous normal", "capillary", "passing a bridge"} | sideways
         distance = rupture(volume, small_one, large_one, *angles)
         assert limits["passing a bridge"] == pytest.approx(0.1 * distance / 0.1, rel=1e-9)
+        pair, mass = next(p for p in scene.pairs if (p.a, p.b) == (1, 2)), 1.0 / sum(1.0 / c.mass_kg for c in classes)
+        drag = registry.get("viscous_normal", "pitois").functions[0]
+        c = -drag(0.0, volume, small_one, large_one, 1.0, viscosity)  # at 1 m/s
+        stiffness = pair.normal_stiffness_N_per_m
+        alone = time_steps.largest_step(mass, stiffness, damping(pair.restitution, mass, stiffness), c, False)
+        assert limits["viscous normal"] == pytest.approx(alone, rel=1e-9)
+        if viscosity < 1e-3 and sideways:  # of a spring at the rim of two spheres, I = 2/5 m r^2
+            turned = 2.0 * math.sqrt(mass / (3.5 * pair.tangential_stiffness_N_per_m))
+            assert limits["viscous tangential"] == pytest.approx(turned, rel=1e-5)
 
 
 def test_a_step_at_the_limit_is_not_refused(tmp_path: Path) -> None:

@@ -160,6 +160,17 @@ def test_killed_twice(tmp_path: Path, kind: str) -> None:
         assert (np.abs(bridges["xj_y"]) > 0.5 * width).any()
 
 
+@pytest.mark.engine
+def test_an_outlet_around_an_insertion_takes_what_has_entered(tmp_path: Path) -> None:
+    """Beads wait at rest inside the outlet; those whose step has not come are left alone, all others are taken out there."""
+    mouth = [{"name": "mouth", "low_mm": (None, None, 10)}]
+    run = pywet.run(scene(outlets=mouth, duration_s=0.1), tmp_path)
+    kinds, left = run._run.spheres.sort_values("id"), gone(tmp_path)
+    enters = dict(zip(kinds["id"], run.scene.enters(kinds["type"].tolist()), strict=True))
+    waited = left["step"] - left["id"].map(enters)
+    assert len(left) > 10 and (waited >= 0).all() and sum(step > left["step"].max() for step in enters.values()) > 10
+
+
 def falling(**changes: Any) -> pywet.Scene:
     """Three beads that fall into an outlet, one after the other."""
     falls = [{"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": [(0, 0, 0), (0, 0, 10), (5, 0, 20)]}]

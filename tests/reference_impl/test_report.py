@@ -201,21 +201,26 @@ def test_a_report_without_its_numbers_is_refused(folder: Path, right: tuple[str,
         read(folder / "alone.html")
 
 
-@pytest.fixture(scope="module")
-def late(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same cases whose slide opens 1.2 s later: 26 of 31 points lie before the opening."""
-    root = tmp_path_factory.mktemp("late") / "runs"
+def opened(folder: Path, root: Path, by_s: float) -> Path:
+    """The same cases whose slide opens later."""
     shutil.copytree(folder, root, ignore=shutil.ignore_patterns("*.html"))
     for path in root.glob("*/results/*.parquet"):
         table = pd.read_parquet(path)
         if "time_since_opening_s" in table:
-            write_table(table.assign(time_since_opening_s=table["time_since_opening_s"] - 1.2), path)
+            write_table(table.assign(time_since_opening_s=table["time_since_opening_s"] - by_s), path)
     return root
 
 
-def test_a_slide_that_opens_late_is_no_fault(late: Path) -> None:
-    """Curves begin left of the picture, where they are cut."""
-    report = written(late)
+@pytest.fixture(scope="module")
+def late(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The slide opens 1.2 s later: 26 of 31 points lie before the opening."""
+    return opened(folder, tmp_path_factory.mktemp("late") / "runs", 1.2)
+
+
+@pytest.mark.parametrize("by_s", [0.3, 0.625, 1.2, 1.35, 1.375])
+def test_a_slide_that_opens_late_is_no_fault(folder: Path, tmp_path: Path, by_s: float) -> None:
+    """Curves begin left of the picture, where they are cut: at an output or between two, down to the last two or one."""
+    report = written(opened(folder, tmp_path / "runs", by_s))
     every = (c for _, panels in figures(report.read_text()) for p in panels for c in p.curves)
     drawn = min(len(c.x) for c in every if not c.claim.endswith("coarse_share"))
     assert drawn < 31 and read(report) == []

@@ -66,6 +66,15 @@ def test_a_segment_has_the_angle_of_its_surface(angle: float) -> None:
     assert bed_angle(at, np.ones(len(at)), DRUM, up) == pytest.approx(angle, abs=0.3)
 
 
+def test_a_flat_bed_has_an_angle_whatever_rounds() -> None:
+    """A sphere right below the axis, in any direction: the cosine of its angle may be rounded to more than 1."""
+    for up in np.random.default_rng(1).normal(size=(100, 3)):
+        up /= np.linalg.norm(up)
+        turning = DRUM.model_copy(update={"axis": (up[1], -up[0], 0.0)})
+        at = np.array([DRUM.origin_m]) - 0.03 * up
+        assert bed_angle(at, np.ones(1), turning, up) == pytest.approx(0.0, abs=1e-5)
+
+
 def test_a_steady_flow_has_its_rate() -> None:
     """2 g/s between a slow start and a slow end, of which the slope of the middle knows nothing."""
     time = np.linspace(0.0, 2.0, 201)

@@ -106,3 +106,13 @@ def test_margin_for_thrown_spheres_is_bounded_by_the_cells_of_the_box() -> None:
     low, high = extent.with_margin(np.zeros(3), np.full(3, 0.05), below, above, 0.003)
     assert np.prod((high - low) / 0.003) <= extent.CELLS * (1 + 1e-9)
     assert low[2] == 0.0 and high[2] > 0.05
+
+
+def test_the_box_leaves_a_centimetre_and_the_largest_diameter_around_all_spheres() -> None:
+    """Of the largest class, whichever it is listed as."""
+    classes = [
+        {"name": f"beads {k}", "material": "glass", "diameter_mm": size, "at_mm": [[10.0 * k, 0, 0]]}
+        for k, size in enumerate((3, 8, 2))
+    ]
+    low, high = Building(pywet.Scene(**beads(spheres=classes))).extent
+    assert 1e3 * low == pytest.approx([-18.0] * 3) and 1e3 * high == pytest.approx([38.0, 18.0, 18.0])

@@ -13,6 +13,7 @@ import pytest
 import pywet
 from pywet import scene as typed
 from pywet.cases.custom.building import Building
+from pywet.errors import PywetError
 from reference_impl.replay.plans import enter_times
 from tests.cases.custom.conftest import beads, example
 from tests.error_codes import raises_code
@@ -119,6 +120,15 @@ def test_a_deck_with_feed_counts_liquid_as_it_comes(tmp_path: Path) -> None:
     (copy / "scene.json").write_text(json.dumps(reported))
     wrong = {name for name, q in (pywet.replay(copy) or {})["quantities"].items() if not q["ok"]}
     assert {"newton_force", "ledger", "energy_gravity", "results_liquid_by_wall"} <= wrong
+
+
+def test_a_single_pulse() -> None:
+    """One is a pulse; none is refused."""
+    given = {"for_s": 0.05, "profile": "pulsed", "pulses": 1, "pulse_share": 0.25}
+    entry = example("slotted_deck", {"insertion": given}, Path(__file__).parent).spheres[0]
+    assert entry.insertion is not None and entry.insertion.pulses == 1
+    with pytest.raises(PywetError, match=r"insertion\.pulses is 0"):
+        example("slotted_deck", {"insertion": {**given, "pulses": 0}}, Path(__file__).parent)
 
 
 @pytest.mark.parametrize("profile", ["constant", "ramp", "pulsed"])

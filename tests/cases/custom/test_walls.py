@@ -23,6 +23,7 @@ def polygon_area(apothem: float, sides: int) -> float:
     [
         ({"block": {"low_mm": (0, 0, 0), "high_mm": (2, 3, 4)}}, 24.0),
         ({"disc": {"diameter_mm": 10, "thickness_mm": 2, "sides": 16}}, 2 * polygon_area(5, 16)),
+        ({"disc": {"diameter_mm": 10, "thickness_mm": 2}}, 2 * polygon_area(5, 32)),
         (
             {"tube": {"inner_diameter_mm": 10, "length_mm": 7, "thickness_mm": 1, "sides": 12}},
             7 * (polygon_area(6, 12) - polygon_area(5, 12)),
@@ -53,6 +54,17 @@ def test_a_tube_lies_along_its_axis(axis: str, along: int) -> None:
     middle = 0.5 * (low + high)
     others = [k for k in range(3) if k != along]
     assert middle[others] == pytest.approx(np.array((1, 2, 3))[others], abs=0.05)
+
+
+@pytest.mark.parametrize("shape", [{}, {"crimp_mm": 0.5}])
+@pytest.mark.parametrize(("axis", "across"), [("x", 1), ("y", 0)])
+def test_bars_lie_about_their_origin(axis: str, across: int, shape: dict[str, float]) -> None:
+    """From end to end the length, and two pitches and a diameter across."""
+    bars = {"diameter_mm": 2, "pitch_mm": 5, "length_mm": 30, "count": 3, "axis": axis, "origin_mm": (1, 2, 3), **shape}
+    at = 1e3 * Wall(name="deck", bars=bars).surface(Path()).vertices
+    size = np.ptp(at, axis=0)
+    assert size[[1 - across, across]] == pytest.approx([30.0, 12.0], abs=1e-4)
+    assert 0.5 * (at.min(axis=0) + at.max(axis=0)) == pytest.approx((1, 2, 3), abs=1e-4)
 
 
 def test_an_stl_file_is_read_in_its_unit() -> None:

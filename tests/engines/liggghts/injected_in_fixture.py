@@ -54,6 +54,10 @@ PATCHES: list[tuple[str, str, str]] = [
      '  if (!injected("growth unseen") && !injected("growth unseen, on walls too")) thicker = std::max('),
     ("films.cpp", "  wall_thicker = std::max(",
      '  if (!injected("growth unseen, on walls too")) wall_thicker = std::max('),
+    ("films.cpp", "part_thickness_[part] = std::max(part_thickness_[part], on_triangle(triangle));",
+     'part_thickness_[part] = injected("thickest film of a wall part not raised")\n'
+     "        ? std::min(part_thickness_[part], on_triangle(triangle))\n"
+     "        : std::max(part_thickness_[part], on_triangle(triangle));"),
     ("energy.cpp", "power[VISCOUS_NORMAL] += n;", 'power[VISCOUS_NORMAL] += (injected("work of drag twice") ? 2 : 1) * n;'),
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
@@ -83,6 +87,7 @@ IN_GROOVE: dict[str, tuple[str, str]] = {
 IN_GROWN: dict[str, tuple[str, str]] = {
     "growth unseen": ("formation_late", "a film's growth is not seen at once"),
     "growth unseen, on walls too": ("formation_late", "explains 2 of 2 records"),
+    "thickest film of a wall part not raised": ("formation_late", "a film's growth is not seen at once"),
 }
 
 

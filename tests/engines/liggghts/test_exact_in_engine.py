@@ -10,11 +10,14 @@ import pandas as pd
 import pytest
 
 from pywet.cases.small import small
+from pywet.engines.liggghts import driver
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
 from pywet.laws.exact_bridge import solve
 from pywet.laws.transfer import V_STAR_GRID
 from pywet.util.files import write_table
+from reference_impl.replay.replay import replay
+from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 pytestmark = pytest.mark.engine
@@ -122,3 +125,12 @@ def test_capillary_force_is_within_a_thousandth_of_the_direct_solution(
     effective = 2 / (1 / rows["radius_i"] + 1 / rows["radius_j"])
     v_star = rows["volume"] / effective**3
     assert v_star.min() < 1e-5 and 0.03 < v_star.max() < 0.5
+
+
+def test_numbers_prepared_for_a_bridge_stay_with_it(tmp_path: Path) -> None:
+    """In a bed whose bridges are sorted whenever lists are made again, the replay solves the logged forces anew."""
+    beds.prepare(tmp_path, beds.bed((4, 4, 3)), 800, effects=EXACT_FORCE)
+    driver.run(tmp_path, progress=False)
+    found = replay(tmp_path)
+    assert found["ok"], [name for name, q in found["quantities"].items() if not q["ok"]]
+    assert found["quantities"]["capillary"]["count"] > 30

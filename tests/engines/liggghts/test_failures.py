@@ -7,12 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pywet.cases.small import small
 from pywet.engines import process
 from pywet.engines.liggghts import build, checkpoint, driver
 from pywet.runs import tables
+from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 from tests.error_codes import raises_code
 
@@ -158,27 +160,49 @@ def test_nan_velocity_is_named(tmp_path: Path) -> None:
         free(tmp_path, bodies)
 
 
-def test_film_below_zero_is_named(tmp_path: Path) -> None:
-    """A formation law that gives back more than it draws, at radii that no probe has, is found out in the run."""
-    path = tmp_path / "law.py"
+def formation_law(path: Path, drawn: str) -> str:
+    """Write a formation law without liquid of walls that draws such an amount from a sphere's film; its name."""
     text = "from pywet.laws.force_law import force_law\n"
     names = {"a": "film_volume_i, radius_i, radius_j", "b": "film_volume_i, radius_i, half_width"}
     names |= {"c": "film_thickness, radius_i", "d": "film_thickness, radius_i, half_width"}
     for name, arguments in names.items():
-        value = (
-            "0.1 * film_volume_i if radius_i < 2.1e-3 or radius_i > 4e-3 else -0.05 * film_volume_i"
-            if name == "a"
-            else "0.0"
-        )
+        value = drawn if name == "a" else "0.0"
         text += f'@force_law\ndef {name}({arguments}):\n    """Test."""\n    return {value}\n\n'
     path.write_text(text + "laws = (a, b, c, d)\n")
+    return f"{path}:laws"
+
+
+def test_film_below_zero_is_named(tmp_path: Path) -> None:
+    """A formation law that gives back more than it draws, at radii that no probe has, is found out in the run."""
+    drawn = "0.1 * film_volume_i if radius_i < 2.1e-3 or radius_i > 4e-3 else -0.05 * film_volume_i"
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(2, (0.0, 0.0, R + 2e-3))]
     small.prepare(
-        tmp_path / "run", spheres_of(R, 2e-3), bodies, contacts(2),
-        liquid=WATER, effects=small.PAPER.model_copy(update={"formation": f"{path}:laws"}), time_step_s=2e-5, steps=200,
+        tmp_path / "run", spheres_of(R, 2e-3), bodies, contacts(2), liquid=WATER, time_step_s=2e-5, steps=200,
+        effects=small.PAPER.model_copy(update={"formation": formation_law(tmp_path / "law.py", drawn)}),
     )  # fmt: skip
     with raises_code("engine.stopped", says="draws a share below zero from sphere 1"):
         small.run(tmp_path / "run", bodies)
+
+
+@pytest.mark.parametrize("middle", [1, 2, 3])
+def test_bridges_that_ask_for_more_than_a_film_holds_share_it(tmp_path: Path, middle: int) -> None:
+    """Of the sphere between two others each draws 70 %: both get half, as first or second end; the outer ones give 70 %."""
+    places = [(2.0 * R * x, 0.0, 0.0) for x in (-1.0, 1.0)]
+    places.insert(middle - 1, (0.0, 0.0, 0.0))
+    bodies = [small.Sphere(1, place, driven=True) for place in places]
+    small.prepare(
+        tmp_path / "run", spheres_of(R), bodies, contacts(1), liquid=WATER, time_step_s=2e-5, steps=20,
+        effects=small.PAPER.model_copy(update={"formation": formation_law(tmp_path / "law.py", "0.7 * film_volume_i")}),
+    )  # fmt: skip
+    small.run(tmp_path / "run", bodies)
+    events, (film,) = (
+        beds.table(tmp_path / "run", "history/events"),
+        beds.table(tmp_path / "run", "history/spheres")["film"].unique(),
+    )
+    assert events["kind"].to_list() == [0, 0]
+    for side in "ij":
+        share = np.where(events[side] == middle, 0.5, 0.7) * film
+        assert events[f"share_{side}"].to_numpy() == pytest.approx(share, rel=1e-9)
 
 
 def test_two_runs_in_one_folder(tmp_path: Path) -> None:

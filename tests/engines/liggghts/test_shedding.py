@@ -16,7 +16,7 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.geometry.initial import film_volume
 from pywet.geometry.surface import Surface
-from pywet.scene import Effects, EngineScene
+from pywet.scene import Effects, EngineScene, Output
 from pywet.schema import LARGE_WALL, NOTHING, SPHERE
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
@@ -142,6 +142,31 @@ def test_a_shaken_film_feels_the_mean_of_a_millisecond(tmp_path: Path) -> None:
             break
     assert drop["time"] == pytest.approx(end, abs=1e-9) and end > 2e-3
     assert drop["felt_z"] == pytest.approx(felt, abs=0.002 * 5.0 * G)
+
+
+def test_gravity_aslant(tmp_path: Path) -> None:
+    """Each component of the force on a held film is minus gravity's times the same share; the drop falls along gravity."""
+    g = np.array([4.0, -3.0, -G])
+    small.prepare(
+        tmp_path, spheres_of(R), [held(0.0, 0.03)], contacts(1), liquid=SOAPY, effects=DRIPPING, walls=[small.floor(0.1)],
+        steps=4000, gravity=(4.0, -3.0, -G), output_interval_s=1e-3, log_every_step=False,
+    )  # fmt: skip
+    small.run(tmp_path, [held(0.0, 0.03)])
+    drop = beds.table(tmp_path, "history/drops").iloc[0]
+    felt = drop[["felt_x", "felt_y", "felt_z"]].to_numpy(float)
+    assert felt == pytest.approx(-g * np.linalg.norm(felt) / np.linalg.norm(g), rel=1e-9)
+    assert drop["fallen"] == pytest.approx(0.03 * np.linalg.norm(g) / G, rel=1e-12)
+    assert replay(tmp_path)["ok"]
+
+
+@pytest.mark.parametrize(
+    ("output_s", "step_s", "looks"),
+    [(0.02, 1e-5, 20), (0.05, 1e-5, 50), (0.1, 2e-5, 100), (5e-4, 1e-5, 1), (9e-4, 2e-5, 1)],
+)
+def test_films_are_looked_at_every_millisecond(output_s: float, step_s: float, looks: int) -> None:
+    """As nearly as whole parts of an output interval allow."""
+    made = EngineScene.model_construct(output=Output(interval_s=output_s), time_step_s=step_s, bridges_every=1)
+    assert schedule.drop_every(made) * step_s == pytest.approx(output_s / looks, rel=1e-12)
 
 
 def test_ranks_agree_on_drops(tmp_path: Path) -> None:
