@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines import schedule
-from pywet.engines.liggghts import contact_model, grid, windows
+from pywet.engines.liggghts import contact_model, creation, grid, windows
 from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
 from pywet.geometry.motion import viblin_words
@@ -253,7 +253,7 @@ def write_deck(
     g = np.asarray(scene.gravity_m_per_s2)
     size = float(np.linalg.norm(g))
     direction = dict(zip("xyz", (repr(float(x)) for x in g / size), strict=True)) if size else {}
-    spheres = read_table(run_dir / scene.spheres_file)
+    spheres = creation.at_start(scene, read_table(run_dir / scene.spheres_file))
     context = {
         "scene": scene,
         # the plugin's worker says them, at each checkpoint again
