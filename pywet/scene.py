@@ -400,7 +400,9 @@ class EngineScene(Computable):
         if self.outlets and self.retire:
             raise ValueError(f"scene {self.name}: outlets and retire; expected one of them")
         if self.created_ahead_s and not (self.outlets and self.is_fed):
-            raise ValueError(f"scene {self.name}: created_ahead_s without insertion and outlets; expected both, or null")
+            raise ValueError(
+                f"scene {self.name}: created_ahead_s without insertion and outlets; expected both, or null"
+            )
         down = (0.0, 0.0, -1.0)  # an outlet is a region, independent of gravity
         if self.outlets and (obstacle := not_retirable(self.effects, self.output, down)):
             raise ValueError(f"scene {self.name}: there are outlets but {obstacle}; expected no outlets")

@@ -186,7 +186,15 @@ def late() -> None:
 def no_windows(folder: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(windows, "read_dump", lambda *_: pd.DataFrame({"step": [1], "id": [1], "x": [0.0], "y": [0.0]}))
-        list(windows.collect(synthetic.scene(), written(folder, "", "states.txt").parent, [(0, 2)], [], ToCome(synthetic.scene(), folder, None)))
+        list(
+            windows.collect(
+                synthetic.scene(),
+                written(folder, "", "states.txt").parent,
+                [(0, 2)],
+                [],
+                ToCome(synthetic.scene(), folder, None),
+            )
+        )
 
 
 def half_written(folder: Path, spheres: int) -> None:

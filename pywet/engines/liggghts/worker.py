@@ -80,7 +80,9 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
         """
         spheres = part_by_part(history / "spheres.parquet", "id", "type", "film")
         nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
-        start = part_by_part(run_dir / scene.spheres_file, "id", "type", "x", "y", *(PATH if scene.created_ahead_s else ()))
+        start = part_by_part(
+            run_dir / scene.spheres_file, "id", "type", "x", "y", *(PATH if scene.created_ahead_s else ())
+        )
         check_start(spheres, start)
         state = Path(saved("state", step))
         places = state_file.places(state) if step else creation.at_start(scene, start)[["x", "y"]]

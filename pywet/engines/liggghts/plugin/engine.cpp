@@ -3,6 +3,7 @@
 
 #include "contacts.h"
 #include "insertion.h"
+#include "records.h"
 
 #include <algorithm>
 #include <cmath>
@@ -324,7 +325,7 @@ void Engine::create(const std::vector<Coming> &due, const Spheres &spheres, cons
       if (norm(at.images.nearest(Vec(at.x[a]) - c.at(time))) < at.radius[a] + spheres.type_radius[c.type - 1]) taken.push_back({c.id, at.tag[a]});
   taken = ranks.gathered(taken);
   if (!taken.empty())
-    throw std::runtime_error("sphere " + std::to_string(taken[0][1]) + " is at " + std::to_string(time) + " s in the path of sphere " +
+    throw std::runtime_error("sphere " + std::to_string(taken[0][1]) + " is at " + number(time) + " s in the path of sphere " +
                              std::to_string(taken[0][0]) + ", which is to be inserted; expected a free path: move the region away from the bed, " +
                              "raise its velocity_m_per_s or lower the rate");
   atom->nghost = 0;                                     // ghosts follow the owned spheres, where the new ones come
