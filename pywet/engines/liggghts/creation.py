@@ -22,7 +22,7 @@ COMING = np.dtype(
     [("created", "<i8"), ("enters", "<i8"), ("id", "<i4"), ("type", "<i4"), ("density", "<f8"), ("film", "<f8"), ("x", "<f8", 3),
      ("v", "<f8", 3)]
 )  # fmt: skip
-"""Record of a sphere that the engine does not hold yet: checkpoint at which it is created, step at which it is inserted, at x + v t."""
+"""Record of a sphere that the engine does not hold yet: steps of its creation and insertion; it is at x + v t."""
 AXES, SPEEDS = ["x", "y", "z"], ["vx", "vy", "vz"]
 
 
