@@ -28,8 +28,8 @@ TRIES = 2000
 def ahead_s(scene: Scene, classes: Sequence[SphereClass], wall_speed: float) -> float | None:
     """Return the time [s] before its insertion at which a sphere is created; None: all exist from the start.
 
-    It covers the interval of checkpoints and a path out of reach of the bed: a sphere that leaves a wall at u, `IMPACT_SPEED_RATIO`
-    times the wall's speed and that of insertion, rises by u²/(2g).
+    It covers the interval of checkpoints and a path out of reach of the bed: a sphere that leaves a wall at u, the sum of
+    `IMPACT_SPEED_RATIO` times the wall's speed and the speed of insertion, rises by u²/(2g).
     """
     speeds = [math.hypot(*s.velocity_m_per_s) for s in scene.spheres if s.insertion]
     g = math.hypot(*scene.gravity_m_per_s2)
