@@ -327,6 +327,8 @@ class EngineScene(Computable):
     """Height below which a sphere's centre counts as in the collecting bin."""
     retire: bool = False
     """Whether spheres that lie in the collecting bin are removed from the run at checkpoints (`retire_below_m`)."""
+    created_ahead_s: Positive | None = None
+    """Time [s] before its insertion at which a sphere is created, at the checkpoint before; None: all exist from the start."""
     outlets: tuple[Outlet, ...] = ()
     """Regions in which spheres are removed from the run at checkpoints, by the first outlet that contains their centre."""
 
@@ -399,6 +401,10 @@ class EngineScene(Computable):
             raise ValueError(f"scene {self.name}: outlets {', '.join(names)}; expected a name for each")
         if self.outlets and self.retire:
             raise ValueError(f"scene {self.name}: outlets and retire; expected one of them")
+        if self.created_ahead_s and not (self.outlets and self.has_insertion):
+            raise ValueError(
+                f"scene {self.name}: created_ahead_s without insertion and outlets; expected both, or null"
+            )
         down = (0.0, 0.0, -1.0)  # an outlet is a region, independent of gravity
         if self.outlets and (obstacle := not_retirable(self.effects, self.output, down)):
             raise ValueError(f"scene {self.name}: there are outlets but {obstacle}; expected no outlets")

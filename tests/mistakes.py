@@ -32,6 +32,7 @@ from pywet.cost import choice, parameters
 from pywet.engines import process
 from pywet.engines.liggghts import build, deck, logs, windows, worker
 from pywet.engines.liggghts import process as engine_process
+from pywet.engines.liggghts.creation import ToCome
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.yade import worker as yade_worker
 from pywet.errors import PywetError, arguments
@@ -184,7 +185,15 @@ def late() -> None:
 def no_windows(folder: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(windows, "read_dump", lambda *_: pd.DataFrame({"step": [1], "id": [1], "x": [0.0], "y": [0.0]}))
-        list(windows.collect(synthetic.scene(), written(folder, "", "states.txt").parent, [(0, 2)], []))
+        list(
+            windows.collect(
+                synthetic.scene(),
+                written(folder, "", "states.txt").parent,
+                [(0, 2)],
+                [],
+                ToCome(synthetic.scene(), folder, None),
+            )
+        )
 
 
 def half_written(folder: Path, spheres: int) -> None:

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from pywet.geometry.motion import slides
 from pywet.scene import SHORT_WINDOW, EngineScene
@@ -101,6 +103,15 @@ def checkpoint_every(scene: EngineScene) -> int:
         longest = OUTLET_EVERY_S if scene.outlets else RETIRE_EVERY_S
         times = min(times, max(1, int(longest / (every * scene.time_step_s))))
     return every * times if wanted else 0
+
+
+def created(scene: EngineScene, types: Iterable[int]) -> np.ndarray:
+    """Return the checkpoint at which each sphere is created, 0: present from the start; `types` in the order of ids."""
+    enters, every = np.array(scene.enters(list(types)), dtype=np.int64), checkpoint_every(scene)
+    if scene.created_ahead_s is None or not every:
+        return np.zeros_like(enters)
+    ahead = max(every, round(scene.created_ahead_s / scene.time_step_s))
+    return every * -(-np.maximum(enters - ahead, 0) // every)
 
 
 def drop_every(scene: EngineScene) -> int:

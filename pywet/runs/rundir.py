@@ -294,8 +294,6 @@ class Timeline:
         column = _index(ids, trajectory["id"].to_numpy(), "trajectory.parquet")
         z = np.full((len(steps), len(ids)), np.nan)
         z[row, column] = trajectory["z"].to_numpy()
-        below = z < scene.bin_z_m
-        passed = np.logical_or.accumulate(below, axis=0)
         present = np.isfinite(z)
         types = spheres["type"].to_numpy(dtype=np.int64)
         if not set(types) <= {c.type for c in scene.classes}:
@@ -304,9 +302,12 @@ class Timeline:
                 "run the case again",
                 code="run.types", where=run.path,
             )  # fmt: skip
+        enters = spheres["enters"].tolist() if scene.name == SCRIPTED else scene.enters(types.tolist())
+        entered = steps[:, None] >= np.array(enters, dtype=np.int64)
+        below = (z < scene.bin_z_m) & entered
+        passed = np.logical_or.accumulate(below, axis=0)
         initial = spheres["film"].to_numpy(dtype=float) if "film" in spheres else np.zeros(len(ids))
         film, shares = _liquid(run, steps, ids, initial)
-        enters = spheres["enters"].tolist() if scene.name == SCRIPTED else scene.enters(types.tolist())
         return cls(
             steps=steps,
             times=steps * scene.time_step_s,
@@ -319,7 +320,7 @@ class Timeline:
             film=film,
             in_bridges=shares,
             initial_film=initial,
-            entered=steps[:, None] >= np.array(enters, dtype=np.int64),
+            entered=entered,
         )
 
 

@@ -166,6 +166,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
         "hertz": (None, "contacts of a case are linear springs"),
         "retire": (_retires(config), "config.yaml: retire"),
         "outlets": ([], "a case has a collecting bin"),
+        "created_ahead_s": (None, "all spheres are there from the start"),
         "periodic": (None, "a case has no periodic faces"),
         "blocks": (None, "a case runs for its duration"),
         "contacts": (config["settings"].get("contacts", "planes"), "config.yaml: contacts"),
@@ -212,7 +213,7 @@ def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
             for w in scene["walls"]
         },
     }
-    put("", {"hertz": None, "wall_film": "triangle", "outlets": [], **scene, **named})
+    put("", {"hertz": None, "wall_film": "triangle", "outlets": [], "created_ahead_s": None, **scene, **named})
     for key in ("classes", "walls"):
         found[key] = [row["name"] for row in scene[key]]
     return found

@@ -19,7 +19,7 @@ from pywet import scene as typed
 from pywet.cases.custom import extent, repeating
 from pywet.cases.custom.at_walls import PRESSED, expected, thickness
 from pywet.cases.custom.description import WALLS, Scene, Spheres
-from pywet.cases.custom.feeding import times, waiting, ways
+from pywet.cases.custom.feeding import ahead_s, times, waiting, ways
 from pywet.cases.custom.placing import (
     COUNT_FROM,
     ask_unit,
@@ -187,14 +187,30 @@ class Building:
         repeating.refuse_beyond(self.user_scene, table)
         films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
         table["film"] = table["type"].map(dict(enumerate(films, start=1)))
-        refuse_far(self.user_scene, [table[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])
+        refuse_far(self.user_scene, [self._there(table)[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])
         _refuse_overlaps(self, table)
         return table
+
+    def _there(self, table: pd.DataFrame) -> pd.DataFrame:
+        """Select the spheres that the engine may hold from the start."""
+        return table[self._insertion_s(table) <= (self.ahead_s or math.inf)]
+
+    def _insertion_s(self, table: pd.DataFrame) -> Floats:
+        """Return the time [s] at which each sphere is inserted; 0: present from the start."""
+        at = np.zeros(len(table))
+        for c in self.classes:
+            at[table["type"] == c.type] = times(c) or 0.0
+        return at
+
+    @cached_property
+    def ahead_s(self) -> float | None:
+        """Time [s] before its insertion at which the engine creates a sphere; None: all exist from the start."""
+        return ahead_s(self.user_scene, self.classes, self.wall_speed)
 
     @cached_property
     def extent(self) -> tuple[Floats, Floats]:
         """Corners of a box around all spheres at the start, their paths until they enter, and all walls wherever they move."""
-        corners = [self.spheres[[*"xyz"]].to_numpy(), ways(self.classes, self.spheres)[0]]
+        corners = [self._there(self.spheres)[[*"xyz"]].to_numpy(), ways(self.classes, self.spheres, self.ahead_s)[0]]
         for surface, motion in zip(self.surfaces, self.motions, strict=True):
             corners += [surface.vertices, *extent.moved(surface.vertices, motion)]
         margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
@@ -238,9 +254,7 @@ class Building:
     @property
     def _released(self) -> Floats:
         """Return the positions [m] at which gravity begins to act on the spheres: at the start, or on insertion."""
-        at = np.zeros(len(self.spheres))
-        for c in self.classes:
-            at[self.spheres["type"] == c.type] = times(c) or 0.0
+        at = self._insertion_s(self.spheres)
         return np.asarray(self.spheres[[*"xyz"]].to_numpy() + at[:, None] * self.spheres[["vx", "vy", "vz"]].to_numpy())
 
     @cached_property
@@ -327,6 +341,7 @@ class Building:
                 energy=not user_scene.outlets and user_scene.periodic is None,
             ),
             "outlets": self.outlets,
+            "created_ahead_s": self.ahead_s,
             "bin_z_m": float(low[2]),
         }
         try:
@@ -402,7 +417,7 @@ def _first_places(made: Building) -> pd.DataFrame:
             regions[entry.box or entry.cylinder].append(sphere)
     for number, (shape, inside) in enumerate(regions.items()):
         tables.append(fill(inside, shape.region(), made.user_scene.seed + number))
-    tables.append(waiting(made.classes, made.user_scene.spheres, made.thickness, made.user_scene.seed))
+    tables.append(waiting(made.classes, made.user_scene.spheres, made.thickness, made.user_scene.seed, made.ahead_s))
     table = pd.concat(tables, ignore_index=True)[["type", *"xyz"]].astype({"type": np.int64})
     table.insert(0, "id", np.arange(1, len(table) + 1))
     thrown = np.array([s.velocity_m_per_s for s in made.user_scene.spheres])[table["type"].to_numpy() - 1]
@@ -412,7 +427,8 @@ def _first_places(made: Building) -> pd.DataFrame:
 
 def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
     """Refuse spheres that overlap each other or a wall at the start."""
-    at, kind = table[[*"xyz"]].to_numpy(), table["type"].to_numpy() - 1
+    there = made._there(table)
+    at, kind = there[[*"xyz"]].to_numpy(), there["type"].to_numpy() - 1
     radius = np.array([c.radius_m for c in made.classes])[kind]
     names = [c.name for c in made.classes]
     low, period = repeating.period_m(made.user_scene)
@@ -431,7 +447,7 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         )
     import pyvista as pv
 
-    on_way, size = ways(made.classes, table)
+    on_way, size = ways(made.classes, table, made.ahead_s)
     at, radius = np.concatenate([at, on_way]), np.concatenate([radius, size])
     for wall, surface in zip(made.user_scene.walls, made.surfaces, strict=True):
         faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
@@ -440,7 +456,7 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         if inside.any():
             first = placed(at[inside][0], made.origin_mm)
             raise ConfigError(
-                f"scene {made.user_scene.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
+                f"scene {made.user_scene.name}: {_some(int(inside[: len(there)].sum()))} begin in wall {wall.name}, such as at "
                 f"{first} mm; expected all outside: fix the region or the wall",
                 code="scene.in_wall",
                 key=f"walls.{wall.name}",

@@ -1,4 +1,4 @@
-"""Initial positions of inserted spheres, at the start of the path on which they travel until they enter."""
+"""Positions of inserted spheres on the path on which they travel until they enter, and when the engine creates them there."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.cases.custom.description import Spheres
+from pywet.cases.custom.description import Scene, Spheres
+from pywet.cases.custom.extent import IMPACT_SPEED_RATIO
+from pywet.engines.schedule import OUTLET_EVERY_S
 from pywet.errors import ConfigError
 from pywet.geometry.packing import refuse_beyond_memory
 from pywet.geometry.surface import Floats
@@ -23,15 +25,30 @@ TRIES = 2000
 """Largest number of random positions tried for a sphere."""
 
 
+def ahead_s(scene: Scene, classes: Sequence[SphereClass], wall_speed: float) -> float | None:
+    """Return the time [s] before its insertion at which a sphere is created; None: all exist from the start.
+
+    It covers the interval of checkpoints and a path out of reach of the bed: a sphere that leaves a wall at u, the sum of
+    `IMPACT_SPEED_RATIO` times the wall's speed and the speed of insertion, rises by u²/(2g).
+    """
+    speeds = [math.hypot(*s.velocity_m_per_s) for s in scene.spheres if s.insertion]
+    g = math.hypot(*scene.gravity_m_per_s2)
+    if not (scene.outlets and speeds and g):
+        return None
+    most = max((IMPACT_SPEED_RATIO * wall_speed + v) ** 2 / (2.0 * g * v) for v in speeds)
+    clear = most + 2.0 * max(c.radius_m for c in classes) / min(speeds)
+    return max(OUTLET_EVERY_S, scene.results.interval_s or 0.0) + clear
+
+
 def waiting(
-    classes: Sequence[SphereClass], entries: Sequence[Spheres], films: Sequence[float], seed: int
+    classes: Sequence[SphereClass], entries: Sequence[Spheres], films: Sequence[float], seed: int, ahead: float | None
 ) -> pd.DataFrame:
     """type, x, y, z of all inserted spheres: a random position in their region, minus the path until they enter.
 
     `entries` and the initial film thicknesses `films` [m] correspond to `classes`.
     """
     for c, entry in zip(classes, entries, strict=True):
-        _refuse_narrow(entry, c)
+        _refuse_narrow(entry, c, ahead)
     random = np.random.default_rng(seed)
     turn = sorted((at, c.type) for c in classes for at in times(c))
     reach = np.array([c.radius_m for c in classes]) + np.array(films)
@@ -55,7 +72,7 @@ def waiting(
     return pd.DataFrame({"type": kinds, **dict(zip("xyz", places.T, strict=True))})
 
 
-def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
+def _refuse_narrow(entry: Spheres, sphere: SphereClass, ahead: float | None) -> None:
     """Refuse a region that is too small for a sphere, and paths that are too long to be checked."""
     if not sphere.insertion:
         return
@@ -71,7 +88,7 @@ def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
             given=least,
             expected=2.0 * sphere.radius_m,
         )
-    way = (sphere.insertion.from_s + sphere.insertion.for_s) * math.hypot(*entry.velocity_m_per_s)
+    way = min(sphere.insertion.from_s + sphere.insertion.for_s, ahead or math.inf) * math.hypot(*entry.velocity_m_per_s)
     if sphere.count * way / (2.0 * sphere.radius_m) > MOST_PLACES:
         raise ConfigError(
             f"spheres {entry.name}: {sphere.count} of them come {way:.3g} m until the last enters, expected at most "
@@ -82,16 +99,17 @@ def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
         )
 
 
-def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, Floats]:
-    """Positions (n, 3) along the paths of all inserted spheres, at most a diameter apart, and the sphere's radius at each."""
+def ways(classes: Sequence[SphereClass], table: pd.DataFrame, ahead: float | None) -> tuple[Floats, Floats]:
+    """Positions (n, 3) along the paths of all inserted spheres since their creation, at most a diameter apart, and the radii."""
     found, size = [np.zeros((0, 3))], [np.zeros(0)]
     for c in classes:
         rows = table[table["type"] == c.type]
         starts, speeds = (rows[names].to_numpy(dtype=float) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
         for start, speed, at in zip(starts, speeds, times(c), strict=False):
-            share = np.linspace(0.0, 1.0, 2 + int(at * np.linalg.norm(speed) / (2.0 * c.radius_m)))
-            found.append(start + share[:, None] * at * speed)
-            size.append(np.full(len(share), c.radius_m))
+            begin = max(0.0, at - (ahead or math.inf))
+            time = np.linspace(begin, at, 2 + int((at - begin) * np.linalg.norm(speed) / (2.0 * c.radius_m)))
+            found.append(start + time[:, None] * speed)
+            size.append(np.full(len(time), c.radius_m))
     return np.concatenate(found), np.concatenate(size)
 
 

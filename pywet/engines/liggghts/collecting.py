@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -12,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines import schedule
-from pywet.engines.liggghts import contact_model, logs, windows
+from pywet.engines.liggghts import contact_model, creation, logs, windows
 from pywet.errors import NotWhole
 from pywet.geometry.motion import translations
 from pywet.runs import retired, tables
@@ -28,14 +27,14 @@ def make(scene: EngineScene, folder: Path, put: Callable[[str, tables.Rows], Non
     Raises `NotWhole` if the raw files are incomplete.
     """
     gone = retired.records(folder) if scene.removes else None
+    coming, outputs = creation.ToCome(scene, folder.parent, gone), np.array(scene.output_steps)
     parts, seen = trajectory_parts(folder / logs.TRAJECTORY, scene.time_step_s), Counter[int]()
+    parts = coming.in_motion(parts, coming.nobody(outputs))
     if gone is not None and scene.retire:  # what left at an outlet is no longer there
         parts = retired.with_places(parts, gone, scene.time_step_s)
     put("trajectory", _counted(parts, seen))
-    empty = _empty(scene, seen[0], gone)
-    planned({*seen, *(step for step in empty if step > max(seen))}, scene, str(folder / logs.TRAJECTORY))
-    end = empty.min(initial=scene.steps + 1)
-    for name, table in windows.collect(scene, folder, schedule.recorded(scene), contact_model.touched(scene), end):
+    planned({*seen, *coming.nobody(outputs).tolist()}, scene, str(folder / logs.TRAJECTORY))
+    for name, table in windows.collect(scene, folder, schedule.recorded(scene), contact_model.touched(scene), coming):
         put(name, table)
     shifts = translations(scene).items()
     rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts]
@@ -43,7 +42,12 @@ def make(scene: EngineScene, folder: Path, put: Callable[[str, tables.Rows], Non
     added = {}
     if gone is not None:
         put("history/retired", tables.to_frame(gone))
-        added = dict.fromkeys(("films", "impulses"), partial(retired.with_films, retired=gone, empty=empty))
+        empty = coming.nobody(outputs, own=True)
+
+        def whole(records: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+            return retired.with_films(coming.in_records(records, empty), gone, empty[empty > coming.last])
+
+        added = dict.fromkeys(("films", "impulses"), whole)
     at_outputs = ("ledger", "films", *(["energy"] if scene.output.energy else []))
     for name, of in tables.converted(folder, more=added) if scene.effects.bridges else ():
         steps = Counter[int]()
@@ -60,14 +64,6 @@ def _counted(parts: Iterable[Part], rows: Counter[int]) -> Iterator[Part]:
             dict(zip(*(values.tolist() for values in np.unique(part["step"], return_counts=True)), strict=True))
         )
         yield part
-
-
-def _empty(scene: EngineScene, spheres: int, gone: np.ndarray | None) -> np.ndarray:
-    """Return the output steps from the removal of the last sphere on, for which the engine writes no rows."""
-    outputs = np.array(scene.output_steps, dtype=np.int64)
-    if not scene.outlets or gone is None or len(gone) < spheres:
-        return outputs[:0]
-    return outputs[outputs >= gone["step"].max()]
 
 
 def planned(steps: Iterable[int], scene: EngineScene, what: str) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines import schedule
-from pywet.engines.liggghts import contact_model, grid, windows
+from pywet.engines.liggghts import contact_model, creation, grid, windows
 from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
 from pywet.geometry.stl import write_first_triangle
@@ -234,7 +234,7 @@ def write_deck(
     direction = dict(zip("xyz", (repr(float(x)) for x in g / size), strict=True)) if size else {}
     contact = contact_model.commands(scene, cohesion.words)
     plugin = contact["attached"]
-    spheres = read_table(run_dir / scene.spheres_file)
+    spheres = creation.at_start(scene, read_table(run_dir / scene.spheres_file))
     context = {
         "scene": scene,
         **contact,

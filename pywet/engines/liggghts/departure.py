@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pywet.engines.liggghts.creation import at_start
 from pywet.runs.rundir import RunDir, placed
 from pywet.scene import EngineScene
 from pywet.util.files import read_table
@@ -19,7 +20,7 @@ def departure(scene: EngineScene, folder: Path, sphere: int | None) -> str:
     """Complete a sentence with sphere, position and face of the first to leave, if `sphere` is None; empty without an output."""
     rows = _last_frame(folder / "trajectory.txt")
     if not len(rows):
-        rows = _at_start(folder.parent / scene.spheres_file)
+        rows = _at_start(scene, folder.parent / scene.spheres_file)
     if sphere is not None:
         rows = rows[rows[:, 0] == sphere]
     if not len(rows):
@@ -44,21 +45,20 @@ def departure(scene: EngineScene, folder: Path, sphere: int | None) -> str:
     return first[1] if first else ""
 
 
-def _at_start(path: Path) -> np.ndarray:
-    """Return the rows of all spheres at the start of the run: id, type, position, velocity."""
+def _at_start(scene: EngineScene, path: Path) -> np.ndarray:
+    """Return the rows of the spheres at the start of the run: id, type, position, velocity."""
     if not path.exists():
         return np.zeros((0, 8))
     columns = ["id", "type", "x", "y", "z", "vx", "vy", "vz"]
-    return np.asarray(read_table(path).reindex(columns=columns, fill_value=0.0).to_numpy(dtype=float))
+    return np.asarray(at_start(scene, read_table(path)).reindex(columns=columns, fill_value=0.0).to_numpy(dtype=float))
 
 
 def _last_frame(path: Path) -> np.ndarray:
-    """Return the rows of the last complete frame of a text dump with all spheres: id, type, x, y, z, vx, vy, vz and more."""
+    """Return the rows of the last complete frame of a text dump: id, type, x, y, z, vx, vy, vz and more."""
     try:
         frames = [block.splitlines() for block in path.read_text(errors="replace").split("ITEM: TIMESTEP\n")[1:]]
-        all_spheres = int(frames[0][2])
         for lines in reversed(frames):
-            if int(lines[2]) == all_spheres and len(lines) == 8 + all_spheres:
+            if len(lines) == 8 + int(lines[2]):
                 return np.array([line.split() for line in lines[8:]], dtype=float)
     except (OSError, ValueError, IndexError):  # cut off amid a line, or not there yet
         pass

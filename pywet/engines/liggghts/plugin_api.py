@@ -70,6 +70,7 @@ class Plugin:
             "pywet_attach",
             "pywet_resume",
             "pywet_resume_script",
+            "pywet_create_due",
         ):
             getattr(self._library, name).restype = C.c_char_p
         built_for = self._library.pywet_version().decode()
@@ -131,6 +132,14 @@ class Plugin:
             masses = _doubles([c.mass_kg for c in scene.classes])
             density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(drop_every(scene))
             self._library.pywet_set_liquid_mass(density, scene.effects.liquid_weight, _pointer(masses), every)
+
+    def set_coming(self, coming: np.ndarray) -> None:
+        """Pass the spheres that the engine does not hold yet, as records `COMING` of creation.py."""
+        self._library.pywet_set_coming(len(coming), _pointer(coming))
+
+    def create_due(self) -> None:
+        """Create the spheres that are due at a checkpoint, before the engine's restart file is written; a collective call."""
+        self._check(self._library.pywet_create_due())
 
     def _set_laws(self, scene: EngineScene) -> None:
         for kind, slots in SLOTS.items():

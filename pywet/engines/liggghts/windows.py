@@ -6,7 +6,6 @@ They are dumps of the engine, made only in the windows; without `output.window_t
 from __future__ import annotations
 
 import io
-import math
 from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
@@ -17,6 +16,7 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv
 
+from pywet.engines.liggghts.creation import ToCome
 from pywet.engines.schedule import Window
 from pywet.errors import NotWhole, one_line
 from pywet.runs.tables import read_raw, to_frame
@@ -122,11 +122,11 @@ def wall_springs(scene: EngineScene, folder: Path, touched: Sequence[str]) -> pd
 
 
 def collect(
-    scene: EngineScene, folder: Path, windows: Sequence[Window], touched: Sequence[str], end: float = math.inf
+    scene: EngineScene, folder: Path, windows: Sequence[Window], touched: Sequence[str], coming: ToCome
 ) -> Iterator[tuple[str, pd.DataFrame]]:
     """Yield path and table of each dump in `folder`, `history/window_<name>`; `windows` and `touched` as in `deck_lines`.
 
-    From step `end` on no spheres remain.
+    `coming`: spheres that the engine does not hold at first.
     """
     plugin = scene.effects.tangential_history and len(touched) < len(scene.walls)
     for name in (STATES, *SPRINGS) if windows else ():
@@ -135,11 +135,15 @@ def collect(
             continue
         table = wall_springs(scene, folder, touched) if name == "wall_springs" else read_dump(path, COLUMNS[name])
         table = table.drop_duplicates(["step", *COLUMNS[name][:3]], keep="last")
-        wanted = [step for window in windows for step in range(*window) if step < end]
+        steps = np.array([step for window in windows for step in range(*window)])
+        nobody = coming.nobody(steps)
+        wanted = np.setdiff1d(steps, nobody).tolist()
         if name == STATES and table["step"].drop_duplicates().sort_values().tolist() != wanted:
             raise NotWhole(
                 f"{path} does not hold the {len(wanted)} steps of the windows: run the case again",
                 code="run.windows", where=path,
             )  # fmt: skip
+        if name == STATES:
+            table = coming.motion(table, nobody)
         whole = [c for c in ("step", "id", "i", "j", "image", "mesh", "triangle") if c in table]
         yield f"history/window_{name}", table.astype(dict.fromkeys(whole, np.int64))

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines import schedule
-from pywet.engines.liggghts import deck, grid, state_file
+from pywet.engines.liggghts import creation, deck, grid, state_file
 from pywet.engines.liggghts.border import check_start
 from pywet.engines.liggghts.checkpoint import saved
 from pywet.engines.liggghts.departure import KEEP
@@ -30,6 +30,8 @@ from pywet.scene import EngineScene
 from pywet.util.files import read_parts, read_table, write_json
 
 LIBRARY = "libliggghts.so.3"
+PATH = ("z", "vx", "vy", "vz")
+"""Further columns of spheres that are created during the run."""
 LINE_BUFFERED = 1
 """Constant _IOLBF of setvbuf(3)."""
 
@@ -78,13 +80,17 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
         """
         spheres = part_by_part(history / "spheres.parquet", "id", "type", "film")
         nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
-        begun = run_dir / scene.spheres_file
-        check_start(spheres, part_by_part(begun, "id", "type"))
+        start = part_by_part(
+            run_dir / scene.spheres_file, "id", "type", "x", "y", *(PATH if scene.created_ahead_s else ())
+        )
+        check_start(spheres, start)
         state = Path(saved("state", step))
-        places = state_file.places(state) if step else part_by_part(begun, "x", "y")
+        places = state_file.places(state) if step else creation.at_start(scene, start)[["x", "y"]]
         tell(f'variable columns string "{grid.words(scene, places, ranks)}"')
         library.lammps_file(engine, script)
         plugin.configure(scene, spheres, transfer, nodes)
+        if scene.created_ahead_s:
+            plugin.set_coming(creation.to_come(scene, start, spheres, step))
         plugin.set_output(scene.output_steps, schedule.windows(scene))
         plugin.attach(engine, folder)
         if step:
@@ -104,6 +110,8 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
             if scene.removes:
                 plugin.wait()  # the first rank writes the state
                 tell(*deck.retirement(state_file.retired(Path(saved("state", piece.checkpoint, whole=False)))))
+            if scene.created_ahead_s:
+                plugin.create_due()
             tell(f"write_restart {saved('engine', piece.checkpoint, whole=False)}")
             name_checkpoint(piece.checkpoint)
             plugin.wait()

@@ -142,6 +142,7 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
 }
 
 void Engine::shorten_lists() {}  // not needed here: it only saves time
+void Engine::create(const std::vector<Coming> &, const Spheres &, const Communicator &, double) {}  // no run here has checkpoints
 
 void Engine::forget_springs() const {}  // done by its contacts
 

@@ -86,6 +86,10 @@ void Checkpoint::save() {
                        {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
   }
   spheres = ranks.gathered_first(spheres);
+  for (const Coming &c : world_.feed.due(world_.clock.now)) {
+    const Vec x = c.at(world_.clock.time);
+    spheres.push_back({c.id, {x.x, x.y}, c.film, c.film, c.film, {}, {}, {}});
+  }
   std::sort(spheres.begin(), spheres.end(), [](const SphereState &p, const SphereState &q) { return p.id < q.id; });
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");

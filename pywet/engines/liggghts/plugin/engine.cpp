@@ -2,12 +2,15 @@
 #include "engine.h"
 
 #include "contacts.h"
+#include "insertion.h"
+#include "records.h"
 
 #include <algorithm>
 #include <cmath>
 
 // engine headers, in the order that compiles outside the engine's source tree
 #include "atom.h"
+#include "atom_vec.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
@@ -310,6 +313,50 @@ Vec Engine::press(int a, double radius, const Vec &d, double overlap, const Vec 
   const Vec before(at.f[a]);
   Law::of(wall_law_)->compute_force(wall_law_, contact, true, velocity);
   return Vec(at.f[a]) - before;
+}
+
+// As the engine's own insertion; the state of the checkpoint holds their liquid already.
+void Engine::create(const std::vector<Coming> &due, const Spheres &spheres, const Communicator &ranks, double time) {
+  LAMMPS_NS::Atom *atom = lmp_->atom;
+  look();
+  std::vector<std::array<int, 2> > taken;
+  for (const Coming &c : due)
+    for (int a = 0; a < at.nlocal; a++)
+      if (norm(at.images.nearest(Vec(at.x[a]) - c.at(time))) < at.radius[a] + spheres.type_radius[c.type - 1]) taken.push_back({c.id, at.tag[a]});
+  taken = ranks.gathered(taken);
+  if (!taken.empty())
+    throw std::runtime_error("sphere " + std::to_string(taken[0][1]) + " is at " + number(time) + " s in the path of sphere " +
+                             std::to_string(taken[0][0]) + ", which is to be inserted; expected a free path: move the region away from the bed, " +
+                             "raise its velocity_m_per_s or lower the rate");
+  atom->nghost = 0;                                     // ghosts follow the owned spheres, where the new ones come
+  atom->avec->clear_bonus();
+  for (const Coming &c : due) {
+    double x[3];
+    store(c.at(time), x);
+    if (!lmp_->domain->is_in_subdomain(x)) continue;
+    atom->avec->create_atom(c.type, x);
+    const int a = atom->nlocal - 1;
+    const double radius = spheres.type_radius[c.type - 1];
+    atom->tag[a] = c.id;
+    atom->mask[a] = 1;
+    std::copy(c.v, c.v + 3, atom->v[a]);
+    atom->radius[a] = radius;
+    atom->density[a] = c.density;
+    atom->rmass[a] = 4.0 * M_PI / 3.0 * radius * radius * radius * c.density;
+    for (int k = 0; k < lmp_->modify->nfix; k++)
+      if (LAMMPS_NS::Fix *fix = lmp_->modify->fix[k]; fix->create_attribute) {
+        fix->pre_set_arrays();
+        fix->set_arrays(a);
+      }
+  }
+  int64_t here = atom->nlocal, all = here;
+  MPI_Allreduce(&here, &all, 1, MPI_INT64_T, MPI_SUM, ranks.all);
+  if (all != int64_t(atom->natoms) + int64_t(due.size()))
+    throw std::runtime_error(std::to_string(due.size()) + " spheres were to be created and " + std::to_string(all - int64_t(atom->natoms)) +
+                             " were; expected the places of all in the simulated box");
+  atom->natoms = all;
+  atom->map_init();
+  atom->map_set();
 }
 
 // The engine deletes a sphere outside the box when it rebuilds its lists: here its id is still known.

@@ -19,6 +19,8 @@ class TriMesh;
 
 namespace pywet {
 
+struct Coming;
+
 // The program: its call-back in every step, its processes, and termination by an error of all ranks or of one.
 typedef void (*Callback)(void *, int64_t step, int n, int *, double **, double **extra);
 void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback);
@@ -87,6 +89,9 @@ class Engine {
   bool contacts_in_batches(bool forgets);               // returns false if this engine or its contact model has none
   void forget_springs() const;                          // deletes the springs of listed pairs that no longer touch, if the batches do not
   void check_box(const Spheres &spheres, const Communicator &ranks, int64_t step) const;
+
+  // Creates spheres between two runs, each on one rank; collective. Stops where another sphere is in the place of one.
+  void create(const std::vector<Coming> &due, const Spheres &spheres, const Communicator &ranks, double time);
 
   // Updates the motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.
   double read_meshes(Walls &walls, const Communicator &ranks, bool all) const;

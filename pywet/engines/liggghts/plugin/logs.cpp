@@ -81,10 +81,12 @@ Ledger Logs::counted() const {
   world_.ranks.add_up(sum);
   if (!world_.ranks.first()) return l;
   for (double w : films_.wall) wall += w;
-  l.initial = double(films_.initial - sum[TO_COME]);
+  long double absent = 0;               // of spheres that the engine does not hold yet
+  for (const Coming &c : world_.feed.coming) absent += c.film;
+  l.initial = double(films_.initial - absent - sum[TO_COME]);
   l.films = double(sum[FILMS] - sum[TO_COME]); l.bridges = double(sum[BRIDGES]); l.walls = double(wall); l.left = films_.left;
   l.retired = films_.retired;
-  l.spheres = world_.spheres.count;
+  l.spheres = world_.spheres.count + int64_t(world_.feed.coming.size());
   l.bridge_count = int64_t(sum[HOW_MANY]);
   l.formations = int64_t(sum[FORMED]); l.ruptures = int64_t(sum[RUPTURED]);
   return l;

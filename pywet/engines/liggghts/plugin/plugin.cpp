@@ -192,6 +192,18 @@ EXPORT void pywet_set_feed(int n, const int *id, const int64_t *enters) {
   }
 }
 
+// Spheres of pywet_set_spheres that the engine does not hold yet.
+EXPORT void pywet_set_coming(int n, const pywet::Coming *coming) {
+  state->world.feed.coming.assign(coming, coming + n);
+  for (const pywet::Coming &c : state->world.feed.coming) state->world.spheres.type_of[c.id] = 0;
+  state->world.spheres.count -= n;
+}
+
+// Call at a checkpoint, before the engine's restart file is written: creates the spheres that are due.
+EXPORT const char *pywet_create_due() {
+  return guarded([&] { state->create(); });
+}
+
 EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int64_t *first, const int64_t *last) {
   pywet::StepSchedule &clock = state->world.clock;
   clock.output_steps.assign(steps, steps + n);

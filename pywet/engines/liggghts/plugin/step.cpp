@@ -93,4 +93,6 @@ void Plugin::step(int64_t n) {
   if (clock.checkpoint()) checkpoint.save();
 }
 
+void Plugin::create() { world.engine.create(world.feed.due(world.clock.now), world.spheres, world.ranks, world.clock.time); }
+
 }  // namespace pywet

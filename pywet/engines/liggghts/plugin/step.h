@@ -42,6 +42,7 @@ class Plugin {
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void resume(const std::string &state_file);
   void step(int64_t n);
+  void create();                         // creates the spheres that are due at a checkpoint
 
  private:
   bool wet() const { return films.initial > 0; }

@@ -258,6 +258,7 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
 }
 
 void Engine::shorten_lists() {}  // YADE maintains its own lists
+void Engine::create(const std::vector<Coming> &, const Spheres &, const Communicator &, double) {}  // no run here has checkpoints
 
 void Engine::forget_springs() const {}  // done by its contacts
 
