@@ -29,6 +29,8 @@ COSTS = {
     "cpu_s": ("engine", 3600.0, "core-hours"),
 }
 """Entry of run.json -> its name, unit and symbol."""
+ONE_SEED = "one seed"
+"""Verdict where no scatter is known."""
 COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "retired", "difference", "significant")
 """Columns of a row of `rows`."""
 
@@ -43,7 +45,7 @@ def lines(stored: Runs, retired: Runs) -> list[str]:
     cases = sorted(set(stored) & set(retired))
     if not cases:
         return []
-    found = rows(stored, retired)
+    found = [row for row in rows(stored, retired) if row[7] != ONE_SEED]
     moved = [row for row in found if row[7].startswith("yes")]
     liquid = moved and all(row[1] in OF_LIQUID for row in moved)
     most = (
@@ -63,7 +65,7 @@ def _compared(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRu
     found: list[tuple[str, ...]] = []
     for name, of in (OF_CURVES | (OF_LIQUID if moist else {})).items():
         one, two = (np.array([of(k) for k in runs]) for runs in (stored, retired))
-        moved, spread, reported = float(two.mean() - one.mean()), "–", "one seed"
+        moved, spread, reported = float(two.mean() - one.mean()), "–", ONE_SEED
         if len(one) > 1:
             deviation = float(one.std(ddof=1))
             uncertainty = half_width(deviation, 1, len(one) - 1, 0.95) * np.sqrt(1.0 / len(two) + 1.0 / len(one))
@@ -83,11 +85,16 @@ def _compared(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRu
 
 
 def _cost(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRun]) -> str:
+    """Return the least cost of both kinds of runs; that of a resumed run is unknown."""
     message = []
     for key, (name, unit, symbol) in COSTS.items():
-        least = []
-        for runs in (stored, retired):
-            values = [k.about[key] / unit for k in runs if k.about.get(key) and k.about.get("resumed_at_step") is None]
-            least.append(f"{min(values):.3g}" if values else "–")
-        message.append(f"{name} {least[1]} instead of {least[0]} {symbol}")
+        of_all, of_retired = (
+            min(
+                (k.about[key] / unit for k in runs if k.about.get(key) and k.about.get("resumed_at_step") is None),
+                default=None,
+            )
+            for runs in (stored, retired)
+        )
+        cost = "unknown" if of_retired is None else f"{of_retired:.3g} {symbol}"
+        message.append(f"{name} {cost}" if of_all is None else f"{name} {cost} instead of {of_all:.3g}")
     return f"case {case}, {', '.join(message)}"
