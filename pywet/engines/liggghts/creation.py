@@ -65,11 +65,11 @@ class ToCome:
         self.last = int(self.rows["created"].max(initial=0))
         """Last step at which a sphere is still to be created."""
 
-    def nobody(self, steps: np.ndarray, own: bool = False) -> np.ndarray:
-        """Return the steps at which the engine holds no sphere; with `own` those are gone that leave in the step."""
+    def nobody(self, steps: np.ndarray, leaving: bool = False) -> np.ndarray:
+        """Return the steps at which the engine holds no sphere; with `leaving` those are gone that leave in the step."""
         steps = np.asarray(steps, dtype=np.int64)
         come = self.first + np.searchsorted(self.rows["created"], steps, "left")
-        return steps[self.some & (come == np.searchsorted(self.left, steps, "right" if own else "left"))]
+        return steps[self.some & (come == np.searchsorted(self.left, steps, "right" if leaving else "left"))]
 
     def at(self, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return step and record of every sphere that is still to be created at each of these steps."""
