@@ -400,7 +400,7 @@ class EngineScene(Computable):
             raise ValueError(f"scene {self.name}: outlets {', '.join(names)}; expected a name for each")
         if self.outlets and self.retire:
             raise ValueError(f"scene {self.name}: outlets and retire; expected one of them")
-        if self.created_ahead_s and not (self.outlets and self.is_fed):
+        if self.created_ahead_s and not (self.outlets and self.insertion_s):
             raise ValueError(
                 f"scene {self.name}: created_ahead_s without insertion and outlets; expected both, or null"
             )
