@@ -10,8 +10,9 @@ import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
+import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from pywet.law_names import Laws
@@ -69,14 +70,14 @@ class Insertion(Computable):
     pulse_share: Annotated[float, Field(gt=0, le=1)] = 0.5
     """Fraction of a period during which a pulse inserts spheres."""
 
-    def at(self, k: int, count: int) -> float:
-        """Return the time [s] at which the k-th (from 0) of `count` spheres enters.
+    def at(self, k: Any, count: int) -> Any:
+        """Return the time [s] at which the k-th (from 0; a number or an array) of `count` spheres enters.
 
         >>> Insertion(from_s=0.0, for_s=2.0).at(1, 2), Insertion(from_s=0.0, for_s=2.0, profile="pulsed", pulses=2).at(2, 4)
         (1.5, 1.125)
         """
         if self.profile == "ramp":
-            return self.from_s + self.for_s * math.sqrt((k + 0.5) / count)
+            return self.from_s + self.for_s * np.sqrt((k + 0.5) / count)
         if self.profile == "pulsed":
             whole, part = divmod((k + 0.5) / count * self.pulses, 1.0)
             return self.from_s + self.for_s * (whole + self.pulse_share * part) / self.pulses
@@ -482,12 +483,14 @@ class EngineScene(Computable):
 
     def enters(self, types: Iterable[int]) -> list[int]:
         """Return the step at which each sphere is released and its liquid is counted; `types` in the order of ids."""
-        seen, steps = [0] * len(self.classes), []
-        for kind in types:
-            c, k = self.classes[kind - 1], seen[kind - 1]
-            seen[kind - 1] += 1
-            steps.append(round((c.insertion.at(k, c.count) if c.insertion else 0.0) / self.time_step_s))
-        return steps
+        kinds = np.fromiter(types, dtype=np.int64)
+        steps = np.zeros(len(kinds), dtype=np.int64)
+        for c in self.classes:
+            if c.insertion:
+                members = np.flatnonzero(kinds == c.type)
+                steps[members] = np.rint(c.insertion.at(np.arange(len(members)), c.count) / self.time_step_s)
+        found: list[int] = steps.tolist()
+        return found
 
     @property
     def steps(self) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,9 +105,9 @@ def checkpoint_every(scene: EngineScene) -> int:
     return every * times if wanted else 0
 
 
-def created(scene: EngineScene, types: Iterable[int]) -> np.ndarray:
-    """Return the checkpoint at which each sphere is created, 0: present from the start; `types` in the order of ids."""
-    enters, every = np.array(scene.enters(list(types)), dtype=np.int64), checkpoint_every(scene)
+def created(scene: EngineScene, enters: np.ndarray) -> np.ndarray:
+    """Return the checkpoint at which each sphere is created, from the step at which it enters; 0: present from the start."""
+    every = checkpoint_every(scene)
     if scene.created_ahead_s is None or not every:
         return np.zeros_like(enters)
     ahead = max(every, round(scene.created_ahead_s / scene.time_step_s))

@@ -42,7 +42,7 @@ def make(scene: EngineScene, folder: Path, put: Callable[[str, tables.Rows], Non
     added = {}
     if gone is not None:
         put("history/retired", tables.to_frame(gone))
-        empty = coming.nobody(outputs, own=True)
+        empty = coming.nobody(outputs, leaving=True)
 
         def whole(records: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
             return retired.with_films(coming.in_records(records, empty), gone, empty[empty > coming.last])

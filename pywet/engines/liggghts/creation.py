@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines.schedule import created
+from pywet.runs.tables import in_order
 from pywet.scene import EngineScene
 from pywet.util.files import read_table
 
@@ -23,22 +24,25 @@ COMING = np.dtype(
      ("v", "<f8", 3)]
 )  # fmt: skip
 """Record of a sphere that the engine does not hold yet: steps of its creation and insertion; it is at x + v t."""
+ROWS = 1 << 18
+"""Number of rows of a part of a table in memory."""
 AXES, SPEEDS = ["x", "y", "z"], ["vx", "vy", "vz"]
 
 
 def at_start(scene: EngineScene, spheres: pd.DataFrame) -> pd.DataFrame:
     """Return the spheres with which the engine starts."""
     order = spheres.sort_values("id", ignore_index=True)
-    return order[created(scene, order["type"]) == 0]
+    return order[created(scene, np.array(scene.enters(order["type"]))) == 0]
 
 
 def to_come(scene: EngineScene, start: pd.DataFrame, films: pd.DataFrame, done: int) -> np.ndarray:
     """Return the records of the spheres that the engine does not hold after `done` steps; `start` positions, `films` films."""
     start = start.sort_values("id", ignore_index=True)
-    steps = created(scene, start["type"])
+    enters = np.array(scene.enters(start["type"]))
+    steps = created(scene, enters)
     later = np.flatnonzero(steps > done)
     rows, found = start.iloc[later], np.zeros(len(later), COMING)
-    found["created"], found["enters"] = steps[later], np.array(scene.enters(start["type"].tolist()))[later]
+    found["created"], found["enters"] = steps[later], enters[later]
     found["id"], found["type"] = rows["id"], rows["type"]
     found["density"] = np.array([c.density_kg_per_m3 for c in scene.classes])[rows["type"].to_numpy() - 1]
     found["x"], found["v"] = rows[AXES], rows[SPEEDS]
@@ -61,11 +65,11 @@ class ToCome:
         self.last = int(self.rows["created"].max(initial=0))
         """Last step at which a sphere is still to be created."""
 
-    def nobody(self, steps: np.ndarray, own: bool = False) -> np.ndarray:
-        """Return the steps at which the engine holds no sphere; with `own` those are gone that leave in the step."""
+    def nobody(self, steps: np.ndarray, leaving: bool = False) -> np.ndarray:
+        """Return the steps at which the engine holds no sphere; with `leaving` those are gone that leave in the step."""
         steps = np.asarray(steps, dtype=np.int64)
         come = self.first + np.searchsorted(self.rows["created"], steps, "left")
-        return steps[self.some & (come == np.searchsorted(self.left, steps, "right" if own else "left"))]
+        return steps[self.some & (come == np.searchsorted(self.left, steps, "right" if leaving else "left"))]
 
     def at(self, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return step and record of every sphere that is still to be created at each of these steps."""
@@ -93,15 +97,28 @@ class ToCome:
         more["step"], more["id"] = step, of["id"]
         if "film" in (part.dtype.names or ()):
             more["film"] = of["film"]
-        return np.concatenate([part, more])[np.argsort(np.concatenate([part["step"], step]), kind="stable")]
+        return np.concatenate([part, more])
 
     def in_motion(self, parts: Iterator[pd.DataFrame], empty: np.ndarray) -> Iterator[pd.DataFrame]:
         """Yield parts of a table of motion with all spheres; `empty`: steps at which the engine holds no sphere."""
-        return (self.motion(part, some) for part, some in _with_empty(parts, empty[empty <= self.last]))
+        return (self.motion(part, some) for part, some in self._pieces(parts, empty))
 
     def in_records(self, parts: Iterator[np.ndarray], empty: np.ndarray) -> Iterator[np.ndarray]:
         """Yield parts of a table of films or impulses with all spheres."""
-        return (self.records(part, some) for part, some in _with_empty(parts, empty[empty <= self.last]))
+        return (self.records(part, some) for part, some in self._pieces((in_order(p, ["step"]) for p in parts), empty))
+
+    def _pieces(self, parts: Iterator[Table], empty: np.ndarray) -> Iterator[tuple[Table, np.ndarray]]:
+        """Divide parts so that each, with the rows to be added, has about `ROWS` rows; with the empty steps that follow it."""
+        for part, some in _with_empty(parts, empty[empty <= self.last]):
+            steps = np.union1d(part["step"], some)
+            more = len(self.rows) - np.searchsorted(self.rows["created"], steps, "left")
+            piece = np.cumsum(more) // ROWS
+            for number in np.unique(piece):
+                first, last = steps[piece == number][[0, -1]]
+                low, high = np.searchsorted(part["step"], [first, last + 1])
+                yield part[low:high], some[(some >= first) & (some <= last)]
+            if not len(steps):
+                yield part, some
 
 
 def _with_empty(parts: Iterator[Table], empty: np.ndarray) -> Iterator[tuple[Table, np.ndarray]]:

@@ -26,7 +26,7 @@ LIQUID = {"percent": 2, "surface_tension_N_per_m": 0.005}
 SHELF = {"name": "shelf", "block": {"low_mm": (-0.2, -20, -6), "high_mm": (0.2, 20, -2)}}
 
 
-def fed(moist: bool = True, for_s: float = 0.7, **changes: Any) -> pywet.Scene:
+def pulses(moist: bool = True, for_s: float = 0.7, **changes: Any) -> pywet.Scene:
     """Two classes in two pulses, between which all have left; some fall on a bar."""
     inlet = {"low_mm": (-10, -10, 20), "high_mm": (10, 10, 26)}
     insertion = {"for_s": for_s, "profile": "pulsed", "pulses": 2, "pulse_share": 0.1}
@@ -48,7 +48,7 @@ def held(folder: Path) -> np.ndarray:
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> pywet.Run:
     """The moist run."""
-    return pywet.run(fed(results=WINDOWS), tmp_path_factory.mktemp("created"))
+    return pywet.run(pulses(results=WINDOWS), tmp_path_factory.mktemp("created"))
 
 
 @pytest.mark.engine
@@ -88,7 +88,7 @@ def test_it_enters_where_and_when_the_scene_says(run: pywet.Run) -> None:
 def test_nothing_else_changes(run: pywet.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Tables of the same rows, the same spheres at the same outlet, and the same quantities of the replay as without."""
     monkeypatch.setattr(Building, "ahead_s", None)
-    other = pywet.run(fed(results=WINDOWS), tmp_path)
+    other = pywet.run(pulses(results=WINDOWS), tmp_path)
     assert held(tmp_path)[0] == 20 and other.scene.created_ahead_s is None
     gone, same = (of._run.table("history/retired").sort_values("id")[["id", "step", "outlet"]] for of in (run, other))
     assert gone.to_numpy().tolist() == same.to_numpy().tolist()
@@ -106,7 +106,7 @@ def test_nothing_else_changes(run: pywet.Run, tmp_path: Path, monkeypatch: pytes
 def test_killed_and_resumed(tmp_path: Path, moist: bool, after: int) -> None:
     """The same bits in all tables, wherever the run was killed."""
     for name in ("whole", "killed"):
-        write(fed(moist, results=WINDOWS), tmp_path / name)
+        write(pulses(moist, results=WINDOWS), tmp_path / name)
     assert driver.run(tmp_path / "whole", progress=False).resumed_at_step is None
     killed(tmp_path / "killed", after=after)
     assert (driver.run(tmp_path / "killed", progress=False).resumed_at_step or 0) >= after
@@ -116,7 +116,7 @@ def test_killed_and_resumed(tmp_path: Path, moist: bool, after: int) -> None:
 @pytest.mark.engine
 def test_two_ranks(tmp_path: Path) -> None:
     """The same spheres in the outlet at the same steps, and all at the same places, as on one rank."""
-    one, two = (pywet.run(fed(for_s=0.12), tmp_path / str(n), ranks=n) for n in (1, 2))
+    one, two = (pywet.run(pulses(for_s=0.12), tmp_path / str(n), ranks=n) for n in (1, 2))
     gone, same = (of._run.table("history/retired").sort_values("id")[["id", "step"]] for of in (one, two))
     assert len(gone) and gone.to_numpy().tolist() == same.to_numpy().tolist()
     at, there = (of.trajectory.sort_values(["step", "id"])[["id", *"xyz"]].to_numpy() for of in (one, two))
@@ -126,7 +126,7 @@ def test_two_ranks(tmp_path: Path) -> None:
 
 def test_the_box_ends_where_they_are_created() -> None:
     """As far up as a sphere is created, not as far as it would come in the whole run; the start of others is no obstacle."""
-    made = Building(fed(for_s=5.0))
+    made = Building(pulses(for_s=5.0))
     scene, ahead = made.scene(), made.ahead_s
     assert ahead is not None and scene.created_ahead_s == ahead < 0.1
     assert scene.box_high_m[2] < 0.026 + 0.2 * ahead + 0.1 < 0.4 < made.spheres["z"].max()
