@@ -84,6 +84,19 @@ def test_with_liquid_bridges_form_as_the_law_says_and_nothing_is_lost(tmp_path: 
 
 
 @pytest.mark.slow
+def test_velocities_are_of_the_step_itself(tmp_path: Path) -> None:
+    """In free flight between two outputs the mean of both velocities is the way over the time, and gravity is their difference."""
+    write(tmp_path)
+    assert run(tmp_path).returncode == 0
+    at = pd.read_parquet(tmp_path / "wet" / "trajectory.parquet").sort_values(["id", "step"])
+    then = at.groupby("id").shift()
+    time = 1e-5 * (at["step"] - then["step"])
+    free = ((at["vz"] - then["vz"]) / time + 9.81).abs() < 1e-7
+    off = (at["z"] - then["z"]) / time - 0.5 * (at["vz"] + then["vz"])
+    assert free.sum() > 20 and off[free].abs().max() < 1e-8
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "code"),
     [
