@@ -275,6 +275,7 @@ def test_mistakes_of_the_file(tmp_path: Path) -> None:
         ({"parameters": {"s": {**tension, "low": 0.0, "log": True}}}, "config.inconsistent", "more than 0, as log is true"),
         ({"parameters": {"s": {**tension, "keys": ["sigma"]}}}, "calibration.parameter_key", ""),
         ({"parameters": {"s": {**tension, "high": 7e6}}}, "calibration.bounds", ""),
+        ({"parameters": dict.fromkeys("abcd", tension)}, "config.value", "at most 3 items"),
         ({"most_runs": 5}, "config.inconsistent", "most_runs of at least 10"),
         ({"seed": 3}, "config.unknown_key", "key seed is not known"),
     ):  # fmt: skip
