@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from reference_impl.replay import nothing
 from tests.compare import test_intervals
 from tests.cost import test_reference
+from tests.engines import test_lammps
 from tests.engines.liggghts import injected, injected_between, injected_in_bin, injected_in_fixture
 from tests.reference_impl import (
     injected_files,
@@ -86,6 +87,8 @@ ENGINE = (
           injected_in_bin.IN_PLUGIN),
     Place("log, bin", "tables of a sound run of the bed with a retired layer", "engines/liggghts/test_retirement.py",
           {name: (quantity, words) for name, (_, _, quantity, words) in injected_in_bin.FAULTS.items()}),
+    Place("LAMMPS", "the script of a run in LAMMPS", "engines/test_lammps.py",
+          {name: (quantity, words) for name, (_, quantity, words) in test_lammps.FAULTS.items()}),
     Place("log", "event and contact logs of twelve spheres, laws and constants included",
           "reference_impl/test_diagnosis.py", shown(injected_log.FAULTS)),
     Place("tables", "other tables of the same run", "reference_impl/test_injected_fixture.py",

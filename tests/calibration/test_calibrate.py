@@ -250,10 +250,15 @@ def test_bounds_belong_to_what_is_accepted(tmp_path: Path) -> None:
     target = PULL["targets"][0]  # type: ignore[index]
     for change in ({"confidence": 0.5}, {"confidence": 0.999}, {"most_runs": 10}, {"seeds": 2}, {"check_runs": 2}):
         asking.read(ask(tmp_path, {**PULL, **change}))
-    for repeats, freedom in ((1, np.inf), (2, 1.0), (10_000, 9999.0)):
-        question, _ = asking.read(ask(tmp_path, {**PULL, "targets": [{**target, "repeats": repeats}]}))
+    for given, freedom in (
+        ({}, np.inf),
+        ({"repeats": 1}, np.inf),
+        ({"repeats": 2}, 1.0),
+        ({"repeats": 10_000}, 9999.0),
+    ):
+        question, _ = asking.read(ask(tmp_path, {**PULL, "targets": [{**target, **given}]}))
         assert question.targets[0].freedom == freedom
-        assert question.targets[0].error == pytest.approx(4e-5 / np.sqrt(repeats), rel=1e-12)
+        assert question.targets[0].error == pytest.approx(4e-5 / np.sqrt(given.get("repeats", 1)), rel=1e-12)
 
 
 def test_mistakes_of_the_file(tmp_path: Path) -> None:
@@ -270,6 +275,7 @@ def test_mistakes_of_the_file(tmp_path: Path) -> None:
         ({"parameters": {"s": {**tension, "low": 0.0, "log": True}}}, "config.inconsistent", "more than 0, as log is true"),
         ({"parameters": {"s": {**tension, "keys": ["sigma"]}}}, "calibration.parameter_key", ""),
         ({"parameters": {"s": {**tension, "high": 7e6}}}, "calibration.bounds", ""),
+        ({"parameters": dict.fromkeys("abcd", tension)}, "config.value", "at most 3 items"),
         ({"most_runs": 5}, "config.inconsistent", "most_runs of at least 10"),
         ({"seed": 3}, "config.unknown_key", "key seed is not known"),
     ):  # fmt: skip

@@ -15,9 +15,10 @@ from tests.faults.packages import PACKAGE, ROOT, below
 from tests.faults.trial import Bench
 
 LIMIT_S = 600.0
-OF_PLUGIN = tuple(f"tests/engines/liggghts/test_{name}.py" for name in (
+OF_PLUGIN = (*(f"tests/engines/liggghts/test_{name}.py" for name in (
     "two_bodies", "wires", "energy", "records", "restart", "invariance", "semi_implicit", "shedding", "liquid_weight", "impulses",
-    "window_dumps", "grid", "failures", "ranks", "exact_in_engine", "dry"))  # fmt: skip
+    "window_dumps", "grid", "failures", "ranks", "exact_in_engine", "dry", "contacts", "retirement")),
+    "tests/products/test_outlets.py", "tests/test_sound_runs.py")  # fmt: skip
 """No test imports the plugin's sources; the quick ones first."""
 
 

@@ -65,6 +65,7 @@ def test_measures() -> None:
     assert judged(planned("gravity"), 0.05).measured == 0.05  # the weight is called `gravity` in the plan
     assert audit.rows({"rows": [planned("wall_films", on=False)]}, {"effects": {}})[0].measured == 0.0  # without liquid
     assert judged(planned("bridges"), 0.1).measured == pytest.approx(0.3)  # the sum of three forces of 0.1
+    assert judged(planned("bridges"), 0.0).measured == 0.0
 
 
 def test_file(tmp_path: Path) -> None:

@@ -74,8 +74,11 @@ def test_numbers_by_hand() -> None:
     assert numbers["tangential_history"] == 0.35 and numbers["gravity"] == 1.0
     # Lian's rupture distance (1 + theta/2) V^(1/3), with the share of a film under a cap of 30 degrees from both spheres
     volume = 2.0 * film * 0.5 * (1.0 - math.cos(math.radians(30.0)))
-    rupture = groups(SPHERE, PAIRS, water(), SPEED, 9.81).rupture
-    assert rupture == pytest.approx((1.0 + 0.5 * math.radians(40.0)) * volume ** (1.0 / 3.0), rel=1e-9)
+    pair = groups(SPHERE, PAIRS, water(), SPEED, 9.81)
+    assert pair.slip_time == pytest.approx(
+        4.0 * 5e-5 / SPEED + math.pi * math.sqrt(m_eff / 1e5)
+    )  # films in and out, contact
+    assert pair.rupture == pytest.approx((1.0 + 0.5 * math.radians(40.0)) * volume ** (1.0 / 3.0), rel=1e-9)
     half = effect_numbers((SPHERE,), PAIRS, water(), SPEED, Surroundings(wall_share=0.5))["wall_films"][1]
     assert half == pytest.approx(0.5 * numbers["wall_films"])
 

@@ -53,15 +53,17 @@ def test_a_bridge_has_its_limits_whatever_the_viscosity(tmp_path: Path) -> None:
     )
     pairs = ((small_one, large_one), (large_one, small_one))
     volume = sum(drawn(film_volume(stability.FILM, r), r, other) for r, other in pairs)
-    for viscosity, effects in ((1.0, stability.NORMAL), (1e-6, stability.NORMAL), (1e-6, small.PAPER)):
+    dragged = stability.NORMAL.model_copy(update={"capillary": None})
+    for viscosity, effects in ((1.0, stability.NORMAL), (1e-6, stability.NORMAL), (1e-6, small.PAPER), (1.0, dragged)):
         scene = small.prepare(
-            tmp_path / f"{viscosity}{effects.viscous_tangential}", classes,
+            tmp_path / f"{viscosity}{effects.viscous_tangential}{effects.capillary}", classes,
             [small.Sphere(k + 1, (0.0, 0.0, 0.1 * k)) for k in (0, 1)], contacts(2),
             liquid=water(stability.FILM, viscosity), effects=effects, time_step_s=1e-7, steps=1,
         )  # fmt: skip
         limits = {limit.effect: limit.time_step_s for limit in time_steps.advise(scene).limits}
         sideways = {"viscous tangential"} if effects.viscous_tangential else set()
-        assert set(limits) == {"contact", "viscous normal", "capillary", "passing a bridge"} | sideways
+        pulled = {"capillary"} if effects.capillary else set()
+        assert set(limits) == {"contact", "viscous normal", "passing a bridge"} | sideways | pulled
         distance = rupture(volume, small_one, large_one, *angles)
         assert limits["passing a bridge"] == pytest.approx(0.1 * distance / 0.1, rel=1e-9)
         pair, mass = next(p for p in scene.pairs if (p.a, p.b) == (1, 2)), 1.0 / sum(1.0 / c.mass_kg for c in classes)

@@ -55,6 +55,15 @@ def test_blocks_give_the_whole(tmp_path: Path, block: int) -> None:
         )
 
 
+@pytest.mark.parametrize("far", [0, 1 << 40, 1 << 62])
+def test_records_are_put_in_order_by_two_numbers(far: int) -> None:
+    """Also where one number made of both would be between the largest with and without a sign."""
+    records = np.zeros(3, [("step", np.int64), ("i", np.int64)])
+    records["step"], records["i"] = (far, 0, far), (0, 2, 1)
+    wanted = np.lexsort((records["i"], records["step"]))
+    assert (tables.in_order(records, ("step", "i")) == records[wanted]).all()
+
+
 @pytest.mark.parametrize("far", [0, 1 << 40])
 def test_records_are_put_in_order(far: int) -> None:
     """By one number made of all columns, and by these one after the other where that would be too large."""

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet.cases.script.folder import SCRIPT
 from tests.cases.script.scripts import AFTER, BEFORE, LINE, PLATE_ALONE, SHAKEN, WET, run, write
 
 pytestmark = pytest.mark.engine
@@ -81,6 +82,21 @@ def test_with_liquid_bridges_form_as_the_law_says_and_nothing_is_lost(tmp_path: 
     r_i, r_j = radius[formed["i"]].to_numpy(), radius[formed["j"]].to_numpy()
     share = 0.5 * (1 - np.sqrt(1 - (r_j / (r_i + r_j)) ** 2))
     assert formed["share_i"].to_numpy() == pytest.approx(share * formed["film_i_before"].to_numpy(), rel=1e-9)
+
+
+@pytest.mark.slow
+def test_velocities_are_of_the_step_itself(tmp_path: Path) -> None:
+    """In free flight the mean velocity of two outputs is the way over the time, and their difference is that by gravity."""
+    write(tmp_path)
+    assert run(tmp_path).returncode == 0
+    at = pd.read_parquet(tmp_path / "wet" / "trajectory.parquet").sort_values(["id", "step"])
+    then = at.groupby("id").shift()
+    time = 1e-5 * (at["step"] - then["step"])
+    free = ((at["vz"] - then["vz"]) / time + 9.81).abs() < 1e-7
+    off = (at["z"] - then["z"]) / time - 0.5 * (at["vz"] + then["vz"])
+    assert free.sum() > 20 and off[free].abs().max() < 1e-8
+    (noted,) = (tmp_path / "wet").rglob(SCRIPT)
+    assert json.loads(noted.read_text())["other_forces"] == []  # gravity is the same for all and at all times
 
 
 @pytest.mark.slow

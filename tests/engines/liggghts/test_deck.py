@@ -13,7 +13,7 @@ from pywet.cases.small import bodies, small
 from pywet.engines import schedule
 from pywet.engines.liggghts import deck, state_file
 from pywet.engines.run_store import FINGERPRINT, RunStore
-from pywet.scene import Rotation
+from pywet.scene import EngineScene, Rotation
 from tests.cases.screening import synthetic
 
 
@@ -74,3 +74,10 @@ def test_retired_spheres_of_a_checkpoint(tmp_path: Path) -> None:
     path = tmp_path / "state.0"
     path.write_bytes(bytes(state_file.HEAD_B) + np.array([0, 2, 7, 9], "<i8").tobytes())
     assert state_file.retired(path).tolist() == [7, 9]
+
+
+@pytest.mark.parametrize(("periodic", "walls"), [(None, ("pan",)), ("y", ()), (None, ()), ("y", ("pan",))])
+def test_only_walls_in_a_periodic_box_may_continue(periodic: str | None, walls: tuple[str, ...]) -> None:
+    """Else a dry scene needs no plugin."""
+    scene = EngineScene.model_construct(periodic=periodic, walls=walls)  # type: ignore[arg-type]
+    assert deck.continues(scene) == bool(periodic and walls)
