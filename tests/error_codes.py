@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from click.testing import Result
+from typer.testing import Result
 
 from pywet.errors import PywetError
 
