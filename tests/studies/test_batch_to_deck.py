@@ -28,7 +28,7 @@ def test_a_variant_changes_what_its_name_says(variant: str) -> None:
     assert {key: made[key] for key in same} == {key: batch[key] for key in same}
 
 
-def test_the_page_has_the_stored_predictions_and_what_is_said_of_them_holds() -> None:
+def test_the_page_has_the_stored_predictions_and_its_conclusions_follow_from_them() -> None:
     """With the residence times of the deck; a variant is called the cause if 0.7 to 0.9 lie within the deck's intervals."""
     table = pd.read_csv(figure.STORED)
     assert "\n".join(figure.page_rows(table)) in (ROOT / "docs" / "screens.md").read_text()
