@@ -128,7 +128,7 @@ def test_capillary_force_is_within_a_thousandth_of_the_direct_solution(
 
 
 def test_numbers_prepared_for_a_bridge_stay_with_it(tmp_path: Path) -> None:
-    """In a bed whose bridges are sorted whenever lists are made again, the replay solves the logged forces anew."""
+    """In a bed whose bridges are sorted whenever lists are made again, the replay solves the logged forces again."""
     beds.prepare(tmp_path, beds.bed((4, 4, 3)), 4000, effects=EXACT_FORCE)
     driver.run(tmp_path, progress=False)
     found = replay(tmp_path)
