@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ from pywet.runs.summary import commit, versions
 from pywet.scene import EngineScene
 from pywet.util.files import read_if_there, read_model, write_json
 
+FORMER = {"standing bridges": "active bridges"}
+"""Former name of a quantity of stored digests -> its present one."""
 TIMES = 5
 """Number of stored points of a curve, evenly spaced, without the start."""
 TOLERANCE = 1e-6
@@ -169,7 +171,14 @@ def load(path: Path) -> Digest:
         raise PywetError(
             f"there is no digest {path}; expected one that `pywet digest` wrote", code="digest.missing", where=path
         )
-    return read_model(path, Digest, "make it again with `pywet digest`")
+    found: Digest = read_model(path, Digest, "make it again with `pywet digest`")
+    return replace(found, numbers={_renamed(name): number for name, number in found.numbers.items()})
+
+
+def _renamed(name: str) -> str:
+    """Return the present name of a number of a digest."""
+    former = next((former for former in FORMER if name.startswith(former)), "")
+    return FORMER.get(former, "") + name.removeprefix(former)
 
 
 def allowed(digest: Digest, number: Number) -> float:

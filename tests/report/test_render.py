@@ -135,7 +135,7 @@ def test_the_scene_fills_the_picture(run: Path, name: str, tmp_path: Path) -> No
     changes: dict[str, Any] = {"duration_s": 0.02}
     if name == "deck":
         (feed,) = read_yaml(EXAMPLES / "deck.yaml", Scene)["feed"]
-        changes["feed"] = [{**feed, "rate_t_per_h": 0.5, "insertion": {"for_s": 0.02}}]
+        changes["feed"] = [{**feed, "rate_t_per_h": 0.524, "insertion": {"for_s": 0.02}}]
     folder = run if name == "case" else pywet.run(example(name, **changes), tmp_path / name).path
     environment = {**os.environ, "VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}
     command = [sys.executable, "-c", SHARES, str(folder)]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from pywet.engines.liggghts.creation import at_start
+from pywet.errors import PywetError
+from pywet.runs import retired
 from pywet.runs.rundir import RunDir, placed
 from pywet.scene import EngineScene
 from pywet.util.files import read_table
@@ -18,7 +21,7 @@ SAMPLES = 2000
 
 def departure(scene: EngineScene, folder: Path, sphere: int | None) -> str:
     """Complete a sentence with sphere, position and face of the first to leave, if `sphere` is None; empty without an output."""
-    rows = _last_frame(folder / "trajectory.txt")
+    rows = _last_rows(scene, folder)
     if not len(rows):
         rows = _at_start(scene, folder.parent / scene.spheres_file)
     if sphere is not None:
@@ -53,13 +56,29 @@ def _at_start(scene: EngineScene, path: Path) -> np.ndarray:
     return np.asarray(at_start(scene, read_table(path)).reindex(columns=columns, fill_value=0.0).to_numpy(dtype=float))
 
 
-def _last_frame(path: Path) -> np.ndarray:
-    """Return the rows of the last complete frame of a text dump: id, type, x, y, z, vx, vy, vz and more."""
+def _last_rows(scene: EngineScene, folder: Path) -> np.ndarray:
+    """Return the rows of the last output, and of the one before those of spheres that are missing in it and were not removed."""
+    last, before = _last_frames(folder / "trajectory.txt")
+    gone = np.zeros(0, dtype=np.int64)
+    if scene.removes:
+        with suppress(OSError, PywetError):  # cut off, or not there yet
+            gone = retired.records(folder)["id"]
+    missing = ~np.isin(before[:, 0], [*last[:, 0], *gone])
+    return np.concatenate([last, before[missing]])
+
+
+def _last_frames(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of the last two complete frames of a text dump, the later first: id, type, x, y, z, vx, vy, vz and more."""
+    found = []
     try:
         frames = [block.splitlines() for block in path.read_text(errors="replace").split("ITEM: TIMESTEP\n")[1:]]
         for lines in reversed(frames):
             if len(lines) == 8 + int(lines[2]):
-                return np.array([line.split() for line in lines[8:]], dtype=float)
+                found.append(np.array([line.split() for line in lines[8:]], dtype=float))
+            if len(found) == 2:
+                break
     except (OSError, ValueError, IndexError):  # cut off amid a line, or not there yet
         pass
-    return np.zeros((0, 8))
+    one, other = [*found, np.zeros((0, 8)), np.zeros((0, 8))][:2]
+    width = max(a.shape[1] if a.ndim == 2 else 0 for a in (one, other))
+    return one.reshape(-1, width), other.reshape(-1, width)

@@ -115,7 +115,7 @@ def test_a_check_of_a_feed_fits_80_columns() -> None:
     scene = pywet.read_scene(Path(pywet.__file__).parents[1] / "examples" / "scenes" / "deck.yaml")
     found = scene_check.lines(scene)
     (feed,) = (line for line in found if line.startswith("feed "))
-    assert feed.endswith("left out: 24 % of its mass finer and 3.9 % of its mass coarser")
+    assert feed.endswith("left out: 16 % of its mass finer and 3.9 % of its mass coarser")
     assert all(len(line) <= 80 for line in found if not line.startswith("feed "))
     (hint,) = (line for line in found if line.startswith("off, though"))
     assert hint == "off, though not negligible (effects.liquid_weight: on): liquid_weight, shedding"

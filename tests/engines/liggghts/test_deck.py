@@ -11,7 +11,7 @@ import pytest
 
 from pywet.cases.small import bodies, small
 from pywet.engines import schedule
-from pywet.engines.liggghts import deck, state_file
+from pywet.engines.liggghts import contact_model, deck, state_file
 from pywet.engines.run_store import FINGERPRINT, RunStore
 from pywet.scene import EngineScene, Rotation
 from tests.cases.screening import synthetic
@@ -80,4 +80,4 @@ def test_retired_spheres_of_a_checkpoint(tmp_path: Path) -> None:
 def test_only_walls_in_a_periodic_box_may_continue(periodic: str | None, walls: tuple[str, ...]) -> None:
     """Else a dry scene needs no plugin."""
     scene = EngineScene.model_construct(periodic=periodic, walls=walls)  # type: ignore[arg-type]
-    assert deck.continues(scene) == bool(periodic and walls)
+    assert contact_model.continues(scene) == bool(periodic and walls)
