@@ -146,7 +146,14 @@ class RunDir:
             kinds = {INTEGER: "int64", NUMBER: "float64"}
             columns = TABLES["history/triangles"].items()
             return pd.DataFrame({name: pd.Series(dtype=kinds.get(holds, "object")) for name, holds in columns})
-        return self.table("history/triangles").sort_values("triangle", ignore_index=True)
+        table = self.table("history/triangles").sort_values("triangle", ignore_index=True)
+        if unknown := sorted(map(str, set(table["mesh"]) - {w.name for w in self.scene.walls})):
+            raise PywetError(
+                f"{self.path}: history/triangles.parquet has triangles of {', '.join(unknown)}, expected the walls of "
+                "scene.json; run the case again",
+                code="run.walls", where=self.path,
+            )  # fmt: skip
+        return table
 
     @cached_property
     def mesh_motion(self) -> pd.DataFrame:
