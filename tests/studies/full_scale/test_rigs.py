@@ -152,8 +152,12 @@ def test_the_page_names_the_statements_that_any_run_confirms() -> None:
     assert f"confirm {len(shipped)}; {len(gained)} others" in sentence
 
 
-def test_three_seeds_on_200_mm_decide_statement_7() -> None:
+def test_three_seeds_on_200_mm_decide_statements_7_and_8() -> None:
     """The fifth paragraph of the page."""
+    (eighth,) = (s for s in STATEMENTS if s.number == 8)
+    of_amplitude = judge(eighth, FOUND["sieve200"])
+    assert of_amplitude.verdict == "confirmed" and [len(v) for v in of_amplitude.values] == [3, 3]
+    assert [f"{sum(v) / 3:.4f}" for v in of_amplitude.values] == ["0.0063", "0.0151"]
     (statement,) = (s for s in STATEMENTS if s.number == 7)
     answer = judge(statement, FOUND["sieve200"])
     campaign = judge(statement, variants(ROOT / rigs.CAMPAIGN)[""])
