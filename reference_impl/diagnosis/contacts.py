@@ -90,20 +90,20 @@ def volume(c: Contacts, formed: pd.DataFrame, drawn: Floats) -> Link:
 def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
     """Check that no active bridge exceeds both its limits."""
     far = np.fmax(static, limits)
-    stands = (c.gap >= far * (1.0 + 1e-9)).astype(float)
+    exists = (c.gap >= far * (1.0 + 1e-9)).astype(float)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         ratio = float((c.gap / far)[rows].max())
-        yield Suspect(f"it is made too late (a bridge still exists at {ratio:.4g} of its limit)", stands, ratio)
+        yield Suspect(f"it is made too late (a bridge still exists at {ratio:.4g} of its limit)", exists, ratio)
 
-    one = np.ones(len(stands))
+    one = np.ones(len(exists))
 
     def says(rows: Floats) -> str:
         at = float(np.median((c.gap / far)[rows]))
         return f"it is made too late: a bridge is still active at {at:.4g} of its limit in the median"
 
     return Link(
-        "standing_beyond_limit", "rupture", c.table, stands, 0.0 * one, one, suspects, marks=marks(c), says=says
+        "standing_beyond_limit", "rupture", c.table, exists, 0.0 * one, one, suspects, marks=marks(c), says=says
     )
 
 

@@ -108,11 +108,11 @@ def _at_outputs(run: Run) -> pd.DataFrame:
         there = np.append(np.sort(active[first:end]), -1)
         lacking[rows] = there[np.searchsorted(there[:-1], wanted[rows])] != wanted[rows]
 
-    def stands(rows: pd.DataFrame) -> Floats:
+    def exists(rows: pd.DataFrame) -> Floats:
         first, end = ends[np.searchsorted(frames.step, rows["step"].iloc[0])]
         return np.isin(keys(rows), active[first:end])
 
-    return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, stands))
+    return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, exists))
 
 
 def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
@@ -132,15 +132,15 @@ def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
     table = _touching(run, frames)
     at = lives.at(keys(table), table["step"].to_numpy(np.int64), strictly=False)
 
-    def stands(rows: pd.DataFrame) -> Floats:
+    def exists(rows: pd.DataFrame) -> Floats:
         return np.asarray(lives.at(keys(rows), rows["step"].to_numpy(np.int64), strictly=False) >= 0)
 
     lacking = at < 0
-    return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, stands))
+    return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, exists))
 
 
 def _one_place(
-    run: Run, frames: Frames, table: pd.DataFrame, lacking: Floats, stands: Callable[[pd.DataFrame], Floats]
+    run: Run, frames: Frames, table: pd.DataFrame, lacking: Floats, exists: Callable[[pd.DataFrame], Floats]
 ) -> Floats:
     """Return the rows of wall parts without a bridge because another part of that wall has or must have one at that position.
 
@@ -155,12 +155,12 @@ def _one_place(
         assert parts is not None
         step, i, part = (int(table[name].iloc[row]) for name in ("step", "i", "j"))
         x = frames.x[np.searchsorted(frames.step, step), np.searchsorted(frames.ids, i)]
-        found[row] = _at_neighbour(run, parts, (step, i, part), x, stands)
+        found[row] = _at_neighbour(run, parts, (step, i, part), x, exists)
     return found
 
 
 def _at_neighbour(
-    run: Run, parts: nearest.Parts, row: tuple[int, int, int], x: Floats, stands: Callable[[pd.DataFrame], Floats]
+    run: Run, parts: nearest.Parts, row: tuple[int, int, int], x: Floats, exists: Callable[[pd.DataFrame], Floats]
 ) -> bool:
     """Return whether the bridge of a step's sphere at x with a part is left to another part by the rule of `_one_place`."""
     step, i, part = row
@@ -187,7 +187,7 @@ def _at_neighbour(
     others = others[(size(feet - closest.point) <= near) | (off(feet, mine) <= near) & onward(mine, feet)]
     kind = np.where(bodies(run).half_width[others] < radius, laws.SMALL_WALL, laws.LARGE_WALL)
     ends = pd.DataFrame({"step": step, "partner_kind": kind, "i": i, "j": others})
-    return len(others) > 0 and bool(stands(ends).any())
+    return len(others) > 0 and bool(exists(ends).any())
 
 
 def _place(step: Any, number: Any) -> Floats:

@@ -110,7 +110,7 @@ def bargains(table: dict[str, Any]) -> list[str]:
     return sentences
 
 
-def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
+def alongside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
     """Tabulate the costs and errors of several scales and sizes, and the settings to be chosen there."""
     tables, groups = (table, *others), ("fraction retained", "liquid shares")
     names = [_name(t) for t in tables]

@@ -52,7 +52,7 @@ def write_page(
         Section("The fronts: error against cost", blocks.fronts(table), "fronts"),
         Section("Where the defaults stand", blocks.rank_table(table, standings), "defaults"),
         *(_parameters(table, group) for group in GROUPS),
-        *([Section("Larger studies, stored", blocks.beside(table, others), "stored")] if others else []),
+        *([Section("Larger studies, stored", blocks.alongside(table, others), "stored")] if others else []),
         Section("What scatter of the inputs does", blocks.scattered(choice.stored()["scales"]["smoke"]), "inputs"),
         Section("What chance alone does", _seeds(table, runs, size), "seeds"),
         Section("How long a run takes", _times(times), "times"),

@@ -504,7 +504,7 @@ def test_a_stored_table_that_lacks_a_setting_is_laid_beside_one_that_has_it() ->
     smoke, reduced = (choice.stored()["scales"][scale] for scale in ("smoke", "reduced"))
     assert "bridges_every" in smoke["parameters"]
     without = {k: {n: v for n, v in reduced[k].items() if n != "bridges_every"} for k in ("parameters", "default")}
-    assert f"{PARAMETERS['bridges_every'].title}: 4" in blocks.beside(smoke, [{**reduced, **without}])
+    assert f"{PARAMETERS['bridges_every'].title}: 4" in blocks.alongside(smoke, [{**reduced, **without}])
 
 
 def test_a_level_whose_runs_stopped_is_never_chosen() -> None:
