@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from pywet.products import screening_report
+from pywet.products import screening_report, streams
 from pywet.runs.loaded import Run
 
 CLASSES = ("d05", "d07", "d08", "d09", "d12")
@@ -56,6 +56,13 @@ def pegged(run: Run) -> float:
     """Return the pegged spheres over apertures, averaged from `FROM_S` to the end of the feed."""
     numbers, _, _ = screening_report.analyse(run.path, from_s=FROM_S)
     return float(numbers["pegged_share"])
+
+
+def residence_d12(run: Run) -> float:
+    """Return the mean time from entering to leaving of the coarsest spheres, all of which go to the overs [s]; 0 if all stay."""
+    left = streams.read(run._run, from_s=0.0).counted
+    left = left[left["type"] == run.scene.classes[-1].type]
+    return float((left["left_s"] - left["entered_s"]).mean()) if len(left) else 0.0
 
 
 def on_wires(run: Run) -> float:
