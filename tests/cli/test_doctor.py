@@ -96,7 +96,9 @@ def test_too_little_space_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.engine
-def test_nothing_is_missing_after_setup(capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_is_missing_after_setup(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of what `make setup` installs: how much space is free is no matter of it."""
+    monkeypatch.setattr(doctor, "FREE_GB", 0.0)
     build.plugin_path()
     assert doctor.main() == 0, capsys.readouterr().out
     assert by_name()["liggghts"].version == build.ENGINE_VERSION
