@@ -43,7 +43,7 @@ EXPECTED = {
 """Scene -> the sentence that refuses it, or that it runs."""
 LEFT = r"LIGGGHTS stopped: sphere \d+ left the simulated box .* expected walls or a tray .* through the lower z face"
 OVER = r"left the simulated box before step .*expected walls or a tray"  # over the upper edge of a wall
-ENDS = {"s05_tilted_axis": LEFT, "s17_leaves": LEFT, "s16_double_deck": OVER}
+ENDS = {"s05_tilted_axis": LEFT, "s05b_upright_axis": LEFT, "s17_leaves": LEFT, "s16_double_deck": OVER}
 """Scene that is built, and whose spheres fall out of it -> what ends its run: where and through which face."""
 LONG = np.concatenate([c for c, _ in tube(20.0, 3.0, 64, 0.0, 900.0)])
 SURFACES: dict[str, tuple[str | bytes, str]] = {
