@@ -28,15 +28,12 @@ def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
     """Return the bodies of bridges from the ids in their rows."""
     at_wall = (bridges["partner_kind"] != SPHERE).to_numpy()
     ids, radius = (run.spheres[name].to_numpy() for name in ("id", "radius"))
-    of_type = {c.type: c.contact_angle_rad for c in run.scene.classes}
-    angle = np.array([of_type[kind] for kind in run.spheres["type"]])
-    i = np.searchsorted(ids, bridges["i"].to_numpy())
-    j = np.searchsorted(ids, np.where(at_wall, ids[:1], bridges["j"]))  # for a wall the number of its part
+    angle, of_part = run.contact_angles
+    one, other = (bridges[end].to_numpy() for end in "ij")
+    i = np.searchsorted(ids, one)
+    j = np.searchsorted(ids, np.where(at_wall, ids[:1], other))  # for a wall the number of its part
     angle_j = angle[j]
-    if at_wall.any():
-        of_mesh = {wall.name: wall.contact_angle_rad for wall in run.scene.walls}
-        of_part = run.triangles.drop_duplicates("part").set_index("part")["mesh"].map(of_mesh)
-        angle_j[at_wall] = bridges["j"][at_wall].map(of_part)
+    angle_j[at_wall] = of_part[other[at_wall]]
     return Bodies(at_wall, radius[i], np.where(at_wall, np.inf, radius[j]), angle[i], angle_j)
 
 

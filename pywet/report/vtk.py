@@ -170,6 +170,7 @@ def _save(made: Any, path: Path) -> None:
     writer.SetFileName(str(path))
     writer.SetInputData(made)
     writer.SetDataModeToBinary()
+    writer.SetCompressionLevel(1)  # 2 % larger than by default, written in 0.6 of the time
     run_writer(writer, path)
 
 

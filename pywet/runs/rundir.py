@@ -190,6 +190,27 @@ class RunDir:
         return {}
 
     @cached_property
+    def corners_at_rest(self) -> Floats:
+        """Return the corners of all triangles where walls are at the start [m], shape (triangles, 3, 3)."""
+        names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
+        return self.triangles[names].to_numpy(dtype=float).reshape(-1, 3, 3)
+
+    @cached_property
+    def meshes(self) -> NDArray[np.object_]:
+        """Return the mesh of each triangle."""
+        return self.triangles["mesh"].to_numpy(dtype=object)
+
+    @cached_property
+    def contact_angles(self) -> tuple[Floats, Floats]:
+        """Return the contact angles of all spheres, in the order of ids, and of all parts of walls, by their number [rad]."""
+        of_type = {c.type: c.contact_angle_rad for c in self.scene.classes}
+        of_mesh = {wall.name: wall.contact_angle_rad for wall in self.scene.walls}
+        parts = self.triangles["part"].to_numpy(dtype=np.int64)
+        of_parts = np.full(int(parts.max(initial=-1)) + 1, np.nan)
+        of_parts[parts] = [of_mesh[mesh] for mesh in self.meshes]
+        return np.array([of_type[kind] for kind in self.spheres["type"]]), of_parts
+
+    @cached_property
     def ledger(self) -> pd.DataFrame:
         """Return history/ledger.parquet of a moist run: liquid by reservoir at each output [m3]."""
         return self.table("history/ledger")

@@ -10,25 +10,25 @@ from pywet.scene import SCRIPTED, Rotation
 
 def wall_corners(run: RunDir, step: int) -> Floats:
     """Return the corners of all triangles at one output step [m], shape (triangles, 3, 3)."""
-    table = run.triangles
-    names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
-    corners = table[names].to_numpy(dtype=float, copy=True).reshape(-1, 3, 3)
+    corners = run.corners_at_rest.copy()
     if run.scene.name == SCRIPTED:
         return _by_poses(run, step, corners)
-    motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
-    shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
+    motion = run.mesh_motion[run.mesh_motion["step"] == step]
+    shift = np.zeros((len(corners), 3))
+    for name, *by in motion[["mesh", "dx", "dy", "dz"]].itertuples(index=False):
+        shift[run.meshes == name] = by
     for name, way in run.scene.motions.items():
         if isinstance(way, Rotation):
-            of_wall = (table["mesh"] == name).to_numpy()
+            of_wall = run.meshes == name
             corners[of_wall] = turned(corners[of_wall], way, step * run.scene.time_step_s)
-    return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
+    return np.asarray(corners + shift[:, None, :])
 
 
 def _by_poses(run: RunDir, step: int, corners: Floats) -> Floats:
     """Return the corners of the meshes of a script's run at the positions in the engine."""
-    at, names = corners.copy(), run.triangles["mesh"].to_numpy()
+    at = corners.copy()
     for _, pose in run.poses[run.poses["step"] == step].iterrows():
-        rows = names == run.scene.walls[int(pose["mesh"])].name
+        rows = run.meshes == run.scene.walls[int(pose["mesh"])].name
         shift, *turn = ([pose[f"{of}_{axis}"] for axis in "xyz"] for of in ("shift", "turn_0", "turn_1", "turn_2"))
         at[rows] = corners[rows] @ np.array(turn).T + np.array(shift)
     return np.asarray(at)

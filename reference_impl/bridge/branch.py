@@ -13,8 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
-from scipy.optimize import brentq
+import scipy  # its parts are loaded where they are used
 
 from reference_impl.bridge.solver import (
     Floats,
@@ -96,7 +95,11 @@ def toroid(problem: Problem) -> State:
     while liquid_volume(problem, arc(high)) < problem.volume:
         low, high = high, 1.5 * high
     return arc(
-        float(brentq(lambda radius: liquid_volume(problem, arc(radius)) - problem.volume, low, high, xtol=1e-6 * low))
+        float(
+            scipy.optimize.brentq(
+                lambda radius: liquid_volume(problem, arc(radius)) - problem.volume, low, high, xtol=1e-6 * low
+            )
+        )
     )
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # its parts are loaded where they are used
 
 from reference_impl.bridge.branch import Point, apart, finer, lowest_eigenvalue, moved, norm_weight, step_from, walk
 from reference_impl.bridge.measures import energy, force_spread, narrowest, share_i
@@ -190,7 +190,7 @@ def _zero(problem: Problem, point: Point, step: float) -> Point | None:
         high = 2.0 * step
         while eigenvalue(high) > 0.0:
             high *= 1.5
-        root = float(brentq(eigenvalue, 0.0, high, xtol=1e-14, rtol=1e-12))
+        root = float(scipy.optimize.brentq(eigenvalue, 0.0, high, xtol=1e-14, rtol=1e-12))
         eigenvalue(root)
     except ArithmeticError:
         return None

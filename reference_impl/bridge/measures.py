@@ -6,7 +6,7 @@ import itertools
 import math
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # its parts are loaded where they are used
 
 from reference_impl.bridge.solver import Problem, State, body, cap_volume, grid, interpolation
 
@@ -25,7 +25,7 @@ def narrowest(state: State) -> float:
         return float(interpolation(nodes, np.array([t]))[0] @ state.psi) - 0.5 * math.pi
 
     inner = [
-        float(brentq(slope, a, b, xtol=1e-15))
+        float(scipy.optimize.brentq(slope, a, b, xtol=1e-15))
         for a, b in itertools.pairwise(nodes)
         if slope(float(a)) > 0.0 >= slope(float(b))
     ]

@@ -45,6 +45,10 @@ class Columns:
         """Select a range of rows without copying them."""
         return Columns({name: values[first:last] for name, values in self.by_name.items()})
 
+    def take(self, rows: Floats) -> Columns:
+        """Select rows by their numbers, in that order."""
+        return Columns({name: values[rows] for name, values in self.by_name.items()})
+
     def frame(self) -> pd.DataFrame:
         """Convert the columns to a data frame of pandas."""
         return pd.DataFrame(dict(self.by_name), copy=False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
+import scipy  # its parts are loaded where they are used
 
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.window import slide_steps, way_of
@@ -148,7 +148,10 @@ def _meeting(parts: nearest.Parts, of: Floats, triangle: int | None = None) -> F
         return np.zeros(0, np.int64)
     boxes = corners[others]
     there = (
-        np.reshape(cKDTree(corners[mine].reshape(-1, 3)).query(boxes.reshape(-1, 3))[0], (-1, 3)).min(axis=1) < CORNER
+        np.reshape(scipy.spatial.cKDTree(corners[mine].reshape(-1, 3)).query(boxes.reshape(-1, 3))[0], (-1, 3)).min(
+            axis=1
+        )
+        < CORNER
     )
     if triangle is not None:
         low, high = corners[triangle].min(axis=0) - CORNER, corners[triangle].max(axis=0) + CORNER

@@ -300,7 +300,10 @@ def finite(value: Any) -> Any:
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
-    """Write under a temporary name, then rename."""
+    """Write under a temporary name, then rename; nothing is left of a file that could not be written."""
     temporary = path.with_suffix(f".{os.getpid()}.partial")
-    temporary.write_text(json.dumps(finite(value), indent=1, allow_nan=False))
-    temporary.replace(path)
+    try:
+        temporary.write_text(json.dumps(finite(value), indent=1, allow_nan=False))
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)

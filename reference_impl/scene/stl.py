@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy  # its parts are loaded where they are used
 
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError
@@ -39,8 +38,8 @@ def bodies(corners: Floats) -> Floats:
     """Return the body of every triangle: triangles connected by nodes."""
     points, index = nodes(corners)
     ends = index[:, [0, 1, 2]].ravel(), index[:, [1, 2, 0]].ravel()
-    links = coo_array((np.ones(index.size), ends), shape=(len(points), len(points)))
-    return np.asarray(connected_components(links, directed=False)[1])[index[:, 0]]
+    links = scipy.sparse.coo_array((np.ones(index.size), ends), shape=(len(points), len(points)))
+    return np.asarray(scipy.sparse.csgraph.connected_components(links, directed=False)[1])[index[:, 0]]
 
 
 @dataclass(frozen=True)

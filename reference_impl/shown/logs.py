@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
+import scipy  # its parts are loaded where they are used
 
 from reference_impl.motion.window import way_of
 from reference_impl.replay import capillary, exact, io, plans, script
-from reference_impl.replay.arrays import Floats
+from reference_impl.replay.arrays import Columns, Floats, Table
 from reference_impl.replay.coverage import EXACT
 from reference_impl.replay.lives import Lives, keys, none
 from reference_impl.replay.stream import Rows
@@ -30,7 +30,7 @@ class Moment:
     film: Floats
     liquid: Floats
     in_bin: Floats
-    bridges: pd.DataFrame
+    bridges: Columns
     on_walls: Floats
 
 
@@ -62,47 +62,49 @@ class Logs:
         self._streams: dict[str, tuple[Rows, int]] = {}
         self.at = lru_cache(maxsize=4)(self._at)
 
-    def _rows(self, name: str, columns: list[str], step: int) -> pd.DataFrame:
+    def _rows(self, name: str, columns: list[str], step: int) -> Columns:
         """Return the rows of a log at one step: the next of its stream, or by a search."""
         path = io.where(self.folder, name)
         stream, taken = self._streams.get(name) or (Rows(path, name, columns), -1)
         if step > taken:
-            rows = stream.until(step)
+            rows = stream.columns(step)
             self._streams[name] = stream, step
-            return rows[rows["step"] == step]
-        return io.table(path, name, [("step", "==", step)])
+            return rows.cut(int(np.searchsorted(rows["step"], step)), len(rows))
+        found = io.table(path, name, [("step", "==", step)])
+        return Columns({str(of): found[of].to_numpy() for of in found})
 
     def _at(self, step: int) -> Moment:
-        rows = self._rows("trajectory", ["step", "id", "type", *"xyz", "vx", "vy", "vz"], step).sort_values("id")
-        here = np.searchsorted(self.ids, rows["id"].to_numpy())
-        place, low = rows[[*"xyz"]].to_numpy(), self.scene.get("bin_z_m")
+        rows = self._rows("trajectory", ["step", "id", "type", *"xyz", "vx", "vy", "vz"], step)
+        rows = rows.take(np.argsort(rows["id"], kind="stable"))
+        here = np.searchsorted(self.ids, rows["id"])
+        place, low = rows.rows("xyz"), self.scene.get("bin_z_m")
         if low is not None:
             below = here[place[:, 2] < low]
             self.first_below[below] = np.minimum(self.first_below[below], step)
         film, shares = self.film.copy(), np.zeros(len(self.ids))
-        bridges, on_walls = pd.DataFrame(), np.zeros(len(self.triangles))
+        bridges, on_walls = Columns({}), np.zeros(len(self.triangles))
         if self.plan.moist:
             films = self._rows("films", ["step", "id", "film"], step)
-            film[np.searchsorted(self.ids, films["id"].to_numpy())] = films["film"]
+            film[np.searchsorted(self.ids, films["id"])] = films["film"]
             ends = [f"{end}_{axis}" for end in ("xi", "xj") for axis in "xyz"]
             names = ["step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "separation", *ends]
             bridges = self._rows("bridges", names, step)
             shares = self._shares(bridges)
             if self.plan.walls:
                 wet = self._rows("wall_films", ["step", "triangle", "film"], step)
-                on_walls[wet["triangle"].to_numpy()] = wet["film"]
+                on_walls[wet["triangle"]] = wet["film"]
         passed = (self.first_below <= step).astype(int)
-        return Moment(self.ids[here], place, rows[["vx", "vy", "vz"]].to_numpy(), self.radius[here], self.kind[here], film[here],
+        return Moment(self.ids[here], place, rows.rows(("vx", "vy", "vz")), self.radius[here], self.kind[here], film[here],
                       (film + shares)[here], passed[here], bridges, on_walls)  # fmt: skip
 
-    def _shares(self, bridges: pd.DataFrame) -> Floats:
+    def _shares(self, bridges: Columns) -> Floats:
         """Return the liquid of active bridges assigned to each sphere [m3]."""
-        pair, share = bridges["partner_kind"].to_numpy() == 0, bridges["share_i"].to_numpy()
-        i, j = (np.searchsorted(self.ids, bridges[end].to_numpy()) for end in "ij")
-        rest = (bridges["volume"].to_numpy() - share)[pair]
+        pair, share = bridges["partner_kind"] == 0, bridges["share_i"]
+        i, j = (np.searchsorted(self.ids, bridges[end]) for end in "ij")
+        rest = (bridges["volume"] - share)[pair]
         return np.bincount(i, share, len(self.ids)) + np.bincount(j[pair], rest, len(self.ids))
 
-    def ages(self, bridges: pd.DataFrame, step: int) -> Floats:
+    def ages(self, bridges: Table, step: int) -> Floats:
         """Return the time since the formation of bridges active at a step [s], by the event log; NaN if it is not logged."""
         if step <= self._booked:
             self._active, self._booked = none(), -1
@@ -116,9 +118,9 @@ class Logs:
         at = lives.at(keys(bridges), np.full(len(bridges), step), strictly=False)
         return np.asarray((step - formed[at]) * self.scene["time_step_s"])
 
-    def pairs(self, bridges: pd.DataFrame) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    def pairs(self, bridges: Table) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Return whether bridges are at walls, radii (of a wall a dummy, 1) and contact angles of both bodies."""
-        wall, i, j = (bridges[name].to_numpy() for name in ("partner_kind", "i", "j"))
+        wall, i, j = (np.asarray(bridges[name]) for name in ("partner_kind", "i", "j"))
         wall = wall != 0
         angle = {c["type"]: c["contact_angle_rad"] for c in self.scene["classes"]}
         angles = np.array([angle[kind] for kind in self.kind])
@@ -130,7 +132,7 @@ class Logs:
         ]
         return wall, self.radius[at], np.where(wall, 1.0, self.radius[other]), angles[at], np.array(theirs)
 
-    def pulls(self, bridges: pd.DataFrame) -> Floats | None:
+    def pulls(self, bridges: Table) -> Floats | None:
         """Return the capillary force of bridges [N] by the run's law; None if that is no closed form known here."""
         name = self.scene["effects"].get("capillary")
         if name is None:
@@ -138,7 +140,7 @@ class Logs:
         if name not in capillary.LAWS:
             return None
         wall, ri, rj, ti, tj = self.pairs(bridges)
-        gap, volume = (bridges[column].to_numpy(float) for column in ("separation", "volume"))
+        gap, volume = (np.asarray(bridges[name], float) for name in ("separation", "volume"))
         sigma = float(self.scene["liquid"]["surface_tension_N_per_m"])
         return np.asarray(capillary.LAWS[name](gap, volume, ri, rj, wall, ti, tj, sigma))
 
@@ -147,7 +149,7 @@ class Logs:
         """Return whether the run's capillary law is the exact bridge."""
         return bool(self.scene["effects"].get("capillary") == EXACT)
 
-    def exact_pulls(self, bridges: pd.DataFrame) -> tuple[Floats, Floats]:
+    def exact_pulls(self, bridges: Table) -> tuple[Floats, Floats]:
         """Return the force [N] of the exact bridge at the gaps of some bridges, and at touch."""
         wall, ri, rj, ti, tj = self.pairs(bridges)
         sigma = float(self.scene["liquid"]["surface_tension_N_per_m"])
@@ -174,6 +176,6 @@ class Logs:
             rows, how = (self.triangles["mesh"] == wall["name"]).to_numpy(), way_of(self.scene, wall)
             axis, origin = (np.asarray(how[name], float) for name in ("axis", "origin_m"))
             angle = 2.0 * np.pi * step * self.scene["time_step_s"] / how["period_s"]
-            turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+            turn = scipy.spatial.transform.Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
             at[rows] = turn.apply((at[rows] - origin).reshape(-1, 3)).reshape(-1, 3, 3) + origin
         return np.asarray(at + shift[:, None, :])

@@ -74,7 +74,7 @@ def _columns(logs: Logs, kind: str, step: int, table: pd.DataFrame) -> Columns |
         for names, field in (("xyz", "position"), (("vx", "vy", "vz"), "velocity")):
             expected |= dict(zip(names, values[f"vtk_sphere_{field}"].T, strict=True))
         return {name: (_column(table, name), np.asarray(column, float)) for name, column in expected.items()}
-    here = logs.at(step).bridges
+    here = logs.at(step).bridges.frame()
     if not len(here):
         return None if len(table) else {}
     here = here.sort_values(["partner_kind", "i", "j"])

@@ -142,7 +142,7 @@ class Scene:
         return ""
 
     def _bridges(self, frame: int, step: int) -> Iterator[str]:
-        expected = self.logs.at(step).bridges
+        expected = self.logs.at(step).bridges.frame()
         first, last = (self.head["starts"][k] if k < len(self.head["starts"]) else 0 for k in (frame, frame + 1))
         if last - first != len(expected):
             yield f"{last - first} bridges are shown; expected {len(expected)}"

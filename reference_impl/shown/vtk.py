@@ -18,7 +18,7 @@ import pandas as pd
 
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis.diagnosis import Link, Suspect
-from reference_impl.replay.arrays import Floats
+from reference_impl.replay.arrays import Columns, Floats, vectors
 from reference_impl.replay.compare import Quantity, compare, merged
 from reference_impl.replay.exact import FORCE_TOLERANCE
 from reference_impl.replay.formations import thickness
@@ -41,7 +41,7 @@ class Field:
 
     name: str
     what: str
-    rows: pd.DataFrame
+    rows: Columns
     shown: Floats
     expected: Floats
     size: Floats
@@ -108,10 +108,10 @@ def _fields(logs: Logs, outputs: Outputs, single: float) -> Iterator[Field]:
     steps = logs.outputs.tolist()
     entries = {kind: outputs(kind) for kind in MAKERS}
     for kind, listed in entries.items():
-        table = pd.DataFrame({"step": steps, "i": range(len(steps))})
+        table = Columns({"step": logs.outputs, "i": np.arange(len(steps))})
         times = np.array([time for time, _ in listed])
         if len(times) != len(steps):
-            count = pd.DataFrame({"step": [steps[-1]]})
+            count = Columns({"step": logs.outputs[-1:]})
             yield Field(f"vtk_{kind}_outputs", f"number of files of {kind}", count, np.array([len(times)]),
                         np.array([len(steps)]), np.ones(1))  # fmt: skip
             continue
@@ -134,7 +134,7 @@ def expected_values(logs: Logs, step: int, kind: str) -> dict[str, Floats]:
 
 def _particles(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iterator[Field]:
     here = logs.at(step)
-    rows = pd.DataFrame({"step": step, "i": here.ids})
+    rows = _rows(step, i=here.ids)
     seen = shown.of_points.get("id") if len(shown.points) else np.zeros(0, int)
     order = _order(seen, here.ids)
     if not blind:
@@ -157,8 +157,8 @@ def _bridges(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> It
         if len(shown.cells):
             yield _whole("vtk_bridges", "bridges that are shown", step, None, shown.cells[:, 0])
         return
-    here = here.sort_values(["partner_kind", "i", "j"])
-    key = _key(*(here[name].to_numpy() for name in ("partner_kind", "i", "j")))
+    key = _key(*(here[name] for name in ("partner_kind", "i", "j")))
+    here, key = here.take(sort := np.argsort(key, kind="stable")), key[sort]
     theirs = [shown.of_cells.get(name) for name in ("partner_kind", "i", "j")]
     seen = _key(*theirs) if all(a is not None for a in theirs) else None
     order = _order(seen, key)
@@ -166,23 +166,23 @@ def _bridges(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> It
         yield _whole("vtk_bridges", "bridges that are shown", step, order, seen)
     if order is None and not blind:
         return
-    rows = pd.DataFrame({"step": step, "i": here["i"].to_numpy(), "j": here["j"].to_numpy()})
-    ends = [here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy() + logs.origin for end in ("xi", "xj")]
+    rows = _rows(step, i=here["i"], j=here["j"])
+    ends = [vectors(here, end) + logs.origin for end in ("xi", "xj")]
     every = dict(shown.of_cells)
     if len(shown.cells):
         every |= {"first_end": shown.points[shown.cells[:, 0]], "second_end": shown.points[shown.cells[:, -1]]}
     fields = [("first_end", "end of a bridge at i", ends[0]), ("second_end", "end of a bridge at j", ends[1]),
-              ("volume", "volume of a bridge", here["volume"].to_numpy()),
-              ("separation", "gap of a bridge", here["separation"].to_numpy()),
+              ("volume", "volume of a bridge", here["volume"]),
+              ("separation", "gap of a bridge", here["separation"]),
               ("age", "age of a bridge", logs.ages(here, step))]  # fmt: skip
     pulls, what = logs.pulls(here), "capillary force of a bridge"
     if pulls is not None:
         fields.append(("capillary_force", what, pulls))
     elif logs.exact and step == logs.outputs[-1] and order is not None:
         few = np.unique(np.linspace(0, len(here) - 1, EXACT_PULLS).astype(int))
-        expected, touch = logs.exact_pulls(here.iloc[few])
+        expected, touch = logs.exact_pulls(here.take(few))
         shown_here = every.get("capillary_force", np.full(len(here), np.nan))[order][few]
-        yield Field("vtk_bridge_capillary_force", what, rows.iloc[few], shown_here, expected, touch, FORCE_TOLERANCE)
+        yield Field("vtk_bridge_capillary_force", what, rows.take(few), shown_here, expected, touch, FORCE_TOLERANCE)
     yield from _each("bridge", fields, every, order, rows)
 
 
@@ -199,7 +199,7 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
         names, codes = shown.words.get("reservoir_from_0", []), shown.of_cells["reservoir"].astype(int)
         known = dict(enumerate(names))
         same = np.array([known.get(c) == expected for c, expected in zip(codes, here["reservoir"], strict=True)])
-        rows = pd.DataFrame({"step": step, "triangle": here["triangle"].to_numpy()})
+        rows = _rows(step, triangle=here["triangle"].to_numpy())
         yield Field("vtk_wall_reservoir", "name of a triangle's reservoir", rows, same.astype(int), np.ones(count, int),
                     np.ones(count))  # fmt: skip
     area = stl.area(corners)
@@ -209,13 +209,11 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
     every = dict(shown.of_cells)
     if len(shown.cells):
         every |= {f"corner_{k}": shown.points[shown.cells[:, k]] for k in range(3)}
-    yield from _each(
-        "wall", fields, every, np.arange(count), pd.DataFrame({"step": step, "triangle": here["triangle"]})
-    )
+    yield from _each("wall", fields, every, np.arange(count), _rows(step, triangle=here["triangle"].to_numpy()))
 
 
 def _each(
-    kind: str, fields: list[Any], shown: dict[str, Floats], order: Floats | None, rows: pd.DataFrame
+    kind: str, fields: list[Any], shown: dict[str, Floats], order: Floats | None, rows: Columns
 ) -> Iterator[Field]:
     """Yield every field in the order of the logs; a field missing from the file is empty."""
     for name, what, expected in fields:
@@ -237,6 +235,10 @@ def _each(
 MAKERS = {"particles": _particles, "bridges": _bridges, "walls": _walls}
 
 
+def _rows(step: int, **columns: Floats) -> Columns:
+    return Columns({"step": np.full(len(next(iter(columns.values()))), step), **columns})
+
+
 def _key(kind: Any, i: Any, j: Any) -> Floats:
     return np.asarray((np.asarray(kind, np.int64) << 60) | (np.asarray(i, np.int64) << 30) | np.asarray(j, np.int64))
 
@@ -251,13 +253,13 @@ def _order(shown: Floats | None, expected: Floats) -> Floats | None:
 
 def _whole(name: str, what: str, step: int, order: Floats | None, shown: Floats | None) -> Field:
     """Return a field that states whether exactly the rows of the logs are shown."""
-    rows = pd.DataFrame({"step": [step], "i": [0 if shown is None else len(shown)]})
+    rows = _rows(step, i=np.array([0 if shown is None else len(shown)]))
     return Field(name, what, rows, np.array([int(order is not None)]), np.ones(1, int), np.ones(1))
 
 
 def _link(logs: Logs, fields: list[Field]) -> Link:
     """Return the first output steps that disagree, as a link for the diagnosis."""
-    rows = pd.concat([f.rows for f in fields], ignore_index=True)
+    rows = pd.concat([f.rows.frame() for f in fields], ignore_index=True)
     shown, expected, size = (
         np.concatenate([getattr(f, n) for f in fields]).astype(float) for n in ("shown", "expected", "size")
     )
@@ -266,7 +268,7 @@ def _link(logs: Logs, fields: list[Field]) -> Link:
 
     def elsewhere(field: str, output: Callable[[int], int]) -> Floats:
         """Return the values of a field at other outputs; NaN if it has none."""
-        places = [output(steps.index(int(f.rows["step"].iloc[0]))) for f in fields]
+        places = [output(steps.index(int(f.rows["step"][0]))) for f in fields]
         values = [expected_values(logs, steps[k], kind).get(field) if 0 <= k < len(steps) else None for k in places]
         same = [
             v if v is not None and v.shape == f.expected.shape else f.expected * np.nan

@@ -91,12 +91,12 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 def call(words: Words, named: dict[str, str]) -> dict[str, Any]:
-    """Exit code and all that a command printed."""
+    """Exit code and all that a command printed, in its order."""
     done = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, [word.format(**named) for word in words])
     fault = done.exception is not None and not isinstance(done.exception, SystemExit)
     return {
         "code": 99 if fault else done.exit_code,
-        "said": done.stderr + done.stdout + (repr(done.exception) if fault else ""),
+        "said": done.output + (repr(done.exception) if fault else ""),
     }
 
 
