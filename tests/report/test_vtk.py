@@ -98,9 +98,9 @@ def test_a_turning_wall_is_where_its_turn_has_brought_it() -> None:
     """A third of a turn about (1, 1, 1) carries x to y, y to z, z to x; the second wall stays."""
     turn = Rotation(origin_m=(1.0, 2.0, 3.0), axis=(2.0, 2.0, 2.0), period_s=3.0)
     corners = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) + turn.origin_m
-    names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
     run = SimpleNamespace(
-        triangles=pd.DataFrame([corners.ravel()] * 2, columns=names).assign(mesh=["drum", "floor"]),
+        corners_at_rest=np.array([corners] * 2),
+        meshes=np.array(["drum", "floor"], dtype=object),
         mesh_motion=pd.DataFrame({"step": [300], "mesh": ["floor"], "dx": 0.0, "dy": 0.0, "dz": 0.5}),
         scene=SimpleNamespace(
             name="",
