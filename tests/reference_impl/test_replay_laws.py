@@ -98,7 +98,7 @@ def test_exact_bridge_is_solved_for_a_sample(exact_dir: Path) -> None:
     assert q["rupture_distance"]["count"] == 2 and q["rupture_distance"]["sample_of"] == 4  # one per bridge
     assert q["transfer_table"]["count"] == 48
     assert q["force"]["count"] == result["contacts"] and q["force"]["tolerance"] == 1e-9
-    # the table between its nodes; what was solved by sample, no motion recorded, quantities without a record, nothing to compare with
+    # the table between its nodes; solved by sample, no motion recorded, quantities without a record, nothing to compare with
     assert [n.split(":")[0] for n in result["notes"]] == ["transfer", "scene", "results"]
     gaps = ["capillary", "rupture", "transfer", "newton", "no record of", "scene", "results"]
     assert [sentence.split(":")[0] for sentence in result["not_checked"]] == gaps and result["unchecked"] == []
