@@ -22,7 +22,6 @@ struct Bridge {
   bool mine = false;                     // this rank owns i, and counts the bridge in sums over ranks
   double radius_i = 0, radius_j = 0, angle_i = 0, angle_j = 0;
   int site = -1;                         // index into BridgeList::sites, for a bridge at a wall
-  BridgeSums sums;
 };
 
 // Record of a bridge, for exchange between ranks and for checkpoints.

@@ -19,7 +19,6 @@ Bridge BridgeList::made(int kind, int i, int j, double volume) const {
 Bridge BridgeList::made(const BridgeRecord &record) const {
   Bridge b = made(record.kind, record.i, record.j, record.volume);
   b.rupture_distance = record.rupture_distance;
-  b.sums = record.sums;
   return b;
 }
 
@@ -49,7 +48,7 @@ void BridgeList::place(Bridge &b) const {
                                number(at.images.length[axis]) + " m, where it could be one with either copy; expected a longer box");
 }
 
-void BridgeList::add(Bridge b) {
+void BridgeList::add(Bridge b, const BridgeSums &since) {
   const Laws &laws = world_.laws;
   index_.set(key_of(b.kind, b.i, b.j), int(bridges.size()));
   prepared_.resize(prepared_.size() + laws.lines);
@@ -60,6 +59,7 @@ void BridgeList::add(Bridge b) {
     sites.push_back(world_.walls.site_at(b.j));
   }
   bridges.push_back(b);
+  sums.push_back(since);
   enter(bridges.size() - 1);
 }
 
@@ -69,18 +69,25 @@ void BridgeList::remove(size_t k) {
   index_.forget(key_of(b.kind, b.i, b.j));
   if (k != bridges.size() - 1) {
     bridges[k] = bridges.back();
+    sums[k] = sums.back();
     std::copy(prepared_.end() - lines, prepared_.end(), prepared_.begin() + k * lines);
     index_.set(key_of(bridges[k].kind, bridges[k].i, bridges[k].j), int(k));
     enter(k);
   }
   bridges.pop_back();
+  sums.pop_back();
   prepared_.resize(prepared_.size() - lines);
+}
+
+BridgeRecord BridgeList::record(size_t k) const {
+  const Bridge &b = bridges[k];
+  return BridgeRecord{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, sums[k]};
 }
 
 std::vector<BridgeRecord> BridgeList::mine() const {
   std::vector<BridgeRecord> records;
-  for (const Bridge &b : bridges)
-    if (b.mine) records.push_back(BridgeRecord{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
+  for (size_t k = 0; k < bridges.size(); k++)
+    if (bridges[k].mine) records.push_back(record(k));
   return records;
 }
 
@@ -93,11 +100,11 @@ void BridgeList::expect(std::shared_ptr<const BridgeRecord> all, int64_t n) {
 void BridgeList::exchange() {
   const View &at = world_.engine.at;
   std::vector<BridgeRecord> leaving;
-  for (Bridge &b : bridges) {
+  for (size_t k = 0; k < bridges.size(); k++) {
+    Bridge &b = bridges[k];
     const bool was_mine = b.mine;
     locate(b);
-    if (was_mine && !(b.mine && (b.kind != SPHERE || at.owned(b.b))))
-      leaving.push_back(BridgeRecord{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance, b.sums});
+    if (was_mine && !(b.mine && (b.kind != SPHERE || at.owned(b.b)))) leaving.push_back(record(k));
   }
   if (recorded_) {
     take_up(recorded_.get(), count_recorded_);
@@ -115,7 +122,7 @@ void BridgeList::take_up(const BridgeRecord *record, int64_t n) {
     if (find(record->kind, record->i, record->j) >= 0) continue;
     Bridge b = made(*record);
     locate(b);
-    if (b.here) add(b);
+    if (b.here) add(b, record->sums);
   }
 }
 
@@ -146,19 +153,23 @@ void BridgeList::sort() {
   const std::vector<int> order = in_order();
   index_.begin(order.size());
   std::vector<Bridge> sorted;
+  std::vector<BridgeSums> sums_in_order;
   std::vector<CacheLine> lines;
   std::vector<Site> sites_in_order;      // without the sites of ruptured bridges
   sorted.reserve(order.size());
+  sums_in_order.reserve(order.size());
   lines.reserve(prepared_.size());
   for (int k : order) {
     lines.insert(lines.end(), prepared(k), prepared(k + 1));
     index_.set(key_of(bridges[k].kind, bridges[k].i, bridges[k].j), int(sorted.size()));
     sorted.push_back(bridges[k]);
+    sums_in_order.push_back(sums[k]);
     if (bridges[k].kind == SPHERE) continue;
     sorted.back().site = int(sites_in_order.size());
     sites_in_order.push_back(std::move(sites[bridges[k].site]));
   }
   bridges.swap(sorted);
+  sums.swap(sums_in_order);
   prepared_.swap(lines);
   sites.swap(sites_in_order);
   for (size_t k = 0; k < bridges.size(); k++) enter(k);

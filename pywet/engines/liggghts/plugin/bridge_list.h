@@ -12,6 +12,7 @@ namespace pywet {
 class BridgeList {
  public:
   std::vector<Bridge> bridges;
+  std::vector<BridgeSums> sums;          // in the order of `bridges`; apart, as every step changes them and little else
   std::vector<Site> sites;               // closest points of the bridges at walls
   std::vector<Block> blocks;             // their data in the loops of a step, BATCH bridges each
   int64_t formations = 0, ruptures = 0;  // number since the start of those decided by this rank
@@ -20,7 +21,7 @@ class BridgeList {
   Bridge made(int kind, int i, int j, double volume) const;
   Bridge made(const BridgeRecord &record) const;
   void place(Bridge &b) const;           // finds the local indices of its ends
-  void add(Bridge b);
+  void add(Bridge b, const BridgeSums &since);
   void remove(size_t k);                 // the last bridge takes its place
   void expect(std::shared_ptr<const BridgeRecord> all, int64_t n);  // bridges of a checkpoint, on every rank
   void exchange();                       // call after spheres have migrated between ranks; collective
@@ -29,6 +30,7 @@ class BridgeList {
 
   int find(int kind, int i, int j) const;  // index of the bridge, or -1
   Geometry geometry(const Bridge &b);
+  BridgeSums &since(const Bridge &b) { return sums[&b - bridges.data()]; }
   double share(const Bridge &b) const;   // share of i, by the transfer ratio
   double rupture_limit(const Bridge &b, const Geometry &g) const;
   // Precomputed data of the capillary law for a bridge.
@@ -43,6 +45,7 @@ class BridgeList {
 
   std::vector<int> in_order() const;     // order of the bridges that have an end on this rank
   void enter(size_t k);
+  BridgeRecord record(size_t k) const;
   void take_up(const BridgeRecord *record, int64_t n);
   void locate(Bridge &b) const;
 };

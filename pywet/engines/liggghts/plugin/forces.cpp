@@ -137,11 +137,13 @@ void Forces::add(BridgeBatch &t) {
   find_forces(block, t);
   auto at = [](const double (*from)[BATCH], int k) { return Vec(from[0][k], from[1][k], from[2][k]); };
   int before = -1;  // bridges of one sphere are consecutive: its sums are held in local variables
-  Vec f, q;
+  const double span = sums_.span();
+  Vec f, q, p;
   auto put = [&] {
     if (!engine.owned(before)) return;
     store(f, engine.f[before]);
     store(q, engine.torque[before]);
+    store(p, engine.liquid[before] + IMPULSE);
   };
   for (int k = 0; k < t.n; k++) {
     if (!t.acts[k]) continue;
@@ -149,17 +151,19 @@ void Forces::add(BridgeBatch &t) {
     if (!(t.square[k] < INF)) single_.not_finite(standing_.bridges[t.first + k], block.row[SEPARATION][k]);
     if (a != before) {
       put();
-      f = vector_of(engine.f, a); q = vector_of(engine.torque, a);
+      f = vector_of(engine.f, a); q = vector_of(engine.torque, a); p = Vec(engine.liquid[a] + IMPULSE);
       before = a;
     }
-    f = f + at(t.force, k);
+    const Vec force = at(t.force, k);
+    f = f + force;
     q = q + at(t.torque_i, k);
+    p = p + span * force;
     if (engine.owned(b)) {
-      accumulate(engine.f[0] + 3 * b, (-1.0) * at(t.force, k));
+      accumulate(engine.f[0] + 3 * b, (-1.0) * force);
       accumulate(engine.torque[0] + 3 * b, at(t.torque_j, k));
+      accumulate(engine.liquid[b] + IMPULSE, (-span) * force);
     }
-    sums_.add(a, b, at(t.force, k));
-    sums_.add(standing_.bridges[t.first + k].sums, block.row[SEPARATION][k], t.pull[k], t.viscous[k]);
+    sums_.add(standing_.sums[t.first + k], block.row[SEPARATION][k], t.pull[k], t.viscous[k]);
     if (recorded) record(t, k);
   }
   put();

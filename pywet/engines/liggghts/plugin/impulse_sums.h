@@ -24,6 +24,8 @@ class ImpulseSums {
   // Number of steps for which the forces evaluated next act; zero if a set-up repeats a step.
   void act_for(double steps) { span_ = world_.clock.again ? 0.0 : steps * world_.engine.at.dt; }
 
+  double span() const { return span_; }
+
   // Adds the impulse of a force on the first sphere of a bridge, and of its reaction on the second.
   void add(int a, int b, const Vec &force) const {
     const View &at = world_.engine.at;

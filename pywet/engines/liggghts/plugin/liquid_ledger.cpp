@@ -94,9 +94,8 @@ void LiquidLedger::apply_formations() {
       if (!b.here) continue;
       b.rupture_distance = world_.laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);
       e.rupture_distance = b.rupture_distance;
-      b.sums.least = b.sums.largest = e.separation;
       near_.bridged(b);
-      standing_.add(b);
+      standing_.add(b, BridgeSums{0, 0, e.separation, e.separation});
       if (b.mine) energy_.formed += energy_.stored(standing_.bridges.size() - 1, e.separation);
     }
 }

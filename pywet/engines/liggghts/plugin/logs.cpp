@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 namespace pywet {
 
@@ -142,8 +143,7 @@ void Logs::snapshot() {
   for (Bridge &b : standing_.bridges) {
     if (!b.here) continue;
     const Geometry g = standing_.geometry(b);
-    const BridgeSums since = b.sums;
-    b.sums = BridgeSums{0, 0, g.separation, g.separation};
+    const BridgeSums since = std::exchange(standing_.since(b), BridgeSums{0, 0, g.separation, g.separation});
     if (!b.mine) continue;
     BridgeSnapshot s = {};
     s.step = now; s.partner_kind = b.kind; s.i = b.i; s.j = b.j; s.triangle = g.triangle;

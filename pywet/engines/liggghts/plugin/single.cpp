@@ -38,7 +38,7 @@ void Single::add_viscous(const Bridge &b, const Geometry &g, Terms &t) const {
   t.tangential = (-t.slide * t.factor_tangential) * (pushed - dot(pushed, g.n) * g.n) + (-t.roll * t.factor_tangential) * spin;
 }
 
-void Single::act(Bridge &b, const Geometry &g, const Terms &t) {
+void Single::act(const Bridge &b, const Geometry &g, const Terms &t) {
   const View &at = world_.engine.at;
   const Vec force = (t.viscous - t.capillary) * g.n + t.tangential;
   const Vec turn = cross(g.n, t.tangential);
@@ -52,7 +52,7 @@ void Single::act(Bridge &b, const Geometry &g, const Terms &t) {
     accumulate(at.torque[b.b], (-g.radius_j) * turn);
   }
   sums_.add(b.a, b.b, force);
-  sums_.add(b.sums, g.separation, t.capillary, t.viscous);
+  sums_.add(standing_.since(b), g.separation, t.capillary, t.viscous);
   if (world_.rules.energy) energy_.add(b, g, t);
 }
 
