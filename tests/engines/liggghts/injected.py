@@ -109,7 +109,7 @@ PATCHES: list[tuple[str, str, str]] = [
      '  return b.volume * (injected("transfer swapped") ? 1 - T : injected("half and half") ? 0.5 : T);'),
     ("logs.cpp", "store((-g.radius_i) * turn, c.torque_i);",
      'store((-(g.radius_i + (injected("torque arm") ? 0.5 * g.separation : 0.0))) * turn, c.torque_i);'),
-    ("forces.cpp", "f = f + at(t.force, k);", 'f = f + (injected("half of it acts") ? 0.5 : 1.0) * at(t.force, k);'),
+    ("forces.cpp", "f = f + force;", 'f = f + (injected("half of it acts") ? 0.5 : 1.0) * force;'),
     ("walls.h", "best.point = mesh.to_world(best.point);",
      'best.point = mesh.to_world(best.point) + (injected("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
     ("near_pairs.cpp", "const double reach = radii + films_.thickness(a) + films_.thickness(b);",

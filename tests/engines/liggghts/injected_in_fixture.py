@@ -48,8 +48,8 @@ PATCHES: list[tuple[str, str, str]] = [
      "call(laws.viscous_normal, t.viscous, 1);\n"
      '  if (injected("drag halved outside windows") && !world_.clock.logs_contacts())\n'
      "    for (int k = 0; k < t.n; k++) t.viscous[k] *= 0.5;"),
-    ("forces.cpp", "accumulate(engine.f[0] + 3 * b, (-1.0) * at(t.force, k));",
-     'accumulate(engine.f[0] + 3 * b, (injected("acts on one side") ? 0.0 : -1.0) * at(t.force, k));'),
+    ("forces.cpp", "accumulate(engine.f[0] + 3 * b, (-1.0) * force);",
+     'accumulate(engine.f[0] + 3 * b, (injected("acts on one side") ? 0.0 : -1.0) * force);'),
     ("films.cpp", "  thicker = std::max(",
      '  if (!injected("growth unseen") && !injected("growth unseen, on walls too")) thicker = std::max('),
     ("films.cpp", "  wall_thicker = std::max(",
