@@ -99,6 +99,8 @@ KINDS: dict[str, Kind] = {
 FORCES = tuple(name for name, kind in KINDS.items() if kind.force)
 NEEDED = tuple(name for name, kind in KINDS.items() if kind.needed)
 SWITCHED = tuple(name for name, kind in KINDS.items() if kind.paper and not kind.needed)
+OPT_IN = ("liquid_weight", "shedding")
+"""Effects that are in no preset and must be switched on explicitly."""
 PRESETS: dict[str, dict[str, str]] = {
     preset: {name: (preset == "exact" and kind.exact) or kind.paper for name, kind in KINDS.items() if kind.paper}
     for preset in get_args(Preset)

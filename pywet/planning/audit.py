@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pywet import run_folder
-from pywet.laws.kinds import FORCES
-from pywet.planning.effect_plan import OPT_IN
+from pywet.laws.kinds import FORCES, OPT_IN
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions
 from pywet.util.files import read_model, write_json

@@ -15,7 +15,7 @@ from typing import Any
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import PywetError
 from pywet.laws import registry
-from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
+from pywet.laws.kinds import NEEDED, OPT_IN, PRESETS, SWITCHED
 from pywet.planning import costs
 from pywet.planning.numbers import Number, class_groups, effect_numbers
 from pywet.planning.shares import WITHIN, predicted_shares
@@ -34,8 +34,6 @@ __all__ = [
 
 OF_THE_BRIDGE = (*SWITCHED, "wall_films", "sharing_by_size")
 """Effects that need bridges and have a switch."""
-OPT_IN = ("liquid_weight", "shedding")
-"""Effects that are in no preset and must be switched on explicitly."""
 DRIPPING = "tate"
 """Default law of shedding."""
 OF_THE_CONTACT = ("rolling", "tangential_history", "gravity")

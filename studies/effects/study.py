@@ -9,8 +9,8 @@ from typing import Any
 import pandas as pd
 
 from pywet.errors import PywetError
+from pywet.laws.kinds import OPT_IN
 from pywet.planning.costs import STORED
-from pywet.planning.effect_plan import OPT_IN
 from pywet.util.files import read_json, write_json
 from studies import study
 from studies.effects import verdict
