@@ -26,6 +26,7 @@ from pywet.cost import edit
 from pywet.report.app import Server
 from tests.test_config import add_the_material_of_the_page
 from tests.test_docs import COMMANDS, IN_A_FOLDER, ROOT, check_shown, is_cheap, plain, program, shown_below, words
+from tests.test_docs_examples import blocks
 
 TINY = {
     "scales.yaml: scales smoke width_mm value": 41,
@@ -69,6 +70,26 @@ def one_more_case(folder: Path) -> None:
 
 def a_material(folder: Path) -> None:
     add_the_material_of_the_page(folder / "config")
+
+
+def name_in_config(folder: Path, yaml_block: int, file: str, python_block: int) -> None:
+    """Write a Python block of the page on custom laws to a file, and put its YAML block in place of the configured laws."""
+    page: dict[str, list[str]] = {}
+    for language, text in blocks("howto-own-law.md"):
+        page.setdefault(language, []).append(text)
+    (folder / "config" / file).write_text(page["python"][python_block])
+    path = folder / "config/config.yaml"
+    path.write_text(
+        re.sub(r"^laws:\n(  .*\n)+", page["yaml"][yaml_block], path.read_text(), count=1, flags=re.MULTILINE)
+    )
+
+
+def custom_law(folder: Path) -> None:
+    name_in_config(folder, 0, "my_law.py", 0)
+
+
+def custom_reference(folder: Path) -> None:
+    name_in_config(folder, 1, "my_reference.py", 2)
 
 
 def small_scenes(folder: Path) -> None:
@@ -225,6 +246,12 @@ GROUPS: dict[str, tuple[Step, ...]] = {
         "pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf",
     ),
     "a material": (a_material, "pywet run 50"),
+    "a law": (
+        custom_law,
+        "pywet run 2 --out results/my_law",
+        custom_reference,
+        "pywet run 2 --out results/my_reference",
+    ),
     "presets": (
         "pywet run 2 --seeds 5 --out results/seeds/paper/1",
         "pywet run 2 --seeds 5 --preset exact --out results/seeds/exact/1",
@@ -274,12 +301,25 @@ SMALLER = {
 MAKE_SMALLER = (small_scenes, small_deck, insert_throughout, small_sweep, small_drum)
 ONLY_AS_SHIPPED = {
     "pywet run 2",
+    "pywet run 2 --out results/my_law",
+    "pywet run 2 --out results/my_reference",
     "pywet screen mydeck/run",
     "pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf",
     *(plain(c) for c in COMMANDS if words(c)[1][:1] == ["run-scene"]),
 }
 """Commands that print other lines for tiny runs: their liquid is in other reservoirs, and they have no partition curve."""
-AS_SHIPPED = ("one run", "a bed", "a script", "a sweep", "calibrations", "a deck", "seeds", "presets", "scenes")
+AS_SHIPPED = (
+    "one run",
+    "a bed",
+    "a script",
+    "a sweep",
+    "calibrations",
+    "a deck",
+    "seeds",
+    "presets",
+    "scenes",
+    "a law",
+)
 DIFFERENT = {
     "pywet compare results/smoke/case02.1 results/smoke/case02 --across liquid",
     "pywet compare results/seeds/paper results/seeds/exact --json difference.json",

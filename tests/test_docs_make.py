@@ -28,7 +28,7 @@ PROGRAMS = {
     ".venv/bin/python": PYTHON,
     ".venv/bin/snakemake": SNAKEMAKE,
     ".venv/bin/pywet": f'exec {sys.executable} -m pywet.cli.app "$@" --check',
-    "bin/dpkg-query": f"case $2 in *db:Status*) exit 1 ;; esac\nexec {shutil.which('dpkg-query')} \"$@\"",
+    "bin/dpkg-query": f'case $2 in *db:Status*) exit 1 ;; esac\nexec {shutil.which("dpkg-query")} "$@"',
     "bin/apt-get": "exit 0",
     "bin/sudo": '[ "$1" != -n ] || shift\nexec "$@"',
 }

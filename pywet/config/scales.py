@@ -52,7 +52,9 @@ class Scale(Limited):
         """Accept the former name of `analytic` wires with a warning."""
         if not isinstance(given, dict) or given.get("wires") != FORMER_WIRES:
             return given
-        notice.warning(f"scales: wires: {FORMER_WIRES} is now wires: analytic; this version still accepts {FORMER_WIRES}")
+        notice.warning(
+            f"scales: wires: {FORMER_WIRES} is now wires: analytic; this version still accepts {FORMER_WIRES}"
+        )
         return {**given, "wires": "analytic"}
 
     @model_validator(mode="after")

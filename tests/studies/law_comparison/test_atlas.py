@@ -61,17 +61,17 @@ def test_the_command_writes_a_whole_page(small: None, tmp_path: Path, monkeypatc
     result = CliRunner().invoke(app, ["study", "laws", "--no-stock"])
     assert result.exit_code == 0, result.output
     check_shown("pywet study laws --no-stock", result.stdout)
-    atlas = tmp_path / "results" / "atlas"
-    text = (atlas / "atlas.html").read_text()
+    folder = tmp_path / "results" / "atlas"
+    text = (folder / "atlas.html").read_text()
     assert text.count("<svg") == 6 and "Not measured: not asked for" in text
     for law in registry.BUILT_IN["capillary"]:
         assert law in cost.LEFT_OUT or f"<code>{law}</code>" in text
-    table = pd.read_csv(atlas / "forces.csv").set_index(["law", "bodies", "gap"])
+    table = pd.read_csv(folder / "forces.csv").set_index(["law", "bodies", "gap"])
     assert table.loc[("young_laplace", "equal spheres", "gap"), "worst"] < 1e-3  # the stated error of the table
     assert table.loc[("lambert", "equal spheres", "touch"), "median"] == pytest.approx(
         0.099, abs=0.002
     )  # 1/0.9361, 1/0.8844
-    assert not list(atlas.glob(".*"))  # nothing half-written
+    assert not list(folder.glob(".*"))  # nothing half-written
 
 
 CUSTOM_LAW = """
