@@ -150,16 +150,20 @@ def plain(command: str) -> str:
     return command.removeprefix(".venv/bin/")
 
 
-def shown_below(command: str) -> list[list[str]]:
-    """Lines that pages show below a command in its console blocks."""
+def with_output() -> list[tuple[str, list[str]]]:
+    """Every command of every page's console blocks, and the lines below it."""
     found = []
     for page in PAGES:
         for block in CONSOLE.findall(page.read_text()):
             for given in re.split(r"^\s*\$ ", block.replace("\\\n", " "), flags=re.MULTILINE)[1:]:
                 first, *lines = lines_of(given)
-                if plain(first.partition(" #")[0]) == plain(command) and lines:
-                    found.append(lines)
+                found.append((plain(first.partition(" #")[0]), lines))
     return found
+
+
+def shown_below(command: str) -> list[list[str]]:
+    """Lines that pages show below a command in its console blocks."""
+    return [lines for given, lines in with_output() if given == plain(command) and lines]
 
 
 def check_shown(command: str, output: str, tolerance: float = ROUND_OFF) -> None:
