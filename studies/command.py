@@ -77,7 +77,7 @@ def accuracy(
     store: Annotated[
         bool, typer.Option("--store", help="Renew the table that `pywet plan CASE --accuracy` reads.")
     ] = False,
-    anew: Annotated[bool, typer.Option("--anew", help="Forget the runs that are there.")] = False,
+    again: Annotated[bool, typer.Option("--again", help="Delete the stored runs of this size first.")] = False,
     show: Annotated[bool, typer.Option("--show", help="Only table and page, from the runs that are there.")] = False,
 ) -> None:
     """What accuracy costs: every setting compared with a finer one, its error, its cost, and the position of the defaults."""
@@ -86,7 +86,7 @@ def accuracy(
 
     study = accuracy_study.AccuracyStudy(folder, size, config)
     make_folder(folder)
-    if anew:
+    if again:
         study.forget()
     missing = 0 if show else len(study.missing())
     if missing:

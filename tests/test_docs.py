@@ -33,6 +33,19 @@ CHEAP = {"doctor", "laws", "plan", "bridge"}
 
 ROUND_OFF = 1e-6
 """Share by which a computed number may differ from the one on a page: another processor sums in another order."""
+CHECKOUT = (
+    "Snakefile",
+    "benchmarks",
+    "config",
+    "docs",
+    "examples",
+    "liggghts_inputs",
+    "pywet",
+    "reference_impl",
+    "studies",
+    "workflow",
+)
+"""What the commands of the pages read of a checkout."""
 
 
 def commands_in(text: str) -> list[str]:
@@ -63,10 +76,16 @@ def program(name: str) -> str:
     return str(beside) if beside.exists() else shutil.which(name) or name
 
 
-def call(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run a command in the repository."""
+def call(*command: str, folder: Path = ROOT, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a command in the repository or in another folder."""
     merged = {**os.environ, "COLUMNS": "200", "NO_COLOR": "1", **environment}
-    return subprocess.run(command, cwd=ROOT, env=merged, capture_output=True, text=True, check=False)
+    return subprocess.run(command, cwd=folder, env=merged, capture_output=True, text=True, check=False)
+
+
+def link_checkout(folder: Path) -> None:
+    """Give a folder the files of the checkout, without any result."""
+    for name in CHECKOUT:
+        (folder / name).symlink_to(ROOT / name)
 
 
 def parse_pywet(arguments: list[str]) -> list[str]:
@@ -109,8 +128,14 @@ def test_command_of_the_documentation_exists_and_parses(command: str, tmp_path: 
         shown = CliRunner().invoke(app, [*parse_pywet(arguments), "--help"])
         assert shown.exit_code == 0, shown.output
     elif name == "snakemake":
-        done = call(sys.executable, "-m", "snakemake", "-n", "--nolock", *arguments, XDG_CACHE_HOME=str(tmp_path))
+        link_checkout(tmp_path)
+        done = call(
+            *(sys.executable, "-m", "snakemake", "-n", *arguments),
+            folder=tmp_path,
+            XDG_CACHE_HOME=str(tmp_path / "cache"),
+        )
         assert done.returncode == 0, done.stderr
+        check_shown(command, done.stdout)  # the jobs that it is going to run, which it prints with -n and without
     elif name in ("python", "python3") and arguments[0] == "-m":
         assert importlib.util.find_spec(arguments[1]) is not None
     elif name.startswith("tools/"):
@@ -125,16 +150,20 @@ def plain(command: str) -> str:
     return command.removeprefix(".venv/bin/")
 
 
-def shown_below(command: str) -> list[list[str]]:
-    """Lines that pages show below a command in its console blocks."""
+def with_output() -> list[tuple[str, list[str]]]:
+    """Every command of every page's console blocks, and the lines below it."""
     found = []
     for page in PAGES:
         for block in CONSOLE.findall(page.read_text()):
             for given in re.split(r"^\s*\$ ", block.replace("\\\n", " "), flags=re.MULTILINE)[1:]:
                 first, *lines = lines_of(given)
-                if plain(first.partition(" #")[0]) == plain(command) and lines:
-                    found.append(lines)
+                found.append((plain(first.partition(" #")[0]), lines))
     return found
+
+
+def shown_below(command: str) -> list[list[str]]:
+    """Lines that pages show below a command in its console blocks."""
+    return [lines for given, lines in with_output() if given == plain(command) and lines]
 
 
 def check_shown(command: str, output: str, tolerance: float = ROUND_OFF) -> None:
@@ -186,16 +215,12 @@ IN_A_FOLDER = (
 @pytest.mark.parametrize("commands", IN_A_FOLDER, ids=lambda commands: commands[-1])
 def test_commands_of_the_documentation_run_in_a_folder(commands: tuple[str, ...], tmp_path: Path) -> None:
     """They end without an error and print what the pages show below them."""
-    for name in ("examples", "docs", "config", "benchmarks", "reference_impl", "pywet"):
-        (tmp_path / name).symlink_to(ROOT / name)
+    link_checkout(tmp_path)
     (tmp_path / "results").mkdir()
-    environment = {**os.environ, "COLUMNS": "200", "NO_COLOR": "1"}
     for command in commands:
         assert command in COMMANDS
         name, arguments = words(command)
-        done = subprocess.run(
-            [program(name), *arguments], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-        )
+        done = call(program(name), *arguments, folder=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
         assert done.stdout.strip() or (tmp_path / "results" / "oblique.csv").exists()
         check_shown(command, done.stdout)

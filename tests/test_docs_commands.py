@@ -1,7 +1,8 @@
 """The commands of the pages that need runs: each is executed, in the pages' order, on runs as small as the machine can make them.
 
-`test_docs.py` executes those that need no run, and `make` and `snakemake` dry. The tables here name all others: GROUPS are
-executed, with further options (SMALLER) where they would take long, ELSEWHERE and IN_PARTS name tests, PARSED are not executed.
+`test_docs.py` executes those that need no run, and `snakemake` dry. The tables here name all others: GROUPS are executed, with
+further options (SMALLER) where they would take long, ELSEWHERE and IN_PARTS name tests, PARSED are not executed. A page shows
+what each prints, with the exceptions of PARSED and SILENT.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from unittest import mock
 
 import pytest
 import yaml
@@ -21,8 +23,10 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.cost import edit
+from pywet.report.app import Server
 from tests.test_config import add_the_material_of_the_page
-from tests.test_docs import COMMANDS, IN_A_FOLDER, ROOT, check_shown, is_cheap, plain, program, words
+from tests.test_docs import COMMANDS, IN_A_FOLDER, ROOT, check_shown, is_cheap, plain, program, with_output, words
+from tests.test_docs_examples import blocks
 
 TINY = {
     "scales.yaml: scales smoke width_mm value": 41,
@@ -66,6 +70,26 @@ def one_more_case(folder: Path) -> None:
 
 def a_material(folder: Path) -> None:
     add_the_material_of_the_page(folder / "config")
+
+
+def name_in_config(folder: Path, yaml_block: int, file: str, python_block: int) -> None:
+    """Write a Python block of the page on custom laws to a file, and put its YAML block in place of the configured laws."""
+    page: dict[str, list[str]] = {}
+    for language, text in blocks("howto-own-law.md"):
+        page.setdefault(language, []).append(text)
+    (folder / "config" / file).write_text(page["python"][python_block])
+    path = folder / "config/config.yaml"
+    path.write_text(
+        re.sub(r"^laws:\n(  .*\n)+", page["yaml"][yaml_block], path.read_text(), count=1, flags=re.MULTILINE)
+    )
+
+
+def custom_law(folder: Path) -> None:
+    name_in_config(folder, 0, "my_law.py", 0)
+
+
+def custom_reference(folder: Path) -> None:
+    name_in_config(folder, 1, "my_reference.py", 2)
 
 
 def small_scenes(folder: Path) -> None:
@@ -222,6 +246,12 @@ GROUPS: dict[str, tuple[Step, ...]] = {
         "pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf",
     ),
     "a material": (a_material, "pywet run 50"),
+    "a law": (
+        custom_law,
+        "pywet run 2 --out results/my_law",
+        custom_reference,
+        "pywet run 2 --out results/my_reference",
+    ),
     "presets": (
         "pywet run 2 --seeds 5 --out results/seeds/paper/1",
         "pywet run 2 --seeds 5 --preset exact --out results/seeds/exact/1",
@@ -262,24 +292,34 @@ SMALLER = {
     "pywet study cross-code --out results/agreement": "--only dry",
     "pywet run 2 --seeds 5 --out results/seeds/paper/1": "--seeds 2",
     "pywet run 2 --seeds 5 --preset exact --out results/seeds/exact/1": "--seeds 2",
-    "pywet app results/smoke/case01 results/smoke/case02": "--to two.html",
-    "pywet app results/smoke/case02": "--to one.html",
     "pywet scene drum --moisture 1 --spheres 400 --seconds 1.5": "--spheres 60 --seconds 0.02",
     "pywet study effects": "--seeds 2 --size 0.1 --scene fast_dilute",
     "python -m studies.full_scale.readings run results/readings 2 3": "--only amplitude=",
     "python -m studies.full_scale.readings run results/readings_long 2 --long": "--only amplitude=",
 }
-"""Command -> options that follow it here: a page instead of a server that never ends; less to compute."""
-SERVERS = {"pywet app results/smoke/case01 results/smoke/case02", "pywet app results/smoke/case02"}
+"""Command -> options that follow it here, so that there is less to compute."""
 MAKE_SMALLER = (small_scenes, small_deck, insert_throughout, small_sweep, small_drum)
 ONLY_AS_SHIPPED = {
     "pywet run 2",
+    "pywet run 2 --out results/my_law",
+    "pywet run 2 --out results/my_reference",
     "pywet screen mydeck/run",
     "pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf",
     *(plain(c) for c in COMMANDS if words(c)[1][:1] == ["run-scene"]),
 }
 """Commands that print other lines for tiny runs: their liquid is in other reservoirs, and they have no partition curve."""
-AS_SHIPPED = ("one run", "a bed", "a script", "a sweep", "calibrations", "a deck", "seeds", "presets", "scenes")
+AS_SHIPPED = (
+    "one run",
+    "a bed",
+    "a script",
+    "a sweep",
+    "calibrations",
+    "a deck",
+    "seeds",
+    "presets",
+    "scenes",
+    "a law",
+)
 DIFFERENT = {
     "pywet compare results/smoke/case02.1 results/smoke/case02 --across liquid",
     "pywet compare results/seeds/paper results/seeds/exact --json difference.json",
@@ -290,10 +330,11 @@ DIFFERENT = {
     "pywet compare --a results/crosscheck/dry/liggghts --b results/crosscheck/dry/yade",
 }
 """Commands that may answer with exit code 1: groups or runs that differ, targets that a drum of 20 spheres cannot reach."""
-DRY = ("make", "snakemake")
+DRY = ("snakemake",)
 """Programs that are executed with -n, in `test_command_of_the_documentation_exists_and_parses`."""
 ELSEWHERE = {
     "make help": "tests/test_docs.py::test_make_help_lists_every_target",
+    "make lint": "tests/test_docs_make.py::test_lint",
     "cd law": "tests/laws/test_own_page.py::test_the_bridge_of_the_page",
     "pywet bridge config/my_bridge.json --trust --table --plot neck.svg": (
         "tests/laws/test_own_page.py::test_the_table_prints_what_a_law_is_off_the_exact_bridge"
@@ -304,35 +345,48 @@ ELSEWHERE = {
     "pywet score viscous_pull my_answers.csv": (
         "tests/test_docs_examples.py::test_the_code_that_is_checked_on_the_page_solves_the_problem"
     ),
-    "pywet study laws --no-stock": "tests/studies/law_comparison/test_atlas.py::test_the_command_writes_a_whole_page",
-}
-"""Command -> the test that executes it."""
-IN_PARTS = {
-    "pip wheel --no-deps -w dist .": "tests/test_shipped.py::test_every_file_of_the_program_is_in_the_wheel",
-    'pip install "dist/pywet-0.2.0-py3-none-any.whl[workflow]"': (
-        "tests/test_shipped.py::test_an_installed_wheel_does_what_the_checkout_does"
-    ),
-    "pywet study stability --cases 2000 --seed 1": (
-        "tests/studies/stability/test_stability.py::test_a_longer_study_does_the_short_batch_again"
-    ),
-    "pywet study accuracy --size quick": "tests/studies/accuracy/test_accuracy.py::test_",
-    "pywet study search examples/calibrations/readings.yaml --out results/calibrations/readings": (
-        "tests/studies/search/test_statement_search.py::test_the_sieve_that_makes_the_statements_come_true_survives"
-    ),
     "python benchmarks/wet/measured.py": (
         "tests/benchmarks/test_wet.py::test_the_page_of_measurements_says_what_is_computed"
     ),
 }
-"""Command that takes minutes to hours or needs a network -> a test that executes what it calls, on small inputs."""
-PARSED = {
-    "pip install -c constraints.txt snakemake-executor-plugin-slurm": "needs a network",
-    "sudo tools/fresh-machine test": "builds a machine; parsed by bash -n",
+"""Command -> the test that executes it."""
+IN_PARTS = {
+    "make setup": "tests/test_docs_make.py::test_setup_on_a_fresh_machine",
+    "make peers": "tests/test_docs_make.py::test_setup_on_a_fresh_machine",
+    "make run": "tests/test_docs_make.py::test_run",
+    "make run ENGINE=yade": "tests/test_docs_make.py::test_run",
+    "make bench": "tests/test_docs_make.py::test_bench",
+    "pywet study laws --no-stock": "tests/studies/law_comparison/test_atlas.py::test_the_command_writes_a_whole_page",
+    "pip wheel --no-deps -w dist .": "tests/test_shipped.py::wheel",
+    'pip install "dist/pywet-0.2.0-py3-none-any.whl[workflow]"': (
+        "tests/test_shipped.py::test_an_installed_wheel_does_what_the_checkout_does"
+    ),
+    "pywet study stability --cases 2000 --seed 1": (
+        "tests/studies/stability/test_stability.py::test_the_command_prints_where_its_page_is"
+    ),
+    "pywet study accuracy --size quick": (
+        "tests/studies/accuracy/test_accuracy.py::test_the_command_prints_where_its_page_is"
+    ),
+    "pywet study search examples/calibrations/readings.yaml --out results/calibrations/readings": (
+        "tests/studies/search/test_statement_search.py::test_the_command_of_the_page_prints_its_answer"
+    ),
 }
-"""Command -> why it is not executed."""
+"""Command that takes minutes to hours or installs -> a test that executes it on small inputs, with nothing to install."""
+PARSED = {
+    "make test": "runs this test",
+    "pip install -c constraints.txt snakemake-executor-plugin-slurm": "needs a network",
+    "sudo tools/fresh-machine test": "needs root, a network and 4 GB; parsed by bash -n",
+}
+"""Command -> why it is not executed, and no page shows what it prints."""
+SILENT = {"cd law", "pywet score viscous_pull --template | python my_code.py > my_answers.csv"}
+"""Commands that print nothing."""
 
 
 def invoke(command: str, folder: Path, more: str = "") -> tuple[int, str]:
-    """Exit code and standard output of a command in a folder; pywet's in this process, which need not import it again."""
+    """Exit code and standard output of a command in a folder; pywet's in this process, which need not import it again.
+
+    A server of `pywet app` is ended as by Ctrl-C.
+    """
     name, arguments = words(command)
     arguments += shlex.split(more)
     environment = {"COLUMNS": "200", "NO_COLOR": "1"}
@@ -340,7 +394,8 @@ def invoke(command: str, folder: Path, more: str = "") -> tuple[int, str]:
         before = Path.cwd()
         os.chdir(folder)
         try:
-            done = CliRunner(env=environment).invoke(app, arguments)
+            with mock.patch.object(Server, "serve_forever", side_effect=KeyboardInterrupt):
+                done = CliRunner(env=environment).invoke(app, arguments)
         finally:
             os.chdir(before)
         return done.exit_code, done.stdout + (done.stderr if done.exit_code else "")
@@ -359,7 +414,7 @@ def run_group(group: str, folder: Path, shipped: bool) -> None:
             if not (shipped and step in MAKE_SMALLER):
                 step(folder)
             continue
-        code, output = invoke(step, folder, "" if shipped and step not in SERVERS else SMALLER.get(step, ""))
+        code, output = invoke(step, folder, "" if shipped else SMALLER.get(step, ""))
         assert code in ((0, 1) if step in DIFFERENT else (0,)), f"{step}\n{output}"
         if shipped or step not in ONLY_AS_SHIPPED:
             check_shown(step, output, SCATTER if shipped else math.inf)
@@ -391,6 +446,13 @@ def test_every_command_of_the_documentation_is_executed() -> None:
     dry = {c for c in known if words(c)[0] in DRY}
     assert small | cheap | folder | dry | set(ELSEWHERE) | set(IN_PARTS) | set(PARSED) == known
     assert set(SMALLER) | DIFFERENT <= small
-    for test in (*ELSEWHERE.values(), *IN_PARTS.values()):
+    for command, test in {**ELSEWHERE, **IN_PARTS}.items():
         file, _, name = test.partition("::")
-        assert f"def {name}" in (ROOT / file).read_text(), test
+        body = re.search(rf"\n((?:@.*\n)*)def {name}\((.|\n)*?(?=\n\n\n|\Z)", (ROOT / file).read_text())
+        assert body, test
+        assert command in SILENT or "check_shown(" in body[0], f"{test} does not compare what {command} prints"
+
+
+def test_pages_show_what_every_command_prints() -> None:
+    """On every page that has the command; the exceptions are listed with their reasons, and are no others."""
+    assert {command for command, lines in with_output() if not lines} == set(PARSED) | SILENT

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -25,6 +26,7 @@ from pywet.collisions.wall import sweep
 from pywet.scene_stages import read_scene
 from pywet.sweep import plan
 from tests.error_codes import raises_code
+from tests.test_docs import check_shown
 
 ROOT = Path(__file__).parent.parent
 SOURCES = (
@@ -38,7 +40,7 @@ SOURCES = (
     "docs",
 )
 BESIDE = ("Snakefile", "pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE")
-BUILD = "import os, sys; from setuptools import build_meta; os.mkdir('out'); getattr(build_meta, sys.argv[1])('out')"
+BUILD = "import os; from setuptools import build_meta; os.mkdir('out'); build_meta.build_sdist('out')"
 TRY = """
 import os, pywet
 from pywet.cli.app import app
@@ -68,11 +70,12 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in BESIDE:
         shutil.copy(ROOT / name, folder)
-    call(sys.executable, "-c", BUILD, "build_sdist", folder=folder)
+    call(sys.executable, "-c", BUILD, folder=folder)
     shutil.unpack_archive(next((folder / "out").glob("*.tar.gz")), source)
     (unpacked,) = source.iterdir()
-    call(sys.executable, "-c", BUILD, "build_wheel", folder=unpacked)
-    return next((unpacked / "out").glob("*.whl"))
+    command = "pip wheel --no-deps -w dist ."
+    check_shown(command, call(sys.executable, "-m", *command.split(), "--no-build-isolation", folder=unpacked))
+    return next((unpacked / "dist").glob("*.whl"))
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +187,11 @@ def test_an_installed_wheel_does_what_the_checkout_does(wheel: Path, tmp_path: P
     )
     # packages of this environment, without its editable pywet
     (Path(inside.strip()) / "others.pth").write_text(sysconfig.get_path("purelib"))
-    call(str(program / "python"), "-m", "pip", "install", "-q", "--no-deps", "--no-index", str(wheel), folder=tmp_path)
+    command = 'pip install "dist/pywet-0.2.0-py3-none-any.whl[workflow]"'
+    installed = call(
+        *(str(program / "python"), "-m", *shlex.split(command), "--no-deps", "--no-index"), folder=wheel.parents[1]
+    )
+    check_shown(command, installed)
 
     def pywet(*words: str, folder: Path = tmp_path) -> str:
         return call(str(program / "pywet"), *words, folder=folder)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -217,9 +218,9 @@ def tables() -> dict[str, list[str]]:
 
 
 def page() -> None:
-    """Put the tables into the page."""
-    text = PAGE.read_text()
-    for name, lines in tables().items():
+    """Put the tables into the page and print how many statements are confirmed."""
+    text, made = PAGE.read_text(), tables()
+    for name, lines in made.items():
         head, _, rest = text.partition(f"<!-- {name} -->")
         text = (
             f"{head}<!-- {name} -->\n"
@@ -229,6 +230,8 @@ def page() -> None:
         )
     with atomic_write(PAGE) as temporary:
         temporary.write_text(text)
+    answers = Counter(line.split("|")[-2].strip(" *") for line in made["statements"][2:])
+    print(f"{PAGE.name}: {', '.join(f'{n} {answer}' for answer, n in answers.items())}")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,8 @@ from pywet.strict import Strict
 from pywet.util.notices import notice
 
 FILE = "scales.yaml"
+FORMER_WIRES = "prism"
+"""Former value of `wires` -> `analytic`."""
 
 
 class Apparatus(Limited):
@@ -47,10 +49,12 @@ class Scale(Limited):
     @model_validator(mode="before")
     @classmethod
     def _former_name(cls, given: Any) -> Any:
-        """Accept `prism`, the former name of `analytic` wires, with a warning."""
-        if not isinstance(given, dict) or given.get("wires") != "prism":
+        """Accept the former name of `analytic` wires with a warning."""
+        if not isinstance(given, dict) or given.get("wires") != FORMER_WIRES:
             return given
-        notice.warning("scales: wires: prism is now wires: analytic; this version still accepts prism")
+        notice.warning(
+            f"scales: wires: {FORMER_WIRES} is now wires: analytic; this version still accepts {FORMER_WIRES}"
+        )
         return {**given, "wires": "analytic"}
 
     @model_validator(mode="after")

@@ -68,7 +68,7 @@ class AccuracyStudy(study.Study):
     def _run(self, job: str, scene: str, seed: int, parameter: str, level: Level | None) -> study.Run:
         setting = self.setting(parameter, level)
         given = {
-            "scene": scene, "seed": seed, "knob": parameter, "setting": asdict(setting), "size": self.size,  # as in stored runs
+            "scene": scene, "seed": seed, "parameter": parameter, "setting": asdict(setting), "size": self.size,
             "configuration": self.configuration if scene in SCREENING else None,
         }  # fmt: skip
         return study.Run(

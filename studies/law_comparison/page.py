@@ -43,8 +43,10 @@ def write_page(
         "misprints": errors.misprint_table(comparison.forces, comparison.limits),
         "cost": cost.measure(pulls),
     }
-    report("stock programs", 0.5)
-    measured, missing = stock.measure(comparison.forces) if with_stock else (pd.DataFrame(), ["not asked for"])
+    measured, missing = pd.DataFrame(), ["not asked for"]
+    if with_stock:
+        report("stock programs", 0.5)
+        measured, missing = stock.measure(comparison.forces)
     tables["stock"] = stock.summary(measured)
     report("pictures", 0.85)
     with plt.rc_context(STYLE):

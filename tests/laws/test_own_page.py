@@ -24,6 +24,7 @@ from pywet.laws.capillary import rabinovich
 from pywet.laws.force_law import force_law
 from pywet.runs import second
 from tests.error_codes import code_of, raises_code
+from tests.test_docs import check_shown
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "howto-own-law.md").read_text()
@@ -223,12 +224,15 @@ def test_a_law_that_draws_no_such_volume_is_refused(followed: Path) -> None:
     assert (done.exit_code, code_of(done)) == (1, "bridge.no_film")
 
 
-def test_the_table_prints_what_a_law_is_off_the_exact_bridge(followed: Path) -> None:
+def test_the_table_prints_what_a_law_is_off_the_exact_bridge(followed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The exact force is the reference's, which shares nothing with the solver that the command uses."""
     from reference_impl.bridge import bridge as second
 
-    done = CliRunner().invoke(app, ["bridge", str(followed / "my_bridge.json"), "--trust", "--table"])
+    monkeypatch.chdir(followed.rename(followed.with_name("config")).parent)
+    command = "pywet bridge config/my_bridge.json --trust --table --plot neck.svg"
+    done = CliRunner().invoke(app, command.split()[1:])
     assert done.exit_code == 0, done.stderr
+    check_shown(command, done.stdout)
     angle, wanted = math.radians(10.0), 4.0 * math.pi * 0.0728 * 0.00125 * math.cos(math.radians(10.0))
     rows = [line.split() for line in done.stdout.splitlines() if line.strip().startswith("my_law.py:")]
     assert [float(row[1]) for row in rows] == [0.0, 100.0, 200.0]

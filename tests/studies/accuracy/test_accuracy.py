@@ -21,6 +21,7 @@ from studies.accuracy import blocks, bodies, errors, measure, sieve
 from studies.accuracy.study import AccuracyStudy, store
 from tests.cost.test_times import costs_of
 from tests.error_codes import raises_code
+from tests.test_docs import check_shown
 
 ROOT = Path(__file__).parents[3]
 CONFIG = config.load(ROOT / "config")
@@ -407,6 +408,20 @@ def test_page_shows_every_section(tmp_path: Path) -> None:
     ):
         assert part in text
     assert text.count("<img") >= 5 and "nan" not in text.replace("nance", "")
+
+
+def test_the_command_prints_where_its_page_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From synthetic rows in place of the runs."""
+    (tmp_path / "config").symlink_to(ROOT / "config")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(AccuracyStudy, "do", lambda self, job, report: None)
+    monkeypatch.setattr(AccuracyStudy, "gather", lambda self: synthetic(offset=0.05, noise=1e-3))
+    monkeypatch.setattr(AccuracyStudy, "expected", lambda self: 360.0)
+    monkeypatch.setattr(cost, "measured_here", lambda: None)
+    done = CliRunner().invoke(app, ["study", "accuracy", "--size", "quick"])
+    assert done.exit_code == 0 and " runs to do, about 6 min on a quiet machine" in done.stderr
+    check_shown("pywet study accuracy --size quick", done.stdout)
+    assert (tmp_path / "results" / "studies" / "accuracy.html").exists()
 
 
 @pytest.mark.parametrize("text", ["0", "two"])

@@ -15,6 +15,7 @@ from pywet.errors import PywetError
 from pywet.laws import exact_bridge as young_laplace
 from pywet.laws import registry
 from studies.law_comparison import cost, errors, page, points, stock
+from tests.test_docs import check_shown
 
 KNOWN = {
     "willett": (2.6, 1.5, 12.5),
@@ -55,19 +56,22 @@ def test_errors_are_those_known_of_the_law(law: str) -> None:
         assert value == pytest.approx(known, abs=max(4.0, known / 7))
 
 
-def test_the_command_writes_a_whole_page(small: None, tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["study", "laws", "--no-stock", "--out", str(tmp_path / "atlas")])
+def test_the_command_writes_a_whole_page(small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["study", "laws", "--no-stock"])
     assert result.exit_code == 0, result.output
-    text = (tmp_path / "atlas" / "atlas.html").read_text()
+    check_shown("pywet study laws --no-stock", result.stdout)
+    folder = tmp_path / "results" / "atlas"
+    text = (folder / "atlas.html").read_text()
     assert text.count("<svg") == 6 and "Not measured: not asked for" in text
     for law in registry.BUILT_IN["capillary"]:
         assert law in cost.LEFT_OUT or f"<code>{law}</code>" in text
-    table = pd.read_csv(tmp_path / "atlas" / "forces.csv").set_index(["law", "bodies", "gap"])
+    table = pd.read_csv(folder / "forces.csv").set_index(["law", "bodies", "gap"])
     assert table.loc[("young_laplace", "equal spheres", "gap"), "worst"] < 1e-3  # the stated error of the table
     assert table.loc[("lambert", "equal spheres", "touch"), "median"] == pytest.approx(
         0.099, abs=0.002
     )  # 1/0.9361, 1/0.8844
-    assert not list((tmp_path / "atlas").glob(".*"))  # nothing half-written
+    assert not list(folder.glob(".*"))  # nothing half-written
 
 
 CUSTOM_LAW = """

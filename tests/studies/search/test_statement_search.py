@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from studies.search.statement_question import Place, Search
 from studies.search.statement_search import DONE, SPENT, find
 from tests.studies.full_scale.made import make
 from tests.studies.full_scale.test_campaign import MACHINE
+from tests.test_docs import check_shown
 
 ROOT = Path(__file__).parents[3]
 DRY = (1, 4, 7, 10, 13, 16)
@@ -68,6 +70,24 @@ def test_the_sieve_that_makes_the_statements_come_true_survives(tmp_path: Path) 
     assert verdicts["sieve=200,film=wall"][1] == "not confirmed"
     again = Rig(tmp_path)
     assert find(question, tmp_path, DRY.__contains__, 1, again.measure).runs == 0 and not again.calls
+
+
+def test_the_command_of_the_page_prints_its_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With made-up tables in place of the runs: undersize passes more slowly through the smaller sieves."""
+
+    def measure(self: screening_runs.Runs, place: Place, cases: Sequence[int], seeds: Sequence[int]) -> None:
+        for case, seed in itertools.product(cases, seeds):
+            make(self.folder / statement_search.name_of(place) / "data", case, seed, rate=float(place["sieve"]) / 200)
+
+    for name in ("config", "examples"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(screening_runs.Runs, "measure", measure)
+    command = "pywet study search examples/calibrations/readings.yaml --out results/calibrations/readings"
+    done = CliRunner().invoke(app, command.split()[1:])
+    assert done.exit_code == 0, done.output
+    check_shown(command, done.stdout)
+    assert (tmp_path / "results" / "calibrations" / "readings" / "calibration.json").exists()
 
 
 def test_what_is_two_statements_behind_is_not_run_moist(tmp_path: Path) -> None:

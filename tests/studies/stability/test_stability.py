@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
+from pywet.cli.app import app
 from pywet.laws.exact_bridge import rupture
 from reference_impl.replay import exact, laws
 from studies.stability import hard_scenes, maps, page, random_cases, running, study
 from studies.stability.study import StabilityStudy
+from tests.test_docs import check_shown
 
 
 def test_the_same_seed_gives_the_same_cases() -> None:
@@ -59,6 +62,17 @@ def test_a_longer_study_does_the_short_batch_again(tmp_path: Path, monkeypatch: 
         for job in now.batches:
             now.do(job)
         assert len(now.gather(now.batches)) == cases
+
+
+def test_the_command_prints_where_its_page_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command of the page with one batch of cases, in place of the engine one that stops every cell."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(running, "run_cells", lambda batch, *_, **__: (batch, {c.name: "stopped" for c in batch.cells}))
+    command = "pywet study stability --cases 2000 --seed 1"
+    done = CliRunner().invoke(app, [*command.split()[1:], "--cases", "50"])
+    assert done.exit_code == 0, done.output
+    check_shown(command, done.stdout)
+    assert "50 hard cases" in (tmp_path / "results" / "studies" / "stability.html").read_text()
 
 
 @pytest.mark.engine
