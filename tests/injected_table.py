@@ -181,12 +181,6 @@ The table [injected_faults.csv](injected_faults.csv) lists for each fault the qu
 | injected into | faults |
 |---|---|
 """
-BY_KIND = """
-## Kinds that earlier versions did not detect
-
-| kind of fault | detected by | faults |
-|---|---|---|
-"""
 UNSEEN = (
     ("a formation that is missed between two outputs outside the sampling windows, but takes place before the second output",
      "missed formations are searched for at outputs and in windows"),
@@ -264,13 +258,9 @@ def page() -> str:
         *map(line, UNSEEN)
     ]
     head = HEAD.format(count=len(faults), nameless=nameless, missed=missed, **counts)
-    kinds = [line((kind, by, str(len({*of})))) for kind, (by, of, _) in KINDS.items()]
     return (
         head
         + "\n".join(lines)
-        + "\n"
-        + BY_KIND
-        + "\n".join(kinds)
         + "\n"
         + TAIL.format(unseen="\n".join(seen), predicted=len(test_reference.FAULTS))
     )
