@@ -45,7 +45,7 @@ METHOD = """
 ## Method
 
 The time step
-is a tenth of the shortest collision time, the contact stiffness {stiffness}
+is a tenth of the shortest collision time, and the contact stiffness is {stiffness}
 ([errors of these settings](accuracy.md)).
 """
 
@@ -78,7 +78,7 @@ def honest(runs: Runs) -> str:
 
 - {several}. A case with one seed is judged by the scatter of
   the most similar case with several seeds, which underestimates the scatter with apertures of 5.6 mm late in the run.
-- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([rig](rig.md)). A
+- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([sieve diameter](rig.md)). A
   statement that is not confirmed shows first that this simulation differs from the paper's.
 """
 

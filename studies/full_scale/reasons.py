@@ -275,7 +275,7 @@ def grouped(known: Mapping[int, str], says: Mapping[int, str] | None = None) -> 
     lines += [f"- Statement {n}: {known[n]}" for n in sorted(others)]
     return [
         *lines,
-        "\nBeds twice as deep and twice the surface tension were simulated at smoke scale with one seed (means from 0.5 to 3 s after the opening).",
+        "\nDeeper beds and larger surface tensions were simulated at smoke scale with one seed (means from 0.5 to 3 s after the opening).",
         "The table [reasons.csv](full_scale/reasons.csv) gives the reason for each statement.",
     ]
 

@@ -51,15 +51,15 @@ materials very similar.
 {any reading}
 
 **All 18 cases on 185 mm** were run with one seed. Of the 37 statements 23 are confirmed, as many as with the
-same seed on 200 mm: statements 2, 6, 11, 19 and 20 only on 185 mm, 8, 9, 10, 15 and 30 only on 200 mm. With apertures of 5.6 mm
+same seed on 200 mm: 2, 6, 11, 19 and 20 are confirmed only on 185 mm, and 8, 9, 10, 15 and 30 only on 200 mm. With apertures of 5.6 mm
 (cases 7 and 16) 25 % of the undersize of dry POM and 35 % of that of dry glass are still on the sieve of 185 mm after 20 s, and 0 and 24 % on that of 200 mm.
 
 **Equation (14) as printed** (`printed`) slows the passage of moist POM (in case 2 less than 1 % of the undersize is left after 10.5 s instead of 8.2 s)
-and confirms fewer statements on 185 mm: 30 in addition, but no longer 11 and 34.
+and confirms fewer statements on 185 mm: statement 30 is then confirmed, but 11 and 34 are not.
 
 **Films of whole walls** (`wall`) means that all triangles of a wall share one film and that the transfer ratio is that at a tenth of the rupture distance.
 In case 2 the liquid on the apparatus then rises from 0.41 to 0.79 of that on the coarse material on 200 mm, and from 0.37 to 0.69 on 185 mm. Statement 26, which no other
-run confirms, is confirmed on 200 mm; 30 is no longer confirmed (0.994, must exceed 1).
+run confirms, is confirmed on 200 mm; statement 30 is no longer confirmed (0.994; it must exceed 1).
 
 **Three seeds on 200 mm** (`sieve200`, cases 1 to 6) decide statements 7 and 8, which the single runs of the full-scale page leave
 inconclusive. Y1 is the fraction retained of case 1. Statement 7 is not confirmed: from 2.5 to 10 s the mean of Y2 − Y1 is −0.0003, and within ± 0.0013 in each seed; the paper's text
