@@ -41,8 +41,8 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
             k = runs[n][0]
             held = [100.0 * float(v[-1]) for v in (k.liquid("fines"), k.liquid("coarse_material"), k.walls)]
             written += [
-                f"- **Liquid at the end**, {name} on 8 mm: {held[0]:.0f} % on fines, {held[1]:.0f} % on coarse spheres, "
-                f"{held[2]:.0f} % on walls."
+                f"- **Liquid at the end**: {held[0]:.0f} % of the liquid of {name} on 8 mm is on fines, {held[1]:.0f} % on coarse "
+                f"spheres and {held[2]:.0f} % on walls."
             ]
     return [*written, f"- **Statements of the paper**: {_counted(answers)}.", ""]
 
@@ -50,7 +50,7 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
 def _counted(answers: Sequence[tuple[Statement, Answer]]) -> str:
     verdicts = [a.verdict for _, a in answers]
     return "; ".join(
-        f"of {len(part)} on {of} "
+        f"of the {len(part)} on {of} "
         + ", ".join(f"{part.count(v)} are {v}" for v in (HOLDS, FAILS, OPEN, MISSING) if v in part)
         for of, part in (("screening", verdicts[:39]), ("laws", verdicts[39:]))
     )

@@ -59,7 +59,7 @@ and confirms fewer statements on 185 mm: statement 30 is then confirmed, but 11 
 
 **Films of whole walls** (`wall`) means that all triangles of a wall share one film and that the transfer ratio is that at a tenth of the rupture distance.
 In case 2 the liquid on the apparatus then rises from 0.41 to 0.79 of that on the coarse material on 200 mm, and from 0.37 to 0.69 on 185 mm. Statement 26, which no other
-run confirms, is confirmed on 200 mm; statement 30 is no longer confirmed (0.994; it must exceed 1).
+run confirms, is confirmed on 200 mm; statement 30 is no longer confirmed (its ratio is 0.994 and must exceed 1).
 
 **Three seeds on 200 mm** (`sieve200`, cases 1 to 6) decide statements 7 and 8, which the single runs of the full-scale page leave
 inconclusive. Y1 is the fraction retained of case 1. Statement 7 is not confirmed: from 2.5 to 10 s the mean of Y2 − Y1 is −0.0003, and within ± 0.0013 in each seed; the paper's text

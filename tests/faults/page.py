@@ -34,7 +34,7 @@ contact; in {kinds} of these it also names the kind of contact.
 ## Method
 
 `python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
-random positions of the program. Each change is tried in those of three variants of case 2 that execute the changed line, until it is
+random positions of the program. Each change is tried in the variants of case 2 (of three) that execute the changed line, until it is
 detected, or in a scene that uses the changed law. Changes in planning, custom scenes and calibration are tried without an engine: the
 inputs of a run are built and compared with the correct ones, then tests are run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct,
 with their outcomes; [faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
