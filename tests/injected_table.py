@@ -73,17 +73,20 @@ BEFORE = (
           {name: ("scene_plan", f"plan.{effect}.number") for name, (_, effect) in test_plan.FAULTS.items()}),
 )  # fmt: skip
 ENGINE = (
-    Place("plugin", "a modified build of the plugin, in runs with spheres pulled off a floor, a plate and each other",
+    Place("plugin", "a modified build of the plugin, with spheres pulled off a floor, a plate and each other",
           "engines/liggghts/test_injected_faults.py", injected.NAMED | injected.MOTION),
-    Place("plugin, screen", "a modified build of the plugin, in runs with a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
+    Place("plugin, screen",
+          "a modified build of the plugin, with a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_injected_in_fixture.py",
           {**injected_in_fixture.IN_FIXTURE,
            **{k: v for faults in injected_in_fixture.SCENES.values() for k, v in faults.items()}}),
-    Place("plugin, between", "a modified build of the plugin, on the same screen with default sampling windows: forces between the sampled steps, work",
+    Place("plugin, between",
+          "a modified build of the plugin, same screen, default sampling windows: forces between the sampled steps, work",
           "engines/liggghts/test_injected_between.py",
           {name: (quantity, words) for name, (_, quantity, words) in injected_between.FAULTS.items()}
           | injected_between.ON_RANKS),
-    Place("plugin, bin", "a modified build of the plugin, in a bed whose lowest layer is retired", "engines/liggghts/test_injected_faults.py",
+    Place("plugin, bin", "a modified build of the plugin, in a bed whose lowest layer is retired",
+          "engines/liggghts/test_injected_faults.py",
           injected_in_bin.IN_PLUGIN),
     Place("log, bin", "tables of a sound run of the bed with a retired layer", "engines/liggghts/test_retirement.py",
           {name: (quantity, words) for name, (_, _, quantity, words) in injected_in_bin.FAULTS.items()}),
@@ -173,10 +176,11 @@ KINDS: dict[str, tuple[str, Iterable[str], Iterable[str]]] = {
 injected by others first."""
 HEAD = """# Injected faults
 
-Faults were injected into sound runs, one at a time. Each of these {count} faults is detected by the [replay](replay.md) and described by a message;
-{nameless} are detected without a description. Of the faults, {before} are upstream of the engine, {engine} in the engine or its logs, {after} downstream of it.
-The replay cannot detect {missed} further kinds of fault ([see below](#what-the-replay-cannot-detect)).
-The table [injected_faults.csv](injected_faults.csv) lists for each fault the quantity that deviates and a fragment of the message.
+Faults were injected into sound runs, one at a time. Each of these {count} faults is detected by the [replay](replay.md) and
+described by a message; {nameless} are detected without a description. Of the faults, {before} are upstream of the engine,
+{engine} in the engine or its logs, {after} downstream of it. The replay cannot detect {missed} further kinds of fault
+([see below](#what-the-replay-cannot-detect)). The table [injected_faults.csv](injected_faults.csv) lists for each fault
+the quantity that deviates and a fragment of the message.
 
 | injected into | faults |
 |---|---|
@@ -186,7 +190,8 @@ UNSEEN = (
      "missed formations are searched for at outputs and in windows"),
     ("errors of the exact bridge's tables below their stated limits",
      "only a sample of the records is solved again: force within 1e-3 of that at touch, rupture distance within 2e-4"),
-    ("a custom law without a reference implementation", "the force of the law is taken from the log (`unchecked` in replay.json)"),
+    ("a custom law without a reference implementation",
+     "the force of the law is taken from the log (`unchecked` in replay.json)"),
     ("contact forces of the dry model, without recorded motion",
      "they are checked by Newton's law only with `output.window_trajectories`"),
     ("a wrong reading of a paper that engine and reference share",
@@ -197,11 +202,12 @@ UNSEEN = (
 """What the replay cannot see without a run to show it."""
 WHY = {
     "forces that act": "the log contains the computed force; the force that acts is visible only in the motion",
-    "forces outside the contact log": "forces are logged only in sampling windows; volumes, shares and films are checked in the whole run",
+    "forces outside the contact log": "forces are logged only in sampling windows; volumes, shares and films are checked in "
+    "the whole run",
 }
 TAIL = """
-If the records cannot distinguish several faults, all of them are reported (`alike` in `replay.json`). `python -m tests.injected_table`
-makes this page and its CSV file from the tests.
+If the records cannot distinguish several faults, all of them are reported (`alike` in `replay.json`).
+`python -m tests.injected_table` makes this page and its CSV file from the tests.
 
 ## What the replay cannot detect
 
@@ -217,8 +223,8 @@ makes this page and its CSV file from the tests.
   sampling windows.
 - **Forces outside those windows** are recomputed for groups of spheres that get no new neighbours between two outputs, in up to
   2000 steps in all, but not at walls, in dry contacts, with semi-implicit drag or with `bridges_every`.
-- **Predicted time, memory and disk space** are not part of a run; a test compares them with `reference_impl/scene/cost.py` and detects
-  {predicted} further faults.
+- **Predicted time, memory and disk space** are not part of a run; a test compares them with `reference_impl/scene/cost.py`
+  and detects {predicted} further faults.
 - **The energy budget** is checked as a sum at every output, and term by term in windows that contain two outputs.
 
 ## Limits
@@ -258,12 +264,7 @@ def page() -> str:
         *map(line, UNSEEN)
     ]
     head = HEAD.format(count=len(faults), nameless=nameless, missed=missed, **counts)
-    return (
-        head
-        + "\n".join(lines)
-        + "\n"
-        + TAIL.format(unseen="\n".join(seen), predicted=len(test_reference.FAULTS))
-    )
+    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), predicted=len(test_reference.FAULTS))
 
 
 def line(columns: tuple[str, ...]) -> str:

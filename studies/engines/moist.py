@@ -39,8 +39,9 @@ TABLE = PAGE.with_suffix(".csv")
 HEAD = """
 ## Moist screening
 
-Each cell gives a quantity at the end of a moist case at smoke scale: mean in LIGGGHTS, mean in YADE; their difference with its 95 % confidence interval (Student). The difference is
-bold if the interval excludes zero, as one interval in twenty does by chance. The runs are listed in [second_engine.csv](second_engine.csv).
+Each cell gives a quantity at the end of a moist case at smoke scale: mean in LIGGGHTS, mean in YADE; their difference with
+its 95 % confidence interval (Student). The difference is bold if the interval excludes zero, as one interval in twenty does
+by chance. The runs are listed in [second_engine.csv](second_engine.csv).
 
 """
 MARKS = ("<!-- moist screening: python -m studies.engines.moist -->\n", "<!-- end -->")

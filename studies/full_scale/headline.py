@@ -10,7 +10,6 @@ from studies.full_scale import spread
 from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement
 from studies.full_scale.spread import Runs
 
-
 INTRO = (
     'The 18 screening cases of Elskamp & Kruggel-Emden (2018, "the paper") were simulated on a sieve of 200 mm for 20 s from the '
     "opening of the slide."
@@ -33,7 +32,8 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     if all(runs.get(n) for n in (7, 8, 16, 17)):
         y = [f"{runs[n][0].at(runs[n][0].retained(), 20.0):.2f}" for n in (7, 8, 16, 17)]
         written += [
-            f"  With 5.6 mm the screen retains after 20 s {y[0]} of the dry and {y[1]} of the moist feed (POM), {y[2]} of the dry and {y[3]} "
+            f"  With 5.6 mm the screen retains after 20 s {y[0]} of the dry and {y[1]} of the moist feed (POM), {y[2]} of the "
+            f"dry and {y[3]} "
             "of the moist feed (glass, of which more dry than moist spheres peg).",
         ]
     for name, n in (("POM", 2), ("glass", 11)):
@@ -41,7 +41,8 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
             k = runs[n][0]
             held = [100.0 * float(v[-1]) for v in (k.liquid("fines"), k.liquid("coarse_material"), k.walls)]
             written += [
-                f"- **Liquid at the end**: {held[0]:.0f} % of the liquid of {name} on 8 mm is on fines, {held[1]:.0f} % on coarse "
+                f"- **Liquid at the end**: {held[0]:.0f} % of the liquid of {name} on 8 mm is on fines, {held[1]:.0f} % on "
+                "coarse "
                 f"spheres and {held[2]:.0f} % on walls."
             ]
     return [*written, f"- **Statements of the paper**: {_counted(answers)}.", ""]

@@ -58,8 +58,9 @@ COMMITS = {
 BEYOND = """
 ## What the paper says its model lacks
 
-According to the paper, its model leaves too little water on fines and bin and too much on coarse material and screen, because it has no
-"vibrating dewatering". Two [optional effects](effects.md#effects-in-no-preset) of pywet change this distribution: `shedding` and `liquid_weight`.
+According to the paper, its model leaves too little water on fines and bin and too much on coarse material and screen, because
+it has no "vibrating dewatering". Two [optional effects](effects.md#effects-in-no-preset) of pywet change this distribution:
+`shedding` and `liquid_weight`.
 {full}
 """
 SWITCHED = ("shedding", "liquid_weight")
@@ -78,8 +79,8 @@ def honest(runs: Runs) -> str:
 
 - {several}. A case with one seed is judged by the scatter of
   the most similar case with several seeds, which underestimates the scatter with apertures of 5.6 mm late in the run.
-- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([sieve diameter](rig.md)). A
-  statement that is not confirmed shows first that this simulation differs from the paper's.
+- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus
+  ([sieve diameter](rig.md)). A statement that is not confirmed shows first that this simulation differs from the paper's.
 """
 
 
@@ -163,7 +164,8 @@ def _cost(runs: Runs) -> list[str]:
     if not ratios:
         return []
     return [
-        f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of the same case without liquid in the median, "
+        f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of the same case without liquid in "
+        "the median, "
         f"with a range of {min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs with the same seed, on a loaded machine)."
     ]
 
@@ -193,7 +195,8 @@ def _statements(answers: Answers) -> list[str]:
         "over seeds is within the range, and inconclusive if a limit of the range is within the interval. The ranges were fixed",
         "after these 18 cases had been evaluated and before any other run was judged.",
         *([f"Statements {open_} are inconclusive."] if open_ else []),
-        "The table [statements.csv](full_scale/statements.csv) gives text, range, values and verdict of each statement. Y is the fraction retained.",
+        "The table [statements.csv](full_scale/statements.csv) gives text, range, values and verdict of each statement. Y is "
+        "the fraction retained.",
     ]
 
 
@@ -227,7 +230,8 @@ def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
             cases = list(dict.fromkeys(row[1] for row in shown))
             heads = [f"case {n}, {next(row[3] for row in shown if row[1] == n)} seeds | change" for n in cases]
             lines += [
-                f"\nCases {', '.join(cases)} were run once at full scale with `{effect}`. The table gives the change of the shares of all liquid",
+                f"\nCases {', '.join(cases)} were run once at full scale with `{effect}`. The table gives the change of the "
+                "shares of all liquid",
                 "at 20 s with 95 % limits; significant changes are bold ([switched.csv](full_scale/switched.csv)).\n",
                 f"| share of the liquid on | {' | '.join(heads)} |",
                 "|" + "---|" * (1 + 2 * len(cases)),

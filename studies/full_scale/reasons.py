@@ -61,7 +61,8 @@ def _side_wall(runs: Runs, folder: Path) -> str:
     ratios = ", ".join(f"{r.walls_over_coarse:.2f}" for r in table.itertuples())
     heights = ", ".join(f"{r.side_wall_height_mm:.0f}" for r in table.itertuples())
     return (
-        "on the sieve at smoke scale, whose side wall is four times as large in relation to its area, the ratio of the liquid on the "
+        "on the sieve at smoke scale, whose side wall is four times as large in relation to its area, the ratio of the liquid "
+        "on the "
         f"apparatus to that on the coarse material is {ratios} after {table.time_since_opening_s.iloc[0]:.1f} s with side walls "
         f"{heights} mm high. If each wall has one common film, this ratio is 0.79 at full scale and the statement is confirmed "
         "([sieve diameter](rig.md))."
@@ -89,7 +90,8 @@ def _wider(runs: Runs, folder: Path) -> str:
     means = [f"{of('deep', n, 'all'):.2f} instead of {of('as_is', n, 'all'):.2f}" for n in (7, 8)]
     return (
         "three of its four parts are confirmed; passage of POM with 5.6 mm ends sooner than in the paper, with "
-        f"{100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. Passage depends on the depth of the bed: in "
+        f"{100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. Passage depends on the depth of the "
+        "bed: in "
         f"trials a bed twice as deep retains {means[0]} of the dry feed, {means[1]} with 5 % of liquid."
     )
 
@@ -101,8 +103,10 @@ def _early(runs: Runs, folder: Path) -> str:
     return (
         f"at 3 s {left[0]:.0f} % of the dry undersize has not yet passed, {left[1]:.0f} % with 5 % and "
         f"{left[2]:.0f} % with 10 % of liquid. "
-        f"A bed twice as deep retains {deep[0]} of the dry feed, and {deep[1]} with 10 % of liquid. Passage therefore depends on the "
-        "depth of the bed, which follows from the [diameter of the sieve](rig.md). Why 10 % of liquid delays passage further is unknown."
+        f"A bed twice as deep retains {deep[0]} of the dry feed, and {deep[1]} with 10 % of liquid. Passage therefore depends "
+        "on the "
+        "depth of the bed, which follows from the [diameter of the sieve](rig.md). Why 10 % of liquid delays passage further "
+        "is unknown."
     )
 
 
@@ -121,7 +125,8 @@ def _dry_near(runs: Runs, folder: Path) -> str:
     least = (dry.retained(NEAR) - moist.retained(SMALL))[(dry.times >= 0.5) & (dry.times <= 3.0)].min()
     glass = of("sticky", 12, SMALL) - of("as_is", 10, NEAR)
     return (
-        f"from 0.5 to 3 s Y of the moist small spheres (case 12) is at least {least:.3f} below Y of the dry near-mesh spheres (case 10). "
+        f"from 0.5 to 3 s Y of the moist small spheres (case 12) is at least {least:.3f} below Y of the dry near-mesh spheres "
+        "(case 10). "
         f"With twice the surface tension the mean difference of these two Y is {glass:+.3f}."
     )
 
@@ -133,7 +138,8 @@ def _within_scatter(cases: Sequence[int], end: float, seeded: int) -> Callable[[
         y = [runs[n][0].y(2.0, end) for n in cases]
         seeds = [k.y(2.0, end) for k in runs[seeded]]
         return (
-            f"with 5 and 10 % of liquid the mean Y of the first seed rises by {y[1] - y[0]:.4f} and by a further {y[2] - y[1]:.4f}, while "
+            f"with 5 and 10 % of liquid the mean Y of the first seed rises by {y[1] - y[0]:.4f} and by a further "
+            f"{y[2] - y[1]:.4f}, while "
             f"the seeds of case {seeded} differ by up to {max(seeds) - min(seeds):.4f}."
         )
 
@@ -154,7 +160,8 @@ def _closer(runs: Runs, folder: Path) -> str:
     spreads = [max(each) - min(each) for each in tried]
     return (
         f"the trend is the paper's, but passage with 1 mm ends sooner: from 2 to 10 s the mean Y of cases 10 to 12 "
-        f"differs by {late:.4f}, that of cases 13 to 15 by {later:.4f}. In trials, while most of the bed is on the screen, mean Y differs "
+        f"differs by {late:.4f}, that of cases 13 to 15 by {later:.4f}. In trials, while most of the bed is on the screen, "
+        "mean Y differs "
         f"by {spreads[0]:.3f} with 1 mm and by {spreads[1]:.3f} with 0.8 mm, as in the paper."
     )
 
@@ -162,7 +169,8 @@ def _closer(runs: Runs, folder: Path) -> str:
 def _nothing_left(runs: Runs, folder: Path) -> str:
     dry, moist = (100.0 * runs[n][0].at(runs[n][0].undersize, 20.0) for n in (7, 8))
     return (
-        f"its first half is confirmed. But only {dry:.2f} % of the dry undersize is left at 20 s, so that less cannot be left with liquid "
+        f"its first half is confirmed. But only {dry:.2f} % of the dry undersize is left at 20 s, so that less cannot be left "
+        "with liquid "
         f"({moist:.1f} %). The reason is the same as for statement 6."
     )
 
@@ -229,10 +237,12 @@ REASONS: dict[int, Callable[[Runs, Path], str]] = {
                  "is small."),
     41: _of_laws("its second half is confirmed. At a hundredth of the rupture distance Willett deviates by 0.8 % from the exact "
                  "bridge, Weigert by 2.4 %; the paper compares with measured points."),
-    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett's force deviates from the exact one by 15 % beyond a "
+    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett's force deviates from the exact one by 15 % "
+                 "beyond a "
                  "third of the rupture distance, Rabinovich's by up to 24 % beyond half of it."),
     43: _of_laws("in the first configuration Rabinovich deviates from the exact bridge by 20 % at 0.7 of the rupture distance."),
-    47: _of_laws("in the parabola model (equations 35 to 43) the larger sphere gets more liquid at 10° than at 40°. Statement 33 of "
+    47: _of_laws("in the parabola model (equations 35 to 43) the larger sphere gets more liquid at 10° than at 40°. Statement "
+                 "33 of "
                  "the same paper contradicts statement 47 and is confirmed."),
     48: _of_laws("the steps over angles are confirmed. Over V* the parabola model at the rupture distance gives the opposite "
                  "trend."),
@@ -275,7 +285,8 @@ def grouped(known: Mapping[int, str], says: Mapping[int, str] | None = None) -> 
     lines += [f"- Statement {n}: {known[n]}" for n in sorted(others)]
     return [
         *lines,
-        "\nDeeper beds and larger surface tensions were simulated at smoke scale with one seed (means from 0.5 to 3 s after the opening).",
+        "\nDeeper beds and larger surface tensions were simulated at smoke scale with one seed (means from 0.5 to 3 s after "
+        "the opening).",
         "The table [reasons.csv](full_scale/reasons.csv) gives the reason for each statement.",
     ]
 

@@ -45,7 +45,8 @@ def lines(stored: Runs, retired: Runs) -> list[str]:
     moved = [row for row in found if row[7].startswith("yes")]
     liquid = moved and all(row[1] in OF_LIQUID for row in moved)
     most = (
-        f", by up to {max(abs(float(row[6])) for row in moved):.3f} of all liquid, which is divided differently between fines and bin"
+        f", by up to {max(abs(float(row[6])) for row in moved):.3f} of all liquid, which is divided differently between fines "
+        "and bin"
         if liquid
         else ""
     )
@@ -84,7 +85,11 @@ def _cost(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRun]) 
     """Return the least cost of both kinds of runs; that of a resumed run is unknown."""
     of_all, of_retired = (
         min(
-            (k.about["cpu_s"] / 3600.0 for k in runs if k.about.get("cpu_s") and k.about.get("resumed_at_step") is None),
+            (
+                k.about["cpu_s"] / 3600.0
+                for k in runs
+                if k.about.get("cpu_s") and k.about.get("resumed_at_step") is None
+            ),
             default=None,
         )
         for runs in (stored, retired)

@@ -41,32 +41,35 @@ TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
 HEAD = """# The unknown diameter of the sieve
 
 Elskamp & Kruggel-Emden (2018, "the paper") do not give the diameter of their sieve. With the same feed a smaller sieve has a
-deeper bed, and spheres pass more slowly. On a sieve of **200 mm** all undersize of case 1 has passed after 6 s, on **190 mm** after 7.3 s,
-on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states about 15 s. No diameter confirms both
-[statements](full_scale.md#statements) 1 (this time) and 2 (after 5 s passage is slower with an amplitude of 0.8 mm than with 1 mm):
-180 mm confirms statement 1, and 182.5 to 190 mm confirm statement 2. The paper's contact stiffness (`stiff`) changes neither
-verdict on 185 mm. On 180, 185 and 190 mm more undersize of dry glass than of POM is left after 10 s, whereas the paper finds both
-materials very similar.
+deeper bed, and spheres pass more slowly. On a sieve of **200 mm** all undersize of case 1 has passed after 6 s, on **190 mm**
+after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states about 15 s. No diameter confirms both
+[statements](full_scale.md#statements) 1 (this time) and 2 (after 5 s passage is slower with an amplitude of 0.8 mm than with
+1 mm): 180 mm confirms statement 1, and 182.5 to 190 mm confirm statement 2. The paper's contact stiffness (`stiff`) changes
+neither verdict on 185 mm. On 180, 185 and 190 mm more undersize of dry glass than of POM is left after 10 s, whereas the
+paper finds both materials very similar.
 
 {any reading}
 
-**All 18 cases on 185 mm** were run with one seed. Of the 37 statements 23 are confirmed, as many as with the
-same seed on 200 mm: 2, 6, 11, 19 and 20 are confirmed only on 185 mm, and 8, 9, 10, 15 and 30 only on 200 mm. With apertures of 5.6 mm
-(cases 7 and 16) 25 % of the undersize of dry POM and 35 % of that of dry glass are still on the sieve of 185 mm after 20 s, and 0 and 24 % on that of 200 mm.
+**All 18 cases on 185 mm** were run with one seed. Of the 37 statements 23 are confirmed, as many as with the same seed on 200
+mm: 2, 6, 11, 19 and 20 are confirmed only on 185 mm, and 8, 9, 10, 15 and 30 only on 200 mm. With apertures of 5.6 mm (cases
+7 and 16) 25 % of the undersize of dry POM and 35 % of that of dry glass are still on the sieve of 185 mm after 20 s, and 0
+and 24 % on that of 200 mm.
 
-**Equation (14) as printed** (`printed`) slows the passage of moist POM (in case 2 less than 1 % of the undersize is left after 10.5 s instead of 8.2 s)
-and confirms fewer statements on 185 mm: statement 30 is then confirmed, but 11 and 34 are not.
+**Equation (14) as printed** (`printed`) slows the passage of moist POM (in case 2 less than 1 % of the undersize is left
+after 10.5 s instead of 8.2 s) and confirms fewer statements on 185 mm: statement 30 is then confirmed, but 11 and 34 are not.
 
-**Films of whole walls** (`wall`) means that all triangles of a wall share one film and that the transfer ratio is that at a tenth of the rupture distance.
-In case 2 the liquid on the apparatus then rises from 0.41 to 0.79 of that on the coarse material on 200 mm, and from 0.37 to 0.69 on 185 mm. Statement 26, which no other
-run confirms, is confirmed on 200 mm; statement 30 is no longer confirmed (its ratio is 0.994 and must exceed 1).
+**Films of whole walls** (`wall`) means that all triangles of a wall share one film and that the transfer ratio is that at a
+tenth of the rupture distance. In case 2 the liquid on the apparatus then rises from 0.41 to 0.79 of that on the coarse
+material on 200 mm, and from 0.37 to 0.69 on 185 mm. Statement 26, which no other run confirms, is confirmed on 200 mm;
+statement 30 is no longer confirmed (its ratio is 0.994 and must exceed 1).
 
-**Three seeds on 200 mm** (`sieve200`, cases 1 to 6) decide statements 7 and 8, which the single runs of the full-scale page leave
-inconclusive. Y1 is the fraction retained of case 1. Statement 7 is not confirmed: from 2.5 to 10 s the mean of Y2 − Y1 is −0.0003, and within ± 0.0013 in each seed; the paper's text
-requires at least 0.005. Statement 8 is confirmed: from 2 to 15 s the mean of Y5 − Y4 is 0.0063 and that of Y6 − Y5 is 0.0151.
+**Three seeds on 200 mm** (`sieve200`, cases 1 to 6) decide statements 7 and 8, which the single runs of the full-scale page
+leave inconclusive. Y1 is the fraction retained of case 1. Statement 7 is not confirmed: from 2.5 to 10 s the mean of Y2 − Y1
+is −0.0003, and within ± 0.0013 in each seed; the paper's text requires at least 0.005. Statement 8 is confirmed: from 2 to 15
+s the mean of Y5 − Y4 is 0.0063 and that of Y6 − Y5 is 0.0151.
 
-All other variants were run with one seed. The settings are those of the [full-scale runs](full_scale.md#method), and spheres that have passed are
-retired. Times from a single seed are uncertain by a few tenths of a second.
+All other variants were run with one seed. The settings are those of the [full-scale runs](full_scale.md#method), and spheres
+that have passed are retired. Times from a single seed are uncertain by a few tenths of a second.
 
 ## Undersize on the screen
 
@@ -184,7 +187,8 @@ def any_reading(
     ]
     none = [str(n) for n, found in more.items() if not found]
     return (
-        f"Of the paper's {len(decided)} statements on screening cases, the runs of the full-scale page confirm {len(shipped)}; {len(gained)} "
+        f"Of the paper's {len(decided)} statements on screening cases, the runs of the full-scale page confirm "
+        f"{len(shipped)}; {len(gained)} "
         "others are confirmed only with another diameter, more seeds or another interpretation of the paper (runs in "
         f"brackets): {', '.join(gained)}. No run confirms {', '.join(none)}."
     )

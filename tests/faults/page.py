@@ -17,7 +17,8 @@ BEFORE = "before"
 """Further column: who noticed when it was first tried, before checks and tests were added because of it."""
 HEAD = """# Random faults
 
-The program was changed at random, one change at a time. Of {faults} changes that are faults and do not crash the program, **{found} are detected**;
+The program was changed at random, one change at a time. Of {faults} changes that are faults and do not crash the program,
+**{found} are detected**;
 {early} of them were detected before further checks were added for this study.
 
 {table}
@@ -33,11 +34,12 @@ contact; in {kinds} of these it also names the kind of contact.
 
 ## Method
 
-`python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
-random positions of the program. Each change is tried in the variants of case 2 (of three) that execute the changed line, until it is
-detected, or in a scene that uses the changed law. Changes in planning, custom scenes and calibration are tried without an engine: the
-inputs of a run are built and compared with the correct ones, then tests are run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct,
-with their outcomes; [faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
+`python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line
+at random positions of the program. Each change is tried in the variants of case 2 (of three) that execute the changed line,
+until it is detected, or in a scene that uses the changed law. Changes in planning, custom scenes and calibration are tried
+without an engine: the inputs of a run are built and compared with the correct ones, then tests are run.
+`faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct, with their outcomes;
+[faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
 """
 NOTICED = ("replay", "program", "tests")
 NAMES = ("crash", *NOTICED, "equivalent", "open")
