@@ -73,23 +73,26 @@ BEFORE = (
           {name: ("scene_plan", f"plan.{effect}.number") for name, (_, effect) in test_plan.FAULTS.items()}),
 )  # fmt: skip
 ENGINE = (
-    Place("plugin", "a modified build of the plugin; spheres pulled off a floor, a plate and each other",
+    Place("plugin", "a modified build of the plugin, with spheres pulled off a floor, a plate and each other",
           "engines/liggghts/test_injected_faults.py", injected.NAMED | injected.MOTION),
-    Place("plugin, screen", "a modified build; a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
+    Place("plugin, screen",
+          "a modified build of the plugin, with a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_injected_in_fixture.py",
           {**injected_in_fixture.IN_FIXTURE,
            **{k: v for faults in injected_in_fixture.SCENES.values() for k, v in faults.items()}}),
-    Place("plugin, between", "a modified build; the same screen with the default windows: forces between sampled steps, work",
+    Place("plugin, between",
+          "a modified build of the plugin, same screen, default sampling windows: forces between the sampled steps, work",
           "engines/liggghts/test_injected_between.py",
           {name: (quantity, words) for name, (_, quantity, words) in injected_between.FAULTS.items()}
           | injected_between.ON_RANKS),
-    Place("plugin, bin", "a modified build; a bed whose lowest layer is retired", "engines/liggghts/test_injected_faults.py",
+    Place("plugin, bin", "a modified build of the plugin, in a bed whose lowest layer is retired",
+          "engines/liggghts/test_injected_faults.py",
           injected_in_bin.IN_PLUGIN),
     Place("log, bin", "tables of a sound run of the bed with a retired layer", "engines/liggghts/test_retirement.py",
           {name: (quantity, words) for name, (_, _, quantity, words) in injected_in_bin.FAULTS.items()}),
     Place("LAMMPS", "the script of a run in LAMMPS", "engines/test_lammps.py",
           {name: (quantity, words) for name, (_, quantity, words) in test_lammps.FAULTS.items()}),
-    Place("log", "event and contact logs of twelve spheres, laws and constants included",
+    Place("log", "event and contact logs of a run with twelve spheres, including laws and constants",
           "reference_impl/test_diagnosis.py", shown(injected_log.FAULTS)),
     Place("tables", "other tables of the same run", "reference_impl/test_injected_fixture.py",
           shown(injected_fixture.FAULTS)),
@@ -173,57 +176,55 @@ KINDS: dict[str, tuple[str, Iterable[str], Iterable[str]]] = {
 injected by others first."""
 HEAD = """# Injected faults
 
-Each of these {count} faults, injected alone into a sound run, is detected by the [replay](replay.md) and described by a message:
-{before} upstream of the engine, {engine} in it or its logs, {after} downstream of it; {nameless} are detected without a
-description. The replay cannot detect {missed} kinds of fault ([below](#what-the-replay-cannot-detect)).
-[injected_faults.csv](injected_faults.csv) lists the quantity and a fragment of the message for each fault.
+Faults were injected into sound runs, one at a time. Each of these {count} faults is detected by the [replay](replay.md) and
+described by a message; {nameless} are detected without a description. Of the faults, {before} are upstream of the engine,
+{engine} in the engine or its logs, {after} downstream of it. The replay cannot detect {missed} further kinds of fault
+([see below](#what-the-replay-cannot-detect)). The table [injected_faults.csv](injected_faults.csv) lists for each fault
+the quantity that deviates and a fragment of the message.
 
 | injected into | faults |
 |---|---|
-"""
-BY_KIND = """
-## Kinds that earlier versions did not detect
-
-| kind of fault | detected by | faults |
-|---|---|---|
 """
 UNSEEN = (
     ("a formation that is missed between two outputs outside the sampling windows, but takes place before the second output",
      "missed formations are searched for at outputs and in windows"),
     ("errors of the exact bridge's tables below their stated limits",
-     "a sample of the records is solved again: force within 1e-3 of that at touch, rupture distance within 2e-4"),
-    ("a custom law without a reference implementation", "its term is taken as logged (`unchecked` in replay.json)"),
-    ("contact forces of the dry model, without recorded motion", "with `output.window_trajectories` Newton's law shows them"),
+     "only a sample of the records is solved again: force within 1e-3 of that at touch, rupture distance within 2e-4"),
+    ("a custom law without a reference implementation",
+     "the force of the law is taken from the log (`unchecked` in replay.json)"),
+    ("contact forces of the dry model, without recorded motion",
+     "they are checked by Newton's law only with `output.window_trajectories`"),
     ("a wrong reading of a paper that engine and reference share",
-     "both use the same corrected equations ([shared readings](shared_readings.md))"),
+     "both use the same corrected equations ([shared assumptions](shared_readings.md))"),
     ("interchanged words in the report, such as two column headings or two labels of a legend",
-     "numbers are checked by the keys of report.json; a test compares the words with `tests/data/report`"),
+     "the replay checks numbers by their keys in report.json; a test compares the words with `tests/data/report`"),
 )  # fmt: skip
 """What the replay cannot see without a run to show it."""
 WHY = {
-    "forces that act": "the log contains what was computed; which force acts is visible in the motion only",
-    "forces outside the contact log": "forces are logged in windows; volumes, shares and films are checked in the whole run",
+    "forces that act": "the log contains the computed force; the force that acts is visible only in the motion",
+    "forces outside the contact log": "forces are logged only in sampling windows; volumes, shares and films are checked in "
+    "the whole run",
 }
 TAIL = """
-If the records cannot distinguish faults, all candidates are reported (`alike` in `replay.json`). `python -m tests.injected_table`
-makes this page and its CSV file from the tests.
+If the records cannot distinguish several faults, all of them are reported (`alike` in `replay.json`).
+`python -m tests.injected_table` makes this page and its CSV file from the tests.
 
 ## What the replay cannot detect
 
-| what | why |
+| fault | reason |
 |---|---|
 {unseen}
 
 ## Coverage
 
-- **Late formations and ruptures** are searched for in every event. At an edge of a wall a
-  formation that is one step late is not reported.
+- **Late formations and ruptures** are searched for in every event. A formation at an edge of a wall that is
+  one step late is not reported.
 - **Missed formations and wrong triangles, bridge ends or gaps** are searched for at every output and in every step of the
   sampling windows.
 - **Forces outside those windows** are recomputed for groups of spheres that get no new neighbours between two outputs, in up to
   2000 steps in all, but not at walls, in dry contacts, with semi-implicit drag or with `bridges_every`.
-- **Predicted time, memory and disk** are not part of a run; a test compares them with `reference_impl/scene/cost.py` and detects
-  {predicted} further faults.
+- **Predicted time, memory and disk space** are not part of a run; a test compares them with `reference_impl/scene/cost.py`
+  and detects {predicted} further faults.
 - **The energy budget** is checked as a sum at every output, and term by term in windows that contain two outputs.
 
 ## Limits
@@ -263,16 +264,7 @@ def page() -> str:
         *map(line, UNSEEN)
     ]
     head = HEAD.format(count=len(faults), nameless=nameless, missed=missed, **counts)
-    kinds = [line((kind, by, str(len({*of})))) for kind, (by, of, _) in KINDS.items()]
-    return (
-        head
-        + "\n".join(lines)
-        + "\n"
-        + BY_KIND
-        + "\n".join(kinds)
-        + "\n"
-        + TAIL.format(unseen="\n".join(seen), predicted=len(test_reference.FAULTS))
-    )
+    return head + "\n".join(lines) + "\n" + TAIL.format(unseen="\n".join(seen), predicted=len(test_reference.FAULTS))
 
 
 def line(columns: tuple[str, ...]) -> str:

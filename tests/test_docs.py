@@ -260,9 +260,11 @@ def test_the_readme_says_of_moisture_what_the_pages_say() -> None:
         " ".join((ROOT / name).read_text().split()) for name in ("README.md", "docs/full_scale.md", "docs/screens.md")
     )
     assert "after 1.51 s instead of 1.15 s" in readme and "after 1.15 s dry and 1.51 s moist" in full
-    assert "26 % of the liquid stays" in readme and "POM on 8 mm: 62 % on fines, 26 % on coarse spheres" in full
-    assert "works up to 8 % of water, one of 1 mm is blocked by 1 %" in readme
-    assert "works up to 8 %, the largest moisture" in screens and "At 1 mm it is blocked by 1 %" in screens
+    assert "26 % of the liquid stays" in readme and "of POM on 8 mm is on fines, 26 % on coarse spheres" in full
+    assert "works up to a moisture of 8 %; with 1 mm it is blocked at 1 %" in readme
+    assert (
+        "works up to a moisture of 8 %, the largest simulated" in screens and "At 1 mm it is blocked at 1 %" in screens
+    )
 
 
 def test_make_help_lists_every_target() -> None:

@@ -101,7 +101,7 @@ def of_bridges() -> Iterator[tuple[str, Report]]:
     yield "volume", (f"{text}; `rabinovich` {1e6 * one:.0f} and {1e6 * two:.0f} µN", more > force)
     yield "longer", (f"{1e6 * end:.0f} and {1e6 * longer:.0f} µm exact", longer > end)
     yield "larger", (f"1 µl, spheres of 2 and 4 mm: {1e6 * end:.0f} and {1e6 * larger:.0f} µm exact", larger < end)
-    yield "tension", ("independent of it in every law (no gravity)", False)
+    yield "tension", ("independent of the surface tension in every law (no gravity)", False)
 
 
 def of_impacts() -> Iterator[tuple[str, Report]]:
@@ -146,7 +146,7 @@ def of_beds() -> Iterator[tuple[str, Report]]:
         message.append(f"{short}: {more:.2f} ± {limit:.2f} ({100 * (more / 2.0 - 1.0):+.0f} %)")
         holds = holds and abs(more - 2.0) <= limit
     yield "packing", ("; ".join(message), holds)
-    yield "critical", ("independent of it (hard spheres, Davis 2023, eq. 42)", False)
+    yield "critical", ("independent of viscosity (hard spheres, Davis 2023, eq. 42)", False)
 
 
 @dataclass(frozen=True)

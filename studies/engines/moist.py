@@ -39,8 +39,9 @@ TABLE = PAGE.with_suffix(".csv")
 HEAD = """
 ## Moist screening
 
-The moist cases at smoke scale at their end: mean in LIGGGHTS, in YADE; difference and its 95 % confidence interval (Student), in
-bold where that excludes zero, as one interval in twenty does by chance. Runs: [second_engine.csv](second_engine.csv).
+Each cell gives a quantity at the end of a moist case at smoke scale: mean in LIGGGHTS, mean in YADE; their difference with
+its 95 % confidence interval (Student). The difference is bold if the interval excludes zero, as one interval in twenty does
+by chance. The runs are listed in [second_engine.csv](second_engine.csv).
 
 """
 MARKS = ("<!-- moist screening: python -m studies.engines.moist -->\n", "<!-- end -->")
@@ -194,8 +195,8 @@ def speed(table: pd.DataFrame) -> str:
         return ""
     a, b = (float(times[engine].mean()) for engine in ROOTS)
     return (
-        f"Processor time of the engine per run, mean over {len(times)} {'runs' if len(times) > 1 else 'run'} in each: "
-        f"{a:.0f} s in LIGGGHTS, {b:.0f} s in YADE "
+        f"The mean processor time of the engine per run, over {len(times)} {'runs' if len(times) > 1 else 'run'} in each, is "
+        f"{a:.0f} s in LIGGGHTS and {b:.0f} s in YADE "
         f"({b / a:.1f} times).\n\n"
     )
 

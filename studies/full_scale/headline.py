@@ -10,6 +10,11 @@ from studies.full_scale import spread
 from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement
 from studies.full_scale.spread import Runs
 
+INTRO = (
+    'The 18 screening cases of Elskamp & Kruggel-Emden (2018, "the paper") were simulated on a sieve of 200 mm for 20 s from the '
+    "opening of the slide."
+)
+
 
 def _half(runs: Runs, case: int) -> str:
     return f"{np.mean([spread.half_through(k) for k in runs[case]]):.2f} s"
@@ -17,26 +22,28 @@ def _half(runs: Runs, case: int) -> str:
 
 def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     """Summarise passage, distribution of the liquid and confirmed statements; lines without cases are omitted."""
-    written = ["# Full scale", ""]
+    written = ["# Full scale", "", INTRO, ""]
     if all(runs.get(n) for n in (1, 2, 10, 11)):
         written += [
-            "- **Passage**: 5 % of liquid delays it. With apertures of 8 mm half of the undersize has passed after "
+            "- **Passage**: 5 % of liquid delays passage. With apertures of 8 mm half of the undersize has passed after "
             f"{_half(runs, 1)} dry and {_half(runs, 2)} moist (POM), {_half(runs, 10)} and {_half(runs, 11)} (glass); after "
-            "10 s all of it has.",
+            "10 s all undersize has passed.",
         ]
     if all(runs.get(n) for n in (7, 8, 16, 17)):
         y = [f"{runs[n][0].at(runs[n][0].retained(), 20.0):.2f}" for n in (7, 8, 16, 17)]
         written += [
-            f"  With 5.6 mm the screen retains {y[0]} of the feed dry and {y[1]} moist after 20 s (POM), {y[2]} dry and {y[3]} "
-            "moist (glass; more dry than moist spheres peg).",
+            f"  With 5.6 mm the screen retains after 20 s {y[0]} of the dry and {y[1]} of the moist feed (POM), {y[2]} of the "
+            f"dry and {y[3]} "
+            "of the moist feed (glass, of which more dry than moist spheres peg).",
         ]
     for name, n in (("POM", 2), ("glass", 11)):
         if runs.get(n):
             k = runs[n][0]
             held = [100.0 * float(v[-1]) for v in (k.liquid("fines"), k.liquid("coarse_material"), k.walls)]
             written += [
-                f"- **Liquid at the end**, {name} on 8 mm: {held[0]:.0f} % on fines, {held[1]:.0f} % on coarse spheres, "
-                f"{held[2]:.0f} % on walls."
+                f"- **Liquid at the end**: {held[0]:.0f} % of the liquid of {name} on 8 mm is on fines, {held[1]:.0f} % on "
+                "coarse "
+                f"spheres and {held[2]:.0f} % on walls."
             ]
     return [*written, f"- **Statements of the paper**: {_counted(answers)}.", ""]
 
@@ -44,7 +51,7 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
 def _counted(answers: Sequence[tuple[Statement, Answer]]) -> str:
     verdicts = [a.verdict for _, a in answers]
     return "; ".join(
-        f"of {len(part)} on {of} "
-        + ", ".join(f"{part.count(v)} {v}" for v in (HOLDS, FAILS, OPEN, MISSING) if v in part)
+        f"of the {len(part)} on {of} "
+        + ", ".join(f"{part.count(v)} are {v}" for v in (HOLDS, FAILS, OPEN, MISSING) if v in part)
         for of, part in (("screening", verdicts[:39]), ("laws", verdicts[39:]))
     )

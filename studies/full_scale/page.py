@@ -44,8 +44,8 @@ PICTURES = {
 METHOD = """
 ## Method
 
-The 18 screening cases of Elskamp & Kruggel-Emden (2018) on a 200 mm sieve for 20 s from the opening of the slide. The time step
-is a tenth of the shortest collision, the contact stiffness {stiffness}
+The time step
+is a tenth of the shortest collision time, and the contact stiffness is {stiffness}
 ([errors of these settings](accuracy.md)).
 """
 
@@ -58,8 +58,9 @@ COMMITS = {
 BEYOND = """
 ## What the paper says its model lacks
 
-In the paper fines and bin get too little water, coarse material and screen too much, because the model has no
-"vibrating dewatering". Two [optional effects](effects.md#effects-in-no-preset) move liquid: `shedding` and `liquid_weight`.
+According to the paper, its model leaves too little water on fines and bin and too much on coarse material and screen, because
+it has no "vibrating dewatering". Two [optional effects](effects.md#effects-in-no-preset) of pywet change this distribution:
+`shedding` and `liquid_weight`.
 {full}
 """
 SWITCHED = ("shedding", "liquid_weight")
@@ -69,13 +70,17 @@ SWITCHED = ("shedding", "liquid_weight")
 def honest(runs: Runs) -> str:
     """Write the limits of the page."""
     seeded = [str(n) for n in sorted(runs) if len(runs[n]) > 1]
-    several = f"Cases {', '.join(seeded)} have several seeds, all others one" if seeded else "One seed of each case"
+    several = (
+        f"Cases {', '.join(seeded)} were run with several seeds, all others with one"
+        if seeded
+        else "Each case was run with one seed"
+    )
     return f"""## Limits
 
 - {several}. A case with one seed is judged by the scatter of
-  the most similar case with several, which is too small for 5.6 mm late in the run.
-- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([rig](rig.md)). A
-  statement that is not confirmed shows first that this simulation differs from the paper's.
+  the most similar case with several seeds, which underestimates the scatter with apertures of 5.6 mm late in the run.
+- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus
+  ([sieve diameter](rig.md)). A statement that is not confirmed shows first that this simulation differs from the paper's.
 """
 
 
@@ -141,7 +146,7 @@ def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
     if not rows:
         return [message]
     return [
-        f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine ([runs.csv](full_scale/runs.csv)). {message}"
+        f"- **Runs**: {len(rows)} runs took {hours:.0f} core-hours of the engine ([runs.csv](full_scale/runs.csv)). {message}"
     ]
 
 
@@ -159,8 +164,9 @@ def _cost(runs: Runs) -> list[str]:
     if not ratios:
         return []
     return [
-        f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of its dry one in the median, "
-        f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs of one seed, on a loaded machine)."
+        f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of the same case without liquid in "
+        "the median, "
+        f"with a range of {min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs with the same seed, on a loaded machine)."
     ]
 
 
@@ -186,10 +192,11 @@ def _statements(answers: Answers) -> list[str]:
     open_ = ", ".join(str(s.number) for s, a in answers if a.verdict == OPEN)
     return [
         "A statement of the paper is translated into a range of a quantity. It is confirmed if the 95 % interval of the mean",
-        "over seeds is within the range, inconclusive if a limit of the range is within the interval. The ranges were fixed",
-        "when these 18 cases were known and before any other run was judged.",
+        "over seeds is within the range, and inconclusive if a limit of the range is within the interval. The ranges were fixed",
+        "after these 18 cases had been evaluated and before any other run was judged.",
         *([f"Statements {open_} are inconclusive."] if open_ else []),
-        "Text, range, values and verdict of each: [statements.csv](full_scale/statements.csv). Y: fraction retained.",
+        "The table [statements.csv](full_scale/statements.csv) gives text, range, values and verdict of each statement. Y is "
+        "the fraction retained.",
     ]
 
 
@@ -223,14 +230,15 @@ def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
             cases = list(dict.fromkeys(row[1] for row in shown))
             heads = [f"case {n}, {next(row[3] for row in shown if row[1] == n)} seeds | change" for n in cases]
             lines += [
-                f"\nOne run each of cases {', '.join(cases)} at full scale with `{effect}`: change of the shares of all liquid",
-                "at 20 s with 95 % limits; bold: significant ([switched.csv](full_scale/switched.csv)).\n",
+                f"\nCases {', '.join(cases)} were run once at full scale with `{effect}`. The table gives the change of the "
+                "shares of all liquid",
+                "at 20 s with 95 % limits; significant changes are bold ([switched.csv](full_scale/switched.csv)).\n",
                 f"| share of the liquid on | {' | '.join(heads)} |",
                 "|" + "---|" * (1 + 2 * len(cases)),
                 *(f"| {of} | {' | '.join(_change(row) for row in shown if row[2] == of)} |" for of in DIVISIONS),
             ]
     left = [f"`{effect}`" for effect in SWITCHED if effect not in variants]
-    return "\n".join([*lines, *([f"\nNo run at full scale has {' or '.join(left)}."] if left else [])])
+    return "\n".join([*lines, *([f"\nThere is no run at full scale with {' or '.join(left)}."] if left else [])])
 
 
 def _drawn(folder: Path, name: str, results: Sequence[CaseResult]) -> list[str]:

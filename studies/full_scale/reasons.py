@@ -61,9 +61,11 @@ def _side_wall(runs: Runs, folder: Path) -> str:
     ratios = ", ".join(f"{r.walls_over_coarse:.2f}" for r in table.itertuples())
     heights = ", ".join(f"{r.side_wall_height_mm:.0f}" for r in table.itertuples())
     return (
-        "on the smoke scale's sieve, with four times as much side wall for its area, the ratio is "
-        f"{ratios} after {table.time_since_opening_s.iloc[0]:.1f} s with side walls {heights} mm high. "
-        "With films of whole walls it is 0.79 at full scale, and the statement confirmed ([rig](rig.md))."
+        "on the sieve at smoke scale, whose side wall is four times as large in relation to its area, the ratio of the liquid "
+        "on the "
+        f"apparatus to that on the coarse material is {ratios} after {table.time_since_opening_s.iloc[0]:.1f} s with side walls "
+        f"{heights} mm high. If each wall has one common film, this ratio is 0.79 at full scale and the statement is confirmed "
+        "([sieve diameter](rig.md))."
     )
 
 
@@ -79,7 +81,7 @@ def _slower(runs: Runs, folder: Path) -> str:
     left = [100 * run.at(run.undersize, 5.0) for run in (full, less)]
     return (
         f"passage ends sooner than in the paper: at 5 s {left[0]:.0f} % of the undersize is left with 1 mm, {left[1]:.0f} % "
-        "with 0.8 mm. The reason is that of 7."
+        "with 0.8 mm. The reason is the same as for statement 7."
     )
 
 
@@ -88,8 +90,9 @@ def _wider(runs: Runs, folder: Path) -> str:
     means = [f"{of('deep', n, 'all'):.2f} instead of {of('as_is', n, 'all'):.2f}" for n in (7, 8)]
     return (
         "three of its four parts are confirmed; passage of POM with 5.6 mm ends sooner than in the paper, with "
-        f"{100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. It depends on the depth of the bed: in "
-        f"trials a bed twice as deep retains {means[0]} of the feed dry, {means[1]} with 5 %."
+        f"{100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. Passage depends on the depth of the "
+        "bed: in "
+        f"trials a bed twice as deep retains {means[0]} of the dry feed, {means[1]} with 5 % of liquid."
     )
 
 
@@ -100,8 +103,10 @@ def _early(runs: Runs, folder: Path) -> str:
     return (
         f"at 3 s {left[0]:.0f} % of the dry undersize has not yet passed, {left[1]:.0f} % with 5 % and "
         f"{left[2]:.0f} % with 10 % of liquid. "
-        f"A bed twice as deep retains {deep[0]} of the feed dry, {deep[1]} with 10 %: the depth of the bed, which follows from "
-        "the diameter of the sieve, decides ([rig](rig.md)). Why 10 % delays passage further is unknown."
+        f"A bed twice as deep retains {deep[0]} of the dry feed, and {deep[1]} with 10 % of liquid. Passage therefore depends "
+        "on the "
+        "depth of the bed, which follows from the [diameter of the sieve](rig.md). Why 10 % of liquid delays passage further "
+        "is unknown."
     )
 
 
@@ -120,8 +125,9 @@ def _dry_near(runs: Runs, folder: Path) -> str:
     least = (dry.retained(NEAR) - moist.retained(SMALL))[(dry.times >= 0.5) & (dry.times <= 3.0)].min()
     glass = of("sticky", 12, SMALL) - of("as_is", 10, NEAR)
     return (
-        f"from 0.5 to 3 s Y of small spheres in case 12 is at least {least:.3f} below Y of near-mesh spheres in case 10. With "
-        f"twice the surface tension the difference is {glass:+.3f}."
+        f"from 0.5 to 3 s Y of the moist small spheres (case 12) is at least {least:.3f} below Y of the dry near-mesh spheres "
+        "(case 10). "
+        f"With twice the surface tension the mean difference of these two Y is {glass:+.3f}."
     )
 
 
@@ -132,8 +138,9 @@ def _within_scatter(cases: Sequence[int], end: float, seeded: int) -> Callable[[
         y = [runs[n][0].y(2.0, end) for n in cases]
         seeds = [k.y(2.0, end) for k in runs[seeded]]
         return (
-            f"mean Y of the first seed rises by {y[1] - y[0]:+.4f} and {y[2] - y[1]:+.4f} with the liquid; seeds of case "
-            f"{seeded} differ by up to {max(seeds) - min(seeds):.4f}."
+            f"with 5 and 10 % of liquid the mean Y of the first seed rises by {y[1] - y[0]:.4f} and by a further "
+            f"{y[2] - y[1]:.4f}, while "
+            f"the seeds of case {seeded} differ by up to {max(seeds) - min(seeds):.4f}."
         )
 
     return sentence
@@ -152,8 +159,9 @@ def _closer(runs: Runs, folder: Path) -> str:
     tried = [[of("as_is", n, "all") for n in cases] for cases in groups]
     spreads = [max(each) - min(each) for each in tried]
     return (
-        f"the trend is there, but passage with 1 mm ends sooner than in the paper: from 2 to 10 s mean Y of cases 10 to 12 "
-        f"differs by {late:.4f}, of 13 to 15 by {later:.4f}. In trials, while most of the bed is on the screen, it differs "
+        f"the trend is the paper's, but passage with 1 mm ends sooner: from 2 to 10 s the mean Y of cases 10 to 12 "
+        f"differs by {late:.4f}, that of cases 13 to 15 by {later:.4f}. In trials, while most of the bed is on the screen, "
+        "mean Y differs "
         f"by {spreads[0]:.3f} with 1 mm and by {spreads[1]:.3f} with 0.8 mm, as in the paper."
     )
 
@@ -161,8 +169,9 @@ def _closer(runs: Runs, folder: Path) -> str:
 def _nothing_left(runs: Runs, folder: Path) -> str:
     dry, moist = (100.0 * runs[n][0].at(runs[n][0].undersize, 20.0) for n in (7, 8))
     return (
-        f"its first half is confirmed. But {dry:.2f} % of the dry undersize is left at 20 s, so that {moist:.1f} % with liquid "
-        "cannot be less. The reason is that of 6."
+        f"its first half is confirmed. But only {dry:.2f} % of the dry undersize is left at 20 s, so that less cannot be left "
+        "with liquid "
+        f"({moist:.1f} %). The reason is the same as for statement 6."
     )
 
 
@@ -173,7 +182,7 @@ def _still_changing(runs: Runs, folder: Path) -> str:
         h: 100.0 * (run.at(run.liquid(h), 20.0) - run.at(run.liquid(h), since)) for h in ("coarse_material", "fines")
     }
     return (
-        "three of its four parts are confirmed. In case 11 the last tenth of the undersize takes its liquid along: after "
+        "three of its four parts are confirmed. In case 11 the last tenth of the undersize carries its liquid away: after "
         f"{since:.1f} s the shares of coarse material and fines change by {moved['coarse_material']:+.1f} and "
         f"{moved['fines']:+.1f} % of all liquid."
     )
@@ -186,8 +195,8 @@ def _too_little_left(runs: Runs, folder: Path) -> str:
         held = [100.0 * run.at(run.liquid(h), 20.0) for h in ("coarse_material", "fines")]
         lines_of.append(f"case {number}: {held[0]:.1f} % on the coarse material, {held[1]:.1f} % on the fines")
     return (
-        "its first half is confirmed. But most of the undersize has passed and taken its liquid along at 20 s "
-        f"({'; '.join(lines_of)}). The reason is that of 6."
+        "its first half is confirmed. But at 20 s most of the undersize has passed and carried its liquid away "
+        f"({'; '.join(lines_of)}). The reason is the same as for statement 6."
     )
 
 
@@ -195,23 +204,23 @@ def _at_once(runs: Runs, folder: Path) -> str:
     run = runs[1][0]
     left = {t: 100.0 * run.at(run.undersize, t) for t in (2.0, 5.0, 10.0)}
     shares = ", ".join(f"{of:.1f} % at {t:g} s" for t, of in left.items())
-    return f"passage ends sooner than in the paper: {shares} of the undersize is left. The reason is that of 7."
+    return f"passage ends sooner than in the paper: {shares} of the undersize is left. The reason is the same as for statement 7."
 
 
 def _glass_pegs(runs: Runs, folder: Path) -> str:
     ends = [runs[n][0].at(runs[n][0].retained(), 20.0) for n in (7, 16)]
     stuck = [runs[n][0].mean(runs[n][0].count("wedged", COARSE), 10.0, 20.0) for n in (7, 16)]
     return (
-        f"with 5.6 mm Y of glass and POM is {ends[1]:.3f} and {ends[0]:.3f} at 20 s, with "
-        f"{stuck[1]:.0f} and {stuck[0]:.0f} large spheres wedged from 10 to 20 s on average. The reason is unknown."
+        f"with apertures of 5.6 mm Y at 20 s is {ends[1]:.3f} for glass and {ends[0]:.3f} for POM; from 10 to 20 s on average "
+        f"{stuck[1]:.0f} large spheres of glass and {stuck[0]:.0f} of POM are wedged. The reason is unknown."
     )
 
 
 def _few_left(runs: Runs, folder: Path) -> str:
     small = [100.0 * runs[n][0].at(runs[n][0].retained(SMALL), 5.0) for n in (7, 8)]
     return (
-        f"with 5 % of liquid fewer small spheres pass after 5 s than dry because fewer are left ({small[1]:.1f} and "
-        f"{small[0]:.1f} %). The near-mesh class and 10 % behave as the paper says."
+        f"after 5 s fewer moist small spheres (5 % of liquid) than dry ones pass, because fewer are left ({small[1]:.1f} and "
+        f"{small[0]:.1f} %). The near-mesh class and the runs with 10 % behave as stated in the paper."
     )
 
 
@@ -228,11 +237,13 @@ REASONS: dict[int, Callable[[Runs, Path], str]] = {
                  "is small."),
     41: _of_laws("its second half is confirmed. At a hundredth of the rupture distance Willett deviates by 0.8 % from the exact "
                  "bridge, Weigert by 2.4 %; the paper compares with measured points."),
-    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett deviates by 15 % beyond a third of the rupture "
-                 "distance, Rabinovich by up to 24 % beyond half of it."),
+    42: _of_laws("V* is 1.3e-5, below the range of Willett's fit (1e-3). Willett's force deviates from the exact one by 15 % "
+                 "beyond a "
+                 "third of the rupture distance, Rabinovich's by up to 24 % beyond half of it."),
     43: _of_laws("in the first configuration Rabinovich deviates from the exact bridge by 20 % at 0.7 of the rupture distance."),
-    47: _of_laws("by the parabola model (equations 35 to 43) the larger sphere gets more at 10° than at 40°. Statement 33 of the "
-                 "same paper contradicts this one and is confirmed."),
+    47: _of_laws("in the parabola model (equations 35 to 43) the larger sphere gets more liquid at 10° than at 40°. Statement "
+                 "33 of "
+                 "the same paper contradicts statement 47 and is confirmed."),
     48: _of_laws("the steps over angles are confirmed. Over V* the parabola model at the rupture distance gives the opposite "
                  "trend."),
 }  # fmt: skip
@@ -274,8 +285,9 @@ def grouped(known: Mapping[int, str], says: Mapping[int, str] | None = None) -> 
     lines += [f"- Statement {n}: {known[n]}" for n in sorted(others)]
     return [
         *lines,
-        "\nVariants of depth and surface tension ran at smoke scale with one seed (means from 0.5 to 3 s after the opening).",
-        "All reasons: [reasons.csv](full_scale/reasons.csv).",
+        "\nDeeper beds and larger surface tensions were simulated at smoke scale with one seed (means from 0.5 to 3 s after "
+        "the opening).",
+        "The table [reasons.csv](full_scale/reasons.csv) gives the reason for each statement.",
     ]
 
 

@@ -25,10 +25,6 @@ OF_LIQUID: dict[str, Callable[[StoredRun], float]] = {
     "liquid of the fines at the end": lambda k: float(k.liquid("fines")[-1]),
     "liquid of the bin's walls at the end": lambda k: float(k.liquid("collecting_bin")[-1]),
 }
-COSTS = {
-    "cpu_s": ("engine", 3600.0, "core-hours"),
-}
-"""Entry of run.json -> its name, unit and symbol."""
 ONE_SEED = "one seed"
 """Verdict where no scatter is known."""
 COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "retired", "difference", "significant")
@@ -49,14 +45,15 @@ def lines(stored: Runs, retired: Runs) -> list[str]:
     moved = [row for row in found if row[7].startswith("yes")]
     liquid = moved and all(row[1] in OF_LIQUID for row in moved)
     most = (
-        f", by up to {max(abs(float(row[6])) for row in moved):.3f} of all liquid, which moves between fines and bin"
+        f", by up to {max(abs(float(row[6])) for row in moved):.3f} of all liquid, which is divided differently between fines "
+        "and bin"
         if liquid
         else ""
     )
     costs = "; ".join(_cost(case, stored[case], retired[case]) for case in cases)
     return [
         f"- **[Retired spheres](engine.md#retired-spheres)** (runs `retire`): {len(moved)} of {len(found)} quantities differ "
-        f"significantly{most} ([retirement.csv](full_scale/retirement.csv)). Cost: {costs}.",
+        f"significantly{most} ([retirement.csv](full_scale/retirement.csv)). The engine needs {costs}.",
     ]
 
 
@@ -86,15 +83,16 @@ def _compared(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRu
 
 def _cost(case: int, stored: Sequence[StoredRun], retired: Sequence[StoredRun]) -> str:
     """Return the least cost of both kinds of runs; that of a resumed run is unknown."""
-    message = []
-    for key, (name, unit, symbol) in COSTS.items():
-        of_all, of_retired = (
-            min(
-                (k.about[key] / unit for k in runs if k.about.get(key) and k.about.get("resumed_at_step") is None),
-                default=None,
-            )
-            for runs in (stored, retired)
+    of_all, of_retired = (
+        min(
+            (
+                k.about["cpu_s"] / 3600.0
+                for k in runs
+                if k.about.get("cpu_s") and k.about.get("resumed_at_step") is None
+            ),
+            default=None,
         )
-        cost = "unknown" if of_retired is None else f"{of_retired:.3g} {symbol}"
-        message.append(f"{name} {cost}" if of_all is None else f"{name} {cost} instead of {of_all:.3g}")
-    return f"case {case}, {', '.join(message)}"
+        for runs in (stored, retired)
+    )
+    cost = "an unknown number of core-hours" if of_retired is None else f"{of_retired:.3g} core-hours"
+    return f"{cost}{'' if of_all is None else f' instead of {of_all:.3g}'} in case {case}"

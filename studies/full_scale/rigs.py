@@ -40,49 +40,48 @@ TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
 """Times after the opening of the slide [s]."""
 HEAD = """# The unknown diameter of the sieve
 
-The paper does not give the diameter of its sieve, which determines how fast spheres pass. With the same feed on **200 mm** all
-undersize has passed after 6 s in case 1, on **190 mm** after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s;
-the paper states about 15 s. No diameter confirms both statements 1 and 2: 180 mm confirms the first, 182.5 to 190 mm the
-second (with an amplitude of 0.8 mm passage is slower than with 1 mm after 5 s). The paper's contact stiffness changes neither
-verdict on 185 mm. On 180, 185 and 190 mm more undersize of dry glass than of POM is left after 10 s, where the paper finds both
-very similar.
+Elskamp & Kruggel-Emden (2018, "the paper") do not give the diameter of their sieve. With the same feed a smaller sieve has a
+deeper bed, and spheres pass more slowly. On a sieve of **200 mm** all undersize of case 1 has passed after 6 s, on **190 mm**
+after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states about 15 s. No diameter confirms both
+[statements](full_scale.md#statements) 1 (this time) and 2 (after 5 s passage is slower with an amplitude of 0.8 mm than with
+1 mm): 180 mm confirms statement 1, and 182.5 to 190 mm confirm statement 2. The paper's contact stiffness (`stiff`) changes
+neither verdict on 185 mm. On 180, 185 and 190 mm more undersize of dry glass than of POM is left after 10 s, whereas the
+paper finds both materials very similar.
 
 {any reading}
 
-All 18 cases have run on 185 mm with one seed: of the 37 statements that cases decide 23 are confirmed, as many as with the
-same seed on 200 mm: statements 2, 6, 11, 19 and 20 only on 185 mm, 8, 9, 10, 15 and 30 only on 200 mm. On apertures of 5.6 mm
-(cases 7 and 16) 25 % of the undersize of dry POM and 35 % of dry glass are still on 185 mm after 20 s, and 0 and 24 % on 200
-mm. Glass and POM are not similar with either diameter.
+**All 18 cases on 185 mm** were run with one seed. Of the 37 statements 23 are confirmed, as many as with the same seed on 200
+mm: 2, 6, 11, 19 and 20 are confirmed only on 185 mm, and 8, 9, 10, 15 and 30 only on 200 mm. With apertures of 5.6 mm (cases
+7 and 16) 25 % of the undersize of dry POM and 35 % of that of dry glass are still on the sieve of 185 mm after 20 s, and 0
+and 24 % on that of 200 mm.
 
-**Equation (14) as printed** (`printed`: the eight moist cases on 8 mm, on 185 mm; dry cases are unaffected) slows POM
-and confirms fewer statements: 30 is confirmed in addition, 11 and 34 are no longer confirmed, and 7, 12, 17, 21 and 26 are
-still not confirmed. In case 2 less than 1 % of the undersize is left after 10.5 s instead of 8.2 s. On 200 mm (cases 3 and 12)
-statements 17 and 21 are not confirmed either.
+**Equation (14) as printed** (`printed`) slows the passage of moist POM (in case 2 less than 1 % of the undersize is left
+after 10.5 s instead of 8.2 s) and confirms fewer statements on 185 mm: statement 30 is then confirmed, but 11 and 34 are not.
 
-**Films of whole walls** with the transfer ratio at a tenth of the rupture distance (`wall`) raise in case 2 the liquid of the
-apparatus from 0.41 to 0.79 of that of the coarse material on 200 mm, from 0.37 to 0.69 on 185 mm: statement 26, which no other
-run confirms, is confirmed on 200 mm. With cases 3 and 11 on 200 mm statements 23, 24, 25, 29 and 31 are still confirmed, 17 still
-not; 30 is no longer confirmed (0.994, must exceed 1). Other cases have not run with this reading.
+**Films of whole walls** (`wall`) means that all triangles of a wall share one film and that the transfer ratio is that at a
+tenth of the rupture distance. In case 2 the liquid on the apparatus then rises from 0.41 to 0.79 of that on the coarse
+material on 200 mm, and from 0.37 to 0.69 on 185 mm. Statement 26, which no other run confirms, is confirmed on 200 mm;
+statement 30 is no longer confirmed (its ratio is 0.994 and must exceed 1).
 
-**Three seeds on 200 mm** (`sieve200`, cases 1 to 6) decide statements 7 and 8, which the campaign's single runs leave
-inconclusive. 7 is not confirmed: from 2.5 to 10 s mean Y2 − Y1 is −0.0003, within 0.0013 in each seed; the paper's text
-requires at least 0.005. 8 is confirmed: from 2 to 15 s mean Y5 − Y4 is 0.0063 and mean Y6 − Y5 0.0151.
+**Three seeds on 200 mm** (`sieve200`, cases 1 to 6) decide statements 7 and 8, which the single runs of the full-scale page
+leave inconclusive. Y1 is the fraction retained of case 1. Statement 7 is not confirmed: from 2.5 to 10 s the mean of Y2 − Y1
+is −0.0003, and within ± 0.0013 in each seed; the paper's text requires at least 0.005. Statement 8 is confirmed: from 2 to 15
+s the mean of Y5 − Y4 is 0.0063 and that of Y6 − Y5 is 0.0151.
 
-All others have one seed. The settings are those of the [campaign](full_scale.md#method), and spheres that have passed are
-retired; `stiff`: the paper's contact stiffness. Times from a single seed are uncertain by a few tenths of a second.
+All other variants were run with one seed. The settings are those of the [full-scale runs](full_scale.md#method), and spheres
+that have passed are retired. Times from a single seed are uncertain by a few tenths of a second.
 
 ## Undersize on the screen
 
 ![Undersize left on the screen over time, cases 1 and 4, for sieves of 180 to 200 mm](full_scale/rig.svg)
 
-All rigs and cases, with the number of large spheres wedged in an aperture: [rig_undersize.csv](full_scale/rig_undersize.csv);
-all outputs: `docs/full_scale/rigs`.
+[rig_undersize.csv](full_scale/rig_undersize.csv) contains all variants and cases with the number of wedged large spheres.
 """
 BETWEEN = """
 ## Statements
 
-✓ confirmed, ✗ not confirmed, ? inconclusive, – not run. Quantities and ranges are those of the
-[full-scale page](full_scale.md#statements), fixed before these runs; all values:
+The signs mean: ✓ confirmed, ✗ not confirmed, ? inconclusive, – not run. Quantities and ranges are those of the
+[full-scale page](full_scale.md#statements), fixed before these runs; all values are in
 [rig_statements.csv](full_scale/rig_statements.csv).
 
 """
@@ -188,8 +187,10 @@ def any_reading(
     ]
     none = [str(n) for n, found in more.items() if not found]
     return (
-        f"Of the {len(decided)} statements that cases decide, the campaign's runs confirm {len(shipped)}; {len(gained)} others "
-        f"are confirmed by runs with another reading: {', '.join(gained)}. No run confirms {', '.join(none)}."
+        f"Of the paper's {len(decided)} statements on screening cases, the runs of the full-scale page confirm "
+        f"{len(shipped)}; {len(gained)} "
+        "others are confirmed only with another diameter, more seeds or another interpretation of the paper (runs in "
+        f"brackets): {', '.join(gained)}. No run confirms {', '.join(none)}."
     )
 
 

@@ -67,6 +67,6 @@ def lines(found: Sequence[Row]) -> list[str]:
     moved = [f"case {r[0]}, {r[1]}: {r[5]} ± {r[6].split('± ')[1]}" for r in compared if r[6].startswith("yes")]
     return [
         f"- **Paper's contact stiffness** (runs `paper`, one seed each): {len(moved)} of {len(compared)} quantities differ "
-        f"significantly (5 %, Student) from the campaign{': ' if moved else ''}{'; '.join(moved)} "
+        f"significantly (5 %, Student) from the runs with lower stiffness{': ' if moved else ''}{'; '.join(moved)} "
         "([seeds.csv](full_scale/seeds.csv)).",
     ]

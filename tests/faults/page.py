@@ -17,27 +17,29 @@ BEFORE = "before"
 """Further column: who noticed when it was first tried, before checks and tests were added because of it."""
 HEAD = """# Random faults
 
-Of {faults} random changes of the program that are faults and do not crash it, **{found} are detected**, {early} of them before
-this study added further checks.
+The program was changed at random, one change at a time. Of {faults} changes that are faults and do not crash the program,
+**{found} are detected**;
+{early} of them were detected before further checks were added for this study.
 
 {table}
 
-- **crash**: a traceback or a signal, not counted as detected.
-- **replay**, **program**, **tests**: what detected the fault first: the replay, a message of the program, or a test.
-- **equivalent**: not detected because the change makes no difference for any input that the program accepts.
-- **open**: a fault that is not detected.
-- **detected**: share of the faults that neither crash the program nor are equivalent.
+- **crash**: the program ends with a traceback or a signal, which is not counted as detected.
+- **replay**, **program**, **tests**: the fault was first detected by the replay, by a message of the program, or by a test.
+- **equivalent**: the change makes no difference for any input that the program accepts, and therefore is not detected.
+- **open**: the change is a fault and is not detected.
+- **detected**: number of faults detected, of those that neither crash the program nor are equivalent.
 
-In {messages} of the {of_engine} changes of plugin and laws that the replay detects, its message names a force or effect of a
-contact; in {kinds} of these it names the kind of contact as well.
+In {messages} of the {of_engine} changes of plugin and laws that the replay detects, the message names a force or effect of a
+contact; in {kinds} of these it also names the kind of contact.
 
 ## Method
 
-`python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
-random positions of the program. Each fault is tried in those of three variants of case 2 that execute its line, until one
-detects it, or in a scene with its law. Changes in planning, custom scenes and calibration are tried without an engine: the
-inputs are built and compared, then tests run. `faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct,
-with their outcomes; [faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
+`python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line
+at random positions of the program. Each change is tried in the variants of case 2 (of three) that execute the changed line,
+until it is detected, or in a scene that uses the changed law. Changes in planning, custom scenes and calibration are tried
+without an engine: the inputs of a run are built and compared with the correct ones, then tests are run.
+`faults_by_chance.csv` lists the {count} changes, {distinct} of them distinct, with their outcomes;
+[faults_open.csv](faults_open.csv) lists the open faults with the reason why nothing detects them.
 """
 NOTICED = ("replay", "program", "tests")
 NAMES = ("crash", *NOTICED, "equivalent", "open")

@@ -179,7 +179,7 @@ UNSEEN: dict[str, tuple[str, bool, str]] = {
     "forces that act": (
         "half of it acts",
         True,
-        "half of each force acts, the whole force is logged, no motion is recorded",
+        "half of each force acts although the whole force is logged, and no motion is recorded",
     ),
     "forces outside the contact log": (
         "viscous sign",

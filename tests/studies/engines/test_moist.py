@@ -41,7 +41,7 @@ def test_the_mean_over_cases_has_the_scatter_within_cases() -> None:
 def test_time_of_runs_that_both_engines_have() -> None:
     table = pd.concat([rows("LIGGGHTS", 0.5, 0.5), rows("YADE", 0.5).assign(cpu_s=25.0)])
     assert moist.speed(table) == (
-        "Processor time of the engine per run, mean over 1 run in each: 10 s in LIGGGHTS, 25 s in YADE (2.5 times).\n\n"
+        "The mean processor time of the engine per run, over 1 run in each, is 10 s in LIGGGHTS and 25 s in YADE (2.5 times).\n\n"
     )
 
 

@@ -267,5 +267,5 @@ def test_what_retirement_changes_is_distinguished_from_scatter(tmp_path: Path) -
         assert float(cells[7].split("±")[1].strip(" |")) == pytest.approx(limit, abs=1e-4)
         assert any(row[:3] == ("8", "Y at 5 s", "1, 1") and row[-1] == "one seed" for row in rows)
         (output_text,) = retirement.lines({2: seeds}, {2: retired})
-        assert "case 2, engine 1 core-hours instead of 1." in output_text
+        assert "needs 1 core-hours instead of 1 in case 2." in output_text
     assert retirement.lines({2: seeds}, {}) == []

@@ -141,11 +141,13 @@ def test_the_page_names_the_statements_that_any_run_confirms() -> None:
     any_run = {
         s.number: {judge(s, runs).verdict for runs in (campaign, *rigs_and_dry.values())} for s in STATEMENTS if s.cases
     }
-    sentence = next(line for line in (ROOT / rigs.PAGE).read_text().splitlines() if "campaign's runs confirm" in line)
+    sentence = next(
+        line for line in (ROOT / rigs.PAGE).read_text().splitlines() if "the full-scale page confirm" in line
+    )
     none = {int(n) for n in sentence.partition("No run confirms ")[2].rstrip(".").split(", ")}
     assert none == {n for n, verdicts in any_run.items() if "confirmed" not in verdicts}
     gained = {
-        int(part.split()[-1]) for part in sentence.partition("reading: ")[2].partition("No run")[0].split(" (")[:-1]
+        int(part.split()[-1]) for part in sentence.partition("brackets): ")[2].partition("No run")[0].split(" (")[:-1]
     }
     shipped = {s.number for s in STATEMENTS if s.cases and judge(s, campaign).verdict == "confirmed"}
     assert gained == set(any_run) - none - shipped
