@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pywet.errors import PywetError
-from pywet.geometry.surface import Motion, Surface, make_surface
-from pywet.scene import Reservoir
+from pywet.geometry.surface import Surface, make_surface
 from pywet.util.files import atomic_write
 
 
@@ -44,18 +43,8 @@ def unreadable(path: Path, error: BaseException) -> PywetError:
     return PywetError(sentence, code="stl.unreadable", where=path)
 
 
-def read_stl(
-    path: Path,
-    reservoir: Reservoir = "wall",
-    name: str | None = None,
-    motion: Motion = "fixed",
-    half_width: float | None = None,
-    unit_m: float = 1.0,
-) -> Surface:
-    """Read an STL file (text or binary) as a checked surface of one part; open or damaged files raise `PywetError`.
-
-    `unit_m`: the unit of the file's coordinates [m].
-    """
+def read_stl(path: Path, name: str | None = None) -> Surface:
+    """Read an STL file (text or binary) in metres as a checked wall of one part; open or damaged files raise `PywetError`."""
     import meshio
 
     path = Path(path)
@@ -66,7 +55,7 @@ def read_stl(
         with np.errstate(over="ignore"):
             mesh = meshio.read(path, file_format="stl")
         triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
-        corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m
+        corners = np.asarray(mesh.points, dtype=np.float64)[triangles]
     except (meshio.ReadError, ValueError, IndexError, UnicodeDecodeError, SystemExit) as error:
         raise unreadable(path, error) from error
-    return make_surface(name or path.stem, reservoir, [(corners, half_width)], motion)
+    return make_surface(name or path.stem, "wall", [(corners, None)])
