@@ -93,7 +93,7 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
     prepare(folder / "pywet_yade", bed)
     small.run(folder / "pywet_yade", [], engine="yade")
     beds.append({"engine": "YADE+pywet", **measure(folder / "pywet_yade")})
-    prepare(folder / "yade", bed)
+    prepare(folder / "yade", bed, wet=False)
     assert scene.liquid is not None
     liquid = moist.Bridges(
         "Rabinovich", volume, scene.liquid.surface_tension_N_per_m, scene.classes[0].contact_angle_rad
