@@ -16,6 +16,7 @@ from pywet.cases.screening import identity
 from pywet.cases.small import bridge_query
 from pywet.collisions.wall import sweep as collisions
 from pywet.collisions.wall.problem import Problem
+from pywet.config.dotted_keys import filled
 from pywet.config.loading import begun, parse, placed_laws, read_yaml
 from pywet.errors import ConfigError
 from pywet.laws import custom_laws as user_laws
@@ -24,7 +25,6 @@ from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.case_base import OfCase
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
-from pywet.sweep.keys import filled
 from pywet.sweep.script_base import OfScript
 from pywet.util import sources
 from pywet.util.files import parse_json, read_bytes
