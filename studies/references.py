@@ -13,7 +13,6 @@ from pathlib import Path
 from pywet import config, stages
 from pywet.cases.screening import cases
 from pywet.cases.small import scenes
-from pywet.cases.small.subset import with_spheres
 from pywet.compare import digest
 from pywet.compare.digest import Digest
 from pywet.compare.quantities import facts
@@ -21,6 +20,7 @@ from pywet.errors import PywetError
 from pywet.scene import EngineScene
 from pywet.shipped import place
 from pywet.util.files import read_table
+from studies.subset import with_spheres
 
 STORE = Path("tests/data/digests")
 Numbers = dict[str, tuple[float, float, str]]

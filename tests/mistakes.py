@@ -28,7 +28,7 @@ from pywet.collisions.spheres import forms, problem
 from pywet.collisions.spheres.equal import three_equal_spheres
 from pywet.compare import command as compare_command
 from pywet.compare import digest, quantities, verdict
-from pywet.cost import choice, parameters
+from pywet.cost import choice
 from pywet.engines import process
 from pywet.engines.liggghts import build, deck, logs, windows, worker
 from pywet.engines.liggghts import process as engine_process
@@ -265,7 +265,6 @@ def mistakes() -> dict[str, Call]:
         ),
         "compare.rows": lambda folder: quantities.read_run(cut(evaluated(folder), quantities.RESULTS[0], 2)),
         "cost.accuracy": lambda _: choice.parse("150%"),
-        "cost.contact_log": lambda _: parameters.log_windows("2"),
         "digest.failed_check": lambda folder: digest.of_runs("a", "pywet run 2", [failed(evaluated(folder))]),
         "digest.missing": lambda folder: digest.load(folder / "digest.json"),
         "digest.no_runs": lambda folder: digest.check(digest.Digest("pull", "pywet bridge", "", 1, 1e-6, {}, {}), folder),

@@ -173,7 +173,8 @@ def prepare(folder: Path, settings: dict[str, object]) -> None:
     """Make a folder like a checkout, with settings in place of the shipped ones; what commands change are copies."""
     for name in LINKED:
         (folder / name).symlink_to(ROOT / name)
-    edit.write(ROOT / "config", folder / "config", "smoke", {}, settings)
+    edit.write(ROOT / "config", folder / "config", "smoke", {})
+    edit.put_into(folder / "config", settings)
     shutil.copytree(ROOT / "examples", folder / "examples")
     shutil.copytree(ROOT / "tests/data/digests", folder / "tests/data/digests")
 

@@ -11,8 +11,8 @@ import pytest
 
 from pywet import config, stages
 from pywet.cases.screening import cases
-from pywet.cases.small.subset import with_spheres
 from pywet.scene import EngineScene
+from studies.subset import with_spheres
 
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[1]

@@ -26,7 +26,6 @@ import pandas as pd
 from matplotlib.colors import LogNorm
 
 from pywet.cases.small import bodies, bridge_engine, bridge_query, small
-from pywet.cases.small.pair import Pair
 from pywet.collisions.spheres import command as davis
 from pywet.geometry.solids import wire
 from pywet.geometry.surface import make_surface
@@ -39,6 +38,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE.parents[1]))
 from studies.davis2023 import engine as spheres_engine  # noqa: E402
 from studies.engines import bed as settling  # noqa: E402
+from studies.pair import Pair  # noqa: E402
 from studies.stock.liggghts import liggghts_force  # noqa: E402
 from studies.stock.yade import yade_force  # noqa: E402
 

@@ -5,7 +5,6 @@ A bridge and a collision are deterministic; a scene is run in the engine with a 
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
 import math
@@ -20,9 +19,10 @@ from typing_extensions import TypedDict
 
 from pywet import scene_stages as commands
 from pywet.cases.custom.description import Scene
-from pywet.cases.small import bridge_query, scenes
+from pywet.cases.small import bridge_query
 from pywet.collisions.wall import sweep
 from pywet.collisions.wall.problem import Problem
+from pywet.config.dotted_keys import filled, holds
 from pywet.config.loading import begun, parse, read_yaml
 from pywet.engines.process import package_version
 from pywet.errors import ConfigError, PywetError
@@ -35,7 +35,7 @@ CURE = "name a file of `pywet bridge`, `pywet collide wall` or `pywet run-scene`
 AT_END = ("contacts_per_sphere", "bridges_per_sphere", "centre_of_mass_height_m")
 OF_SCENE: dict[str, Callable[[Run], float]] = {
     "angle_of_repose_deg": lambda run: run.angle_of_repose(),
-    "drum_angle_deg": lambda run: float(scenes.bed_angles(run.path).mean()),
+    "drum_angle_deg": lambda run: run.drum_angle(),
     **{name: lambda run, name=name: float(run.contact_statistics[name].iloc[-1]) for name in AT_END},  # type: ignore[misc]
 }
 
@@ -112,7 +112,7 @@ class Experiment:
                     f"changes names {key}, which is not in {file}; expected a key that is written there",
                     code="calibration.unknown_key", file=file, key=key,
                 )  # fmt: skip
-        return cls(kind, file, _filled(content, changes))
+        return cls(kind, file, filled(content, changes))
 
     @property
     def random_start(self) -> bool:
@@ -121,7 +121,7 @@ class Experiment:
 
     def built(self, settings: Mapping[str, float], seed: int = 0) -> Any:
         """Build the experiment with these values of its keys; the seed is added to that of the scene's file."""
-        content = _filled(self.content, {key: v for key, v in settings.items() if holds(self.content, key)})
+        content = filled(self.content, {key: v for key, v in settings.items() if holds(self.content, key)})
         if self.random_start:
             content["seed"] = content.get("seed", 1) + seed
         try:
@@ -183,33 +183,3 @@ def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float
 
 def _text(settings: Mapping[str, float]) -> str:
     return ", ".join(f"{key} {value:.6g}" for key, value in settings.items())
-
-
-def holds(content: Any, key: str) -> bool:
-    """Return whether a dotted key is written in the content of a file.
-
-    >>> holds({"bodies": [{"radius_m": 1e-3}]}, "bodies.0.radius_m"), holds({"bodies": []}, "bodies.0.radius_m")
-    (True, False)
-    """
-    try:
-        _inside(content, key.split("."))
-    except (KeyError, IndexError, TypeError, ValueError):
-        return False
-    return True
-
-
-def _inside(content: Any, path: list[str]) -> Any:
-    """Return the entry of a file's content under a list of keys or indices."""
-    for part in path:
-        content = content[int(part) if isinstance(content, list) else part]
-    return content
-
-
-def _filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy in which the existing dotted keys have new values."""
-    filled = copy.deepcopy(content)
-    for key, value in values.items():
-        *path, last = key.split(".")
-        reservoir = _inside(filled, path)
-        reservoir[int(last) if isinstance(reservoir, list) else last] = value
-    return filled

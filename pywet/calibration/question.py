@@ -9,9 +9,10 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pywet.calibration.experiments import KINDS, Experiment, holds
+from pywet.calibration.experiments import KINDS, Experiment
 from pywet.calibration.inference import Floats
 from pywet.cases.custom.walls import chosen
+from pywet.config.dotted_keys import holds
 from pywet.config.entries import Limited
 from pywet.config.loading import begun, parse, read_yaml
 from pywet.errors import ConfigError

@@ -22,6 +22,7 @@ from pywet.compare.quantities import RunData, facts, read_run, unlike
 from pywet.errors import PywetError
 from pywet.runs.summary import commit, versions
 from pywet.scene import EngineScene
+from pywet.schema import unit_of
 from pywet.util.files import read_if_there, read_model, write_json
 
 FORMER = {"standing bridges": "active bridges"}
@@ -94,20 +95,8 @@ def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
     numbers = numbers_of(read_run(run_dir))
     for name, value in (read_if_there(Path(run_dir) / RESULT, shape=dict[str, Any]) or {}).items():
         if isinstance(value, int | float):
-            numbers[f"result {name}"] = (float(value), abs(float(value)) or 1.0, _unit(name))
+            numbers[f"result {name}"] = (float(value), abs(float(value)) or 1.0, unit_of(name) or "1")
     return numbers
-
-
-def _unit(key: str) -> str:
-    """The unit at the end of a name such as rupture_distance_m; 1 where it ends in none.
-
-    >>> _unit("mean_speed_m_per_s"), _unit("work_J"), _unit("solid_fraction")
-    ('m/s', 'J', '1')
-    """
-    return next((unit for end, unit in UNITS.items() if key.endswith(end)), "1")
-
-
-UNITS = {"_m_per_s": "m/s", "_N": "N", "_J": "J", "_m": "m", "_s": "s", "_deg": "deg"}
 
 
 def make(

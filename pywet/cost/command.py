@@ -8,7 +8,6 @@ from typing import Any
 from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.cost import choice, cost, edit
-from pywet.cost.parameters import PARAMETERS
 from pywet.errors import PywetError
 from pywet.util.notices import bar
 
@@ -53,7 +52,8 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     before, _ = cost.predict(config, case, scale, machine, known)
     lines = _shown(share, groups, moist, table)
     lines += [
-        f"  {PARAMETERS[parameter].title:<23} {edit.shown(parameter, level)}" for parameter, level in changed.items()
+        f"  {edit.CONFIGURABLE[parameter].title:<23} {edit.shown(parameter, level)}"
+        for parameter, level in changed.items()
     ]
     counted = (f"{g} {100 * e:.2g} %" if e > 0.0 else f"{g} none resolved" for g, e in chosen.error.items())
     lines += [f"  errors counted: {', '.join(counted)}"]

@@ -12,36 +12,39 @@ from ruamel.yaml import YAML
 
 from pywet import config as settings
 from pywet.config import Config
-from pywet.cost.parameters import CONFIGURABLE, PARAMETERS, Level, Setting, log_windows
 from pywet.errors import PywetError
 from pywet.util.files import atomic_write
 
+Level = float | int | str
 Levels = Mapping[str, Level]
-SCALE = "study"
-"""Name of the scale made for the study."""
-PLACES = {
-    "fraction": "config.yaml: time_step fraction value",
-    "integration": "config.yaml: time_step viscous_integration",
-    "bridges_every": "config.yaml: time_step bridges_every",
-    "stiffness": "scales.yaml: scales {scale} stiffness_factor value",
-    "wire_sides": "scales.yaml: scales {scale} wire_sides value",
-}
-"""Setting -> its entry in the configuration: the file, and the key in it."""
 
 
 @dataclass(frozen=True)
-class Size:
-    """Size of a study: sieve [mm], simulated time and opening of the slide [s] (None: as in the scale), number of seeds.
+class Configurable:
+    """A setting that a choice changes: its title, and its file, key and entry in the configuration."""
 
-    `dry_seeds`: number for dry screening, whose runs are short (0: the same).
-    """
+    title: str
+    file: str
+    key: str
+    entry: str = ""
+    """Path of the entry in its file, by keys; empty for `laws`, of which several change."""
 
-    scale: str
-    width_mm: float | None
-    duration_s: float | None
-    opens_s: float | None
-    seeds: int
-    dry_seeds: int = 0
+
+CONFIGURABLE = {
+    "fraction": Configurable("time step", "config.yaml", "time_step.fraction", "time_step fraction value"),
+    "stiffness": Configurable(
+        "spring stiffness", "scales.yaml", "stiffness_factor", "scales {scale} stiffness_factor value"
+    ),
+    "wire_sides": Configurable("wire facets", "scales.yaml", "wire_sides", "scales {scale} wire_sides value"),
+    "capillary": Configurable("capillary law", "config.yaml", "laws"),
+    "integration": Configurable(
+        "viscous integration", "config.yaml", "time_step.viscous_integration", "time_step viscous_integration"
+    ),
+    "bridges_every": Configurable(
+        "steps between impulses", "config.yaml", "time_step.bridges_every", "time_step bridges_every"
+    ),
+}
+"""Settings that a choice changes; contact log and ranks affect only the cost and are left to the user."""
 
 
 def law_names(level: str) -> dict[str, str | None]:
@@ -56,15 +59,17 @@ def shown(parameter: str, level: Level) -> str:
     if parameter == "capillary":
         text = "laws: {preset: exact}" if level == "exact" else f"laws: {{preset: paper, capillary: {level}}}"
         return f"{text}   (config.yaml)"
-    file, _, key = PARAMETERS[parameter].place.partition(": ")
-    return f"{key} = {level}   ({file})"
+    of = CONFIGURABLE[parameter]
+    return f"{of.key} = {level}   ({of.file})"
 
 
 def entries(scale: str, levels: Levels) -> dict[str, Any]:
     """Return the entries that levels set, with their values; None removes an entry."""
     laws = law_names(str(levels["capillary"])) if "capillary" in levels else {}
     numbers = {
-        PLACES[parameter].format(scale=scale): level for parameter, level in levels.items() if parameter in PLACES
+        f"{of.file}: {of.entry.format(scale=scale)}": levels[name]
+        for name, of in CONFIGURABLE.items()
+        if name in levels and of.entry
     }
     return {**numbers, **{f"config.yaml: laws {key}": law for key, law in laws.items()}}
 
@@ -81,20 +86,6 @@ def with_entries(config: Config, values: Mapping[str, Any]) -> Config:
         part = "settings" if file == "config" else file
         config = replace(config, **{part: put(getattr(config, part), path, value)})
     return config
-
-
-def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Config:
-    """Return the configuration with another setting, another seed and the scale SCALE, which has the size of the study."""
-    windows, steps = log_windows(setting.contact_log)
-    log = {"contact_windows": windows, "contact_window_steps": steps, "checkpoints": 0}
-    given = {"width_mm": size.width_mm, "duration_s": size.duration_s, "slide_opens_at_s": size.opens_s}
-    values = {"config.yaml: seed": seed, f"scales.yaml: scales {SCALE}": config.scale(size.scale)}
-    values |= {f"config.yaml: output {name}": value for name, value in log.items()}
-    values |= {f"scales.yaml: scales {SCALE} {name} value": v for name, v in given.items() if v is not None}
-    turned = with_entries(
-        config, {**values, **entries(SCALE, {parameter: getattr(setting, parameter) for parameter in CONFIGURABLE})}
-    )
-    return turned.without_retirement()  # a study uses the whole bed, without checkpoints
 
 
 def put(part: Any, path: str, value: Any) -> Any:
@@ -115,22 +106,13 @@ def new_folder(target: Path) -> None:
         )  # fmt: skip
 
 
-def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:
-    """Copy a configuration folder with the levels applied, and `more` as `put_into` takes it."""
+def write(source: Path, target: Path, scale: str, levels: Levels) -> None:
+    """Copy a configuration folder with the levels applied."""
     new_folder(target)
     target.mkdir(parents=True, exist_ok=True)
     for name in settings.FILES:
         shutil.copyfile(source / name, target / name)
-    put_into(target, {**entries(scale, levels), **(more or {})})
-
-
-def write_again(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:
-    """Rewrite a configuration over the copies of an earlier call; a folder with any other file is refused."""
-    if not target.is_dir() or {path.name for path in target.iterdir()} - set(settings.FILES):
-        new_folder(target)
-    for name in settings.FILES:
-        (target / name).unlink(missing_ok=True)
-    write(source, target, scale, levels, more)
+    put_into(target, entries(scale, levels))
 
 
 def put_into(folder: Path, values: Mapping[str, Any]) -> None:

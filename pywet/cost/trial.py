@@ -19,8 +19,7 @@ from scipy.spatial import cKDTree
 
 from pywet.cases.screening import cases
 from pywet.config import Config
-from pywet.cost.edit import SCALE, Size, with_setting
-from pywet.cost.parameters import Setting
+from pywet.cost.edit import Level, entries, with_entries
 from pywet.cost.timing import timed
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.contact_model import attached
@@ -52,6 +51,13 @@ SPEED = 0.1
 COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
 SEED = 10007
 """Seed of the engine, a prime above 10000."""
+SCALE = "trial"
+"""Name of the scale made for the runs."""
+SETTINGS: dict[str, Level] = {
+    "fraction": 0.05, "stiffness": 0.01, "wire_sides": 6, "capillary": "rabinovich", "integration": "explicit",
+    "bridges_every": 1,
+}  # fmt: skip
+"""Settings of the runs, whatever the configuration's: costs of other laws and integrations are factors (`cost.Habit`)."""
 LATTICES = 9
 """Number of lattices with one number of spheres."""
 
@@ -182,7 +188,11 @@ def _run(folder: Path, scene: EngineScene, steps: Sequence[int], which: Lattice)
 
 def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> tuple[EngineScene, pd.DataFrame, int]:
     """Write the run directory; return its scene, its spheres, and the number of near pairs of a sphere and a wire."""
-    made = with_setting(config, Setting(), Size("smoke", width_mm, None, None, 1), SEED)
+    size = {
+        f"scales.yaml: scales {SCALE}": config.scale("smoke"),
+        f"scales.yaml: scales {SCALE} width_mm value": width_mm,
+    }
+    made = with_entries(config, {"config.yaml: seed": SEED, **size, **entries(SCALE, SETTINGS)}).without_retirement()
     case, scale = made.case(which.case), made.scale(SCALE)
     apparatus = build_apparatus(cases.apparatus_spec(made, case, scale))
     scene = cases.assemble(made, case, scale, cases.ingredients(made, case.case, SCALE), apparatus)

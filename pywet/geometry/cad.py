@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
 import scipy
 
 from pywet.errors import PywetError
-from pywet.geometry import stl
+from pywet.geometry.stl import corners_in
 from pywet.geometry.surface import SAME_POINT_M, Floats, Ints, enclosed, inside
 
 EXPORT_ROUNDING_M = 1e-6
@@ -18,9 +17,6 @@ APART_M = 2e-6
 """Distance by which a body is withdrawn from an edge or corner that it shares with another one."""
 FARTHEST_M = 1e6
 """Largest plausible coordinate; larger ones indicate a damaged file."""
-HEAD = 84
-"""Number of bytes of a binary file before its triangles."""
-RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def read_cad(
@@ -31,7 +27,7 @@ def read_cad(
     `origin_m` is subtracted in double precision. An open shell becomes a wall of the thickness `shell_m`, half on either side.
     Raises `PywetError` if the enclosed volume is ambiguous.
     """
-    corners, changes = _parsed(path)
+    corners, changes = corners_in(path)
     corners = corners * unit_m - (np.zeros(3) if origin_m is None else origin_m)
     if not len(corners) or not np.abs(corners).max() <= FARTHEST_M:  # also false for NaN
         raise PywetError(
@@ -52,32 +48,6 @@ def read_cad(
     mesh.outward()
     mesh.part_bodies()
     return mesh.points[mesh.triangles], changes
-
-
-def corners_in(path: Path) -> Floats:
-    """Return the corners (m, 3, 3) as stored in a file, in its unit and unrepaired."""
-    return _parsed(path)[0]
-
-
-def _parsed(path: Path) -> tuple[Floats, list[str]]:
-    """Return the corners as stored in the file, and sentences on skipped or reinterpreted content."""
-    if not path.is_file():
-        raise stl.missing(path)
-    data, changes = path.read_bytes(), []
-    count = int.from_bytes(data[HEAD - 4 : HEAD], "little") if len(data) >= HEAD else 0
-    size = HEAD + RECORD.itemsize * count
-    if count and size <= len(data) < size + RECORD.itemsize:
-        if len(data) > size:
-            changes.append(f"passed over {len(data) - size} bytes after its last triangle")
-        return np.frombuffer(data, RECORD, count, HEAD)["corners"].astype(np.float64), changes
-    words = re.findall(r"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)", data.decode("latin-1"), re.IGNORECASE | re.MULTILINE)
-    if any("," in word for three in words[:1] for word in three):
-        words = [tuple(word.replace(",", ".") for word in three) for three in words]
-        changes.append("read commas as decimal points")
-    try:
-        return np.array(words, dtype=np.float64).reshape(-1, 3, 3), changes
-    except ValueError as error:
-        raise stl.unreadable(path, error) from error
 
 
 class _Mesh:

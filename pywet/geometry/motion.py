@@ -23,25 +23,16 @@ from pywet.scene import EngineScene, Slide, Vibration
 Floats = NDArray[np.float64]
 
 
-def position(vibration: Vibration, time: ArrayLike) -> Floats:
-    """Return x(t) about the centre of the motion [m], shape (…, 3) for times of shape (…)."""
-    return np.asarray(np.asarray(vibration.amplitude_m) * np.sin(_angle(vibration, time)), dtype=np.float64)
-
-
 def velocity(vibration: Vibration, time: ArrayLike) -> Floats:
     """Return the velocity dx/dt [m/s], shape (…, 3)."""
     omega = 2.0 * math.pi * vibration.frequency_Hz
-    return np.asarray(np.asarray(vibration.amplitude_m) * omega * np.cos(_angle(vibration, time)), dtype=np.float64)
+    angle = omega * np.asarray(time, dtype=np.float64)[..., None] + np.asarray(vibration.phase_rad)
+    return np.asarray(np.asarray(vibration.amplitude_m) * omega * np.cos(angle), dtype=np.float64)
 
 
 def peak_speed(vibration: Vibration) -> float:
     """Return a bound of the speed [m/s]: 2 pi f times the root of the sum of squared amplitudes."""
     return 2.0 * math.pi * vibration.frequency_Hz * math.hypot(*vibration.amplitude_m)
-
-
-def displacement(vibration: Vibration, time: ArrayLike) -> Floats:
-    """Return x(t) − x(0) [m], shape (…, 3): the displacement of a wall relative to its STL file."""
-    return position(vibration, time) - position(vibration, 0.0)
 
 
 def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float) -> Floats:
@@ -85,9 +76,3 @@ def translations(scene: EngineScene) -> dict[str, Floats]:
         return np.zeros((len(steps), 3))
 
     return {name: of(name, way) for name, way in scene.motions.items()}
-
-
-def _angle(vibration: Vibration, time: ArrayLike) -> Floats:
-    omega = 2.0 * math.pi * vibration.frequency_Hz
-    t = np.asarray(time, dtype=np.float64)[..., None]
-    return np.asarray(omega * t + np.asarray(vibration.phase_rad), dtype=np.float64)

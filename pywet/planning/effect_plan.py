@@ -20,23 +20,11 @@ from pywet.planning import costs
 from pywet.planning.numbers import Number, class_groups, effect_numbers
 from pywet.planning.shares import WITHIN, predicted_shares
 from pywet.planning.size_distribution import Amount, lines
-from pywet.planning.surroundings import GRAVITY, Surroundings
+from pywet.planning.surroundings import Surroundings
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
-__all__ = [
-    "GRAVITY",
-    "EffectPlan",
-    "EffectRow",
-    "Surroundings",
-    "effect_numbers",
-    "plan",
-]
-
-OF_THE_BRIDGE = (*SWITCHED, "wall_films", "sharing_by_size")
-"""Effects that need bridges and have a switch."""
 DRIPPING = "tate"
 """Default law of shedding."""
-OF_THE_CONTACT = ("rolling", "tangential_history", "gravity")
 NEGLIGIBLE, NOT_NEGLIGIBLE = "negligible by its number", "not negligible"
 HALVES = "half"
 """Transfer law used when sharing by size is off."""

@@ -140,11 +140,6 @@ def picture_file(path: Path, caption: str) -> str:
     return _figure(path.read_bytes(), path.suffix.removeprefix("."), caption)
 
 
-def drawing(svg: str, caption: str = "") -> str:
-    """Return a picture given as SVG text, with its caption."""
-    return f"<figure>{svg}{f'<figcaption>{marked(caption)}</figcaption>' if caption else ''}</figure>"
-
-
 def _figure(data: bytes, kind: str, caption: str) -> str:
     message = html.escape(caption)
     return f'<figure><img src="{uri(data, kind)}" alt="{message}"><figcaption>{message}</figcaption></figure>'

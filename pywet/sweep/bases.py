@@ -16,6 +16,7 @@ from pywet.cases.screening import identity
 from pywet.cases.small import bridge_query
 from pywet.collisions.wall import sweep as collisions
 from pywet.collisions.wall.problem import Problem
+from pywet.config.dotted_keys import filled
 from pywet.config.loading import begun, parse, placed_laws, read_yaml
 from pywet.errors import ConfigError
 from pywet.laws import custom_laws as user_laws
@@ -24,8 +25,8 @@ from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.case_base import OfCase
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
-from pywet.sweep.keys import filled
 from pywet.sweep.script_base import OfScript
+from pywet.util import sources
 from pywet.util.files import parse_json, read_bytes
 
 CURE = (
@@ -38,6 +39,8 @@ class Wall(Kind):
 
     engine = seeded = False
     results = ("e_n", "e_t", "e_omega")
+    code = "collisions"
+    """Package that computes it."""
 
     @cached_property
     def file(self) -> Path:
@@ -49,7 +52,7 @@ class Wall(Kind):
 
     def built(self, values: Point, seed: int) -> Built:
         problem = parse(Problem, filled(self.content, values), str(self.file))
-        return Built(f"wall-{_digest('wall', problem.model_dump(mode='json'), _code('collisions'))}", problem)
+        return Built(f"wall-{_digest('wall', problem.model_dump(mode='json'), _code(Wall.code))}", problem)
 
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         from pywet.collisions.wall.wall import collide
@@ -70,6 +73,8 @@ class Bridge(Kind):
 
     engine = seeded = False
     results = ("pull_off_force_N", "rupture_distance_m")
+    code = "cases/small"
+    """Package that computes it."""
 
     @cached_property
     def file(self) -> Path:
@@ -90,7 +95,7 @@ class Bridge(Kind):
         files = [_text(law) for law in query.laws if user_laws.is_custom(law)]
         given = query.model_dump(mode="json", exclude={"laws"})
         laws = [law.rpartition(":")[2] for law in query.laws]
-        return Built(f"bridge-{_digest('bridge', given, laws, files, _code('bench'))}", query)
+        return Built(f"bridge-{_digest('bridge', given, laws, files, _code(Bridge.code))}", query)
 
     def run(self, built: Built, folder: Path, ranks: int) -> Numbers:
         return {
@@ -157,10 +162,7 @@ def _text(law: str) -> str:
 @cache
 def _code(package: str) -> str:
     """Return the digest of the code of a package of pywet without an engine; that of the laws is in every fingerprint."""
-    digest = hashlib.sha256()
-    for path in sorted((Path(__file__).parents[1] / package).rglob("*.py")):
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()
+    return sources.digest(sources.of([package]))
 
 
 def kind(base: Base, folder: Path, trust: bool = False) -> Kind:

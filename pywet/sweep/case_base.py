@@ -13,6 +13,7 @@ from pywet import config as settings
 from pywet import run_folder, stages
 from pywet.cases.screening import verdict
 from pywet.config import Case, Config, Materials
+from pywet.config.dotted_keys import dotted, filled, holds
 from pywet.config.loading import parse, placed_laws
 from pywet.config.scales import Scales
 from pywet.config.settings import Settings
@@ -23,7 +24,6 @@ from pywet.sweep import costs, run_numbers
 from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Point
-from pywet.sweep.keys import dotted, filled, holds
 
 PARTS: dict[str, type[BaseModel]] = {"config": Settings, "materials": Materials, "scales": Scales, "case": Case}
 """First word of a key -> its file; `scale` is the scale that is run."""

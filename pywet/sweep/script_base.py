@@ -21,6 +21,7 @@ from pywet.cases.screening import identity
 from pywet.cases.script import folder as script_folder
 from pywet.cases.script.scan import commands, scan
 from pywet.cases.script.wet import Line, Wet
+from pywet.config.dotted_keys import filled
 from pywet.config.loading import parse, placed_laws, read_yaml
 from pywet.engines import process
 from pywet.errors import ConfigError, PywetError
@@ -28,7 +29,6 @@ from pywet.sweep import costs
 from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Point, Value
-from pywet.sweep.keys import filled
 from pywet.util.files import make_folder, read_bytes, write_json
 
 WORK = "work"

@@ -24,14 +24,11 @@ CURE = "set PYWET_CACHE to a folder of your own"
 
 
 def folder(*below: str) -> Path:
-    """/.cache), if it is or can be the caller's own; else /tmp/pywet-UID.
+    """Return the cache folder, or one `below` it, made if missing.
 
-    Raises `PywetError` for a folder that is somebody else's, can be written by others or not by the
-    caller.~Return the cache folder, or one `below` it, made if missing. It is $PYWET_CACHE; otherwise `pywet` in
-    the system's cache folder ($XDG_CACHE_HOME or ~/.cache), if it belongs or can belong to the caller; otherwise
-    /tmp/pywet-UID. Raises `PywetError` for a folder that belongs to somebody else, is writable by others or not
-    by the caller.~/.cache), if it is or can be the caller's own; else /tmp/pywet-UID. Raises `PywetError` for a
-    folder that is somebody else's, can be written by others or not by the caller.
+    It is $PYWET_CACHE; otherwise `pywet` in the system's cache folder ($XDG_CACHE_HOME or ~/.cache), if it belongs or
+    can belong to the caller; otherwise /tmp/pywet-UID. Raises `PywetError` for a folder that belongs to somebody else,
+    is writable by others or not by the caller.
     """
     path = _chosen()
     for name in below:

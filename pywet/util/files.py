@@ -288,22 +288,22 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
     return table
 
 
-def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int = 1 << 18) -> Iterator[pd.DataFrame]:
+def read_parts(path: Path, columns: Sequence[str], rows: int = 1 << 18) -> Iterator[pd.DataFrame]:
     """Yield some columns of a run's long table, some rows at a time, at least one part; refused as by `read_table`."""
     import pyarrow as pa
     from pyarrow import parquet
 
     path = Path(path)
-    with _readable(path, cure):
-        regular(path, cure)
+    with _readable(path, AGAIN):
+        regular(path, AGAIN)
         file = parquet.ParquetFile(path, page_checksum_verification=True)
         none = file.schema_arrow.empty_table().to_pandas(ignore_metadata=True)
-    _check_table(none, path, cure, columns, empty=file.metadata.num_rows == 0)
-    with _readable(path, cure):
+    _check_table(none, path, AGAIN, columns, empty=file.metadata.num_rows == 0)
+    with _readable(path, AGAIN):
         for group in range(file.num_row_groups):  # a reader caches the row groups it has read
             for batch in file.iter_batches(rows, row_groups=[group], columns=list(columns)):
                 part = pa.Table.from_batches([batch]).to_pandas(ignore_metadata=True)
-                _check_values(part, path, cure)
+                _check_values(part, path, AGAIN)
                 yield part
     if not file.metadata.num_rows:
         yield none[list(columns)]

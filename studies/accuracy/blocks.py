@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from pywet.cost import choice
-from pywet.cost.parameters import PARAMETERS
 from pywet.errors import PywetError
 from pywet.report.page import Cell, paragraph, picture
 from pywet.report.page import table as html_table
-from studies.accuracy import figures, scatter
+from studies.accuracy import figures, ranking, scatter
 from studies.accuracy.errors import GROUPS
+from studies.accuracy.parameters import PARAMETERS
 
 ACCURACIES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005)
 WISHES = {
@@ -37,8 +37,8 @@ def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
     return [f for f in found if f is not None]
 
 
-def all_standings(table: dict[str, Any]) -> list[choice.Rank]:
-    return _everywhere(table, choice.rank)
+def all_standings(table: dict[str, Any]) -> list[ranking.Rank]:
+    return _everywhere(table, ranking.rank)
 
 
 def live_with(table: dict[str, Any]) -> str:
@@ -75,7 +75,7 @@ def fronts(table: dict[str, Any]) -> str:
     )
 
 
-def rank_table(table: dict[str, Any], standings: Sequence[choice.Rank]) -> str:
+def rank_table(table: dict[str, Any], standings: Sequence[ranking.Rank]) -> str:
     order = {(s.kind, s.setting, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
@@ -93,7 +93,7 @@ def rank_table(table: dict[str, Any], standings: Sequence[choice.Rank]) -> str:
     return "".join(dict.fromkeys(message)) + html_table(["setting", *GROUPS], rows)
 
 
-def _rank_cell(rank: choice.Rank) -> Cell:
+def _rank_cell(rank: ranking.Rank) -> Cell:
     grade: Any = GRADE[rank.verdict]
     by = "" if rank.by is None else f" ({figures.SHORT.get(str(rank.by), rank.by)})"
     return Cell(rank.verdict + by, grade, rank.verdict_text)
@@ -101,7 +101,7 @@ def _rank_cell(rank: choice.Rank) -> Cell:
 
 def bargains(table: dict[str, Any]) -> list[str]:
     """Return one sentence for each setting that gains much accuracy at little additional cost."""
-    sentences = _everywhere(table, choice.bargain)
+    sentences = _everywhere(table, ranking.bargain)
     if any(text.startswith("Capillary law") for text in sentences):
         sentences.append(
             "The default law stays because the cases reproduce a paper that uses it; where the physics counts, take "

@@ -10,9 +10,7 @@ import numpy as np
 
 from pywet.cases.small import bridge_query, small
 from pywet.cases.small.bodies import last, loose_box
-from pywet.cases.small.pair import Pair
 from pywet.cases.small.scenes import Choice, springs
-from pywet.cost.parameters import Setting, log_windows
 from pywet.laws import registry
 from pywet.laws.contact import bridge_radius
 from pywet.laws.kinds import PRESETS
@@ -22,6 +20,8 @@ from pywet.runs.rundir import RunDir
 from pywet.scene import ContactPair, Effects, Output, SphereClass
 from pywet.schema import LARGE_WALL, SPHERE
 from pywet.util.files import read_table
+from studies.accuracy.parameters import Setting, log_windows
+from studies.pair import Pair
 
 PAPER_STIFFNESS = 1e5
 """Contact stiffness of the paper [N/m]."""

@@ -17,9 +17,10 @@ from pywet import config as settings
 from pywet.config import Config
 from pywet.cost import choice, cost, edit, needs
 from pywet.cost.command import duration, habit
-from pywet.cost.parameters import PARAMETERS
 from pywet.errors import border
 from pywet.report.pictures import STYLE, plt
+from studies.accuracy import ranking
+from studies.accuracy.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
 PAGE, PICTURE = ROOT / "docs" / "accuracy.md", ROOT / "docs" / "pictures" / "accuracy_core_hours.svg"
@@ -145,7 +146,7 @@ def setting_rows(scale: str = "reduced") -> list[str]:
 
 
 def _cell(table: dict[str, Any], setting: str, level: Any, kind: str, group: str) -> str:
-    point = next((p for p in choice.points(table, setting, kind, group) if p["level"] == level), None)
+    point = next((p for p in ranking.points(table, setting, kind, group) if p["level"] == level), None)
     if point is None:
         return "–"
     if point["value"] == 0.0 and point["limit"] == 0.0:

@@ -19,8 +19,9 @@ import numpy as np
 import pandas as pd
 
 from pywet.compare.statistics import half_width
-from pywet.cost import parameters
-from pywet.cost.parameters import PARAMETERS_OF
+from pywet.cost.edit import Level
+from studies.accuracy import parameters
+from studies.accuracy.parameters import PARAMETERS_OF
 from studies.accuracy.sieve import SCREENING
 
 CONFIDENCE = 0.99
@@ -86,7 +87,7 @@ def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> 
     of_parameter = {parameter: of.set_index(member) for parameter, of in runs.groupby("parameter")}
     if "default" not in of_parameter:
         return
-    differences: dict[tuple[str, parameters.Level], np.ndarray] = {}
+    differences: dict[tuple[str, Level], np.ndarray] = {}
     for parameter in PARAMETERS_OF[scene]:
         if parameter not in of_parameter:
             continue

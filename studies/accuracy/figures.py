@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pywet.cost import choice
-from pywet.cost.parameters import PARAMETERS
 from pywet.report.pictures import INK, STYLE, panels, plt
+from studies.accuracy import ranking
+from studies.accuracy.parameters import PARAMETERS
 
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
 SETTING_COLOUR = {"fraction": "#0b3c78", "stiffness": "#d98032", "wire_sides": "#5d8a3a", "capillary": "#b3261e"}
@@ -44,7 +45,7 @@ def setting_panels(table: dict[str, Any], group: str) -> Figure | None:
 
 def _kinds(table: dict[str, Any], parameter: str, group: str) -> dict[str, list[dict[str, Any]]]:
     """Return the levels of a setting for a moist and for a dry case, if they differ."""
-    by_kind = {kind: choice.points(table, parameter, kind, group) for kind in choice.SCENES}
+    by_kind = {kind: ranking.points(table, parameter, kind, group) for kind in choice.SCENES}
     return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
 

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pywet.cases.small import small
-from pywet.cost.parameters import Setting, reference
 from pywet.cost.timing import timed
 from pywet.engines.liggghts import driver
 from pywet.engines.pipeline import RunInfo
 from pywet.errors import PywetError
 from studies.accuracy import bodies, sieve
+from studies.accuracy.parameters import Setting, reference
 from studies.accuracy.sieve import SCREENING
 from studies.study import Row
 

@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 
 from pywet.cost import choice
-from pywet.cost.parameters import PARAMETERS
 from pywet.errors import PywetError
 from pywet.report.page import Card, Cell, Section, paragraph, picture
 from pywet.report.page import table as html_table
 from pywet.report.page import write as write_frame
 from studies.accuracy import blocks, figures
 from studies.accuracy.errors import GROUPS, QUANTITIES
+from studies.accuracy.parameters import PARAMETERS
 
 
 def write_page(

@@ -20,12 +20,12 @@ import pandas as pd
 
 from pywet import config as settings
 from pywet.config import Config
-from pywet.cost.edit import SCALE, put, with_entries, with_setting
-from pywet.cost.parameters import Setting
+from pywet.cost.edit import put, with_entries
 from pywet.errors import border
 from pywet.util.files import read_json
 from studies import study
 from studies.accuracy import measure, sieve
+from studies.accuracy.parameters import SCALE, Setting, with_setting
 from studies.accuracy.sieve import SCREENING
 
 STORED = Path(__file__).with_name("scatter.json")

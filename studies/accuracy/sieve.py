@@ -12,12 +12,11 @@ from pywet import config as settings
 from pywet.cases.screening import cases
 from pywet.cases.screening.results import Results
 from pywet.config import Config
-from pywet.cost.edit import SCALE, Size, with_setting
-from pywet.cost.parameters import Setting
 from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene
 from pywet.util.files import write_json
+from studies.accuracy.parameters import SCALE, Setting, Size, with_setting
 
 CASE = {"dry": 1, "moist": 2}
 """Screening case of each scene: POM of 5, 7, 10 mm on 8 mm apertures, dry and with 5 % of water."""

@@ -16,15 +16,15 @@ from typing import Any
 import pandas as pd
 
 from pywet import config as settings
-from pywet.cost import choice, command, cost, parameters
-from pywet.cost.edit import SCALE, with_setting
-from pywet.cost.parameters import PARAMETERS_OF, Level, Setting
+from pywet.cost import choice, command, cost
+from pywet.cost.edit import Level
 from pywet.cost.timing import machine
 from pywet.errors import PywetError
 from pywet.runs.summary import versions
 from pywet.util.files import read_json, write_json
 from studies import study
-from studies.accuracy import errors, measure, sieve
+from studies.accuracy import errors, measure, parameters, sieve
+from studies.accuracy.parameters import PARAMETERS_OF, SCALE, Setting, with_setting
 from studies.accuracy.sieve import SCREENING, SEEDS
 
 ONCE = ("pair_dry", "pair_wet", "pull", "laws")
@@ -166,7 +166,7 @@ def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
     }
 
 
-def _of(table: pd.DataFrame, parameter: str, level: parameters.Level) -> pd.DataFrame:
+def _of(table: pd.DataFrame, parameter: str, level: Level) -> pd.DataFrame:
     return table[(table["parameter"] == parameter) & (table["level"] == level)]
 
 

@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 
 from pywet.cases.small import bridge_engine
-from pywet.cases.small.pair import Pair
 from pywet.errors import PywetError
 from pywet.schema import FORMATION, RUPTURE
 from pywet.util.files import read_table
@@ -25,6 +24,7 @@ from studies.cross_code.model import Cell, Floats, Source, impossible, measured,
 from studies.cross_code.pairs import ANGLE, ETA, OVERLAPS, RADII, SIGMA, V_STAR, R, compared_gaps, drawn_gaps, pairs
 from studies.cross_code.rows import EASO, EXACT, LIGGGHTS, PAIRS, REFERENCE, ROWS, WASHINO, YADE
 from studies.cross_code.stock import SCAN, YADE_LAWS, Stock, scans
+from studies.pair import Pair
 from studies.stock.liggghts import liggghts_drag
 
 CAPILLARY = {"paper": ("rabinovich", "willett_unequal"), "exact": ("young_laplace", "young_laplace")}

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from pywet.cases.small.pair import Floats, Pair
 from pywet.laws.contact import bridge_radius
+from studies.pair import Floats, Pair
 
 R, SIGMA, ETA, ANGLE, V_STAR = 2.5e-3, 0.07275, 1e-3, math.radians(15.0), 1e-2
 """Radius [m], surface tension [N/m], viscosity [Pa s], both contact angles, volume over r_eff³ (at a wall over r³)."""

@@ -11,12 +11,11 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from pywet.planning.effect_plan import OF_THE_CONTACT
 from pywet.report import page
 from pywet.report.pictures import plt
 from studies.effects.measures import ABSOLUTE, WORDS
 from studies.effects.scenes import SCENES
-from studies.effects.variants import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
+from studies.effects.variants import EVERYTHING, IDLE, OF_THE_CONTACT, PLANNED, SWITCHED, TOLERANCE
 from studies.effects.verdict import SHORTEST, Choice, costs, left_out, planned, step_time
 
 Runs = dict[str, pd.DataFrame]

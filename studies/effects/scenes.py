@@ -14,7 +14,6 @@ from pywet import config
 from pywet.cases.screening import cases
 from pywet.cases.small.bodies import contacts, drum_radius, drum_walls, in_drum, sphere_classes, wetting
 from pywet.cases.small.small import Sphere
-from pywet.cases.small.subset import with_spheres
 from pywet.geometry.motion import peak_speed
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import Surface, make_surface
@@ -25,6 +24,7 @@ from pywet.util.files import read_table
 from studies.effects import measures
 from studies.effects.setup import SHAKEN, Setup, jets, lattice, pyramid
 from studies.study import configured
+from studies.subset import with_spheres
 
 CONFIG = place("config")
 """Default configuration."""

@@ -14,8 +14,9 @@ from pywet.config.entries import RatioEntry
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.inputs import transfer_tables
+from pywet.laws.kinds import SWITCHED as BRIDGE_EFFECTS
 from pywet.planning import step_choice
-from pywet.planning.effect_plan import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan
+from pywet.planning.effect_plan import EffectPlan, plan
 from pywet.scene import Effects, EngineScene, Output
 from pywet.util.files import read_table
 from studies.effects.scenes import StudyScene
@@ -24,7 +25,9 @@ from studies.study import Row
 
 TOLERANCE = 0.02
 """Change of a quantity of interest that the study considers harmless."""
-SWITCHED = (*OF_THE_BRIDGE, *OF_THE_CONTACT, "bridges")
+OF_THE_CONTACT = ("rolling", "tangential_history", "gravity")
+"""Effects that act without liquid."""
+SWITCHED = (*BRIDGE_EFFECTS, "wall_films", "sharing_by_size", *OF_THE_CONTACT, "bridges")
 """Effects that are switched off one at a time; `bridges`: the whole liquid."""
 EVERYTHING, PLANNED, IDLE = "everything on", "plan", "idle plugin"
 STEP_FRACTION = 0.2

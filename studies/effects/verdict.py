@@ -18,9 +18,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
-from pywet.planning.effect_plan import OF_THE_CONTACT
 from studies.effects.measures import ABSOLUTE, WORDS
-from studies.effects.variants import EVERYTHING, IDLE, PLANNED, TOLERANCE
+from studies.effects.variants import EVERYTHING, IDLE, OF_THE_CONTACT, PLANNED, TOLERANCE
 
 Floats = NDArray[np.float64]
 SHORTEST = 0.3

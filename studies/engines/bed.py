@@ -93,7 +93,7 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
     prepare(folder / "pywet_yade", bed)
     small.run(folder / "pywet_yade", [], engine="yade")
     beds.append({"engine": "YADE+pywet", **measure(folder / "pywet_yade")})
-    prepare(folder / "yade", bed)
+    prepare(folder / "yade", bed, wet=False)
     assert scene.liquid is not None
     liquid = moist.Bridges(
         "Rabinovich", volume, scene.liquid.surface_tension_N_per_m, scene.classes[0].contact_angle_rad
@@ -139,7 +139,9 @@ def stock(run_dir: Path, scene: EngineScene, bed: Bed, model: str) -> None:
         raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")
     folder = run_dir / "engine.partial"
     run_folder.make_folder(run_dir, folder.name)
-    deck.write_deck(scene, run_dir, folder, cohesion=_cohesion(scene, bed, LIGGGHTS_MODELS[model]))
+    deck.write_deck(scene, run_dir, folder)
+    setup = folder / "setup.liggghts"
+    setup.write_text(_with_cohesion(setup.read_text(), bed, LIGGGHTS_MODELS[model]))
     command = ["liggghts", "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     process.execute(command, folder, scene, lambda done, total: None)
     tables.write(trajectory_parts(folder / "trajectory.txt", scene.time_step_s), run_dir / "trajectory.parquet")
@@ -147,8 +149,8 @@ def stock(run_dir: Path, scene: EngineScene, bed: Bed, model: str) -> None:
     run_folder.publish(run_dir, folder.name, "engine")
 
 
-def _cohesion(scene: EngineScene, bed: Bed, model: str) -> deck.Cohesion:
-    """Return the cohesion model with its parameters as the deck of a dry scene needs it."""
+def _with_cohesion(setup: str, bed: Bed, model: str) -> str:
+    """Return the set-up of a dry deck with a cohesion model and its parameters."""
     sphere = bed.choice.glass(bed.spheres)
     content = 0.01 * bed.moisture_percent * sphere.density_kg_per_m3 / 1000.0
     # rupture distance of both models, (1 + theta/2) V^(1/3), for all liquid of two spheres
@@ -158,6 +160,6 @@ def _cohesion(scene: EngineScene, bed: Bed, model: str) -> deck.Cohesion:
         angle=math.degrees(sphere.contact_angle_rad),
         farthest=repr(1.0 + 0.5 * length / sphere.radius_m),
     )
-    return deck.Cohesion(
-        f" cohesion {model}", numbers, f"run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"
-    )
+    setup = setup.replace(" tangential history ", f" tangential history cohesion {model} ")
+    setup = setup.replace(" tangential_damping off", "").replace("pair_style", f"{numbers}pair_style")
+    return f"{setup}run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, BinaryIO
+from typing import Annotated, Any, BinaryIO
 
 import typer
 
@@ -22,8 +22,8 @@ from pywet.config import Config
 from pywet.cost import edit
 from pywet.cost.command import calibrated
 from pywet.cost.cost import Coefficients
+from pywet.cost.edit import Level
 from pywet.cost.needs import Need, need
-from pywet.cost.parameters import Level
 from pywet.ending import die_with_parent
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.errors import PywetError, border, one_line
@@ -215,12 +215,24 @@ def main(
     raise typer.Exit(1 if failed else 0)
 
 
+def write_again(
+    source: Path, target: Path, scale: str, levels: edit.Levels, more: Mapping[str, Any] | None = None
+) -> None:
+    """Rewrite a configuration over the copies of an earlier call; a folder with any other file is refused."""
+    if not target.is_dir() or {path.name for path in target.iterdir()} - set(settings.FILES):
+        edit.new_folder(target)
+    for name in settings.FILES:
+        (target / name).unlink(missing_ok=True)
+    edit.write(source, target, scale, levels)
+    edit.put_into(target, more or {})
+
+
 def turned(config: Config, wanted: Iterable[int], out: Path) -> dict[int, Config]:
     """Return for each case the configuration with the changes for its aperture; the copies are next to the runs."""
     made: dict[float, Config] = {}
     for aperture in {config.case(n).aperture_mm for n in wanted}:
         target = out / f"settings-{aperture:g}mm"
-        edit.write_again(config.folder, target, "full", SETTINGS.get(aperture, {}))
+        write_again(config.folder, target, "full", SETTINGS.get(aperture, {}))
         made[aperture] = settings.load(target)
     return {n: made[config.case(n).aperture_mm] for n in wanted}
 

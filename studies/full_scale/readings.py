@@ -66,7 +66,8 @@ def run(
         folder = out / f"settings-{name}"
         if not folder.exists():
             levels, more = ({"fraction": 0.1}, LONG) if long else ({}, {})
-            edit.write(config, folder, SCALE, levels, {**more, **ALTERNATIVES[name]})
+            edit.write(config, folder, SCALE, levels)
+            edit.put_into(folder, {**more, **ALTERNATIVES[name]})
         for case in cases:
             command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", str(case), "--scale", SCALE]
             subprocess.run([*command, "--config", str(folder), "--out", str(out / f"{name}-{case}")], check=True)

@@ -16,14 +16,13 @@ from typing import Annotated, Any
 import typer
 
 from pywet import config as settings
-from pywet.cost import edit
 from pywet.cost.command import calibrated
 from pywet.errors import PywetError, border
 from pywet.report.pictures import COLOURS, STYLE, plt
 from pywet.runs.summary import commit
 from pywet.util.files import atomic_write
 from studies.full_scale import run_table, stored_runs
-from studies.full_scale.campaign import SETTINGS, Campaign, prepare
+from studies.full_scale.campaign import SETTINGS, Campaign, prepare, write_again
 from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, judge
 from studies.full_scale.statements import STATEMENTS
 from studies.full_scale.stored_runs import COARSE, StoredRun
@@ -145,7 +144,7 @@ def run(
 def configure(source: Path, out: Path, rig: str, aperture_mm: float) -> Path:
     """Write a copy of the configuration with a rig and the campaign's settings for this aperture, and return its folder."""
     target = out / f"settings-{rig}-{aperture_mm:g}mm"
-    edit.write_again(source, target, "full", SETTINGS[aperture_mm], {**RIGS[rig], "config.yaml: retire": "on"})
+    write_again(source, target, "full", SETTINGS[aperture_mm], {**RIGS[rig], "config.yaml: retire": "on"})
     return target
 
 

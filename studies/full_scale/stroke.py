@@ -6,13 +6,19 @@ import numpy as np
 
 from pywet.cases.screening import cases
 from pywet.config import Config
-from pywet.geometry.motion import position
 from pywet.report.pictures import NAVY, ORANGE, STYLE, plt, svg
 from pywet.runs.rundir import Floats
+from pywet.scene import Vibration
 
 AMPLITUDES = {1.0: NAVY, 0.8: ORANGE}
 """Set amplitude of table 4 [mm] -> colour."""
 POINTS = 200
+
+
+def position(vibration: Vibration, time: Floats) -> Floats:
+    """Return the positions x(t) about the centre of the motion [m], shape (times, 3)."""
+    angle = 2.0 * np.pi * vibration.frequency_Hz * time[:, None] + np.asarray(vibration.phase_rad)
+    return np.asarray(np.asarray(vibration.amplitude_m) * np.sin(angle), dtype=np.float64)
 
 
 def path_mm(config: Config, set_amplitude_mm: float) -> Floats:

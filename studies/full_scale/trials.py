@@ -56,7 +56,8 @@ def configure(source: Path, target: Path, name: str) -> Path:
     """Write a copy of the configuration of a trial and return its folder."""
     if name not in TRIALS:
         raise PywetError(f"there is no trial {name}, expected one of {', '.join(TRIALS)}")
-    edit.write(source, target, SCALE, {"fraction": 0.1}, {**LONG, **TRIALS[name]})
+    edit.write(source, target, SCALE, {"fraction": 0.1})
+    edit.put_into(target, {**LONG, **TRIALS[name]})
     return target
 
 

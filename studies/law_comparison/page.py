@@ -12,7 +12,7 @@ from pywet.errors import LawError
 from pywet.laws import custom_laws as files_of_laws
 from pywet.report import page
 from pywet.report.bridge import short
-from pywet.report.page import Cell, Section, drawing, paragraph, table
+from pywet.report.page import Cell, Section, marked, paragraph, table
 from pywet.report.pictures import STYLE, plt, svg
 from pywet.util.files import atomic_write, write_csv
 from studies.law_comparison import cost, errors, figures, points, stock
@@ -210,3 +210,8 @@ def _stock(stock_errors: Frame, missing: list[str]) -> str:
 def _percent(value: float) -> str:
     size = abs(100 * value)
     return f"{100 * value:.0f}" if size >= 10 else f"{100 * value:.1f}" if size >= 1 else f"{100 * value:.2g}"
+
+
+def drawing(svg: str, caption: str = "") -> str:
+    """Return a picture given as SVG text, with its caption."""
+    return f"<figure>{svg}{f'<figcaption>{marked(caption)}</figcaption>' if caption else ''}</figure>"

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from pywet import config as settings
 from pywet.config import Config
-from pywet.cost import edit
 from pywet.cost.command import calibrated
 from pywet.errors import PywetError
 from pywet.runs.summary import commit
@@ -30,7 +29,7 @@ class Runs:
         at_full = self.question.scale == "full" and aperture_mm is not None
         target = self.folder / name_of(place) / (f"settings-{aperture_mm:g}mm" if at_full else "settings")
         levels = campaign.SETTINGS.get(aperture_mm or 0.0, {}) if at_full else {}
-        edit.write_again(self.source, target, self.question.scale, levels, self.question.entries(place))
+        campaign.write_again(self.source, target, self.question.scale, levels, self.question.entries(place))
         return settings.load(target)
 
     def measure(self, place: Place, cases: Sequence[int], seeds: Sequence[int]) -> None:

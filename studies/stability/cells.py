@@ -20,6 +20,7 @@ from pywet.cases.small.small import Sphere
 from pywet.geometry.initial import wall_mesh
 from pywet.geometry.motion import peak_speed
 from pywet.geometry.surface import Surface, make_surface
+from pywet.laws.contact import effective_mass
 from pywet.planning import time_steps
 from pywet.scene import ContactPair, Effects, EngineScene, Liquid, Output, SphereClass, Vibration
 
@@ -170,3 +171,8 @@ def advised(batch: Batch, film: float) -> Sequence[time_steps.Limit]:
         time_step_s=1e-9, duration_s=1e-6, output=Output(interval_s=1e-9), bin_z_m=-1.0,
     )  # fmt: skip
     return time_steps.advise(scene).limits
+
+
+def reduced_mass(classes: Sequence[SphereClass], a: int, b: int) -> float:
+    """Mass of the relative motion of two types [kg]; a wall (b = 0) does not move."""
+    return effective_mass(classes[a - 1].mass_kg, classes[b - 1].mass_kg if b else math.inf)

@@ -17,11 +17,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pywet.cases.small.bodies import reduced_mass
 from pywet.laws import registry
 from pywet.schema import FORMATION, SPHERE, WORKS
 from pywet.util.files import read_table
-from studies.stability.cells import Batch
+from studies.stability.cells import Batch, reduced_mass
 
 Floats = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)

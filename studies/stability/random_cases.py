@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet.cases.small import small
-from pywet.cases.small.bodies import contact, reduced_mass, sphere_classes, water
+from pywet.cases.small.bodies import contact, sphere_classes, water
 from pywet.cases.small.small import Sphere
 from pywet.geometry.solids import plate, square, wire
 from pywet.laws.contact import film_thickness
 from pywet.scene import Effects, Liquid, SphereClass
 from studies.stability import cells
-from studies.stability.cells import FCC, Batch, Cell, Part, ball
+from studies.stability.cells import FCC, Batch, Cell, Part, ball, reduced_mass
 from studies.stability.maps import DRAWN
 
 Floats = NDArray[np.float64]

@@ -21,7 +21,9 @@ from pywet.errors import PywetError
 from pywet.laws.contact import leapfrog_damping, pair_mass
 from pywet.runs.rundir import RunDir
 from pywet.scene import ContactPair, EngineScene
+from pywet.shipped import open_studies
 from pywet.util.files import read_json
+from studies.stock import yade_worker
 from studies.stock.yade import YADE_LAWS
 
 
@@ -34,7 +36,7 @@ class Bridges:
 
 
 def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
-    """Run `run_dir`/scene.json with these bridges in place of its liquid; return the final bridges: volume, gap, wall.
+    """Run `run_dir`/scene.json, a dry scene, with these bridges; return the final bridges: volume, gap, wall.
 
     Writes trajectory, mesh motion and engine/ like a dry run. PywetError for features that YADE does not support.
     """
@@ -42,16 +44,18 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
     scene = RunDir(run_dir).scene
     if liquid.law not in YADE_LAWS:
         raise PywetError(f"the law {liquid.law} was asked for; expected one of {', '.join(YADE_LAWS)}")
-    if len(scene.classes) != 1 or scene.effects.rolling:
+    if len(scene.classes) != 1 or scene.effects.rolling or scene.effects.bridges:
         raise PywetError(
-            f"the moist scene {scene.name} has {len(scene.classes)} classes of spheres and rolling "
-            f"{'on' if scene.effects.rolling else 'off'}; expected one class and rolling off, which YADE can express"
+            f"the scene {scene.name} has {len(scene.classes)} classes of spheres, rolling "
+            f"{'on' if scene.effects.rolling else 'off'} and bridges {'on' if scene.effects.bridges else 'off'}; "
+            "expected one class and both off, which YADE can express"
         )
     if scene.hertz is not None:
         raise PywetError(
             f"the moist scene {scene.name} has Hertz contacts; expected linear springs, which it runs with"
         )
     engine_version()
+    open_studies()  # the worker is started in a folder elsewhere
     task = build_task(scene, run_dir)
     # the largest rupture distance of YADE's rule, r (1 + theta/2)(V*^1/3 + 0.1 V*^2/3), with a margin
     radius = scene.classes[0].radius_m
@@ -65,7 +69,7 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
         "angle_deg": math.degrees(liquid.contact_angle_rad),
         "materials": materials(scene),
     }
-    execute(run_dir, scene, task, progress)
+    execute(run_dir, scene, task, progress, yade_worker.__name__)
     bridges = read_json(run_dir / "engine" / "bridges.json")
     return pd.DataFrame(bridges, columns=["volume", "gap", "wall", "rupture"])
 

@@ -182,7 +182,7 @@ def test_rebound_from_the_vibrating_screen_sphere_by_sphere(tmp_path: Path) -> N
 def test_bridges_of_a_moist_bed_are_made_of_nothing(tmp_path: Path) -> None:
     """The stated limits: every bridge has the given volume, so liquid is not conserved; bridges to walls are drawn alike."""
     given = bed.Bed(spheres=32, seconds=0.06)
-    scene = bed.prepare(tmp_path, given)
+    scene = bed.prepare(tmp_path, given, wet=False)
     liquid = moist.Bridges("Rabinovich", 2e-11, 0.0728, scene.classes[0].contact_angle_rad)
     found = moist.run(tmp_path, liquid, progress=False)
     r = scene.classes[0].radius_m
@@ -261,7 +261,7 @@ def test_restitution_beyond_one_damping_per_material(tmp_path: Path) -> None:
 def test_moist_run_wants_one_class_and_a_known_law(tmp_path: Path) -> None:
     """Both in one sentence, before YADE is started."""
     tiny(tmp_path)
-    with pytest.raises(PywetError, match="has 2 classes of spheres and rolling off; expected one class"):
+    with pytest.raises(PywetError, match="has 2 classes of spheres, rolling off and bridges off; expected one class"):
         moist.run(tmp_path, moist.Bridges("Rabinovich", 1e-11, 0.07, 0.2))
     with pytest.raises(PywetError, match="the law rabinovitch was asked for; expected one of Willett_numeric"):
         moist.run(tmp_path, moist.Bridges("rabinovitch", 1e-11, 0.07, 0.2))

@@ -17,9 +17,9 @@ def test_round_trip_is_exact(apparatus: Apparatus, tmp_path: Path) -> None:
     for surface in apparatus.surfaces:
         path = tmp_path / f"{surface.name}.stl"
         write_stl(surface, path)
-        back = read_stl(path, reservoir=surface.reservoir, motion=surface.motion)
+        back = read_stl(path)
         np.testing.assert_array_equal(back.corners, surface.corners)
-        assert (back.name, back.reservoir, back.motion) == (surface.name, surface.reservoir, surface.motion)
+        assert back.name == surface.name
         assert path.stat().st_size == 84 + 50 * len(surface.triangles)
     assert not list(tmp_path.glob(".*"))
 
@@ -48,11 +48,11 @@ def test_missing_stl_is_named(tmp_path: Path) -> None:
 @pytest.mark.filterwarnings("error")
 def test_a_text_file_is_read_like_a_binary_one(tmp_path: Path) -> None:
     """Read a text file as CAD programs write it: it gives the same corners, without a message."""
-    corners = np.array([[0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 10]], dtype=float)
+    corners = 0.01 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
     faces = [("triangle", np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))]
     for name, binary in (("text", False), ("bytes", True)):
         meshio.write(tmp_path / f"{name}.stl", meshio.Mesh(corners, faces), file_format="stl", binary=binary)
     assert (tmp_path / "text.stl").read_text().startswith("solid")
-    text, raw = (read_stl(tmp_path / f"{name}.stl", unit_m=1e-3) for name in ("text", "bytes"))
+    text, raw = (read_stl(tmp_path / f"{name}.stl") for name in ("text", "bytes"))
     np.testing.assert_array_equal(text.corners, raw.corners)
     assert enclosed(text.corners) == pytest.approx(1e-6 / 6)

@@ -53,7 +53,7 @@ def test_a_configuration_finds_the_law_beside_it(followed: Path, monkeypatch: py
     monkeypatch.chdir("/")
     loaded = config.load(followed)
     assert loaded.settings.laws.capillary == f"{followed / 'my_law.py'}:constant_neck"
-    plan = cases.effect_plan(loaded, 2, "smoke")
+    plan = cases.ingredients(loaded, 2, "smoke").plan
     assert plan.effects.capillary == f"{followed / 'my_law.py'}:constant_neck"
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from pywet import config, stages
 from pywet.cases.screening import cases
-from pywet.cases.small.subset import with_spheres
 from pywet.shipped import place
+from studies.subset import with_spheres
 from tests.reference_impl import fixture_scene, injected_log
 
 

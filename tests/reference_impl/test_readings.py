@@ -13,11 +13,11 @@ import pytest
 
 from pywet import config, stages
 from pywet.cases.screening import cases
-from pywet.cases.small.subset import with_spheres
 from pywet.config import Config
 from pywet.config.readings import Readings
 from reference_impl.replay.replay import replay
 from reference_impl.scene import check as scene
+from studies.subset import with_spheres
 from tests.reference_impl.injected_files import edit, put
 
 CONFIG = config.load(Path(__file__).parents[2] / "config")

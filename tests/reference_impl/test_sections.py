@@ -14,11 +14,11 @@ import yaml
 
 from pywet import config
 from pywet.cases.screening import cases
-from pywet.cases.small.subset import with_spheres
 from reference_impl.replay import command, io
 from reference_impl.replay.replay import replay, table
 from reference_impl.scene import check as scene
 from reference_impl.tables import check as results
+from studies.subset import with_spheres
 from tests.cases.screening import synthetic
 from tests.reference_impl.injected_files import RESULTS, SCENE, edit, put, times
 

@@ -132,7 +132,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     folder = tmp_path_factory.mktemp("fuzz")
     good, case = synthetic.make(folder / "good" / "case02"), 2
     loaded = config.load(ROOT / "config")
-    write_json(good / "plan.json", cases.effect_plan(loaded, case, "smoke").as_dict())
+    write_json(good / "plan.json", cases.ingredients(loaded, case, "smoke").plan.as_dict())
     entry = {"acting": True, "impulse_share": 0.1, "liquid_share": 0.1, "mean_stretch": 0.1}
     names = {row["effect"] for row in json.loads((good / "plan.json").read_text())["rows"]}
     forces = {*names, "weight", "contact_normal", "contact_tangential"}
@@ -278,7 +278,7 @@ def configuration(bench: Bench, given: tuple[str, tuple[float, str, Any]]) -> No
     shutil.copytree(ROOT / "config", folder, dirs_exist_ok=True)
     document = yaml.safe_load((folder / name).read_text())
     (folder / name).write_text(yaml.safe_dump(changed(document, *change)), errors="surrogatepass")
-    sentence(lambda: cases.effect_plan(config.load(folder), 2, "smoke").lines)
+    sentence(lambda: cases.ingredients(config.load(folder), 2, "smoke").plan.lines)
 
 
 OPTIONS = (

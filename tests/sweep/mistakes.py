@@ -16,6 +16,7 @@ from pywet import stages
 from pywet.cases.screening import verdict
 from pywet.cases.screening.status import Status
 from pywet.cases.script import folder as script_folder
+from pywet.config import dotted_keys
 from pywet.engines import process
 from pywet.sweep import (
     adaptive,
@@ -24,7 +25,6 @@ from pywet.sweep import (
     constraints,
     figures,
     gathering,
-    keys,
     plan,
     running,
     script_base,
@@ -117,7 +117,7 @@ def case(folder: Path, same: bool) -> None:
 def mistakes() -> dict[str, Call]:
     """Code -> what raises it, in an empty folder."""
     return {
-        "sweep.axis_in_value": lambda _: keys.filled({"a": 1}, {"a.b": 2}),
+        "sweep.axis_in_value": lambda _: dotted_keys.filled({"a": 1}, {"a.b": 2}),
         "sweep.capillary_laws": lambda folder: asked(
             folder, {**BRIDGE, "axes": {"volume_m3": [1e-10]}, "base": two_laws(folder)}
         ),

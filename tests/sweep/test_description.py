@@ -12,10 +12,10 @@ import yaml
 
 import pywet
 from pywet import shipped
+from pywet.config.dotted_keys import dotted, filled, holds
 from pywet.errors import ConfigError
 from pywet.sweep import constraints, plan, points, run_numbers
 from pywet.sweep.description import Axis
-from pywet.sweep.keys import dotted, filled, holds
 from tests.error_codes import raises_code
 from tests.sweep.files import EXAMPLES, WALL, write
 

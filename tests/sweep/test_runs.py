@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import re
@@ -17,10 +18,11 @@ from pyarrow import parquet
 from typer.testing import CliRunner
 
 from pywet import run_folder
+from pywet.cases.small import bridge_query
 from pywet.cli.app import app
 from pywet.collisions.wall import wall
 from pywet.errors import PywetError
-from pywet.sweep import plan, running, sweep_command, table
+from pywet.sweep import bases, plan, running, sweep_command, table
 from pywet.sweep.base_kind import Built, Kind
 from pywet.sweep.costs import UNKNOWN, Cost
 from pywet.sweep.description import Base
@@ -28,6 +30,7 @@ from pywet.sweep.plan import Plan, Run
 from pywet.sweep.points import Numbered
 from pywet.sweep.store import Store
 from pywet.sweep.workflow_jobs import ALL, Jobs
+from pywet.util import sources
 from pywet.util.files import write_json
 from tests.error_codes import code_of, raises_code
 from tests.sweep.files import BRIDGE, WALL, write
@@ -153,6 +156,12 @@ def test_a_changed_law_redoes_its_points_only(tmp_path: Path) -> None:
     second = asked(tmp_path, content)
     assert [run.built.name == name for run, name in zip(second.runs, names, strict=True)] == [True, True, False, False]
     assert [run.point.number for run in second.missing] == [3, 4]
+
+
+def test_the_name_of_a_point_depends_on_the_code_that_computes_it() -> None:
+    """Each base without an engine names the package of the function that its runs call; a fingerprint of no file is constant."""
+    for kind, function in ((bases.Wall, wall.collide), (bases.Bridge, bridge_query.pull_off)):
+        assert Path(inspect.getfile(function)) in sources.of([kind.code])
 
 
 def test_a_function_of_a_file_runs_below_the_sweep_or_with_trust_and_again_when_it_changes(tmp_path: Path) -> None:

@@ -15,11 +15,12 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from pywet.config.entries import Excusable
-from pywet.geometry.cad import corners_in, read_cad
+from pywet.geometry.cad import read_cad
 from pywet.geometry.faces import BODIES_DEG, FEATURE_ANGLE_DEG, faces
 from pywet.geometry.packing import FeedRegion
 from pywet.geometry.punched import SIDES, Punching
 from pywet.geometry.solids import Part, bin_solid, plate, polygon, tube, wire, woven
+from pywet.geometry.stl import corners_in
 from pywet.geometry.surface import Floats, Motion, Surface, make_surface
 from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Title, Vector, Vibration
 from pywet.util.notices import notice
@@ -382,7 +383,7 @@ class Wall(Excusable):
         if self.stl is None:
             return np.concatenate([corners.reshape(-1, 3) for corners, _ in self._shape.parts()])
         unit = MM if self.stl_unit == "mm" else 1.0
-        return unit * corners_in(folder / self.stl).reshape(-1, 3) - MM * np.array(self.origin_mm)
+        return unit * corners_in(folder / self.stl)[0].reshape(-1, 3) - MM * np.array(self.origin_mm)
 
     @property
     def _shape(self) -> Block | Tube | Disc | Vessel | Bars | Punched:

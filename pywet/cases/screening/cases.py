@@ -105,11 +105,6 @@ def planned(made: Ingredients) -> dict[str, Any]:
     return {**made.plan.as_dict(), "retirement": asdict(made.retirement)}
 
 
-def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan:
-    """Return the effect plan of a case (`pywet plan CASE`)."""
-    return ingredients(config, case_number, scale_name).plan
-
-
 def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> EngineScene:
     """Write a case's run directory and return its scene.
 

@@ -19,7 +19,7 @@ from pywet.laws.contact import film_thickness
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.laws.kinds import SWITCHED
 from pywet.planning import time_steps
-from pywet.planning.effect_plan import effect_numbers
+from pywet.planning.numbers import effect_numbers
 from pywet.planning.surroundings import Surroundings
 from pywet.scene import ContactPair, EngineScene
 

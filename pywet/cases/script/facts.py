@@ -17,12 +17,8 @@ import numpy as np
 from pywet.cases.script.refusals import of_box, refusal
 from pywet.cases.script.scan import meshes_of
 from pywet.errors import PywetError
+from pywet.geometry.stl import corners_in
 from pywet.util.files import read_bytes
-
-FACET = 50
-"""Bytes of a triangle in a binary STL file."""
-HEAD = 84
-"""Bytes of the header of a binary STL file."""
 
 
 @dataclass(frozen=True)
@@ -137,11 +133,7 @@ def triangles_of(path: Path) -> int | None:
     """Return the number of triangles of an STL file, text or binary; None if there is none."""
     if not path.is_file() or path.suffix.lower() != ".stl":
         return None
-    data = read_bytes(path, "a mesh in STL")
-    count = int.from_bytes(data[HEAD - 4 : HEAD], "little")
-    if len(data) == HEAD + FACET * count:
-        return count
-    return len(re.findall(rb"^\s*facet\b", data, re.MULTILINE))
+    return len(corners_in(path)[0])
 
 
 def _used(rows: Sequence[list[str]]) -> set[str]:

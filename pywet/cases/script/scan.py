@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -26,11 +25,10 @@ DEEPEST = 16
 
 @dataclass(frozen=True)
 class Found:
-    """Script as read: its line of fix pywet and its liquid, fix styles by number, errors, all commands."""
+    """Script as read: its line of fix pywet and its liquid, errors, all commands."""
 
     line: Line
     wet: Wet
-    styles: Counter[str]
     problems: tuple[PywetError, ...]
     rows: tuple[list[str], ...] = ()
 
@@ -93,7 +91,7 @@ def scan(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> Fou
         problems += _of_lammps(rows)
     if any(words[0] == "clear" for words in rows):
         problems.append(refusal("wet.clear"))
-    return Found(wet_line, wet, Counter(words[3] for words in fixes), tuple(problems), tuple(rows))
+    return Found(wet_line, wet, tuple(problems), tuple(rows))
 
 
 def _before(rows: list[list[str]], wet: Wet) -> Iterator[PywetError]:

@@ -17,7 +17,6 @@ from pywet.cases.small.small import Sphere
 from pywet.errors import PywetError
 from pywet.geometry.solids import bin_solid, plate, polygon, tube
 from pywet.geometry.surface import Surface, make_surface
-from pywet.laws.contact import effective_mass
 from pywet.laws.hertz import Hertz
 from pywet.scene import ContactPair, Liquid, SphereClass
 from pywet.util.files import read_table
@@ -70,11 +69,6 @@ def hertzian(
     """Replace linear springs by springs that are equivalent to Hertz contacts, in a scene with this `hertz`."""
     names = ("normal_stiffness_N_per_m", "tangential_stiffness_N_per_m")
     return tuple(p.model_copy(update=dict(zip(names, hertz.springs(classes, p), strict=True))) for p in pairs)
-
-
-def reduced_mass(classes: Sequence[SphereClass], a: int, b: int) -> float:
-    """Mass of the relative motion of two types [kg]; a wall (b = 0) does not move."""
-    return effective_mass(classes[a - 1].mass_kg, classes[b - 1].mass_kg if b else math.inf)
 
 
 def water(film_m: float = 0.0, viscosity: float = 1e-3, tension: float = 0.07275, density: float = 1e3) -> Liquid:

@@ -39,34 +39,34 @@ def mesh_style(scene: EngineScene, wall: WallMesh) -> str:
     return "mesh/surface/stress" if moist and wall.motion != "fixed" and wall.name in touched(scene) else "mesh/surface"
 
 
-def commands(scene: EngineScene, cohesion: str = "") -> dict[str, Any]:
-    """Return the values for the templates of a deck; `cohesion`: arguments of a stock cohesion model."""
+def commands(scene: EngineScene) -> dict[str, Any]:
+    """Return the values for the templates of a deck."""
     return {
         "attached": attached(scene),
         "continues": continues(scene),
         "touched": touched(scene),
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
-        "style": words(scene, cohesion),
-        "settings": settings(scene, bool(cohesion)),
+        "style": words(scene),
+        "settings": settings(scene),
         "materials": of_materials(scene),
         "properties": property_matrices(scene),
     }
 
 
-def words(scene: EngineScene, cohesion: str = "") -> str:
-    """Return the contact model of pairs and walls; `cohesion`: arguments of a stock cohesion model."""
+def words(scene: EngineScene) -> str:
+    """Return the contact model of pairs and walls."""
     normal = "hooke/stiffness" if scene.hertz is None else "hertz"
     friction = "history" if scene.effects.tangential_history else "no_history"
     rolling = " rolling_friction cdt" if scene.effects.rolling else ""
-    return f"model {normal} tangential {friction}{cohesion}{rolling}"
+    return f"model {normal} tangential {friction}{rolling}"
 
 
-def settings(scene: EngineScene, cohesive: bool) -> str:
+def settings(scene: EngineScene) -> str:
     """Return the settings of the contact model; the tangential dashpot of a Hertz contact is on, the engine's default."""
     if scene.hertz is not None:
         return " tangential_damping on"
     damped = "off" if scene.effects.tangential_history else "on"
-    return " absolute_damping on" + ("" if cohesive else f" tangential_damping {damped}")
+    return f" absolute_damping on tangential_damping {damped}"
 
 
 def of_materials(scene: EngineScene) -> dict[str, str]:

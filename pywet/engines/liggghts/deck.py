@@ -193,17 +193,6 @@ def from_folder(path: Path, folder: Path) -> str:
     return way
 
 
-class Cohesion(NamedTuple):
-    """A stock cohesion model: arguments in the styles of pairs and walls, lines before these and at the end of the set-up."""
-
-    words: str = ""
-    before: str = ""
-    after: str = ""
-
-
-NO_COHESION = Cohesion()
-
-
 def write_deck(
     scene: EngineScene,
     run_dir: Path,
@@ -211,16 +200,13 @@ def write_deck(
     *,
     extra: tuple[str, ...] = (),
     integrate: str = "all",
-    thermo: int = 0,
     resume: Checkpoint | None = None,
-    cohesion: Cohesion = NO_COHESION,
     ranks: int = 1,
 ) -> int:
     """Write data file and scripts into `folder`; returns the number of spheres.
 
-    `extra` lines and the group `integrate` are used by driven small scenes. `cohesion` is a stock cohesion model,
-    for comparisons. With `resume` the deck starts from the engine's restart file and contains the rest of the
-    run.
+    `extra` lines and the group `integrate` are used by driven small scenes. With `resume` the deck starts from the
+    engine's restart file and contains the rest of the run.
     """
     every, done = scene.output_every, resume.step if resume else 0
     environment = jinja2.Environment(
@@ -232,7 +218,7 @@ def write_deck(
     g = np.asarray(scene.gravity_m_per_s2)
     size = float(np.linalg.norm(g))
     direction = dict(zip("xyz", (repr(float(x)) for x in g / size), strict=True)) if size else {}
-    contact = contact_model.commands(scene, cohesion.words)
+    contact = contact_model.commands(scene)
     plugin = contact["attached"]
     spheres = creation.at_start(scene, read_table(run_dir / scene.spheres_file))
     context = {
@@ -242,13 +228,10 @@ def write_deck(
         "columns": "${columns}" if plugin else grid.words(scene, spheres[["x", "y"]], ranks),
         "boundary": " ".join("p" if axis == scene.periodic else "f" for axis in "xyz"),
         "types": len(scene.classes) + 1,
-        "cohesion": cohesion,
         "skin": repr(skin(scene)),
         "bin": repr(2.0 * max(c.radius_m for c in scene.classes) * film_factor(scene) + skin(scene)),
-        # a cohesion model of the engine's own lives as far as films touch
-        "listed": repr(skin(scene) if cohesion.words else listed(scene)),
+        "listed": repr(listed(scene)),
         "thickest_film": repr(film_factor(scene) - 1.0),
-        "contact_distance_factor": repr(film_factor(scene) if cohesion.words else 1.0),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
         "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},
@@ -257,7 +240,7 @@ def write_deck(
         "runs": [(run, saved("engine", run.checkpoint, whole=False)) for run in runs(scene, done)],
         "extra": extra,
         "integrate": integrate,
-        "thermo": thermo or max(1, scene.steps // 200),
+        "thermo": max(1, scene.steps // 200),
         "output_every": every,
         "windows": windows.deck_lines(scene, schedule.recorded(scene), contact["touched"]),
     }

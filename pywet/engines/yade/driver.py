@@ -24,7 +24,6 @@ from pywet.runs.rundir import RunDir
 from pywet.scene import EngineScene, Rotation, Slide, Vibration
 from pywet.util.files import read_table, write_json
 
-WORKER = ["-m", worker.__name__]
 SKIN = 0.1
 """Margin of the bodies' boxes over the smallest radius, between two sorts of the collider; the fastest of 0.3, 0.1 and 0.03."""
 
@@ -100,7 +99,6 @@ def build_task(scene: EngineScene, run_dir: Path) -> dict[str, Any]:
         "skin": SKIN * min(c.radius_m for c in scene.classes),
         "reach": deck.film_factor(scene),
         "contacts": None,
-        "liquid": None,
     }
 
 
@@ -108,10 +106,12 @@ def _solid(path: Path, name: str) -> list[list[list[float]]]:
     return [piece.tolist() for piece in convex_pieces(read_stl(path, name=name))]
 
 
-def execute(run_dir: Path, scene: EngineScene, task: dict[str, Any], progress: bool) -> RunInfo:
-    """Run a task in engine.partial and make its tables; with YADE's own bridges (`liquid`), those of a dry scene."""
+def execute(
+    run_dir: Path, scene: EngineScene, task: dict[str, Any], progress: bool, program: str = worker.__name__
+) -> RunInfo:
+    """Run a task in engine.partial by the worker `program` and make its tables."""
     with alone(run_dir):
-        plain, version = worker.as_yade_has_it(scene, task), build.engine_version()
+        plain, version = worker.as_yade_has_it(scene), build.engine_version()
         job = Job.of(plain, run_dir, build.PROGRAM[0], version, build.plugin_path(), progress=progress)
-        command = (sys.executable, "-P", *WORKER)
+        command = (sys.executable, "-P", "-m", program)
         return collect(simulate(job, lambda at: write_json(at / "task.json", task), command, code="yade.stopped"))

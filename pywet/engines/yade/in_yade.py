@@ -16,16 +16,13 @@ from yade import (  # type: ignore[import-not-found]
     InsertionSortCollider,
     InteractionLoop,
     Ip2_FrictViscoMat_FrictViscoMat_FrictViscoPhys,
-    Ip2_ViscElCapMat_ViscElCapMat_ViscElCapPhys,
     Law2_ScGeom_FrictViscoPhys_CundallStrackVisco,
-    Law2_ScGeom_ViscElCapPhys_Basic,
     MatchMaker,
     NewtonIntegrator,
     O,
     PyRunner,
     RotationEngine,
     Vector3,
-    ViscElCapMat,
     polyhedra_utils,
     utils,
 )
@@ -36,22 +33,8 @@ Task = dict[str, Any]
 
 def materials(task: Task) -> list[int]:
     """Return the numbers of YADE's materials: that of the walls, then of each class."""
-    dry, liquid, found = task["contacts"], task["liquid"], []
-    for k, density in enumerate([1000.0, *task["density"]]):
-        if liquid:
-            kind = ViscElCapMat(
-                density=density,
-                Capillar=True,
-                CapillarType=liquid["law"],
-                Vb=liquid["volume"],
-                gamma=liquid["surface_tension"],
-                theta=liquid["angle_deg"],
-                **liquid["materials"][k],
-            )
-        else:
-            kind = FrictViscoMat(density=density, betan=dry["damping_share"][k], frictionAngle=0.0)
-        found.append(O.materials.append(kind))
-    return found
+    shares = zip([1000.0, *task["density"]], task["contacts"]["damping_share"], strict=True)
+    return [O.materials.append(FrictViscoMat(density=rho, betan=share, frictionAngle=0.0)) for rho, share in shares]
 
 
 def matches(task: Task, kinds: list[int], values: list[float]) -> Any:
@@ -60,17 +43,19 @@ def matches(task: Task, kinds: list[int], values: list[float]) -> Any:
     return MatchMaker(matches=rows, val=float("nan"), algo="val")
 
 
-def laws(task: Task, kinds: list[int]) -> tuple[Any, Any]:
-    """Make the functors that give a contact its parameters and its law."""
-    dry = task["contacts"]
-    if task["liquid"]:
-        return [Ip2_ViscElCapMat_ViscElCapMat_ViscElCapPhys()], [Law2_ScGeom_ViscElCapPhys_Basic()]
+Contacts = tuple[list[int], list[Any], list[Any], float]
+"""Materials, functors for the parameters of a contact and for its law, and the distance over touch at which it begins."""
+
+
+def contacts(task: Task) -> Contacts:
+    """Return the dry contacts of a task."""
+    dry, kinds = task["contacts"], materials(task)
     numbers = Ip2_FrictViscoMat_FrictViscoMat_FrictViscoPhys(
         kn=matches(task, kinds, dry["stiffness"]),
         kRatio=matches(task, kinds, dry["ratio"]),
         frictAngle=matches(task, kinds, [math.atan(mu) for mu in dry["friction"]]),
     )
-    return [numbers], [Law2_ScGeom_FrictViscoPhys_CundallStrackVisco()]
+    return kinds, [numbers], [Law2_ScGeom_FrictViscoPhys_CundallStrackVisco()], 1.0
 
 
 def bodies(task: Task, kinds: list[int]) -> tuple[list[int], dict[str, list[int]]]:
@@ -116,20 +101,18 @@ def movers(task: Task, walls: dict[str, list[int]]) -> list[Any]:
     return found
 
 
-def build(task: Task, command: str) -> tuple[list[int], dict[str, list[int]], Any]:
+def build(task: Task, command: str, given: Contacts) -> tuple[list[int], dict[str, list[int]], Any]:
     """Make bodies and engines of a step, with `command` between contacts and integration; return spheres, walls and the
     collider.
     """
-    kinds = materials(task)
+    kinds, numbers, law, reach = given
     spheres, walls = bodies(task, kinds)
-    numbers, law = laws(task, kinds)
     O.dt = task["time_step"]
     collider = InsertionSortCollider(
         [Bo1_Sphere_Aabb(aabbEnlargeFactor=task["reach"]), Bo1_Polyhedra_Aabb()],
         verletDist=task["skin"],
         allowBiggerThanPeriod=True,
     )
-    reach = task["reach"] if task["liquid"] else 1.0
     pairs = [
         Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=reach, avoidGranularRatcheting=False),
         Ig2_Sphere_Polyhedra_ScGeom(),
@@ -143,20 +126,3 @@ def build(task: Task, command: str) -> tuple[list[int], dict[str, list[int]], An
         NewtonIntegrator(damping=0),  # the weight is a force of the plugin's host
     ]
     return spheres, walls, collider
-
-
-def bridges() -> list[dict[str, Any]]:
-    """Return the active bridges of YADE's own law at the end: volume, gap, whether it is to a wall, its rupture distance."""
-    found = []
-    for i in O.interactions:
-        if i.isReal and i.phys.liqBridgeCreated:
-            other = O.bodies[i.id2].shape.__class__.__name__ + O.bodies[i.id1].shape.__class__.__name__
-            found.append(
-                {
-                    "volume": i.phys.Vb,
-                    "gap": -i.geom.penetrationDepth,
-                    "wall": "Polyhedra" in other,
-                    "rupture": i.phys.sCrit,
-                }
-            )
-    return found

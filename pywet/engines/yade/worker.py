@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes as C
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,8 @@ from pywet.engines.process import worker_border
 from pywet.engines.yade import build
 from pywet.errors import EngineError
 from pywet.runs.rundir import RunDir
-from pywet.scene import Effects, EngineScene
-from pywet.util.files import read_json, write_json
+from pywet.scene import EngineScene
+from pywet.util.files import read_json
 
 HOOK = "pywet_step()"
 """Python command that YADE calls in every step."""
@@ -89,13 +90,10 @@ def rolling(scene: EngineScene) -> np.ndarray:
     return table
 
 
-def as_yade_has_it(scene: EngineScene, task: dict[str, Any]) -> EngineScene:
-    """Return the scene with all contacts computed by YADE; without liquid if YADE's own bridges are tested."""
+def as_yade_has_it(scene: EngineScene) -> EngineScene:
+    """Return the scene with all contacts computed by YADE."""
     walls = tuple(wall.model_copy(update=dict(analytic_wires=False)) for wall in scene.walls)
-    changed: dict[str, Any] = {"walls": walls, "contacts": "stock"}
-    if task["liquid"]:
-        changed["effects"] = Effects(bridges=False, rolling=False)
-    return scene.model_copy(update=changed)
+    return scene.model_copy(update={"walls": walls, "contacts": "stock"})
 
 
 def reach_yade() -> None:
@@ -112,17 +110,17 @@ def reach_yade() -> None:
         ) from error
 
 
-def run(run_dir: Path, folder: Path) -> None:
-    """Read the scene, set YADE up, attach the plugin, run."""
+def run(run_dir: Path, folder: Path, contacts: Callable[[dict[str, Any]], Any] | None = None) -> None:
+    """Read the scene, set YADE up, attach the plugin, run; `contacts`: of the bodies, in place of `in_yade.contacts`."""
     scene, task = RunDir(run_dir).scene, read_json(folder / "task.json")
-    plain = as_yade_has_it(scene, task)
+    plain = as_yade_has_it(scene)
     reach_yade()
     from yade import O, Vector3
 
     from pywet.engines.yade import in_yade, memory
 
     memory.check()
-    spheres, walls, collider = in_yade.build(task, HOOK)
+    spheres, walls, collider = in_yade.build(task, HOOK, (contacts or in_yade.contacts)(task))
     host = Host(scene, task, spheres, walls)
     plugin = Plugin(build.plugin_path(), build.engine_version())
     attach_once(plugin, host.handle, plain, run_dir, folder)
@@ -143,8 +141,6 @@ def run(run_dir: Path, folder: Path) -> None:
         if step % marks == 0:
             print(step, len(spheres), "- -", flush=True)
     host.close()
-    if task["liquid"]:
-        write_json(folder / "bridges.json", in_yade.bridges())
     plugin.finish()
 
 

@@ -209,8 +209,8 @@ def test_what_water_does_not_wet_is_refused_where_there_are_bridges() -> None:
     walls["PVC"] = walls["PVC"].model_copy(update={"contact_angle_deg": angle})
     waxed = replace(CONFIG, materials=CONFIG.materials.model_copy(update={"walls": walls}))
     with raises_code("case.not_wetted", key="walls.PVC.contact_angle_deg", given=110.0):
-        cases.effect_plan(waxed, 2, "smoke")
-    assert not cases.effect_plan(waxed, 1, "smoke").effects.bridges
+        cases.ingredients(waxed, 2, "smoke")
+    assert not cases.ingredients(waxed, 1, "smoke").plan.effects.bridges
     effects = waxed.settings.effects.model_copy(update={"wall_films": False})
     apart = replace(waxed, settings=waxed.settings.model_copy(update={"effects": effects}))
-    assert cases.effect_plan(apart, 2, "smoke").effects.bridges
+    assert cases.ingredients(apart, 2, "smoke").plan.effects.bridges

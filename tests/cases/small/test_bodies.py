@@ -10,12 +10,12 @@ import pandas as pd
 import pytest
 
 from pywet.cases.small import bodies, small
-from pywet.cases.small.pair import Pair
-from pywet.cases.small.subset import with_spheres
 from pywet.laws.contact import film_thickness, film_volume
 from pywet.laws.hertz import Elastic, Hertz
 from pywet.planning import step_choice, time_steps
 from pywet.scene import EngineScene
+from studies.pair import Pair
+from studies.subset import with_spheres
 from tests.error_codes import raises_code
 
 R = 1e-3

@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 
 from pywet import config, stages
 from pywet.cli.app import app
-from pywet.cost import choice, command, cost, edit, parameters
-from pywet.cost.parameters import PARAMETERS, Setting
+from pywet.cost import choice, command, cost, edit
 from pywet.errors import PywetError
-from studies.accuracy import blocks, bodies, errors, measure, sieve
+from studies.accuracy import blocks, bodies, errors, measure, parameters, ranking, sieve
+from studies.accuracy.parameters import PARAMETERS, Setting
 from studies.accuracy.study import AccuracyStudy, store
 from tests.cost.test_times import costs_of
 from tests.error_codes import raises_code
@@ -245,21 +245,21 @@ def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_sto
     for kind in choice.SCENES:
         for parameter in ("fraction", "stiffness", "wire_sides", "integration"):
             for group in errors.GROUPS:
-                outcome = choice.rank(table, parameter, kind, group)
+                outcome = ranking.rank(table, parameter, kind, group)
                 assert outcome is None or outcome.verdict != "beaten", outcome
 
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
-    beaten = choice.rank(
+    beaten = ranking.rank(
         toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, RELATIVE_COSTS), "stiffness", "dry", "fraction retained"
     )
     assert beaten is not None and (beaten.verdict, beaten.by) == ("beaten", 0.003)
-    fine = choice.rank(
+    fine = ranking.rank(
         toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, RELATIVE_COSTS), "stiffness", "dry", "fraction retained"
     )
     assert fine is not None and fine.verdict == "on the front"
     vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, RELATIVE_COSTS, limit=0.1)
-    reported = choice.rank(vague, "stiffness", "dry", "fraction retained")
+    reported = ranking.rank(vague, "stiffness", "dry", "fraction retained")
     assert reported is not None and reported.verdict == "not distinguished"
 
 

@@ -1,4 +1,4 @@
-"""Resolve the dotted key of an axis in the content of a file."""
+"""Dotted keys in the content of a file, such as `bodies.0.radius_m`: axes of a sweep, parameters of a calibration."""
 
 from __future__ import annotations
 
@@ -28,7 +28,11 @@ def filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]
 
 
 def holds(content: Any, key: str) -> bool:
-    """Return whether a dotted path exists in a content."""
+    """Return whether a dotted path exists in a content.
+
+    >>> holds({"bodies": [{"radius_m": 1e-3}]}, "bodies.0.radius_m"), holds({"bodies": []}, "bodies.0.radius_m")
+    (True, False)
+    """
     try:
         for part in key.split("."):
             content = content[_index(content, part, key)]
@@ -54,7 +58,7 @@ def _put(content: Any, key: str, value: Any) -> None:
     there = content[index] if isinstance(content, list) else content.get(index)
     if isinstance(there, dict) and {"value", "material"} & there.keys() and "source" in there:
         there["value" if "value" in there else "material"] = value
-    elif isinstance(there, dict) or (isinstance(there, list) and not isinstance(value, list)):
+    elif isinstance(there, dict | list) and type(value) is not type(there):
         inside = ", ".join(map(str, there if isinstance(there, dict) else range(len(there))))
         raise ConfigError(
             f"the axis {key} is a group of keys; expected one value: {key}.X with X of {inside}",
