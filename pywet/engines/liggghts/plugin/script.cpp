@@ -99,7 +99,7 @@ class FixWet : public FixExternal {
   }
   // The engine passes what follows the size, without the size.
   void write_restart(FILE *file) override {
-    std::vector<double> state{0};
+    std::vector<double> state(1, 0.0);
     if (last >= 0) {
       const std::vector<double> all = state_of_script();
       state[0] = double(all.size());
@@ -195,10 +195,9 @@ Fix *made(LAMMPS *lmp, int n, char **words) {
   return wet = new FixWet(lmp, 6, const_cast<char **>(same));
 }
 
-}  // namespace
-
 template struct Door<&Modify::fix_map>;
 
+}  // namespace
 }  // namespace pywet
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
