@@ -29,7 +29,7 @@ def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
     at_wall = (bridges["partner_kind"] != SPHERE).to_numpy()
     ids, radius = (run.spheres[name].to_numpy() for name in ("id", "radius"))
     angle, of_part = run.contact_angles
-    one, other = (bridges[end].to_numpy() for end in "ij")
+    one, other = (bridges[end].to_numpy(dtype=np.int64) for end in "ij")
     i = np.searchsorted(ids, one)
     j = np.searchsorted(ids, np.where(at_wall, ids[:1], other))  # for a wall the number of its part
     angle_j = angle[j]

@@ -49,6 +49,6 @@ def test_an_effect_at_full_scale_is_set_against_seeds(tmp_path: Path) -> None:
         shed = make(tmp_path / "other", 2, int(100 * fines), fines=fines)
         text = page._full_beyond(runs, {"shedding": {2: [shed]}})
         assert f"| fines and bin | 0.4100 | {change} |" in text
-        assert "One run each of cases 2 at full scale with `shedding`" in text and text.endswith(
+        assert "Cases 2 were run once at full scale with `shedding`." in text and text.endswith(
             "No run at full scale has `liquid_weight`."
         )
