@@ -50,5 +50,5 @@ def test_an_effect_at_full_scale_is_set_against_seeds(tmp_path: Path) -> None:
         text = page._full_beyond(runs, {"shedding": {2: [shed]}})
         assert f"| fines and bin | 0.4100 | {change} |" in text
         assert "Cases 2 were run once at full scale with `shedding`." in text and text.endswith(
-            "No run at full scale has `liquid_weight`."
+            "There is no run at full scale with `liquid_weight`."
         )
