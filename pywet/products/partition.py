@@ -58,6 +58,10 @@ def partition_curve(diameter_m: Floats, overs: Floats, unders: Floats, sphere_kg
     return pd.DataFrame(rows, columns=["diameter_mm", "feed_kg", "overs_kg", "unders_kg", "T", "T_low", "T_high"])
 
 
+TIE = 1e-12
+"""Difference of two values of T that is round-off of the masses: a class with exactly a quarter encloses 0.25."""
+
+
 def size_at(curve: pd.DataFrame, share: float, column: str = "T") -> float:
     """Size [mm] at which T is first this share, between classes linear in the size; nan where the classes do not enclose it.
 
@@ -68,7 +72,7 @@ def size_at(curve: pd.DataFrame, share: float, column: str = "T") -> float:
     """
     d, t = curve["diameter_mm"].to_numpy(dtype=float), curve[column].to_numpy(dtype=float)
     for k in range(1, len(d)):
-        if t[k - 1] <= share <= t[k] and t[k] > t[k - 1]:
+        if t[k - 1] - TIE <= share <= t[k] + TIE and t[k] > t[k - 1]:
             return float(d[k - 1] + (share - t[k - 1]) / (t[k] - t[k - 1]) * (d[k] - d[k - 1]))
     return math.nan
 

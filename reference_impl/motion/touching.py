@@ -111,6 +111,8 @@ def of_pairs(setup: Setup, window: Window) -> Touches:
     box = images.of_scene(setup.scene)
     reach = setup.radius + travel(window.x, box) * 1.01
     a, b = near_copies(window.x[0], reach, box)
+    here = setup.touched(window.steps[0], a) & setup.touched(window.steps[0], b)
+    a, b = a[here], b[here]
     touch = setup.radius[a] + setup.radius[b]
     rows = []
     for k, x in enumerate(window.x):
@@ -134,6 +136,8 @@ def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mes
         shape = shapes[wall.name]
         rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
         a, t = near_triangles(rest[0], setup.radius + travel(rest, box) * 1.01, shape.corners)
+        here = setup.touched(window.steps[0], a)
+        a, t = a[here], t[here]
         one_step = _analytic_wire_step if wall.analytic else _wall_step
         rows = []
         for k, step in enumerate(window.steps.tolist()):

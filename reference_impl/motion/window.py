@@ -20,7 +20,7 @@ from reference_impl.replay import retired, script
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import ReplayError, every, masses
 from reference_impl.replay.io import scene as read_scene
-from reference_impl.replay.plans import FOREIGN, engine, entered
+from reference_impl.replay.plans import FOREIGN, created, engine, entered, plan
 
 RECORDED = "recorded"
 """Motion of the walls of a script's run, as recorded in poses.parquet."""
@@ -101,6 +101,12 @@ class Setup:
     """Steps after which the engine was set up again: the following forces differ from the recorded ones."""
     foreign: bool = False
     """Whether dry contacts follow a law specific to the engine, which is not recomputed."""
+    created: Floats | None = None
+    """Step at which the engine creates each sphere; until then nothing touches it. None: all at the start."""
+
+    def touched(self, step: float, spheres: Floats) -> Floats:
+        """Return which of some spheres, by index, may be in contact after a step."""
+        return np.ones(len(spheres), dtype=bool) if self.created is None else step >= self.created[spheres]
 
     @property
     def step(self) -> float:
@@ -174,6 +180,7 @@ def _read(folder: Path) -> Setup:
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
         dry_contacts(scene, mass_of), walls, corners, part, entered(scene, spheres),
         retired.leaves(folder, ids), frozenset() if foreign else _broken(scene), foreign,
+        created(scene, spheres, plan(folder).steps),
     )  # fmt: skip
 
 

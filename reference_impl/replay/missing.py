@@ -15,7 +15,7 @@ import pandas as pd
 
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.touching import near_copies
-from reference_impl.replay import images, io, laws, one_place, retired
+from reference_impl.replay import images, io, laws, one_place, plans, retired
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Quantity, compare
@@ -76,12 +76,17 @@ class Frames:
 
 
 def _frames(run: Run, places: pd.DataFrame) -> Frames:
-    """Arrange positions by step, without films."""
+    """Arrange positions by step, without films and without spheres that the engine has not created, which nothing touches."""
     table = places.sort_values(["step", "id"])
     step = np.unique(table["step"].to_numpy(np.int64))
-    ids, area = np.sort(run.table("spheres")["id"].to_numpy(np.int64)), bodies(run).area
+    spheres, area = run.table("spheres").sort_values("id"), bodies(run).area
+    ids, came = (
+        spheres["id"].to_numpy(np.int64),
+        plans.created(io.scene(run.folder), spheres, plans.plan(run.folder).steps),
+    )
     shape = (len(step), len(ids))
-    there = table["step"].to_numpy(np.int64) <= retired.leaves(run.folder, ids)[np.searchsorted(ids, table["id"])]
+    of, at = np.searchsorted(ids, table["id"]), table["step"].to_numpy(np.int64)
+    there = (at > came[of]) & (at <= retired.leaves(run.folder, ids)[of])
     table, x = table[there], np.tile(retired.nowhere(len(ids)), (len(step), 1, 1))
     x[np.searchsorted(step, table["step"]), np.searchsorted(ids, table["id"])] = table[["x", "y", "z"]].to_numpy(float)
     return Frames(step, ids, x, np.zeros(shape), np.zeros((len(step), len(area))))

@@ -152,6 +152,18 @@ def entered(scene: dict[str, Any], spheres: pd.DataFrame) -> Floats:
     return np.asarray(spheres["enters"] if "enters" in spheres else enters(scene, spheres["type"].to_numpy()))
 
 
+def created(scene: dict[str, Any], spheres: pd.DataFrame, steps: int) -> Floats:
+    """Return the checkpoint at which the engine creates each sphere, 0 for those that it has from the start.
+
+    It is the first one at most `created_ahead_s`, or one interval of checkpoints if that is longer, before the sphere enters.
+    """
+    ahead, every = scene.get("created_ahead_s"), checkpoints_every(scene, steps)
+    if ahead is None or not every:
+        return np.zeros(len(spheres), dtype=np.int64)
+    first = np.maximum(entered(scene, spheres) - max(every, round(ahead / scene["time_step_s"])), 0)
+    return np.asarray(np.ceil(first / every).astype(np.int64) * every)
+
+
 def enters(scene: dict[str, Any], kind: Floats) -> Floats:
     """Return the step at which each sphere enters; inserted classes enter one by one; `kind` in the order of ids."""
     found = np.zeros(len(kind), dtype=np.int64)

@@ -82,12 +82,16 @@ def curve(rows: pd.DataFrame) -> list[tuple[float, float, float]]:
     return [(float(d), of(d, "overs"), of(d, "unders")) for d in sorted(rows["d"].unique())]
 
 
+ROUND_OFF = 1e-12
+"""Largest rounding of a share of masses."""
+
+
 def size_of(sizes: list[tuple[float, float, float]], share: float) -> float | None:
     """Return the size [mm] at which the curve first crosses a share; None if it does not."""
     before: tuple[float, float] | None = None
     for d, over, under in sizes:
         t = over / (over + under)
-        if before is not None and before[1] <= share <= t and t > before[1]:
+        if before is not None and before[1] - ROUND_OFF <= share <= t + ROUND_OFF and t > before[1]:
             return (before[0] * (t - share) + d * (share - before[1])) / (t - before[1])
         before = d, t
     return None

@@ -379,3 +379,13 @@ def test_the_plane_of_the_screen_is_where_the_engine_has_it() -> None:
     assert np.abs(mine - engine).max() < 1e-15
     sine = 1e-3 * (np.sin(rate * step * np.arange(5001) + 0.4) - math.sin(0.4))
     assert 1e-7 < np.abs(mine - sine).max() < 3e-6
+
+
+def test_a_class_that_has_exactly_the_share_encloses_it_whatever_the_rounding() -> None:
+    """A quarter of the finest class to the overs: d25 is its size, though the masses give 0.25 and the last bits more or less."""
+    for t in (0.25, np.nextafter(0.25, 1.0), np.nextafter(0.25, 0.0)):
+        curve = pd.DataFrame({"diameter_mm": [2.5, 3.5], "T": [t, 0.5]})
+        assert size_at(curve, 0.25) == pytest.approx(2.5, rel=1e-12)
+        assert plant.size_of([(2.5, t, 1.0 - t), (3.5, 1.0, 1.0)], 0.25) == pytest.approx(2.5, rel=1e-12)
+        ends = pd.DataFrame({"diameter_mm": [2.5, 3.5], "T": [0.1, t]})
+        assert size_at(ends, 0.25) == pytest.approx(3.5, rel=1e-12)

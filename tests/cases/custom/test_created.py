@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import pywet
@@ -148,3 +149,23 @@ def test_a_path_that_is_taken(tmp_path: Path) -> None:
     )  # fmt: skip
     with raises_code("plugin.refused", says="sphere 1 is at .* in the path of sphere"):
         pywet.run(pywet.Scene(**given), tmp_path)
+
+
+@pytest.mark.engine
+def test_a_sphere_that_is_not_created_yet_touches_nothing(tmp_path: Path) -> None:
+    """On its way to the region it passes through a wet sphere at outputs; no bridge is missed there."""
+    glass = {"material": "glass", "diameter_mm": 3.0}
+    scene = pywet.Scene(
+        name="passes", duration_s=0.3, results={"interval_s": 0.002, "checkpoints": 10},
+        materials={"glass": {"density_kg_per_m3": 2500.0, "stiffness_N_per_m": 400.0}}, liquid={"percent": 1.0},
+        spheres=[
+            {"name": "falls", **glass, "at_mm": [[0.0, 0.0, 142.0]]},
+            {"name": "enters", **glass, "count": 1, "velocity_m_per_s": [0.0, 0.0, -0.5], "insertion": {"from_s": 0.26, "for_s": 0.001}, "box": {"low_mm": [-1.6, -1.6, 16.0], "high_mm": [1.6, 1.6, 20.0]}},
+        ],
+        walls=[{"name": "aside", "block": {"low_mm": [10.0, -20.0, -2.0], "high_mm": [20.0, 20.0, 0.0]}}],
+        outlets=[{"name": "below", "high_mm": [None, None, -10.0]}],
+    )  # fmt: skip
+    run = pywet.run(scene, tmp_path / "run")
+    places = pd.read_parquet(run.path / "trajectory.parquet").pivot_table(index="step", columns="id", values="z")
+    assert ((places[1] - places[2]).abs() < 0.003).any() and run.scene.created_ahead_s is not None
+    assert replay(run.path)["ok"]
