@@ -160,7 +160,8 @@ def test_a_sphere_that_is_not_created_yet_touches_nothing(tmp_path: Path) -> Non
         materials={"glass": {"density_kg_per_m3": 2500.0, "stiffness_N_per_m": 400.0}}, liquid={"percent": 1.0},
         spheres=[
             {"name": "falls", **glass, "at_mm": [[0.0, 0.0, 142.0]]},
-            {"name": "enters", **glass, "count": 1, "velocity_m_per_s": [0.0, 0.0, -0.5], "insertion": {"from_s": 0.26, "for_s": 0.001}, "box": {"low_mm": [-1.6, -1.6, 16.0], "high_mm": [1.6, 1.6, 20.0]}},
+            {"name": "enters", **glass, "count": 1, "velocity_m_per_s": [0.0, 0.0, -0.5],
+             "insertion": {"from_s": 0.26, "for_s": 0.001}, "box": {"low_mm": [-1.6, -1.6, 16.0], "high_mm": [1.6, 1.6, 20.0]}},
         ],
         walls=[{"name": "aside", "block": {"low_mm": [10.0, -20.0, -2.0], "high_mm": [20.0, 20.0, 0.0]}}],
         outlets=[{"name": "below", "high_mm": [None, None, -10.0]}],
