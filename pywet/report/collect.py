@@ -16,6 +16,7 @@ from pywet.planning import audit
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Summary
 from pywet.util.files import read_table
+from pywet.util.notices import notice
 
 
 @dataclass(frozen=True)
@@ -161,6 +162,29 @@ def _screen(run_dir: Path) -> dict[str, Any] | None:
     return found
 
 
+OF_ONE_RUN = ("seed", "seeds", "ranks")
+"""Settings in which the seeds of a case may differ."""
+
+
 def _other_seeds(run_dir: Path) -> list[Path]:
-    tables = run_dir.parent.glob(f"{run_dir.name}-*/results/fraction_retained.parquet")
-    return sorted(t for t in tables if t.parent.parent.name.removeprefix(f"{run_dir.name}-").isdigit())
+    """Return the tables of further seeds of a run; those of another configuration are left out with a notice."""
+    tables = sorted(run_dir.parent.glob(f"{run_dir.name}-*/results/fraction_retained.parquet"))
+    seeds = [t for t in tables if t.parent.parent.name.removeprefix(f"{run_dir.name}-").isdigit()]
+    mine, same = _configured(run_dir), []
+    for table in seeds:
+        other = _configured(table.parent.parent)
+        if mine is None or other is None or mine == other:
+            same.append(table)
+        else:
+            notice.warning(
+                f"{table.parent.parent} was run with another configuration than {run_dir}; it is not counted as a seed of it"
+            )
+    return same
+
+
+def _configured(run_dir: Path) -> dict[str, Any] | None:
+    """Return the configuration of a run, if it has one, without what distinguishes its seeds."""
+    found: dict[str, Any] | None = RunDir(run_dir).json("config.json", dict[str, Any])
+    if found is None:
+        return None
+    return {**found, "settings": {k: v for k, v in (found.get("settings") or {}).items() if k not in OF_ONE_RUN}}

@@ -65,10 +65,19 @@ class Cases:
         return float(self.rows[number]["liquid_percent"] or 0.0)
 
     def seeds(self, number: int | str) -> list[str]:
-        """Return the folders of a case's further seeds, named CASE-SEED."""
-        name = name_of(number)
+        """Return the folders of a case's further seeds, named CASE-SEED; not those that ran with another configuration."""
+        name, mine = name_of(number), self._run_with(number)
         there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/{RETAINED}"))
-        return sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
+        seeds = sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
+        return [folder for folder in seeds if None in (mine, its := self._run_with(folder)) or its == mine]
+
+    def _run_with(self, number: int | str) -> str | None:
+        """Return the configuration of a run as text, apart from its seed, the number of seeds and of ranks."""
+        found = self.json(number, "config.json")
+        if found is None:
+            return None
+        rest = {k: v for k, v in found.get("settings", {}).items() if k not in ("seed", "seeds", "ranks")}
+        return json.dumps({**found, "settings": rest}, sort_keys=True)
 
     def of_seeds(self, number: int | str, *keys: str, factor: float = 1.0) -> list[float]:
         """Return a number of summary.json by its keys, for a case and its further seeds; empty if the case has none."""

@@ -187,6 +187,19 @@ def test_seeds_of_a_case_become_a_band(config: settings.Config, folder: Path) ->
     assert (band.min(), band.max()) == (table["fraction_retained"].min() / 2, table["fraction_retained"].max())
 
 
+@pytest.mark.parametrize(("percent", "seed", "counted"), [(5.0, 2, 1), (10.0, 2, 0)])
+def test_a_run_of_another_configuration_is_no_seed(
+    config: settings.Config, folder: Path, percent: float, seed: int, counted: int
+) -> None:
+    """Seeds that were run with 5 % of liquid are not averaged with a run of 10 %."""
+    shutil.copytree(folder / "case02", folder / "case02-10008")
+    for name, liquid, number in (("case02", 5.0, 1), ("case02-10008", percent, seed)):
+        of = {"case": {"case": 2, "liquid_percent": liquid}, "settings": {"seed": number, "effects": {}}}
+        (folder / name / "config.json").write_text(json.dumps(of))
+    (result,) = collect(folder, [config.case(2)])
+    assert len(result.seeds) == counted
+
+
 def test_the_first_screen_answers(config: settings.Config, folder: Path) -> None:
     """Of what can pass has passed (1 - Y)/(1 - share that cannot pass); the answer comes first, the cross-check last."""
     text = _write(config, folder)
