@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 import json
 import math
 import os
@@ -68,8 +69,11 @@ def load(problem: str) -> dict:
 
 def template(problem: str) -> str:
     """An empty table of what is asked."""
-    rows = [f"{a['case']},{a['quantity']},{a['at']!r}," for a in load(problem)["answers"]]
-    return "\n".join([",".join(COLUMNS), *rows]) + "\n"
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(COLUMNS)
+    rows.writerows((a["case"], a["quantity"], repr(a["at"]), "") for a in load(problem)["answers"])
+    return text.getvalue()
 
 
 def read(path: Path) -> list[dict]:

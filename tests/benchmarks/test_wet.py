@@ -411,3 +411,11 @@ def test_the_drums_of_the_second_engine_are_those_of_the_table() -> None:
     one, two = (stored.loc[(program, "dry")] for program in (ours, yade))
     error = math.hypot(one["deviation"], two["deviation"]) / math.sqrt(3.0)
     assert abs(one["mean"] - two["mean"]) < 2.0 * error
+
+
+@pytest.mark.parametrize("problem", sorted(path.parent.name for path in WET.glob("*/answers.json")))
+def test_a_template_is_read_back_as_what_is_asked(problem: str) -> None:
+    """Also a name of a case that contains a comma."""
+    rows = list(csv.DictReader(SCORE["template"](problem).splitlines()))
+    asked = [(a["case"], a["quantity"], a["at"]) for a in SCORE["load"](problem)["answers"]]
+    assert [(row["case"], row["quantity"], float(row["at"])) for row in rows] == asked
