@@ -112,6 +112,28 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answ
     return _decided(statement, worlds, _of_neighbours(statement, worlds[0], runs))
 
 
+def refuted(statement: Statement, runs: Mapping[int, Sequence[StoredRun]], single: Sequence[float]) -> int | None:
+    """Return the first part that makes a statement false whatever its other parts are, None if there is none.
+
+    Parts whose cases were not run are left out. `single`: half the 95 % interval of each part for a run of one seed; the
+    mean over seeds must be outside the range by more than that.
+    """
+    by_seed: dict[int, dict[int, StoredRun]] = {}
+    for case in statement.cases:
+        for run in runs.get(case, ()):
+            by_seed.setdefault(int(run.about["seed"]), {})[case] = run
+    for k, (part, half) in enumerate(zip(statement.parts, single, strict=True)):
+        values = []
+        for world in by_seed.values():
+            try:
+                values.append(part.quantity(world))
+            except KeyError:  # a case of this part was not run
+                continue
+        if values and not np.isnan(values).any() and decide(part, float(np.mean(values)), half) == FAILS:
+            return k
+    return None
+
+
 def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[StoredRun]]) -> list[float]:
     """Return half the 95 % interval of each part: variances of its cases, shifted one at a time, are added."""
     moved = {case: neighbours(case, runs, world[case]) for case in statement.cases}

@@ -102,16 +102,32 @@ PRINTED = {"config.yaml: readings capillary_spheres": "as_printed"}
 """Entries for equation (14) with the misprint that its validation, at 0 and 10 degrees, would not reveal."""
 WALL = {f"config.yaml: readings {key}": value for key, value in (("wall_film", "wall"), ("wall_transfer", "at_tenth"))}
 """Entries for films of whole walls and the transfer ratio of section 4: the most liquid on walls of all readings."""
+OTHERS = {
+    "printed_walls": {"config.yaml: readings capillary_walls": "as_printed"},
+    "facet": {"config.yaml: readings small_wall": "half_facet"},
+    "part": {"config.yaml: readings wall_film": "part"},
+    "fifth": {"config.yaml: readings wall_transfer": "at_fifth"},
+    "residual": {"config.yaml: readings liquid_amount": "less_residual"},
+    "weighed": {"config.yaml: readings sphere_mass": "weighed"},
+    "stroke": {"config.yaml: readings amplitude": "peak_to_peak"},
+}
+"""Short name -> entries for each alternative of docs/readings.md that PRINTED and WALL do not contain."""
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
-    **{f"sieve{d:g}": sieve(d) for d in (180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
+    **{f"sieve{d:g}": sieve(d) for d in (150.0, 180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
     **{f"amplitude{a:g}": amplitude(0.01 * a) for a in (50, 60, 70, 80, 90)},
     **{f"sieve{d:g}_amplitude{a}": sieve(d) | amplitude(0.01 * a) for d in (185.0, 190.0) for a in (80, 90)},
-    **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0)},
+    **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0, 200.0)},
     **{f"sieve{d:g}_printed": sieve(d) | PRINTED for d in (185.0, 190.0, 200.0)},
     **{f"sieve{d:g}_wall": sieve(d) | WALL for d in (185.0, 200.0)},
+    **{f"sieve200_{name}": sieve(200.0) | entries for name, entries in OTHERS.items()},
 }
 """Name -> entries of the configuration; `stiff`: stiffness of the paper's table 1; `printed`, `wall`: PRINTED, WALL."""
+TURNED = (
+    *(f"sieve{d:g}" for d in (150, 180, 185, 190)),
+    *(f"sieve200_{name}" for name in ("printed", "wall", *OTHERS)),
+)
+"""Rigs that turn one reading each, or `wall`'s two; a statement that `sieve200` and all of them refute is impossible."""
 
 app = typer.Typer(add_completion=False)
 
