@@ -12,13 +12,15 @@ from pywet.util import machine_code
 
 
 def _laws() -> None:
-    """Compile the laws in the form that the engine uses."""
-    from pywet.engines.liggghts.plugin_api import in_use
+    """Compile the laws in the form that the engine uses: forces together with those of the preset `paper`."""
+    from pywet.engines.liggghts.plugin_api import loops
     from pywet.laws import registry
+    from pywet.laws.kinds import FORCES, PRESETS
 
-    for kind, laws in registry.BUILT_IN.items():
-        for name in laws:
-            for function in in_use(registry.get(kind, name)):
+    paper = {kind: registry.get(kind, name) for kind, name in PRESETS["paper"].items() if kind in FORCES}
+    for kind, names in registry.BUILT_IN.items():
+        for law in (registry.get(kind, name) for name in names):
+            for function in [loop for _, loop, _ in loops({**paper, kind: law})] if kind in FORCES else law.functions:
                 _ = function.address
 
 

@@ -19,14 +19,16 @@ def _neck_and_ring(
 ) -> float:
     """Return the force of the neck, in full or in its limit for a small gap, and of the ring at the contact line (Rabinovich)."""
     s, r = max(separation, 0.0), bridge_radius(ri, rj)
-    spread = 1.0 if math.isinf(rj) else 2.0
-    limit = 2.0 / spread * math.pi * tension * r * (math.cos(ti) + math.cos(tj))
+    spread, share = (
+        (1.0, 1.0) if math.isinf(rj) else (2.0, 0.5)
+    )  # share: 1/spread; a product takes less time than a quotient
+    limit = 2.0 * share * math.pi * tension * r * (math.cos(ti) + math.cos(tj))
     q = volume / (math.pi * r)
     if q <= 0.0:
         return limit if s == 0.0 else 0.0
     d = q / (s + math.sqrt(s * s + spread * q))
     phi = math.sqrt(2.0 * d / r)
-    neck = limit / (1.0 + (s / spread * math.sqrt(spread / q) if small_gap else s / spread / d))
+    neck = limit / (1.0 + (s * share * math.sqrt(spread / q) if small_gap else s * share / d))
     return neck + 2.0 * math.pi * tension * r * math.sin(phi) * math.sin(phi + 0.5 * (ti + tj))
 
 

@@ -11,10 +11,11 @@ import numba
 import numpy as np
 import pytest
 
+from pywet.engines.liggghts.plugin_api import loops
 from pywet.laws import batch_math, registry
 from pywet.laws.batch import BATCH, ROWS, batch
 from pywet.laws.force_law import ForceLaw, force_law
-from pywet.laws.kinds import FORCES, KINDS
+from pywet.laws.kinds import FORCES, KINDS, PRESETS
 from pywet.laws.young_laplace import prepare
 
 BOTH_SIGNS = ("weigert", "weigert_as_printed", "soulie", "goldman", "lian", "buck")
@@ -152,8 +153,8 @@ def test_a_custom_law_takes_part() -> None:
     assert np.allclose(together((law,), rows)[0], alone(law, rows), rtol=1e-13, atol=0.0)
 
 
-def test_a_law_that_cannot_be_inlined_is_called() -> None:
-    """A function that calls itself compiles alone, where its type is declared, and not as part of a loop."""
+def recursive() -> ForceLaw:
+    """Return a law whose function calls itself: it compiles alone, where its type is declared, and not as part of a loop."""
 
     @numba.njit("float64(float64)")
     def root(x):  # type: ignore[no-untyped-def]
@@ -161,6 +162,11 @@ def test_a_law_that_cannot_be_inlined_is_called() -> None:
 
     law = typed("return root(1e9 * volume) * surface_tension")
     law.python.__globals__["root"] = root
+    return law
+
+
+def test_a_law_that_cannot_be_inlined_is_called() -> None:
+    law = recursive()
     rows = bridges(BATCH, 4)
     assert not batch((law,)).inlined
     assert np.array_equal(together((law,), rows)[0], alone(law, rows))
@@ -188,3 +194,21 @@ def test_a_law_that_raises_gives_no_number() -> None:
     """Expect that results stay as they were if a law raises; the plugin fills them with NaN before, which stops the run."""
     law = typed("if volume > 0.0:\n        raise ValueError('no')\n    return 1.0")
     assert np.isnan(together((law,), bridges(3, 6))).all()
+
+
+def test_forces_in_one_loop_have_the_bits_of_each_alone() -> None:
+    """Presets: capillary and viscous laws in one loop; a law that cannot be inlined, and one after a gap, have their own."""
+    for laws in PRESETS.values():
+        forces = {kind: registry.get(kind, laws[kind]) for kind in FORCES if kind in laws}
+        ((first, loop, count),) = loops(forces)
+        assert (first, count) == (0, 4) and loop.inlined
+        rows = bridges(BATCH, 7)
+        whole = together(tuple(f for law in forces.values() for f in law.functions), rows)
+        assert np.array_equal(whole, np.concatenate([together(law.functions, rows) for law in forces.values()]))
+    alone_again = {kind: forces[kind] for kind in ("capillary", "viscous_tangential")}
+    assert [(first, count) for first, _, count in loops(alone_again)] == [(0, 1), (2, 2)]
+
+    law = registry.Law("recursive", "capillary", (recursive(),))
+    found = loops({**forces, "capillary": law})
+    assert [(first, count) for first, _, count in found] == [(0, 1), (1, 1), (2, 2)]
+    assert [loop.inlined for _, loop, _ in found] == [False, True, True]

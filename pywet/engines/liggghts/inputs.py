@@ -11,9 +11,10 @@ from typing import Any
 import pandas as pd
 
 from pywet import run_folder
-from pywet.engines.liggghts.plugin_api import SLOTS, angle_pairs
+from pywet.engines.liggghts.plugin_api import angle_pairs
 from pywet.geometry.initial import wall_groups
 from pywet.laws import registry
+from pywet.laws.kinds import KINDS
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import EngineScene
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
@@ -54,9 +55,9 @@ def meta(scene: EngineScene, output_steps: list[int]) -> dict[str, Any]:
 def prepare_laws(scene: EngineScene) -> None:
     """Prepare the tables of all laws of the scene that need one."""
     with bar("exact bridge tables (stored for later runs)") as move:
-        for kind in SLOTS:
-            if kind in scene.effects.laws:
-                registry.get(kind, scene.effects.laws[kind]).prepare(angle_pairs(scene), move)
+        for kind, name in scene.effects.laws.items():
+            if KINDS[kind].parts:
+                registry.get(kind, name).prepare(angle_pairs(scene), move)
 
 
 def transfer_tables(scene: EngineScene) -> pd.DataFrame:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ctypes as C
 import math
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,17 +23,17 @@ from pywet.errors import EngineError, PywetError
 from pywet.geometry.analytic_wires import analytic_wire_of
 from pywet.geometry.initial import wall_groups
 from pywet.laws import registry
-from pywet.laws.batch import batch
-from pywet.laws.kinds import KINDS
+from pywet.laws.batch import Batch, batch
+from pywet.laws.kinds import FORCES, KINDS
 from pywet.scene import WALL_FILMS, EngineScene, WallMesh
 from pywet.schema import SPHERE
 
 SLOTS = {
-    name: (name,) if kind.force else tuple(part.slot or name for part in kind.parts)
+    name: tuple(part.slot or name for part in kind.parts)
     for name, kind in KINDS.items()
-    if kind.parts
+    if kind.parts and not kind.force
 }
-"""Kind of law -> the plugin's slots, in the order of `Law.functions`; a force has one slot for all of them."""
+"""Kind of law that is no force -> the plugin's slots, in the order of `Law.functions`."""
 
 
 NEWCOMER = np.dtype([("id", "<i4"), ("type", "<i4"), ("radius", "<f8"), ("mass", "<f8"), ("x", "<f8", 3)])
@@ -142,20 +142,19 @@ class Plugin:
         self._check(self._library.pywet_create_due())
 
     def _set_laws(self, scene: EngineScene) -> None:
-        for kind, slots in SLOTS.items():
-            if kind not in scene.effects.laws:
-                continue
-            law = registry.get(kind, scene.effects.laws[kind])
+        laws = {kind: registry.get(kind, name) for kind, name in scene.effects.laws.items() if KINDS[kind].parts}
+        self._keep.append(laws)
+        for law in laws.values():
             law.prepare(angle_pairs(scene))
-            compiled = in_use(law)
-            self._keep.append(compiled)
-            for slot, function in zip(slots, compiled, strict=True):
+        for first, loop, count in loops(laws):
+            self._keep.append(loop)
+            self._library.pywet_add_force_laws(C.c_void_p(loop.address), first, count)
+        for kind in SLOTS.keys() & laws.keys():
+            for slot, function in zip(SLOTS[kind], laws[kind].functions, strict=True):
                 self._check(self._library.pywet_set_law(slot.encode(), C.c_void_p(function.address)))
-
-            prepared = law.functions[0].prepared
-            if kind == "capillary" and prepared:
-                address = C.c_void_p(prepared.compiled.address)
-                self._library.pywet_set_preparation(address, prepared.lines)
+        prepared = laws["capillary"].functions[0].prepared if "capillary" in laws else None
+        if prepared:
+            self._library.pywet_set_preparation(C.c_void_p(prepared.compiled.address), prepared.lines)
 
     def _set_transfer(self, tables: pd.DataFrame) -> None:
         columns = ["partner_kind", "type_i", "type_j", "part_class"]
@@ -288,9 +287,29 @@ class Plugin:
         self._library.pywet_finish()
 
 
-def in_use(law: registry.Law) -> tuple[Any, ...]:
-    """Return the objects of a law whose `address` the plugin receives, one for each slot of its kind."""
-    return (batch(law.functions),) if KINDS[law.kind].force else law.functions
+def loops(laws: Mapping[str, registry.Law]) -> list[tuple[int, Batch, int]]:
+    """Compile the forces among these laws into as few loops as possible: consecutive ones share intermediate results.
+
+    Each loop is returned with the number of its first value in `LawValues` of the plugin, and with the number of its values.
+    A law that cannot be inlined has a loop of its own.
+    """
+    runs: list[tuple[int, list[registry.Law]]] = []
+    value = end = 0
+    for kind in FORCES:
+        if kind in laws:
+            if not runs or end != value:
+                runs.append((value, []))
+            runs[-1][1].append(laws[kind])
+            end = value + len(KINDS[kind].parts)
+        value += len(KINDS[kind].parts)
+    found = []
+    for first, group in runs:
+        joined = batch(tuple(f for law in group for f in law.functions))
+        for some in [group] if joined.inlined else [[law] for law in group]:
+            functions = tuple(f for law in some for f in law.functions)
+            found.append((first, batch(functions), len(functions)))
+            first += len(functions)
+    return found
 
 
 def angle_pairs(scene: EngineScene) -> set[tuple[float, float]]:

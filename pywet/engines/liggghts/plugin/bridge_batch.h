@@ -15,7 +15,7 @@ struct alignas(64) Block {
 };
 
 // State of the same bridges in this step; vectors by component.
-struct alignas(64) BridgeBatch {
+struct alignas(64) BridgeBatch : LawValues {
   int n = 0;
   size_t first = 0;                     // index of the first bridge of the batch
   bool acts[BATCH];                     // owned by this rank and not ruptured
@@ -24,7 +24,7 @@ struct alignas(64) BridgeBatch {
   double d[3][BATCH], v[3][BATCH];      // x_i - x_j, v_i - v_j
   double spin[3][BATCH];                // r_i w_i + r_j w_j
   double normal[3][BATCH];
-  double pull[BATCH], viscous[BATCH], drag[BATCH], tangential[2][BATCH];
+  double drag[BATCH];
   double side[3][BATCH], force[3][BATCH], torque_i[3][BATCH], torque_j[3][BATCH];
   double square[BATCH];                 // square of the force
 };

@@ -108,12 +108,14 @@ static std::vector<std::pair<double, double> > gauss(int n) {
 double EnergyBudget::stored(size_t bridge, double separation) const {
   static const std::vector<std::pair<double, double> > rule = gauss(24);
   const Laws &laws = world_.laws;
-  if (!laws.capillary || !(world_.rules.energy || world_.rules.scripted)) return 0;
+  if (!laws.attract() || !(world_.rules.energy || world_.rules.scripted)) return 0;
   const Bridge &b = standing_.bridges[bridge];
   const double low = std::sqrt(std::max(separation, 0.0)), high = std::sqrt(b.rupture_distance);
   const double same[ROWS] = {0, b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, 0};
   const int n = int(rule.size()) + 1;  // the last node is at touch
-  double rows[ROWS][BATCH], force[BATCH];
+  double rows[ROWS][BATCH];
+  LawValues values;
+  const double *force = values.pull;
   int64_t at[BATCH];
   for (int k = 0; k < n; k++) {
     for (int row = 0; row < ROWS; row++) rows[row][k] = same[row];
@@ -121,7 +123,7 @@ double EnergyBudget::stored(size_t bridge, double separation) const {
     rows[SEPARATION][k] = u * u;
     at[k] = reinterpret_cast<int64_t>(standing_.prepared(bridge));
   }
-  laws.capillary(n, rows[0], laws.surface_tension, laws.viscosity, at, force);
+  laws.evaluate(n, rows[0], at, values);
   double sum = separation < 0 ? -separation * force[n - 1] : 0;
   for (int k = 0; k + 1 < n; k++) sum += rule[k].second * (high - low) * 2 * std::sqrt(rows[SEPARATION][k]) * force[k];
   return -sum;

@@ -79,7 +79,7 @@ void Forces::rupture(BridgeBatch &t, std::vector<Event> &events) const {
   }
 }
 
-// An error inside a law shows as NaN. Laws are evaluated for active bridges only; the others are set to touch.
+// Laws are evaluated for active bridges only; the others are set to touch.
 void Forces::evaluate(BridgeBatch &t) {
   Block &block = standing_.blocks[t.first / BATCH];
   const Laws &laws = world_.laws;
@@ -87,16 +87,12 @@ void Forces::evaluate(BridgeBatch &t) {
     if (!t.acts[k]) block.row[SEPARATION][k] = block.row[SPEED][k] = 0;
   const CacheLine *lines = standing_.prepared(t.first);
   for (int k = 0; k < t.n; k++) t.prepared[k] = reinterpret_cast<int64_t>(lines + k * laws.lines);
-  auto call = [&](Batch law, double *out, int functions) {
-    std::fill(out, out + functions * BATCH, law ? std::nan("") : 0.0);
-    if (law) law(t.n, block.row[0], laws.surface_tension, laws.viscosity, t.prepared, out);
-  };
-  call(laws.capillary, t.pull, 1);
-  call(laws.viscous_normal, t.viscous, 1);
-  call(laws.viscous_tangential, t.tangential[0], 2);
+  laws.evaluate(t.n, block.row[0], t.prepared, t);
   if (!world_.rules.semi_implicit) return;
+  LawValues at_one;
   std::fill(block.row[SPEED], block.row[SPEED] + t.n, 1.0);
-  call(laws.viscous_normal, t.drag, 1);
+  laws.evaluate(t.n, block.row[0], t.prepared, at_one);
+  std::copy(at_one.viscous, at_one.viscous + t.n, t.drag);
 }
 
 // Viscous forces that are evaluated after all other forces.

@@ -19,10 +19,19 @@ enum Row { SEPARATION, VOLUME, RADIUS_I, RADIUS_J, ANGLE_I, ANGLE_J, SPEED, ROWS
 typedef void (*Batch)(int64_t n, const double *rows, double sigma, double eta, const int64_t *prepared, double *out);
 typedef void (*Prepare)(double volume, double r_i, double r_j, double theta_i, double theta_j, double *numbers);
 
+// Values of the force laws of BATCH bridges: capillary force F >= 0, viscous force along n at the speed of row SPEED, coefficients c_t, c_r.
+struct LawValues {
+  double pull[BATCH], viscous[BATCH], tangential[2][BATCH];
+};
+
+// Laws in one loop: they write `count` of the arrays of LawValues, from the one of number `first` on.
+struct ForceLaws {
+  Batch loop;
+  int first, count;
+};
+
 struct Laws {
-  Batch capillary = nullptr;          // F >= 0
-  Batch viscous_normal = nullptr;     // F along n at the speed of row SPEED
-  Batch viscous_tangential = nullptr; // c_t, then c_r
+  std::vector<ForceLaws> forces;
   Prepare prepare = nullptr;          // for the capillary law: precomputed data of a bridge, `lines` cache lines of numbers
   int lines = 0;
   Fn5 rupture = nullptr;             // V, r_i, r_j, theta_i, theta_j -> S_rup
@@ -34,6 +43,20 @@ struct Laws {
   Fn5 shed_drop = nullptr;           // L_i, r_i, specific force, density, sigma -> volume of the drop
   Fn3 shed_time = nullptr;           // L_i, density, sigma -> response time of the film
   double surface_tension = 0, viscosity = 0;
+
+  // Whether there is a capillary force.
+  bool attract() const { return !forces.empty() && forces[0].first == 0; }
+
+  // Laws that are off give 0. An error inside a law shows as NaN.
+  void evaluate(int64_t n, const double *rows, const int64_t *prepared, LawValues &values) const {
+    double *out = reinterpret_cast<double *>(&values);
+    std::fill(out, out + sizeof values / sizeof *out, 0.0);
+    for (const ForceLaws &f : forces) {
+      double *from = out + f.first * BATCH;
+      std::fill(from, from + f.count * BATCH, std::nan(""));
+      f.loop(n, rows, surface_tension, viscosity, prepared, from);
+    }
+  }
 };
 
 // One cache line of the processor.

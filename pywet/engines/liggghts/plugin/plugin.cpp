@@ -104,14 +104,17 @@ EXPORT void pywet_add_type(double radius, double contact_angle) {
   state->world.spheres.type_angle.push_back(contact_angle);
 }
 
+EXPORT void pywet_add_force_laws(void *address, int first, int count) {
+  pywet::ForceLaws laws = {nullptr, first, count};
+  assign(laws.loop, address);
+  state->world.laws.forces.push_back(laws);
+}
+
 EXPORT const char *pywet_set_law(const char *slot, void *address) {
   return guarded([&] {
     pywet::Laws &l = state->world.laws;
     const std::string s = slot;
-    if (s == "capillary") assign(l.capillary, address);
-    else if (s == "viscous_normal") assign(l.viscous_normal, address);
-    else if (s == "viscous_tangential") assign(l.viscous_tangential, address);
-    else if (s == "rupture") assign(l.rupture, address);
+    if (s == "rupture") assign(l.rupture, address);
     else if (s == "dynamic_rupture") assign(l.dynamic_rupture, address);
     else if (s == "from_sphere") assign(l.from_sphere, address);
     else if (s == "from_sphere_at_wire") assign(l.from_sphere_at_wire, address);

@@ -9,20 +9,19 @@ Terms Single::laws(size_t bridge, const Geometry &g) const {
   const Bridge &b = standing_.bridges[bridge];
   const double same[ROWS] = {g.separation, b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, dot(g.vi - g.vj, g.n)};
   const int64_t prepared = reinterpret_cast<int64_t>(standing_.prepared(bridge));
-  double row[ROWS][BATCH], out[2][BATCH];
+  double row[ROWS][BATCH];
   for (int k = 0; k < ROWS; k++) row[k][0] = same[k];
-  auto call = [&](Batch law, int of) {
-    out[0][0] = out[1][0] = law ? std::nan("") : 0.0;
-    if (law) law(1, row[0], laws.surface_tension, laws.viscosity, &prepared, out[0]);
-    return out[of][0];
-  };
+  LawValues values;
+  laws.evaluate(1, row[0], &prepared, values);
   Terms t;
-  t.capillary = call(laws.capillary, 0);
-  t.viscous = t.viscous_law = call(laws.viscous_normal, 0);
-  t.slide = call(laws.viscous_tangential, 0);
-  t.roll = out[1][0];
+  t.capillary = values.pull[0];
+  t.viscous = t.viscous_law = values.viscous[0];
+  t.slide = values.tangential[0][0];
+  t.roll = values.tangential[1][0];
+  if (!world_.rules.semi_implicit) return t;
   row[SPEED][0] = 1;
-  if (world_.rules.semi_implicit) t.drag = -call(laws.viscous_normal, 0);
+  laws.evaluate(1, row[0], &prepared, values);
+  t.drag = -values.viscous[0];
   return t;
 }
 
