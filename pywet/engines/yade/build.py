@@ -23,7 +23,8 @@ def engine_version() -> str:
 
 def plugin_path() -> Path:
     """Return the path of the plugin, built if it is not in the cache (half a minute)."""
-    version, host = engine_version(), [*sorted(SOURCES.glob("*")), OTHER / "contacts.cpp", OTHER / "meshes.cpp"]
+    of_both = [OTHER / f"{name}.cpp" for name in ("contacts", "meshes", "movers")]
+    version, host = engine_version(), [*sorted(SOURCES.glob("*")), *of_both]
     not_here = {build.SOURCES / name for name in ("script.cpp", *(path.name for path in host))}
     shared = sorted(set(build.SOURCES.glob("*")) - not_here)
     target = caches.folder() / f"libpywet-yade-{build.hash_of([*shared, *host], version)}.so"

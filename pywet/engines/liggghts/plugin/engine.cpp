@@ -2,7 +2,6 @@
 #include "engine.h"
 
 #include "contacts.h"
-#include "movers.h"
 #include "insertion.h"
 #include "records.h"
 
@@ -275,8 +274,6 @@ void Engine::shorten_lists() {
     list->numneigh[a] = int(to - list->firstneigh[a]);
   }
 }
-
-void Engine::move_meshes_together() const { move_together(lmp_); }
 
 bool Engine::contacts_in_batches(bool forgets) {
   const bool batched = batch_contacts(lmp_, forgets);

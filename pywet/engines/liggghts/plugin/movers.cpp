@@ -1,4 +1,5 @@
-#include "movers.h"
+// Vibration of a mesh along several axes in one pass over its triangles, in place of the engine's pass for each axis; the bits are the same.
+#include "engine.h"
 
 #include <list>
 #include <map>
@@ -155,10 +156,11 @@ void Group::move(int64_t rebuilt) {
 
 }  // namespace
 
-void move_together(LAMMPS_NS::LAMMPS *lmp) {
+// Meshes that `fix move/mesh … viblin` alone moves, along more than one axis.
+void Engine::move_meshes_together() const {
   std::map<FixMesh *, std::vector<FixMoveMesh *> > movers;
-  for (int k = 0; k < lmp->modify->nfix; k++)
-    if (auto *fix = dynamic_cast<FixMoveMesh *>(lmp->modify->fix[k])) movers[fix->fixMesh()].push_back(fix);
+  for (int k = 0; k < lmp_->modify->nfix; k++)
+    if (auto *fix = dynamic_cast<FixMoveMesh *>(lmp_->modify->fix[k])) movers[fix->fixMesh()].push_back(fix);
   for (const auto &[fix_mesh, fixes] : movers) {
     TriMesh *mesh = dynamic_cast<TriMesh *>(fixes[0]->mesh());
     bool alone = mesh && fixes.size() > 1;
@@ -167,7 +169,7 @@ void move_together(LAMMPS_NS::LAMMPS *lmp) {
     const auto group = std::make_shared<Group>(Group{mesh, fix_mesh, {}, {}});
     for (FixMoveMesh *fix : fixes) {
       MeshMover *&mover = fix->*member(MoverOf());
-      mover = new Together(lmp, static_cast<Stock *>(mover), fix, group);  // the fix deletes it
+      mover = new Together(lmp_, static_cast<Stock *>(mover), fix, group);  // the fix deletes it
     }
   }
 }
