@@ -27,24 +27,30 @@ using LAMMPS_NS::TriMesh;
 typedef LAMMPS_NS::MeshMoverVibLin Stock;
 
 // An explicit instantiation may name private members.
-template <class Key, typename Key::type MEMBER>
+template <class Key, typename Key::Member MEMBER>
 struct Door {
-  friend typename Key::type member(Key) { return MEMBER; }
+  friend typename Key::Member member(Key) { return MEMBER; }
 };
-#define DOOR(NAME, TYPE, MEMBER)          \
-  struct NAME {                           \
-    using type = TYPE;                    \
-    friend type member(NAME);             \
-  };                                      \
-  template struct Door<NAME, &MEMBER>;
-DOOR(MoverOf, MeshMover *FixMoveMesh::*, FixMoveMesh::move_)
-DOOR(MoversOf, std::list<FixMoveMesh *> FixMesh::*, FixMesh::fixMoveMeshes_)
-DOOR(AxisOf, double(Stock::*)[3], Stock::axis_)
-DOOR(OrderOf, int Stock::*, Stock::ord)
-DOOR(FrequenciesOf, double(Stock::*)[30], Stock::omega)
-DOOR(AmplitudesOf, double(Stock::*)[30], Stock::ampl)
-DOOR(PhasesOf, double(Stock::*)[30], Stock::phi)
-#undef DOOR
+template <class Key, class Type>
+struct Of {
+  typedef Type Member;
+  friend Type member(Key);
+};
+typedef double Triple[3], Orders[30];
+struct Mover : Of<Mover, MeshMover *FixMoveMesh::*> {};
+struct Fixes : Of<Fixes, std::list<FixMoveMesh *> FixMesh::*> {};
+struct Axis : Of<Axis, Triple Stock::*> {};
+struct Count : Of<Count, int Stock::*> {};
+struct Frequency : Of<Frequency, Orders Stock::*> {};
+struct Amplitude : Of<Amplitude, Orders Stock::*> {};
+struct Phase : Of<Phase, Orders Stock::*> {};
+template struct Door<Mover, &FixMoveMesh::move_>;
+template struct Door<Fixes, &FixMesh::fixMoveMeshes_>;
+template struct Door<Axis, &Stock::axis_>;
+template struct Door<Count, &Stock::ord>;
+template struct Door<Frequency, &Stock::omega>;
+template struct Door<Amplitude, &Stock::ampl>;
+template struct Door<Phase, &Stock::phi>;
 
 // The arrays of a mesh that its movers change are protected; a derived class can reach them.
 struct Arrays : TriMesh {
@@ -106,10 +112,10 @@ class Together : public MeshMover {
   // In the order of operations of the engine's mover.
   void initial_integrate(double time, double since_setup, double dt) override {
     if (group_->mesh->is_set_store_vel()) return stock_->initial_integrate(time, since_setup, dt);
-    const double *axis = (*stock_).*member(AxisOf()), *omega = (*stock_).*member(FrequenciesOf());
-    const double *amplitude = (*stock_).*member(AmplitudesOf()), *phase = (*stock_).*member(PhasesOf());
+    const double *axis = (*stock_).*member(Axis()), *omega = (*stock_).*member(Frequency());
+    const double *amplitude = (*stock_).*member(Amplitude()), *phase = (*stock_).*member(Phase());
     double speed = 0;
-    for (int k = 0; k < (*stock_).*member(OrderOf()); k++) speed = speed - amplitude[k] * omega[k] * sin(omega[k] * time + phase[k]);
+    for (int k = 0; k < (*stock_).*member(Count()); k++) speed = speed - amplitude[k] * omega[k] * sin(omega[k] * time + phase[k]);
     Part part;
     for (int e = 0; e < 3; e++) {
       part.velocity[e] = speed * axis[e];
@@ -128,10 +134,11 @@ class Together : public MeshMover {
 
 // The bounding box is that of the displaced corners: rounding is monotonic.
 void Group::move(int64_t rebuilt) {
-  const int all = mesh->sizeLocal() + mesh->sizeGhost(), own = mesh->sizeLocal();
+  const int all = mesh->size();  // with those of other ranks
   if (all) add(Arrays::corners(mesh), 3 * all, parts, &Part::way);
   if (all) add(Arrays::centres(mesh), all, parts, &Part::way);
-  if (own) add(mesh->prop().getElementProperty<LAMMPS_NS::MultiVectorContainer<double, 3, 3> >("v")->begin()[0][0], 3 * own, parts, &Part::velocity);
+  auto *velocities = mesh->prop().getElementProperty<LAMMPS_NS::MultiVectorContainer<double, 3, 3> >("v");
+  if (all) add(velocities->begin()[0][0], 3 * all, parts, &Part::velocity);
   if (boxed == rebuilt) {
     double bounds[6];
     LAMMPS_NS::BoundingBox &box = Arrays::box(mesh);
@@ -142,7 +149,7 @@ void Group::move(int64_t rebuilt) {
     mesh->updateGlobalBoundingBox();
     boxed = rebuilt;
   }
-  const std::list<FixMoveMesh *> &fixes = fix->*member(MoversOf());
+  const std::list<FixMoveMesh *> &fixes = fix->*member(Fixes());
   for (size_t k = 0; k < parts.size(); k++) {
     mesh->prop().move(parts[k].way);
     bool reached = false;
@@ -164,11 +171,11 @@ void Engine::move_meshes_together() const {
   for (const auto &[fix_mesh, fixes] : movers) {
     TriMesh *mesh = dynamic_cast<TriMesh *>(fixes[0]->mesh());
     bool alone = mesh && fixes.size() > 1;
-    for (FixMoveMesh *fix : fixes) alone = alone && dynamic_cast<Stock *>(fix->*member(MoverOf()));
+    for (FixMoveMesh *fix : fixes) alone = alone && dynamic_cast<Stock *>(fix->*member(Mover()));
     if (!alone) continue;
     const auto group = std::make_shared<Group>(Group{mesh, fix_mesh, {}, {}});
     for (FixMoveMesh *fix : fixes) {
-      MeshMover *&mover = fix->*member(MoverOf());
+      MeshMover *&mover = fix->*member(Mover());
       mover = new Together(lmp_, static_cast<Stock *>(mover), fix, group);  // the fix deletes it
     }
   }
