@@ -112,24 +112,35 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answ
     return _decided(statement, worlds, _of_neighbours(statement, worlds[0], runs))
 
 
-def refuted(statement: Statement, runs: Mapping[int, Sequence[StoredRun]], single: Sequence[float]) -> int | None:
+def each(part: Part, runs: Mapping[int, Sequence[StoredRun]]) -> list[float]:
+    """Return the values of a part in all seeds that have its cases; those of other parts need not have been run."""
+    by_seed: dict[int, dict[int, StoredRun]] = {}
+    for case, found in runs.items():
+        for run in found:
+            by_seed.setdefault(int(run.about["seed"]), {})[case] = run
+    values = []
+    for _, world in sorted(by_seed.items()):
+        try:
+            values.append(part.quantity(world))
+        except KeyError:  # a case was not run
+            continue
+    return [value for value in values if not math.isnan(value)]
+
+
+def refuted(
+    statement: Statement, runs: Mapping[int, Sequence[StoredRun]], seeds: Mapping[int, Sequence[StoredRun]]
+) -> int | None:
     """Return the first part that makes a statement false whatever its other parts are, None if there is none.
 
-    Parts whose cases were not run are left out. `single`: half the 95 % interval of each part for a run of one seed; the
-    mean over seeds must be outside the range by more than that.
+    The mean over the seeds of `runs` must be outside the range by more than half the 95 % interval of a single run, which
+    follows from the scatter in `seeds`, runs with more seeds.
     """
-    by_seed: dict[int, dict[int, StoredRun]] = {}
-    for case in statement.cases:
-        for run in runs.get(case, ()):
-            by_seed.setdefault(int(run.about["seed"]), {})[case] = run
-    for k, (part, half) in enumerate(zip(statement.parts, single, strict=True)):
-        values = []
-        for world in by_seed.values():
-            try:
-                values.append(part.quantity(world))
-            except KeyError:  # a case of this part was not run
-                continue
-        if values and not np.isnan(values).any() and decide(part, float(np.mean(values)), half) == FAILS:
+    for k, part in enumerate(statement.parts):
+        values, scatter = each(part, runs), each(part, seeds)
+        if not values or len(scatter) < 2:
+            continue
+        half = half_width(float(np.std(scatter, ddof=1)), 1, len(scatter) - 1, 0.95)
+        if decide(part, float(np.mean(values)), half) == FAILS:
             return k
     return None
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -13,7 +15,7 @@ from pywet import config as settings
 from pywet.cases.screening import cases
 from pywet.errors import PywetError
 from studies.full_scale import rigs
-from studies.full_scale.judging import fingerprint, judge
+from studies.full_scale.judging import Statement, above, fingerprint, judge, refuted
 from studies.full_scale.quantities import through
 from studies.full_scale.statements import STATEMENTS
 from studies.full_scale.stored_runs import variants
@@ -39,6 +41,33 @@ def test_a_rig_is_in_its_configuration(tmp_path: Path) -> None:
 def test_an_unknown_rig_is_refused(tmp_path: Path) -> None:
     with pytest.raises((PywetError, typer.Exit), match="no rig sieve10"):
         rigs.run(["sieve10"], out=tmp_path)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A run with one number."""
+
+    seed: int
+    value: float
+
+    @property
+    def about(self) -> dict[str, Any]:
+        return {"seed": self.seed}
+
+
+def test_a_statement_is_refuted_by_one_part_outside_its_range() -> None:
+    """Case 2 of three seeds scatters by 0.1, of which the 95 % limit for one run is 0.43: 1.5 refutes `> 2`, 1.6 does not."""
+    statement = Statement(
+        0,
+        "",
+        "",
+        (1, 2),
+        (above("a", 0.0, lambda c: c[1].value), above("b", 2.0, lambda c: c[2].value)),  # type: ignore[attr-defined]
+    )
+    seeds: Any = {2: [Number(k, 3.0 + 0.1 * k) for k in range(3)]}
+    for value, refutes in ((1.5, 1), (1.6, None)):
+        assert refuted(statement, {2: [Number(0, value)]}, seeds) == refutes  # type: ignore[list-item]
+    assert refuted(statement, {1: [Number(0, -1.0)]}, seeds) is None  # type: ignore[list-item]  # no scatter is known
 
 
 def test_stored_runs_were_judged_by_the_ranges_of_today() -> None:
