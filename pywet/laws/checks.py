@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from pywet.errors import LawError
 from pywet.laws import custom_laws, exact_bridge, registry
 from pywet.laws.force_law import ForceLaw
 from pywet.laws.kinds import KINDS
+from pywet.util.notices import notice
 
 PAIRS = {"equal spheres": (1e-3, 1e-3), "unequal spheres": (1e-3, 3e-3), "sphere and wall": (1e-3, math.inf)}
 VOLUMES = (1e-3, 1e-2, 1e-1)
@@ -109,6 +111,14 @@ def findings(kind: str, name: str) -> list[Finding]:
     if kind == "viscous_normal":
         found.append(_linear(functions[0]))
     return found
+
+
+@cache
+def warn(kind: str, name: str) -> None:
+    """Warn once of each check that a custom law fails although it is finite and of the right sign, which is required."""
+    for finding in findings(kind, name)[1:]:
+        if finding.ok is False:
+            notice.warning("law %s: WRONG %s: %s (pywet laws --check %s)", name, finding.check, finding.found, name)
 
 
 def compared(kind: str, name: str) -> Iterator[Compared]:

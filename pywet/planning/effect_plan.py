@@ -14,7 +14,7 @@ from typing import Any
 
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import PywetError
-from pywet.laws import registry
+from pywet.laws import custom_laws, registry
 from pywet.laws.kinds import NEEDED, OPT_IN, PRESETS, SWITCHED
 from pywet.planning import costs
 from pywet.planning.numbers import Number, class_groups, effect_numbers
@@ -188,6 +188,10 @@ def _laws(laws: LawSettings) -> dict[str, str]:
     named = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     for kind, name in named.items():
         registry.get(kind, name)
+        if custom_laws.is_custom(name):
+            from pywet.laws import checks  # it imports the exact bridge
+
+            checks.warn(kind, name)
     return {"shedding": DRIPPING, **PRESETS[laws.preset], **named}
 
 

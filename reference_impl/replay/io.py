@@ -10,6 +10,7 @@ import json
 import math
 import os
 import sys
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -22,6 +23,10 @@ from pyarrow import parquet
 
 from reference_impl.faults import Refused
 from reference_impl.replay.arrays import Table
+
+LINE_S = 10.0
+"""Least time between two lines of progress where there is no terminal [s]."""
+_latest = time.monotonic()
 
 
 class ReplayError(Refused):
@@ -279,9 +284,13 @@ def origin(folder: Path) -> np.ndarray:
 
 
 def note(text: str) -> None:
-    """Show the current stage on one line of a terminal."""
+    """Show the current stage on one line of a terminal; elsewhere, as in a log file, by a line at most every `LINE_S`."""
+    global _latest
     if sys.stderr.isatty():
         print(f"\r\033[Kreplay: {text}", end="", file=sys.stderr, flush=True)
+    elif time.monotonic() - _latest > LINE_S:
+        _latest = time.monotonic()
+        print(f"replay: {text}", file=sys.stderr, flush=True)
 
 
 def clear() -> None:

@@ -165,7 +165,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
 
 def _part(run: Run, logs: dict[str, Rows], step: int) -> Run:
     """Return the next part of the logs, up to a step, except its contacts."""
-    note(f"events: {logs['events'].taken}")
+    note(f"events: {logs['events'].taken} of {logs['events'].rows}")
     part = {name: logs[name].until(step) for name in ("events", *OF_PLACES) if name in logs}
     found = replace(run, tables={**run.tables, **part})
     known(found, ("events", "bridges"))
@@ -175,7 +175,7 @@ def _part(run: Run, logs: dict[str, Rows], step: int) -> Run:
 def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Samples, found: Found) -> None:
     """Check the contacts of a part in pieces, an empty one if there are none, so that every quantity has its row."""
     row, pieces = log.taken, log.parts(step, PIECE)
-    note(f"contacts: {log.taken}")
+    note(f"contacts: {log.taken} of {log.rows}")
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
         all_known(part, "contacts", rows)
         c = forces.contacts(part, rows)

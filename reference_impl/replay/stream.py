@@ -41,6 +41,7 @@ class Rows:
         with readable(path):
             file = parquet.ParquetFile(path)
             complete(path, file.schema_arrow.names, NEEDED[name])
+            self.rows = int(file.metadata.num_rows)
             # one row group at a time: a reader caches the row groups it was asked for
             groups = range(file.num_row_groups)
             self._batches = (b for k in groups for b in file.iter_batches(batch, [k], columns, use_threads=False))

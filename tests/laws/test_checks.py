@@ -9,8 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cli.app import app
-from pywet.laws import checks, registry
+from pywet.config.settings import LawSettings
+from pywet.laws import checks, custom_laws, registry
 from pywet.laws.kinds import KINDS
+from pywet.planning import effect_plan
 from tests.error_codes import code_of
 
 ARGUMENTS = "separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension"
@@ -36,6 +38,24 @@ def test_a_wrong_law_is_found_by_its_check_alone(name: str, tmp_path: Path) -> N
     answer = json.loads(done.output)
     assert {f["check"].rpartition(": ")[2] for f in answer["findings"] if f["ok"] is False} == {check}
     assert answer["kind"] == "capillary" and answer["exact"] == []
+
+
+@pytest.mark.parametrize(("name", "warned"), [("metres", ["dimensions"]), ("neck", [])])
+def test_a_plan_warns_of_a_law_that_a_check_calls_wrong(
+    name: str, warned: list[str], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Not forbidden, since a law may be limited on purpose; said once in a process."""
+    file = tmp_path / "mine.py"
+    gives = WRONG[name][0] if name in WRONG else f"surface_tension / {NECK}"
+    file.write_text(
+        f"from pywet.laws.force_law import force_law\n\n\n@force_law\ndef law({ARGUMENTS}):\n    return {gives}\n"
+    )
+    law = custom_laws.placed(f"{file}:law")
+    custom_laws.trust([law])
+    for _ in range(2):
+        effect_plan._laws(LawSettings(capillary=law))
+    said = [record.getMessage() for record in caplog.records]
+    assert len(said) == len(warned) and all(check in line for check, line in zip(warned, said, strict=True))
 
 
 @pytest.mark.parametrize(("kind", "name"), [(k, n) for k in KINDS if KINDS[k].parts for n in registry.BUILT_IN[k]])
