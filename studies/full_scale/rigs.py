@@ -23,7 +23,7 @@ from pywet.runs.summary import commit
 from pywet.util.files import atomic_write
 from studies.full_scale import run_table, stored_runs
 from studies.full_scale.campaign import SETTINGS, Campaign, prepare, write_again
-from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, judge
+from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, each, judge, refuted
 from studies.full_scale.statements import STATEMENTS
 from studies.full_scale.stored_runs import COARSE, StoredRun
 
@@ -112,6 +112,8 @@ OTHERS = {
     "stroke": {"config.yaml: readings amplitude": "peak_to_peak"},
 }
 """Short name -> entries for each alternative of docs/readings.md that PRINTED and WALL do not contain."""
+OF_BRIDGES = ("printed", "wall", "printed_walls", "facet", "part", "fifth", "residual")
+"""Readings that change nothing in a dry case."""
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (150.0, 180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
@@ -212,7 +214,28 @@ def any_reading(
 def with_dry(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str, dict[int, Sequence[StoredRun]]]:
     """Return the rigs, those with another bridge law together with the dry cases of the same sieve, which have no bridges."""
     dry = {rig: {case: found for case, found in runs.items() if case in DRY_CASES} for rig, runs in rigs.items()}
-    return {rig: dry.get(re.sub("_(printed|wall)$", "", rig), {}) | dict(runs) for rig, runs in rigs.items()}
+    same = re.compile(f"_({'|'.join(OF_BRIDGES)})$")
+    return {rig: dry.get(same.sub("", rig), {}) | dict(runs) for rig, runs in rigs.items()}
+
+
+def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: Sequence[int]) -> list[str]:
+    """Return a table in Markdown of statements that no run confirms: what refutes them, under which readings."""
+    lines = [
+        "| statement | range | 200 mm | closest other run | impossible under any reading |",
+        "|---|---|---|---|---|",
+    ]
+    default = rigs["sieve200"]
+    for statement in (s for s in STATEMENTS if s.number in numbers):
+        found = {rig: refuted(statement, rigs.get(rig, {}), default) for rig in ("sieve200", *TURNED)}
+        part = statement.parts[found["sieve200"] or 0]
+        others = {rig: each(part, runs) for rig, runs in rigs.items() if rig != "sieve200"}
+        means = {rig: sum(v) / len(v) for rig, v in others.items() if v}
+        closest = min(means, key=lambda rig: max(part.low - means[rig], means[rig] - part.high), default="")
+        open_with = [rig for rig, k in found.items() if k is None]
+        verdict = f"not shown: not refuted by {', '.join(f'`{rig}`' for rig in open_with)}" if open_with else "yes"
+        here, there = shown(each(part, default)), f"{means[closest]:.4g} (`{closest}`)" if closest else ""
+        lines.append(f"| {statement.number} | {part.range.replace('|', '&#124;')} | {here} | {there} | {verdict} |")
+    return lines
 
 
 def curves(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> Table:
@@ -275,7 +298,9 @@ def judged(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> Iterator[tu
 
 
 def shown(values: Sequence[float]) -> str:
-    """Format values of all seeds as their mean, with their spread if there are several."""
+    """Format values of all seeds as their mean, with their spread if there are several; empty if there is none."""
+    if not values:
+        return ""
     mean = sum(values) / len(values)
     return f"{mean:.4g}" if len(values) == 1 else f"{mean:.4g} ({min(values):.4g} to {max(values):.4g})"
 
