@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from pywet.cases.screening.results import class_titles, column
+from pywet.cases.screening.results import class_titles
 from pywet.errors import PywetError
 from pywet.products import destinations
 from pywet.products.screening_report import aperture_of
@@ -46,12 +46,16 @@ number of entries of a legend inside the panel, and the height of a row of one b
 SHORT, LONG, MOST = 16, 40, 6
 """Letters of an entry up to which a legend has two columns or is inside its panel, and at most; most curves of a group."""
 INCH = 25.4
-LIQUID = ("coarse_material", "fines", "films", "bridges", "walls", "wires", "left")
+LIQUID = (
+    "coarse_material", "fines", "films", "bridges", "walls", "wires", "side_wall", "feed_bin", "outlet", "impact_plate",
+    "collecting_bin", "left",
+)  # fmt: skip
 """Liquid reservoirs that are drawn if present; for user-defined scenes every class and wall, or sums of many."""
 LEAST_SHARE = 0.01
 """Largest value over that of the panel below which the curve of a liquid reservoir is not drawn."""
 LEDGER = {"films": "in films", "bridges": "in bridges", "walls": "on walls", "retired": "left with spheres"}
 """Columns of the ledger that are drawn of a user-defined scene with one class of spheres and no outlet."""
+SINCE_OPENING = "time since the slide opened [s]"
 BOTH = {"overs", "unders"}
 """Outlets of which the partition of the first says all."""
 JOINED = {"spheres": "on spheres", "wall": "on walls"}
@@ -125,7 +129,7 @@ def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
 
 def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
     """Return the panels for which the runs have tables; raises if a run has none of them."""
-    retained = Panel("time since the slide opened [s]", "fraction retained [-]")
+    retained = Panel(SINCE_OPENING, "fraction retained [-]")
     liquid = Panel("time [s]", "share of the liquid put in [-]", least=LEAST_SHARE)
     touching = Panel("time [s]", "number per sphere [-]")
     partition = Panel("diameter [mm]", "partition: share retained [-]")
@@ -157,13 +161,10 @@ def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> Non
     if table is None:
         return
     retained.add(group, "", table["time_since_opening_s"], table["fraction_retained"])
-    ends = [
-        (2e3 * c.radius_m, table[name].iloc[-1])
-        for c in sorted(run.scene.classes, key=lambda c: c.radius_m)
-        if (name := column("fraction_retained", c.name)) in table
-    ]
-    if len(ends) > 1:
-        partition.add(group, "", *zip(*ends, strict=True))
+    at_end = run.table_if_there("results/partition")
+    if at_end is not None and len(at_end) > 1:
+        partition.add(group, "", at_end["diameter_mm"], at_end["T"])
+        partition.ends.setdefault((group, ""), []).append((at_end["T_low"].to_numpy(), at_end["T_high"].to_numpy()))
         _aperture(run, partition)
 
 
@@ -205,6 +206,8 @@ def _liquid(run: RunDir, group: str, panel: Panel) -> None:
         if table is None:
             continue
         time, initial, end = ("time", "initial", "") if name == "history/ledger" else ("time_s", "initial_m3", "_m3")
+        if "time_since_opening_s" in table:
+            time, panel.x = "time_since_opening_s", SINCE_OPENING
         shares: dict[str, Any] = {}
         reservoirs = _reservoirs(table, name.endswith("wall"))
         for reservoir in reservoirs:
