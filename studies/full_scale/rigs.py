@@ -33,21 +33,23 @@ SIGNS = {HOLDS: "✓", FAILS: "✗", OPEN: "?", MISSING: "–"}
 """Verdict -> its sign on the page."""
 DATA, PAGE = Path("docs/full_scale/rigs"), Path("docs/rig.md")
 CAMPAIGN = Path("docs/full_scale/data")
-ANY = "{any reading}"
-"""Where the page says which statements any of its runs confirms."""
+ANY, NONE = "{any reading}", "{none}"
+"""Where the page says which statements its runs confirm, and what refutes the others."""
 TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
 """Times after the opening of the slide [s]."""
-HEAD = """# The unknown diameter of the sieve
+HEAD = """# The unknown diameter of the sieve, and other readings
 
-Elskamp & Kruggel-Emden (2018, "the paper") do not give the diameter of their sieve. With the same feed a smaller sieve has a
-deeper bed, and spheres pass more slowly. On a sieve of **200 mm** all undersize of case 1 has passed after 6 s, on **190 mm**
-after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states about 15 s. No diameter confirms both
-[statements](full_scale.md#statements) 1 (this time) and 2 (after 5 s passage is slower with an amplitude of 0.8 mm than with
-1 mm): 180 mm confirms statement 1, and 182.5 to 190 mm confirm statement 2. The paper's contact stiffness (`stiff`) changes
-neither verdict on 185 mm. On 180, 185 and 190 mm more undersize of dry glass than of POM is left after 10 s, whereas the
-paper finds both materials very similar.
+Elskamp & Kruggel-Emden (2018, "the paper") do not give the diameter of their sieve, and some passages can be interpreted in
+several [ways](readings.md). **No choice confirms all statements.** Two presets remain: `sieve200` (the default: 200 mm) and
+`sieve185` (185 mm), both columns of the [table](#statements).
 
 {any reading}
+
+With the same feed a smaller sieve has a deeper bed, and spheres pass more slowly. On a sieve of **200 mm** all undersize of
+case 1 has passed after 6 s, on **190 mm** after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states
+about 15 s. No diameter confirms both [statements](full_scale.md#statements) 1 (this time) and 2 (after 5 s passage is slower
+with an amplitude of 0.8 mm than with 1 mm): 180 mm confirms statement 1, and 182.5 to 190 mm confirm statement 2. The paper's
+contact stiffness (`stiff`) changes neither verdict on 185 mm.
 
 **All 18 cases on 185 mm** were run with one seed. Of the 37 statements 23 are confirmed, as many as with the same seed on 200
 mm: 2, 6, 11, 19 and 20 are confirmed only on 185 mm, and 8, 9, 10, 15 and 30 only on 200 mm. With apertures of 5.6 mm (cases
@@ -57,22 +59,24 @@ and 24 % on that of 200 mm.
 **Equation (14) as printed** (`printed`) slows the passage of moist POM (in case 2 less than 1 % of the undersize is left
 after 10.5 s instead of 8.2 s) and confirms fewer statements on 185 mm: statement 30 is then confirmed, but 11 and 34 are not.
 
-**Films of whole walls** (`wall`) means that all triangles of a wall share one film and that the transfer ratio is that at a
-tenth of the rupture distance. In case 2 the liquid on the apparatus then rises from 0.41 to 0.79 of that on the coarse
-material on 200 mm, and from 0.37 to 0.69 on 185 mm. Statement 26, which no other run confirms, is confirmed on 200 mm;
-statement 30 is no longer confirmed (its ratio is 0.994 and must exceed 1).
+**Films of whole walls** (`wall`): all triangles of a wall share one film, and the transfer ratio is that at a tenth of the
+rupture distance. In case 2 the liquid on the apparatus then rises from 0.41 to 0.79 of that on the coarse material on 200 mm,
+and from 0.37 to 0.69 on 185 mm. Statement 26 is confirmed on 200 mm; statement 30 is not (its ratio is 0.994 and must exceed 1).
 
-**Three seeds on 200 mm** (`sieve200`, cases 1 to 6) decide statements 7 and 8, which the single runs of the full-scale page
-leave inconclusive. Y1 is the fraction retained of case 1. Statement 7 is not confirmed: from 2.5 to 10 s the mean of Y2 − Y1
-is −0.0003, and within ± 0.0013 in each seed; the paper's text requires at least 0.005. Statement 8 is confirmed: from 2 to 15
-s the mean of Y5 − Y4 is 0.0063 and that of Y6 − Y5 is 0.0151.
+On 200 mm apertures of 8 mm were run with three seeds (`sieve200`), those of 5.6 mm are the single runs of the full-scale page. All
+other variants were run with one seed. The settings are those of the [full-scale runs](full_scale.md#method), and spheres that
+have passed are retired. Times from a single seed are uncertain by a few tenths of a second.
 
-All other variants were run with one seed. The settings are those of the [full-scale runs](full_scale.md#method), and spheres
-that have passed are retired. Times from a single seed are uncertain by a few tenths of a second.
+## Statements that no run confirms
+
+A statement is impossible under any reading if 200 mm, each other diameter and each reading turned alone miss one of its ranges
+by more than a single run scatters (95 %).
+
+{none}
 
 ## Undersize on the screen
 
-![Undersize left on the screen over time, cases 1 and 4, for sieves of 180 to 200 mm](full_scale/rig.svg)
+![Undersize left on the screen over time, cases 1 and 4, for sieves of 150 to 200 mm](full_scale/rig.svg)
 
 [rig_undersize.csv](full_scale/rig_undersize.csv) contains all variants and cases with the number of wedged large spheres.
 """
@@ -171,7 +175,7 @@ def page(data: Annotated[Path, typer.Option(help="Folder of the stored tables.")
     """Write docs/rig.md, its figure and its tables from the stored tables."""
     rigs = dict(sorted(stored_runs.variants(data).items()))
     run_table.write(data.parent / "rig_undersize.csv", *curves(rigs))
-    run_table.write(data.parent / "rig_statements.csv", *values(with_dry(rigs)))
+    run_table.write(data.parent / "rig_statements.csv", *values(whole(rigs)))
     draw(rigs, data.parent / "rig.svg")
     with atomic_write(PAGE) as partial:
         partial.write_text(text(rigs))
@@ -180,16 +184,22 @@ def page(data: Annotated[Path, typer.Option(help="Folder of the stored tables.")
 
 def text(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> str:
     """Return the page: effect of the rigs on passage and on the statements that their runs decide."""
-    rigs = dict(sorted(rigs.items()))
-    campaign = stored_runs.variants(CAMPAIGN)[""]
-    head = HEAD.replace(ANY, any_reading(with_dry(rigs), campaign))
-    return head + BETWEEN + "\n".join(verdicts(with_dry(rigs))) + "\n"
+    runs = whole(rigs)
+    answer, none = any_reading(runs, stored_runs.variants(CAMPAIGN)[""])
+    head = HEAD.replace(ANY, answer).replace(NONE, "\n".join(impossible(runs, none)))
+    return head + BETWEEN + "\n".join(verdicts(runs)) + "\n"
+
+
+def whole(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str, dict[int, Sequence[StoredRun]]]:
+    """Return the rigs with dry cases (`with_dry`); where `sieve200` lacks a case, with that of the full-scale page."""
+    default = {**stored_runs.variants(CAMPAIGN)[""], **rigs.get("sieve200", {})}
+    return with_dry(dict(sorted({**rigs, "sieve200": default}.items())))
 
 
 def any_reading(
     rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], campaign: Mapping[int, Sequence[StoredRun]]
-) -> str:
-    """Return sentences on the statements that the campaign, some rig only, or none of them confirms."""
+) -> tuple[str, list[int]]:
+    """Return sentences on the statements that the campaign, some rig only, or none confirms, and the numbers of the last."""
     decided = [s for s in STATEMENTS if s.cases]
     shipped = {s.number for s in decided if judge(s, campaign).verdict == HOLDS}
     more = {
@@ -202,13 +212,14 @@ def any_reading(
         for n, found in more.items()
         if found
     ]
-    none = [str(n) for n, found in more.items() if not found]
-    return (
+    none = [n for n, found in more.items() if not found]
+    answer = (
         f"Of the paper's {len(decided)} statements on screening cases, the runs of the full-scale page confirm "
         f"{len(shipped)}; {len(gained)} "
         "others are confirmed only with another diameter, more seeds or another interpretation of the paper (runs in "
-        f"brackets): {', '.join(gained)}. No run confirms {', '.join(none)}."
+        f"brackets): {', '.join(gained)}. No run confirms {', '.join(map(str, none))}."
     )
+    return answer, none
 
 
 def with_dry(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str, dict[int, Sequence[StoredRun]]]:

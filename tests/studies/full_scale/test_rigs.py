@@ -95,13 +95,13 @@ def test_the_page_is_made_of_the_stored_tables() -> None:
     ordered = dict(sorted(FOUND.items()))
     for name, (columns, rows) in (
         ("undersize", rigs.curves(ordered)),
-        ("statements", rigs.values(rigs.with_dry(ordered))),
+        ("statements", rigs.values(rigs.whole(ordered))),
     ):
         with open(ROOT / "docs/full_scale" / f"rig_{name}.csv", encoding="utf-8") as file:
             assert [*csv.reader(file)] == [columns, *([str(cell) for cell in row] for row in rows)]
     answers = {s.number: judge(s, FOUND["sieve185"]).verdict for s in STATEMENTS if s.cases}
-    column = [*rigs.with_dry(ordered)].index("sieve185")
-    for line in rigs.verdicts(rigs.with_dry(ordered))[2:]:
+    column = [*rigs.whole(ordered)].index("sieve185")
+    for line in rigs.verdicts(rigs.whole(ordered))[2:]:
         number, *signs = [cell.strip() for cell in line.strip("|").split("|")]
         assert rigs.SIGNS[answers[int(number)]] == signs[column]
     for rig, output_text in (("sieve190", "7.3 s"), ("sieve185", "9.1 s"), ("sieve180", "10.4 s")):
@@ -166,7 +166,7 @@ def test_what_films_of_whole_walls_gain() -> None:
 
 def test_the_page_names_the_statements_that_any_run_confirms() -> None:
     """Every statement is in one of three groups: confirmed by the campaign, by a reading, by none."""
-    campaign, rigs_and_dry = variants(ROOT / rigs.CAMPAIGN)[""], rigs.with_dry(FOUND)
+    campaign, rigs_and_dry = variants(ROOT / rigs.CAMPAIGN)[""], rigs.whole(FOUND)
     any_run = {
         s.number: {judge(s, runs).verdict for runs in (campaign, *rigs_and_dry.values())} for s in STATEMENTS if s.cases
     }
