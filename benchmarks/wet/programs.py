@@ -443,6 +443,7 @@ def page() -> None:
     head, _, rest = path.read_text().partition(BEGIN)
     with atomic_write(path) as temporary:
         temporary.write_text(head + BEGIN + "\n" + "\n".join(tables(table)) + "\n" + END + rest.partition(END)[2])
+    print(f"replaced: {HERE / 'scores.csv'}, docs/pictures/wet_scores.svg and the tables of docs/wet_benchmarks.md")
 
 
 def worst(table: pd.DataFrame) -> pd.DataFrame:
