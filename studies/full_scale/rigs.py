@@ -45,14 +45,14 @@ several [ways](readings.md). **No choice confirms all statements.** Two presets 
 
 {any reading}
 
-With the same feed a smaller sieve has a deeper bed, and spheres pass more slowly. On a sieve of **200 mm** all undersize of
+On a smaller sieve the bed is deeper and spheres pass more slowly. On a sieve of **200 mm** all undersize of
 case 1 has passed after 6 s, on **190 mm** after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states
 about 15 s. No diameter confirms both [statements](full_scale.md#statements) 1 (this time) and 2 (after 5 s passage is slower
 with an amplitude of 0.8 mm than with 1 mm): 180 mm confirms statement 1, and 182.5 to 190 mm confirm statement 2. The paper's
 contact stiffness (`stiff`) changes neither verdict on 185 mm.
 
 **All 18 cases on 185 mm** were run with one seed. Of the 37 statements 23 are confirmed, as many as with the same seed on 200
-mm: 2, 6, 11, 19 and 20 are confirmed only on 185 mm, and 8, 9, 10, 15 and 30 only on 200 mm. With apertures of 5.6 mm (cases
+mm. With apertures of 5.6 mm (cases
 7 and 16) 25 % of the undersize of dry POM and 35 % of that of dry glass are still on the sieve of 185 mm after 20 s, and 0
 and 24 % on that of 200 mm.
 
@@ -61,15 +61,15 @@ after 10.5 s instead of 8.2 s) and confirms fewer statements on 185 mm: statemen
 
 **Films of whole walls** (`wall`): all triangles of a wall share one film, and the transfer ratio is that at a tenth of the
 rupture distance. In case 2 the liquid on the apparatus then rises from 0.41 to 0.79 of that on the coarse material on 200 mm,
-and from 0.37 to 0.69 on 185 mm. Statement 26 is confirmed on 200 mm; statement 30 is not (its ratio is 0.994 and must exceed 1).
+and from 0.37 to 0.69 on 185 mm.
+Statement 26 is confirmed on 200 mm; statement 30 (ratio 0.994) is not.
 
-On 200 mm apertures of 8 mm were run with three seeds (`sieve200`), those of 5.6 mm are the single runs of the full-scale page. All
-other variants were run with one seed. The settings are those of the [full-scale runs](full_scale.md#method), and spheres that
-have passed are retired. Times from a single seed are uncertain by a few tenths of a second.
+On 200 mm apertures of 8 mm were run with three seeds; those of 5.6 mm are the single runs of the full-scale page. All
+other variants were run with one seed. Settings are those of the [full-scale runs](full_scale.md#method); passed spheres are retired.
 
 ## Statements that no run confirms
 
-A statement is impossible under any reading if 200 mm, each other diameter and each reading turned alone miss one of its ranges
+A statement is impossible if 200 mm, each other diameter and each reading turned alone miss one of its ranges
 by more than a single run scatters (95 %).
 
 {none}
@@ -78,16 +78,18 @@ by more than a single run scatters (95 %).
 
 ![Undersize left on the screen over time, cases 1 and 4, for sieves of 150 to 200 mm](full_scale/rig.svg)
 
-[rig_undersize.csv](full_scale/rig_undersize.csv) contains all variants and cases with the number of wedged large spheres.
+All variants, with wedged large spheres: [rig_undersize.csv](full_scale/rig_undersize.csv).
 """
 BETWEEN = """
 ## Statements
 
-The signs mean: ✓ confirmed, ✗ not confirmed, ? inconclusive, – not run. Quantities and ranges are those of the
-[full-scale page](full_scale.md#statements), fixed before these runs; all values are in
-[rig_statements.csv](full_scale/rig_statements.csv).
+The signs mean: ✓ confirmed, ✗ not confirmed, ? inconclusive, – not run. Ranges are those of the
+[full-scale page](full_scale.md#statements), fixed before these runs;
+values: [rig_statements.csv](full_scale/rig_statements.csv).
 
 """
+PRESETS = ("sieve200", "sieve185")
+"""Rigs with which all cases were run."""
 DRY_CASES = (1, 4, 10, 13, 7, 16)
 
 
@@ -207,17 +209,13 @@ def any_reading(
         for s in decided
         if s.number not in shipped
     }
-    gained = [
-        f"{n} ({', '.join(f'`{rig}`' for rig in found if rig.partition('_')[0] not in set(found) - {rig})})"
-        for n, found in more.items()
-        if found
-    ]
+    gained = [str(n) for n, found in more.items() if found]
     none = [n for n, found in more.items() if not found]
     answer = (
         f"Of the paper's {len(decided)} statements on screening cases, the runs of the full-scale page confirm "
         f"{len(shipped)}; {len(gained)} "
-        "others are confirmed only with another diameter, more seeds or another interpretation of the paper (runs in "
-        f"brackets): {', '.join(gained)}. No run confirms {', '.join(map(str, none))}."
+        f"others are confirmed only with another diameter, more seeds or another interpretation of the paper: "
+        f"{', '.join(gained)}. No run confirms {', '.join(map(str, none))}."
     )
     return answer, none
 
@@ -232,7 +230,7 @@ def with_dry(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str,
 def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: Sequence[int]) -> list[str]:
     """Return a table in Markdown of statements that no run confirms: what refutes them, under which readings."""
     lines = [
-        "| statement | range | 200 mm | closest other run | impossible under any reading |",
+        "| statement | range | 200 mm | closest other run | impossible |",
         "|---|---|---|---|---|",
     ]
     default = rigs["sieve200"]
@@ -243,7 +241,11 @@ def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: S
         means = {rig: sum(v) / len(v) for rig, v in others.items() if v}
         closest = min(means, key=lambda rig: max(part.low - means[rig], means[rig] - part.high), default="")
         open_with = [rig for rig, k in found.items() if k is None]
-        verdict = f"not shown: not refuted by {', '.join(f'`{rig}`' for rig in open_with)}" if open_with else "yes"
+        verdict = (
+            f"not shown, {len(found) - len(open_with)} of {len(found)} refute it"
+            if open_with
+            else f"yes, all {len(found)}"
+        )
         here, there = shown(each(part, default)), f"{means[closest]:.4g} (`{closest}`)" if closest else ""
         lines.append(f"| {statement.number} | {part.range.replace('|', '&#124;')} | {here} | {there} | {verdict} |")
     return lines
@@ -294,10 +296,15 @@ def values(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> Table:
 
 
 def verdicts(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> list[str]:
-    """Return a table in Markdown: a row for each statement that some rig decides, a column for each rig."""
-    rows = [f"| {number} | {' | '.join(SIGNS[a.verdict] for a in answers)} |" for number, _, answers in judged(rigs)]
-    names = " | ".join(name.replace("_", " ") for name in rigs)
-    return [f"| statement | {names} |", "|---" * (1 + len(rigs)) + "|", *rows]
+    """Return a table in Markdown: a row for each statement, a column for each preset, and other rigs that confirm it."""
+    lines = [f"| statement | {' | '.join(PRESETS)} | confirmed by |", "|---" * (2 + len(PRESETS)) + "|"]
+    for number, _, answers in judged(rigs):
+        found = dict(zip(rigs, (a.verdict for a in answers), strict=True))
+        signs = [SIGNS[found.get(name, MISSING)] for name in PRESETS]
+        same = {name for name, verdict in found.items() if verdict == HOLDS}
+        others = [f"`{name}`" for name in same - {*PRESETS} if "_" not in name or name.partition("_")[0] not in same]
+        lines.append(f"| {number} | {' | '.join(signs)} | {', '.join(sorted(others))} |")
+    return lines
 
 
 def judged(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> Iterator[tuple[int, list[str], list[Answer]]]:

@@ -100,7 +100,7 @@ def test_the_page_is_made_of_the_stored_tables() -> None:
         with open(ROOT / "docs/full_scale" / f"rig_{name}.csv", encoding="utf-8") as file:
             assert [*csv.reader(file)] == [columns, *([str(cell) for cell in row] for row in rows)]
     answers = {s.number: judge(s, FOUND["sieve185"]).verdict for s in STATEMENTS if s.cases}
-    column = [*rigs.whole(ordered)].index("sieve185")
+    column = rigs.PRESETS.index("sieve185")
     for line in rigs.verdicts(rigs.whole(ordered))[2:]:
         number, *signs = [cell.strip() for cell in line.strip("|").split("|")]
         assert rigs.SIGNS[answers[int(number)]] == signs[column]
@@ -175,9 +175,7 @@ def test_the_page_names_the_statements_that_any_run_confirms() -> None:
     )
     none = {int(n) for n in sentence.partition("No run confirms ")[2].rstrip(".").split(", ")}
     assert none == {n for n, verdicts in any_run.items() if "confirmed" not in verdicts}
-    gained = {
-        int(part.split()[-1]) for part in sentence.partition("brackets): ")[2].partition("No run")[0].split(" (")[:-1]
-    }
+    gained = {int(n) for n in sentence.partition("paper: ")[2].partition(". No run")[0].split(", ")}
     shipped = {s.number for s in STATEMENTS if s.cases and judge(s, campaign).verdict == "confirmed"}
     assert gained == set(any_run) - none - shipped
     assert f"confirm {len(shipped)}; {len(gained)} others" in sentence
