@@ -54,8 +54,8 @@ def test_a_plan_warns_of_a_law_that_a_check_calls_wrong(
     custom_laws.trust([law])
     for _ in range(2):
         effect_plan._laws(LawSettings(capillary=law))
-    said = [record.getMessage() for record in caplog.records]
-    assert len(said) == len(warned) and all(check in line for check, line in zip(warned, said, strict=True))
+    printed = [record.getMessage() for record in caplog.records]
+    assert len(printed) == len(warned) and all(check in line for check, line in zip(warned, printed, strict=True))
 
 
 @pytest.mark.parametrize(("kind", "name"), [(k, n) for k in KINDS if KINDS[k].parts for n in registry.BUILT_IN[k]])
