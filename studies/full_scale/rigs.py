@@ -69,8 +69,7 @@ seed. Settings are those of the [full-scale runs](full_scale.md#method); passed 
 
 ## Statements that no run confirms
 
-A statement is impossible if 200 mm, each other diameter and each reading turned alone miss one of its ranges
-by more than a single run scatters (95 %).
+Impossible: 200 mm, each other diameter and each reading turned alone miss a range by more than a single run scatters (95 %).
 
 {none}
 
@@ -242,9 +241,7 @@ def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: S
         closest = min(means, key=lambda rig: max(part.low - means[rig], means[rig] - part.high), default="")
         open_with = [rig for rig, k in found.items() if k is None]
         verdict = (
-            f"not shown, {len(found) - len(open_with)} of {len(found)} refute it"
-            if open_with
-            else f"yes, all {len(found)}"
+            f"no, {len(found) - len(open_with)} of {len(found)} refute it" if open_with else f"yes, all {len(found)}"
         )
         here, there = shown(each(part, default)), f"{means[closest]:.4g} (`{closest}`)" if closest else ""
         lines.append(f"| {statement.number} | {part.range.replace('|', '&#124;')} | {here} | {there} | {verdict} |")
