@@ -40,7 +40,7 @@ TIMES_S, WEDGED_S = (5.0, 10.0, 20.0), (7.0,)
 HEAD = """# The unknown diameter of the sieve, and other readings
 
 Elskamp & Kruggel-Emden (2018, "the paper") do not give the diameter of their sieve, and some passages can be interpreted in
-several [ways](readings.md). **No choice confirms all statements.** Two presets remain: `sieve200` (the default: 200 mm) and
+several [ways](readings.md). **No choice confirms all statements.** Presets: `sieve200` (default, 200 mm) and
 `sieve185` (185 mm), both columns of the [table](#statements).
 
 {any reading}
