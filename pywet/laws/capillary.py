@@ -19,9 +19,7 @@ def _neck_and_ring(
 ) -> float:
     """Return the force of the neck, in full or in its limit for a small gap, and of the ring at the contact line (Rabinovich)."""
     s, r = max(separation, 0.0), bridge_radius(ri, rj)
-    spread, share = (
-        (1.0, 1.0) if math.isinf(rj) else (2.0, 0.5)
-    )  # share: 1/spread; a product takes less time than a quotient
+    spread, share = (1.0, 1.0) if math.isinf(rj) else (2.0, 0.5)  # share: 1/spread, since products are fast
     limit = 2.0 * share * math.pi * tension * r * (math.cos(ti) + math.cos(tj))
     q = volume / (math.pi * r)
     if q <= 0.0:

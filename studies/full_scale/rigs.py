@@ -23,7 +23,7 @@ from pywet.runs.summary import commit
 from pywet.util.files import atomic_write
 from studies.full_scale import run_table, stored_runs
 from studies.full_scale.campaign import SETTINGS, Campaign, prepare, write_again
-from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, each, judge, refuted
+from studies.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, decide, each, judge, refuted
 from studies.full_scale.statements import STATEMENTS
 from studies.full_scale.stored_runs import COARSE, StoredRun
 
@@ -46,13 +46,13 @@ several [ways](readings.md). **No choice confirms all statements.** Presets: `si
 {any reading}
 
 On a smaller sieve the bed is deeper and spheres pass more slowly. On a sieve of **200 mm** all undersize of
-case 1 has passed after 6 s, on **190 mm** after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states
+case 1 has passed after 6.5 s, on **190 mm** after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper states
 about 15 s. No diameter confirms both [statements](full_scale.md#statements) 1 (this time) and 2 (after 5 s passage is slower
 with an amplitude of 0.8 mm than with 1 mm): 180 mm confirms statement 1, and 182.5 to 190 mm confirm statement 2. The paper's
 contact stiffness (`stiff`) changes neither verdict on 185 mm.
 
-**All 18 cases on 185 mm** were run with one seed. Of the 37 statements 23 are confirmed, as many as with the same seed on 200
-mm. With apertures of 5.6 mm (cases
+**All 18 cases on 185 mm** were run with one seed. Of the 37 statements 23 are confirmed; on 200 mm 21 are, and 4 are
+inconclusive. With apertures of 5.6 mm (cases
 7 and 16) 25 % of the undersize of dry POM and 35 % of that of dry glass are still on the sieve of 185 mm after 20 s, and 0
 and 24 % on that of 200 mm.
 
@@ -69,7 +69,8 @@ seed. Settings are those of the [full-scale runs](full_scale.md#method); passed 
 
 ## Statements that no run confirms
 
-Impossible: 200 mm, each other diameter and each reading turned alone miss a range by more than a single run scatters (95 %).
+Impossible: 200 mm, each other diameter and each reading turned alone (`wall`: two) miss a range by more than a run scatters
+(95 %).
 
 {none}
 
@@ -122,9 +123,9 @@ OF_BRIDGES = ("printed", "wall", "printed_walls", "facet", "part", "fifth", "res
 PAPER_STIFFNESS = {"scales.yaml: scales full stiffness_factor value": 1.0}
 RIGS: dict[str, dict[str, Any]] = {
     **{f"sieve{d:g}": sieve(d) for d in (150.0, 180.0, 182.5, 185.0, 187.5, 190.0, 192.5, 195.0, 200.0)},
-    **{f"amplitude{a:g}": amplitude(0.01 * a) for a in (50, 60, 70, 80, 90)},
+    **{f"amplitude{a:g}": amplitude(0.01 * a) for a in (60, 70, 80, 90)},
     **{f"sieve{d:g}_amplitude{a}": sieve(d) | amplitude(0.01 * a) for d in (185.0, 190.0) for a in (80, 90)},
-    **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0, 200.0)},
+    **{f"sieve{d:g}_stiff": sieve(d) | PAPER_STIFFNESS for d in (180.0, 182.5, 185.0)},
     **{f"sieve{d:g}_printed": sieve(d) | PRINTED for d in (185.0, 190.0, 200.0)},
     **{f"sieve{d:g}_wall": sieve(d) | WALL for d in (185.0, 200.0)},
     **{f"sieve200_{name}": sieve(200.0) | entries for name, entries in OTHERS.items()},
@@ -235,7 +236,13 @@ def impossible(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]], numbers: S
     default = rigs["sieve200"]
     for statement in (s for s in STATEMENTS if s.number in numbers):
         found = {rig: refuted(statement, rigs.get(rig, {}), default) for rig in ("sieve200", *TURNED)}
-        part = statement.parts[found["sieve200"] or 0]
+        answer = judge(statement, default)
+        missed = [
+            part
+            for part, values, half in zip(statement.parts, answer.values, answer.uncertainty, strict=True)
+            if decide(part, sum(values) / len(values), half) == FAILS
+        ]
+        part = missed[0]  # 200 mm does not confirm the statement because of it
         others = {rig: each(part, runs) for rig, runs in rigs.items() if rig != "sieve200"}
         means = {rig: sum(v) / len(v) for rig, v in others.items() if v}
         closest = min(means, key=lambda rig: max(part.low - means[rig], means[rig] - part.high), default="")

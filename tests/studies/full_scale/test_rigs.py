@@ -15,7 +15,7 @@ from pywet import config as settings
 from pywet.cases.screening import cases
 from pywet.errors import PywetError
 from studies.full_scale import rigs
-from studies.full_scale.judging import Statement, above, fingerprint, judge, refuted
+from studies.full_scale.judging import Statement, above, each, fingerprint, judge, refuted
 from studies.full_scale.quantities import through
 from studies.full_scale.statements import STATEMENTS
 from studies.full_scale.stored_runs import variants
@@ -122,8 +122,29 @@ def test_what_the_page_says_of_springs_and_glass() -> None:
         assert glass.at(glass.undersize, 10.0) > pom.at(pom.undersize, 10.0) + 0.05
 
 
+def test_what_the_page_says_of_its_presets_and_of_statements_that_no_run_confirms() -> None:
+    """Counts of both; each range shown is missed on 200 mm; 17 alone is refuted by all readings, with a negative value each."""
+    runs = rigs.whole(FOUND)
+    wide, narrow = ([judge(s, runs[name]).verdict for s in STATEMENTS if s.cases] for name in rigs.PRESETS)
+    assert (wide.count("confirmed"), wide.count("inconclusive"), narrow.count("confirmed")) == (21, 4, 23)
+    assert "23 are confirmed; on 200 mm 21 are, and 4 are inconclusive" in " ".join(rigs.HEAD.split())
+    passed = [through({1: run}, 1, 0.01) for run in runs["sieve200"][1]]
+    assert f"{sum(passed) / len(passed):.1f}" == "6.5"
+    _, none = rigs.any_reading(runs, variants(ROOT / rigs.CAMPAIGN)[""])
+    parts = {part.range.replace("|", "&#124;"): part for s in STATEMENTS for part in s.parts if s.number in none}
+    impossible = []
+    for line in rigs.impossible(runs, none)[2:]:
+        number, range_, here, _, verdict = (cell.strip() for cell in line.strip("|").split(" | "))
+        value = float(here.partition(" ")[0])
+        assert not parts[range_].low < value < parts[range_].high, line
+        impossible += [int(number)] if verdict.startswith("yes") else []
+    assert impossible == [17]
+    lags = [each(parts["mean Y_small − Y_near, 1 to 5 s > 0"], runs[rig]) for rig in ("sieve200", *rigs.TURNED)]
+    assert len(lags) == 14 and all(values and max(values) < -0.09 for values in lags)
+
+
 def test_what_185_mm_gains_and_loses_against_200_mm() -> None:
-    """The counts and numbers of the page's second paragraph, first seed of both."""
+    """First seed of both; the shares that are left are those of the page's third paragraph."""
     narrow = FOUND["sieve185"]
     wide = {n: runs[:1] for n, runs in variants(ROOT / "docs/full_scale/data")[""].items() if n in narrow}
     answers = {s.number: (judge(s, narrow).verdict, judge(s, wide).verdict) for s in STATEMENTS if s.cases}

@@ -18,6 +18,7 @@ void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   faces.arrange();
   wires.arrange();
   weight.begin();
+  // With the engine's own contacts its own movers act too, so that both are compared with it.
   if (world.rules.batched) world.engine.move_meshes_together();
   world.rules.batched = world.rules.batched && world.engine.contacts_in_batches(wet());
   logs.open(directory);
