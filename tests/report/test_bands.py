@@ -79,6 +79,17 @@ def test_the_band_is_students_interval(seeds: list[Path]) -> None:
     assert ("case02", "wires") in liquid.curves
 
 
+def test_a_partition_is_of_the_dry_mass_and_liquid_has_the_time_of_the_fraction_retained(seeds: list[Path]) -> None:
+    """A class that gained liquid is retained by more than its mass at the start, and its partition is 1 all the same."""
+    run = seeds[0]
+    table = read_table(run / "results" / "fraction_retained.parquet")
+    retained, partition, liquid = bands.panels_of({"one": [run]})
+    large = partition.curves["one", ""][0][1][-1]
+    (ends,) = partition.ends["one", ""]
+    assert large == 1.0 and (ends[0] < ends[1]).all() and (ends[1] <= 1.0).all()
+    assert retained.x == liquid.x and (liquid.curves["one", "wires"][0][0] == table["time_since_opening_s"]).all()
+
+
 def test_what_cannot_be_drawn_is_refused(seeds: list[Path], tmp_path: Path) -> None:
     """Another format, a width that is no paper's, and a run with nothing to draw, each in a sentence that names the way out."""
     with raises_code("plot.suffix", given=".bmp"):
