@@ -35,15 +35,17 @@ LAWS_INJECTED = """for (int k = 0; k < t.n; k++) {
     const Laws &laws = world_.laws;
     const double part = injected("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
     const double as = injected("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
-    double row[ROWS][BATCH], pull[BATCH];
+    double row[ROWS][BATCH];
+    LawValues values;
+    row[SPEED][0] = 0;
     row[SEPARATION][0] = injected("gap left out") ? 0.0 : g.separation;
     row[VOLUME][0] = injected("volume twice in the force") ? 2 * V : V;
     row[RADIUS_I][0] = part * g.radius_i;
     row[RADIUS_J][0] = part * as;
     row[ANGLE_I][0] = b.angle_i;
     row[ANGLE_J][0] = injected("angle of i on both sides") ? b.angle_i : b.angle_j;
-    laws.capillary(1, row[0], laws.surface_tension, laws.viscosity, t.prepared, pull);
-    t.pull[k] = pull[0];
+    laws.evaluate(1, row[0], t.prepared, values);
+    t.pull[k] = values.pull[0];
     if (injected("angles multiplied")) {
       const bool two = b.kind == SPHERE;
       const double r = two ? 2 * g.radius_i * as / (g.radius_i + as) : 2 * g.radius_i, flat = V / (PI * r);

@@ -44,8 +44,8 @@ PATCHES: list[tuple[str, str, str]] = [
      "e.i = b.i; e.j = b.j; e.triangle = g.triangle;\n"
      '    if (injected("lands on the first triangle") && b.kind != SPHERE)\n'
      "      e.triangle = world_.walls.parts[b.j].triangles.front();"),
-    ("forces.cpp", "call(laws.viscous_normal, t.viscous, 1);",
-     "call(laws.viscous_normal, t.viscous, 1);\n"
+    ("forces.cpp", "laws.evaluate(t.n, block.row[0], t.prepared, t);",
+     "laws.evaluate(t.n, block.row[0], t.prepared, t);\n"
      '  if (injected("drag halved outside windows") && !world_.clock.logs_contacts())\n'
      "    for (int k = 0; k < t.n; k++) t.viscous[k] *= 0.5;"),
     ("forces.cpp", "accumulate(engine.f[0] + 3 * b, (-1.0) * force);",
