@@ -244,6 +244,12 @@ def show(problem: str, lines: list[dict], within: float) -> None:
             f"{line['case']:<{wide}}{line['quantity']:<{long}}{line['tier']:<9}{line['answered']:>4}/{line['asked']:<4}"
             f"{_percent(line['largest']):>11}{_percent(line['rms']):>9}{_percent(line['uncertainty']):>12}  {grade(line)}"
         )
+    print(
+        "\nlargest, rms: deviations over the largest true answer of the line; known to: uncertainty of the true answers, likewise"
+    )
+    print(
+        "class: exact (each within its uncertainty), 1 %, 10 % or worse by the largest; partial, none: answers are missing"
+    )
 
 
 def _percent(value: float) -> str:

@@ -108,6 +108,8 @@ def init(
 
     for path in shipped.begin(folder, example):
         tell(path)
+    if example == "case":
+        tell(f"config is a copy of {shipped.place('config')}, with its changes if there are any")
 
 
 @app.command()

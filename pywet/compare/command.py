@@ -105,10 +105,14 @@ def show(comparison: verdict.Comparison) -> None:
         out.print(f"{zero} more are 0 in all runs", soft_wrap=True)
     if several:
         out.print(
-            "B − A: with the 95 % confidence interval of that quantity alone, where |t| is largest", soft_wrap=True
+            "B − A: at the time in the column at [s], where |t| is largest, with the 95 % interval of this quantity alone",
+            soft_wrap=True,
         )
     else:
-        out.print("off: |A - B| over the quantity's scale, where the difference is largest", soft_wrap=True)
+        out.print(
+            "off: |A − B| over the quantity's scale, at the time in the column at [s], where it is largest",
+            soft_wrap=True,
+        )
         if any(row.interval is not None for row in comparison.rows):
             out.print("B − A: ± from the 95 % intervals within one run each", soft_wrap=True)
     for name, entry in comparison.checks.items():

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.collections import PolyCollection
 
 from pywet import run_folder
 from pywet.products import apertures, screening_report, until
@@ -257,22 +258,25 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
     at = wanted.merge(run.trajectory[["step", "id", "type", "x", "y"]], on=["step", "id"])
     figure, (axes,) = panels(1, 1, (4.2, 3.3))
     low, high = apertures.extents(run, screen)
-    for k in range(len(low)):
-        axes.plot(1e3 * np.array([low[k, 0], high[k, 0], high[k, 0], low[k, 0], low[k, 0]]),
-                  1e3 * np.array([low[k, 1], low[k, 1], high[k, 1], high[k, 1], low[k, 1]]), color="#b9c2ca", lw=0.5)  # fmt: skip
+    frames = 1e3 * np.stack(
+        [low[:, :2], np.c_[high[:, 0], low[:, 1]], high[:, :2], np.c_[low[:, 0], high[:, 1]]], axis=1
+    )
+    axes.add_collection(PolyCollection(frames, facecolors="none", edgecolors="#b9c2ca", linewidths=0.5))
     for n, c in enumerate(run.scene.classes):
         rows = at[at["type"] == c.type]
         if len(rows):
-            axes.scatter(
-                1e3 * rows["x"], 1e3 * rows["y"], s=9, alpha=0.35, color=COLOURS[n % len(COLOURS)], label=c.name
-            )
+            axes.plot(
+                1e3 * rows["x"], 1e3 * rows["y"], "o", ms=4, mew=0, alpha=0.6, color=COLOURS[n % len(COLOURS)],
+                label=c.name, rasterized=True,
+            )  # fmt: skip
+    axes.autoscale_view()
     stretched = stretch(*(high[:, :2].max(axis=0) - low[:, :2].min(axis=0)))
     axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect=stretched)
     if len(at):
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=2)
     scale = "" if stretched == 1.0 else f"; y is stretched {stretched:.2g} times"
     caption = f"Pegging map from above: spheres that peg an aperture, at all outputs; darker: longer{scale}"
-    return page.picture(figure, caption)
+    return page.curves(figure, "pegging", caption)
 
 
 def of_run(folder: Path) -> list[page.Section]:

@@ -82,7 +82,9 @@ def test_a_new_user_finds_the_problem_and_reads_the_table(tmp_path: Path) -> Non
     assert Path(place.removeprefix("the problem in words: ")).read_text().startswith("# ")
     assert template.stdout.splitlines()[0] == HEAD.strip()
     (tmp_path / "given.csv").write_text(template.stdout)
-    lines = called("viscous_pull", "given.csv", folder=tmp_path).stdout.splitlines()[1:]
+    table, _, legend = called("viscous_pull", "given.csv", folder=tmp_path).stdout.partition("\n\n")
+    assert all(f"{column}:" in legend for column in ("rms", "known to", "class"))
+    lines = table.splitlines()[1:]
     at = lines[0].index("tier")
     assert {line[at - 2 : at] for line in lines} == {"  "} and {line[at:].split()[0] for line in lines[1:]} == {
         "exact",
