@@ -133,14 +133,13 @@ def test_an_edit_redoes_what_depends_on_it(edited: Path, name: str) -> None:
     assert together == ({"report", "verdict"} if expected or name in REPORT_TOO else set())
 
 
-def test_a_second_function_asks_for_replays_alone(edited: Path) -> None:
+def test_a_second_function_asks_for_evaluations_alone(edited: Path) -> None:
     """Nothing is simulated again; the comparison run with a preset has no custom laws."""
     (edited / "config" / "second.py").write_text(SECOND.replace("1 / 3", "1.0 / 3"))
     text = snakemake(edited, "-n", "--config", CASES)
-    assert set(re.findall(r"output: results/\w+/(\w+)/status/(\w+).json", text)) == {
-        (case, "replay") for case in ("case02", "case10", "case11")
-    }
-    assert re.search("^rule report:", text, flags=re.MULTILINE)
+    assert set(re.findall(r"output: results/\w+/(\w+)/status/results.json", text)) == {"case02", "case10", "case11"}
+    assert set(re.findall(r"^rule (\w+):", text, flags=re.MULTILINE)) >= {"evaluate", "report"}
+    assert not re.search("^rule (scene|simulate):", text, flags=re.MULTILINE)
 
 
 def test_some_cases_leave_the_report_of_all_as_it_is(edited: Path) -> None:

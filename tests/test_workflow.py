@@ -48,14 +48,14 @@ def _jobs(text: str) -> dict[str, int]:
 def test_dry_run_plans_all_cases_before_anything_is_built(folder: Path) -> None:
     done = _snakemake(folder, "-n")
     assert done.returncode == 0, done.stderr
-    per_case = dict.fromkeys(("scene", "simulate", "replay", "results", "vtk"), 19)  # 18 and one with preset exact
+    per_case = dict.fromkeys(("scene", "simulate", "evaluate"), 19)  # 18 and one with preset exact
     assert _jobs(done.stdout + done.stderr) == {
         **per_case,
         "picture": 1,
         "report": 1,
         "verdict": 1,
         "all": 1,
-        "total": 99,
+        "total": 61,
     }
     assert not (folder / "results").exists()
 
@@ -74,7 +74,7 @@ def test_seeds_make_so_many_runs_of_each_case(folder: Path) -> None:
     done = _snakemake(folder, "-n", "--config", "cases=[2,11]", "seeds=3")
     text = done.stdout + done.stderr
     jobs = _jobs(text)
-    assert (jobs["simulate"], jobs["replay"], jobs["report"], jobs["verdict"]) == (9, 9, 1, 1), text
+    assert (jobs["simulate"], jobs["evaluate"], jobs["report"], jobs["verdict"]) == (9, 9, 1, 1), text
     for name in ("case02", "case02-10008", "case02_exact-10009", "case11-10009"):
         assert f"results/smoke/{name}/status/simulate.json" in text
 
@@ -158,12 +158,12 @@ def _by_hand(folder: Path, failed: str | None = None) -> Path:
 def test_a_changed_configuration_is_seen_after_a_run_by_hand(folder: Path) -> None:
     """The run's own fingerprint: the same one plans nothing of the run, another one all of it, without Snakemake's records."""
     run = _by_hand(folder)
-    for word, expected in ((None, set()), ("another", {"scene", "simulate", "results", "replay"})):
+    for word, expected in ((None, set()), ("another", {"scene", "simulate", "evaluate"})):
         if word:
             identity.leave(run, word)
         done = _snakemake(folder, "-n", "--config", "cases=1", "both_presets=false")
         assert done.returncode == 0, done.stderr
-        assert set(_jobs(done.stdout + done.stderr)) & set(stages.NEEDS) >= expected, done.stdout
+        assert set(_jobs(done.stdout + done.stderr)) >= expected, done.stdout
         assert expected or not {"scene", "simulate"} & set(_jobs(done.stdout + done.stderr)), done.stdout
 
 
@@ -172,7 +172,7 @@ def test_a_failed_replay_is_tried_again(folder: Path) -> None:
     assert stages.judge([_by_hand(folder, failed="replay")])
     done = _snakemake(folder, "-n", "--config", "cases=1", "both_presets=false")
     jobs = set(_jobs(done.stdout + done.stderr))
-    assert {"replay", "report", "verdict"} <= jobs and not {"simulate", "results"} & jobs, done.stdout
+    assert {"evaluate", "report", "verdict"} <= jobs and "simulate" not in jobs, done.stdout
 
 
 @pytest.mark.parametrize("cores", [3, 100])

@@ -38,41 +38,20 @@ rule simulate:
         "../scripts/simulate.py"
 
 
-rule results:
+rule evaluate:
     input:
         simulate=rules.simulate.output.status,
     output:
-        status=f"{ROOT}/{{case}}/status/results.json",
-    log:
-        f"{LOGS}/{{case}}/results.log",
-    script:
-        "../scripts/stage.py"
-
-
-rule replay:
-    input:
-        simulate=rules.simulate.output.status,
-        results=rules.results.output.status,
-    output:
-        status=f"{ROOT}/{{case}}/status/replay.json",
+        results=f"{ROOT}/{{case}}/status/results.json",
+        replay=f"{ROOT}/{{case}}/status/replay.json",
+        vtk=f"{ROOT}/{{case}}/status/vtk.json",
     params:
         # a preset for the sake of comparison has no laws of the user's own
         second=lambda wildcards: {} if RUNS[wildcards.case][1] else dict(CONFIGURED.settings.laws.reference),
         said=lambda wildcards: "" if RUNS[wildcards.case][1] else word(CONFIGURED.settings.laws.reference),
     log:
-        f"{LOGS}/{{case}}/replay.log",
+        f"{LOGS}/{{case}}/evaluate.log",
     resources:
         mem_mb=job_memory("replay"),
     script:
-        "../scripts/replay.py"
-
-
-rule vtk:
-    input:
-        simulate=rules.simulate.output.status,
-    output:
-        status=f"{ROOT}/{{case}}/status/vtk.json",
-    log:
-        f"{LOGS}/{{case}}/vtk.log",
-    script:
-        "../scripts/stage.py"
+        "../scripts/evaluate.py"

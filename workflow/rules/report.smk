@@ -1,9 +1,7 @@
 # What is made of all cases together.
 
-STATUS = expand(
-    [rules.replay.output.status, rules.results.output.status, rules.vtk.output.status], case=RUNS
-)
-"""Last status files of all cases. That of replay is named too: results are made without it, and a failed one is tried again."""
+STATUS = expand(list(rules.evaluate.output), case=RUNS)
+"""Last status files of all cases."""
 
 
 rule picture:

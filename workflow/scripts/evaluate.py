@@ -1,0 +1,19 @@
+"""Results, replay and files for ParaView of a case, in one process: half of the time of each is that of loading libraries."""
+
+from pathlib import Path
+
+from pywet import stages
+from pywet.runs import second
+
+run_dir = Path(snakemake.output.results).parent.parent
+
+
+def replay() -> None:
+    second.leave(run_dir, dict(snakemake.params.second))
+    stages.replay(run_dir)
+
+
+with stages.logged(Path(snakemake.log[0])):
+    stages.attempt(run_dir, "results", lambda: stages.results(run_dir))
+    stages.attempt(run_dir, "replay", replay)
+    stages.attempt(run_dir, "vtk", lambda: stages.vtk(run_dir))
