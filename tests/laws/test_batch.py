@@ -201,6 +201,7 @@ def test_forces_in_one_loop_have_the_bits_of_each_alone() -> None:
     for laws in PRESETS.values():
         forces = {kind: registry.get(kind, laws[kind]) for kind in FORCES if kind in laws}
         ((first, loop, count),) = loops(forces)
+        assert [(first, count) for first, _, count in loops(forces, apart=True)] == [(0, 1), (1, 1), (2, 2)]
         assert (first, count) == (0, 4) and loop.inlined
         rows = bridges(BATCH, 7)
         whole = together(tuple(f for law in forces.values() for f in law.functions), rows)

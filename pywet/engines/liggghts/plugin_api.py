@@ -146,7 +146,7 @@ class Plugin:
         self._keep.append(laws)
         for law in laws.values():
             law.prepare(angle_pairs(scene))
-        for first, loop, count in loops(laws):
+        for first, loop, count in loops(laws, apart=scene.viscous_integration == "semi_implicit"):
             self._keep.append(loop)
             self._library.pywet_add_force_laws(C.c_void_p(loop.address), first, count)
         for kind in SLOTS.keys() & laws.keys():
@@ -287,17 +287,17 @@ class Plugin:
         self._library.pywet_finish()
 
 
-def loops(laws: Mapping[str, registry.Law]) -> list[tuple[int, Batch, int]]:
+def loops(laws: Mapping[str, registry.Law], apart: bool = False) -> list[tuple[int, Batch, int]]:
     """Compile the forces among these laws into as few loops as possible: consecutive ones share intermediate results.
 
     Each loop is returned with the number of its first value in `LawValues` of the plugin, and with the number of its values.
-    A law that cannot be inlined has a loop of its own.
+    With `apart`, for drag that is evaluated twice, each law has a loop of its own; so has a law that cannot be inlined.
     """
     runs: list[tuple[int, list[registry.Law]]] = []
     value = end = 0
     for kind in FORCES:
         if kind in laws:
-            if not runs or end != value:
+            if not runs or end != value or apart:
                 runs.append((value, []))
             runs[-1][1].append(laws[kind])
             end = value + len(KINDS[kind].parts)

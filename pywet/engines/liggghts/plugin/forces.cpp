@@ -91,7 +91,7 @@ void Forces::evaluate(BridgeBatch &t) {
   if (!world_.rules.semi_implicit) return;
   LawValues at_one;
   std::fill(block.row[SPEED], block.row[SPEED] + t.n, 1.0);
-  laws.evaluate(t.n, block.row[0], t.prepared, at_one);
+  laws.evaluate(t.n, block.row[0], t.prepared, at_one, VISCOUS);
   std::copy(at_one.viscous, at_one.viscous + t.n, t.drag);
 }
 

@@ -24,6 +24,8 @@ struct LawValues {
   double pull[BATCH], viscous[BATCH], tangential[2][BATCH];
 };
 
+const int VISCOUS = 1;  // number of the viscous force among them
+
 // Laws in one loop: they write `count` of the arrays of LawValues, from the one of number `first` on.
 struct ForceLaws {
   Batch loop;
@@ -47,11 +49,12 @@ struct Laws {
   // Whether there is a capillary force.
   bool attract() const { return !forces.empty() && forces[0].first == 0; }
 
-  // Laws that are off give 0. An error inside a law shows as NaN.
-  void evaluate(int64_t n, const double *rows, const int64_t *prepared, LawValues &values) const {
+  // Laws that are off give 0. An error inside a law shows as NaN. With `only`, the number of a value, other loops are left out.
+  void evaluate(int64_t n, const double *rows, const int64_t *prepared, LawValues &values, int only = -1) const {
     double *out = reinterpret_cast<double *>(&values);
     std::fill(out, out + sizeof values / sizeof *out, 0.0);
     for (const ForceLaws &f : forces) {
+      if (only >= 0 && (only < f.first || only >= f.first + f.count)) continue;
       double *from = out + f.first * BATCH;
       std::fill(from, from + f.count * BATCH, std::nan(""));
       f.loop(n, rows, surface_tension, viscosity, prepared, from);

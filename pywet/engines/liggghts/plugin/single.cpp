@@ -20,7 +20,7 @@ Terms Single::laws(size_t bridge, const Geometry &g) const {
   t.roll = values.tangential[1][0];
   if (!world_.rules.semi_implicit) return t;
   row[SPEED][0] = 1;
-  laws.evaluate(1, row[0], &prepared, values);
+  laws.evaluate(1, row[0], &prepared, values, VISCOUS);
   t.drag = -values.viscous[0];
   return t;
 }
