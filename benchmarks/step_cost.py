@@ -30,7 +30,7 @@ from pywet.cases.small.bodies import WETTED, last
 from pywet.engines.lammps import build as lammps
 from pywet.engines.liggghts import deck
 from pywet.laws import capillary, registry
-from pywet.scene import EngineScene, Output
+from pywet.scene import Effects, EngineScene, Output
 
 SETTLE, SHORT, STEPS, ROUNDS, LAYERS = 6000, 200, 10_000, 3, 6
 MOTION = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
@@ -54,7 +54,7 @@ fix p_most all property/global maxSeparationDistanceRatio scalar 1.1
 """
 
 
-def effects(variant: str, folder: Path) -> small.Effects:
+def effects(variant: str, folder: Path) -> Effects:
     """Return the effects that are on in a variant."""
     if variant in (STOCK, "dry", *COHESIONS) or variant.endswith(", dry"):
         return small.DRY
@@ -78,16 +78,22 @@ def run(folder: Path, variant: str, start: pd.DataFrame, steps: int) -> None:
         output=Output(interval_s=steps * STEP, contact_windows=0, energy=variant == "works"),
     )  # fmt: skip
     if variant == STOCK:
-        stock(folder, scene, deck.NO_COHESION)
+        stock(folder, scene)
     elif variant in COHESIONS:
-        stock(folder, scene, deck.Cohesion(f" cohesion {COHESIONS[variant]}/capillary/viscous", COHESION))
+        stock(folder, scene, COHESIONS[variant])
     else:
         small.run(folder, spheres, engine=PEERS.get(variant, "liggghts"))
 
 
-def stock(folder: Path, scene: EngineScene, cohesion: deck.Cohesion) -> None:
-    """The stock program on the same deck, with its own cohesion model or dry."""
-    deck.write_deck(scene, folder, folder, cohesion=cohesion)
+def stock(folder: Path, scene: EngineScene, model: str = "") -> None:
+    """The stock program on the same deck, with a cohesion model of its own or dry."""
+    deck.write_deck(scene, folder, folder)
+    if model:
+        setup = folder / "setup.liggghts"
+        text = setup.read_text().replace(
+            " tangential history ", f" tangential history cohesion {model}/capillary/viscous "
+        )
+        setup.write_text(text.replace(" tangential_damping off", "").replace("pair_style", f"{COHESION}pair_style"))
     how = {"capture_output": True, "text": True, "errors": "replace", "check": False}
     done = subprocess.run(["liggghts", "-in", "in.liggghts"], cwd=folder, **how)  # type: ignore[call-overload]
     if done.returncode != 0:

@@ -261,7 +261,7 @@ def _pegging(run: RunDir, numbers: dict[str, Any]) -> str:
     frames = 1e3 * np.stack(
         [low[:, :2], np.c_[high[:, 0], low[:, 1]], high[:, :2], np.c_[low[:, 0], high[:, 1]]], axis=1
     )
-    axes.add_collection(PolyCollection(frames, facecolors="none", edgecolors="#b9c2ca", linewidths=0.5))
+    axes.add_collection(PolyCollection(list(frames), facecolors="none", edgecolors="#b9c2ca", linewidths=0.5))
     for n, c in enumerate(run.scene.classes):
         rows = at[at["type"] == c.type]
         if len(rows):

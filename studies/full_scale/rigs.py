@@ -193,9 +193,15 @@ def text(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> str:
 
 
 def whole(rigs: Mapping[str, Mapping[int, Sequence[StoredRun]]]) -> dict[str, dict[int, Sequence[StoredRun]]]:
-    """Return the rigs with dry cases (`with_dry`); where `sieve200` lacks a case, with that of the full-scale page."""
-    default = {**stored_runs.variants(CAMPAIGN)[""], **rigs.get("sieve200", {})}
+    """Return the rigs with dry cases (`with_dry`); first seeds that `sieve200` lacks are those of the full-scale page."""
+    campaign = stored_runs.variants(CAMPAIGN)[""]
+    begun = {case: runs for case, runs in rigs.get("sieve200", {}).items() if _first(runs) <= _first(campaign[case])}
+    default = {**campaign, **begun}
     return with_dry(dict(sorted({**rigs, "sieve200": default}.items())))
+
+
+def _first(runs: Sequence[StoredRun]) -> int:
+    return min(int(run.about["seed"]) for run in runs)
 
 
 def any_reading(
