@@ -13,6 +13,8 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -87,8 +89,13 @@ def neighbours(case: int, runs: Mapping[int, Sequence[StoredRun]], run: StoredRu
 
     The list is empty if that case has one seed.
     """
-    seeds = runs.get(neighbour(case), ())
-    return [Moved((run or runs[case][0]).folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
+    seeds = tuple(runs.get(neighbour(case), ()))
+    return _moved((run or runs[case][0]).folder, seeds) if len(seeds) > 1 else []
+
+
+@lru_cache(maxsize=None)  # their tables are made once, not once for each statement
+def _moved(folder: Path, seeds: tuple[StoredRun, ...]) -> list[Moved]:
+    return [Moved(folder, seeds, k) for k in range(len(seeds))]
 
 
 def judge(statement: Statement, runs: Mapping[int, Sequence[StoredRun]]) -> Answer:
@@ -132,14 +139,14 @@ def refuted(
 ) -> int | None:
     """Return the first part that makes a statement false whatever its other parts are, None if there is none.
 
-    The mean over the seeds of `runs` must be outside the range by more than half the 95 % interval of a single run, which
-    follows from the scatter in `seeds`, runs with more seeds.
+    The mean over the seeds of `runs` must be outside the range by more than half its 95 % interval, which follows from the
+    scatter in `seeds`, runs with more seeds.
     """
     for k, part in enumerate(statement.parts):
         values, scatter = each(part, runs), each(part, seeds)
         if not values or len(scatter) < 2:
             continue
-        half = half_width(float(np.std(scatter, ddof=1)), 1, len(scatter) - 1, 0.95)
+        half = half_width(float(np.std(scatter, ddof=1)), len(values), len(scatter) - 1, 0.95)
         if decide(part, float(np.mean(values)), half) == FAILS:
             return k
     return None

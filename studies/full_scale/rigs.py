@@ -69,8 +69,8 @@ seed. Settings are those of the [full-scale runs](full_scale.md#method); passed 
 
 ## Statements that no run confirms
 
-Impossible: 200 mm, each other diameter and each reading turned alone (`wall`: two) miss a range by more than a run scatters
-(95 %).
+Impossible: 200 mm, each other diameter and each reading turned alone (`wall`: two) miss a range by more than the mean of their
+seeds scatters (95 %; scatter of 200 mm).
 
 {none}
 
