@@ -9,8 +9,12 @@ from pywet.cases.custom import description, walls
 from pywet.cases.screening import cases
 from pywet.cases.screening.results import WALL_RESERVOIRS, column
 from pywet.config import Config
+from pywet.products.screening_report import RESULT
+from pywet.products.streams import PRODUCTS
 from pywet.runs.loaded import Run
+from pywet.util.files import read_json
 
+EVALUATED = f"results/{RESULT}.json"
 Numbers = dict[str, float | None]
 OF_ANY = (
     "steps", "wall_time_s", "mass_kg", "initial_liquid_m3", "formations", "ruptures", "bridges_at_end",
@@ -27,6 +31,20 @@ ON_REQUEST: dict[str, Callable[[Run], float]] = {
 }
 """Results of a scene on request only, since not every scene has a heap or a drum."""
 RETAINED = ("fraction_retained_end", "coarse_share")
+SCREEN: dict[str, Callable[[dict[str, Any]], float | None]] = {
+    "screen_d50_mm": lambda found: found["d50_mm"],
+    "screen_ecart_probable_mm": lambda found: found["ecart_probable_mm"],
+    "screen_efficiency": lambda found: found["efficiency"],
+    "screen_throughput_t_per_h": lambda found: found["throughput_t_per_h"].get(
+        "all", found["throughput_t_per_h"]["unders"]
+    ),
+    **{
+        f"screen_{p}_moisture_percent": lambda found, p=p: found["moisture_percent_of_dry_mass"][p]  # type: ignore[misc]
+        for p in PRODUCTS
+    },
+    "screen_pegged_share": lambda found: found.get("pegged_share"),
+}
+"""Results of a screen, as `pywet screen` computes them, by the content of screen.json; of several decks those of the first."""
 
 
 def numbers(run: Run) -> Numbers:
@@ -44,6 +62,9 @@ def numbers(run: Run) -> Numbers:
     if run.has("results/fraction_retained.parquet"):
         last = run.fraction_retained.iloc[-1]
         found |= {f"{c}_end": last[c] for c in last.index if str(c).startswith("fraction_retained_")}
+    if run.has(EVALUATED):
+        evaluated = read_json(run.path / EVALUATED, "run the point again")
+        found |= {name: number(evaluated) for name, number in SCREEN.items()}
     return {name: None if value is None else float(value) for name, value in found.items()}
 
 
@@ -51,7 +72,10 @@ def of_scene(scene: description.Scene) -> list[str]:
     """Return the names of the results of a scene, including those of its feeds and its deck."""
     scene = scene.in_full()
     liquid = [column("spheres", s.name) for s in scene.spheres] + [f"wall_{walls.word_of(w.name)}" for w in scene.walls]
-    return [*ON_REQUEST, *AT_END, *OF_ANY, *_of_liquid([*liquid, "left", "total"])]
+    liquid += [f"outlet_{outlet.name}" for outlet in scene.outlets]
+    collected = {outlet.region().product for outlet in scene.outlets}
+    screen = SCREEN if collected >= {*PRODUCTS} else ()
+    return [*ON_REQUEST, *screen, *AT_END, *OF_ANY, *_of_liquid([*liquid, "left", "total"])]
 
 
 def of_case(config: Config, number: int, scale: str) -> list[str]:
@@ -60,7 +84,7 @@ def of_case(config: Config, number: int, scale: str) -> list[str]:
     liquid = [*WALL_RESERVOIRS, "coarse_material", "fines", "left", "total"]
     liquid += [column(place, name) for place in ("coarse_material", "fines") for name in classes]
     retained = [f"{column('fraction_retained', name)}_end" for name in (*classes, "spheres")]
-    return [*RETAINED, *retained, *OF_ANY, *_of_liquid(liquid)]
+    return [*RETAINED, *retained, *SCREEN, *OF_ANY, *_of_liquid(liquid)]
 
 
 def _of_liquid(places: list[str]) -> list[str]:

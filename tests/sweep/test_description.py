@@ -190,3 +190,6 @@ def test_results_of_a_deck_have_names() -> None:
     names = run_numbers.of_scene(pywet.read_scene(EXAMPLES / "scenes" / "deck.yaml"))
     assert {"liquid_wall_screen_share", "liquid_wall_cross_wires_share"} <= {*names}
     assert sum(name.startswith("liquid_spheres_ore_") and name.endswith("_share") for name in names) == 6
+    assert {"liquid_outlet_overs_share", "screen_d50_mm", "screen_efficiency", "screen_pegged_share"} <= {*names}
+    drum = run_numbers.of_scene(pywet.read_scene(EXAMPLES / "scenes" / "drum.yaml"))
+    assert not any(name.startswith("screen_") for name in drum)

@@ -85,12 +85,19 @@ def test_a_sweep_of_drums_killed_twice_equals_an_unbroken_one(tmp_path: Path) ->
 def test_a_case_is_a_point_that_a_second_sweep_does_not_run_again(tmp_path: Path) -> None:
     """A short smoke case of two moistures; results of the run's own summary."""
     axes = {"case.liquid_percent": [0.0, 5.0], "scale.duration_s": [0.3]}
-    gather = ["fraction_retained_end", "formations", "liquid_wires_share"]
+    gather = [
+        "fraction_retained_end",
+        "formations",
+        "liquid_wires_share",
+        "screen_efficiency",
+        "screen_overs_moisture_percent",
+    ]
     content = {"name": "moisture", "base": {"case": 2, "config": str(ROOT / "config")}, "axes": axes, "gather": gather}
     asked = plan.read(write(tmp_path, content), tmp_path / "out", tmp_path / "store")
     made = sweep_command.carry_out(asked, 1, 1, 0, print)
     assert made["status"].tolist() == [table.DONE] * 2, made["reason"].tolist()
-    assert made["fraction_retained_end"].between(0.3, 1.0).all()
+    assert made["fraction_retained_end"].between(0.3, 1.0).all() and made["screen_efficiency"].between(-1.0, 1.0).all()
+    assert made["screen_overs_moisture_percent"].fillna(0.0).gt(0.0).tolist() == [False, True]
     assert made["formations"].isna().tolist() == [True, False] and made["liquid_wires_share"].isna().tolist() == [
         True,
         False,
