@@ -55,6 +55,8 @@ JUMP = 0.5
 """Share of a step's height that remains if it is divided into ten smaller ones, above which it is a jump."""
 VISIBLE = 1e-3
 """Smallest height of a jump over the largest value that counts."""
+OTHER_UNIT = 100.0
+"""Factor from its limit beyond which a force is taken for one in another unit."""
 
 
 @dataclass(frozen=True)
@@ -102,10 +104,8 @@ def findings(kind: str, name: str) -> list[Finding]:
     found = [Finding("sign and finite values", "as expected on the probe grid", True)]
     for law, unit in zip(functions, RESULT[kind], strict=True):
         found += [_dimensions(law, unit), *_continuity(law)]
-    if kind in ("capillary", "rupture"):
-        found.append(_symmetry(functions[0]))
     if kind in ("capillary", "rupture", "viscous_normal"):
-        found.append(_wall(functions[0]))
+        found += [_symmetry(functions[0]), _wall(functions[0])]
     if kind == "capillary":
         found.append(_limit(functions[0]))
     if kind == "viscous_normal":
@@ -204,7 +204,10 @@ def _continuity(law: ForceLaw) -> Iterator[Finding]:
 def _symmetry(law: ForceLaw) -> Finding:
     """Check that the exchange of the two spheres changes nothing."""
     at = _at(law, "unequal spheres", contact_angle_i=0.2, contact_angle_j=0.5)
-    other = {**at, **{f"{n}_{a}": at[f"{n}_{b}"] for n in ("radius", "contact_angle") for a, b in ("ij", "ji")}}
+    other = {
+        **at,
+        **{f"{n}_{a}": at[f"{n}_{b}"] for n in ("radius", "contact_angle") for a, b in ("ij", "ji") if f"{n}_i" in at},
+    }
     off = _off(law(**other), law(**at))
     return Finding(f"{law.name}: exchange of the two bodies", f"changes by {off:.1g}", off < ROUND_OFF)
 
@@ -213,7 +216,12 @@ def _limit(law: ForceLaw) -> Finding:
     """Check that two touching spheres with little liquid attract each other with 4π σ r_red cos θ (Derjaguin)."""
     at = _at(law, volume=1e-9 * PAIRS["equal spheres"][0] ** 3, separation=0.0)
     expected = 4.0 * math.pi * LIQUID["surface_tension"] * 0.5 * PAIRS["equal spheres"][0] * math.cos(ANGLE)
-    return Finding(f"{law.name}: little liquid, at touch", f"{law(**at) / expected:.3g} of 4π σ r_red cos θ", None)
+    share = law(**at) / expected
+    return Finding(
+        f"{law.name}: little liquid, at touch",
+        f"{share:.3g} of 4π σ r_red cos θ",
+        None if 1.0 / OTHER_UNIT < share < OTHER_UNIT else False,
+    )
 
 
 def _wall(law: ForceLaw) -> Finding:

@@ -91,7 +91,7 @@ class EffectPlan:
     def hint(self) -> list[str]:
         """Name what is off though not negligible and the key that switches it on, in one line; none without such an effect."""
         left_out = [r.effect for r in self.rows if r.effect in OPT_IN and not r.on and NOT_NEGLIGIBLE in r.why]
-        return [f"off, though {NOT_NEGLIGIBLE} (effects.{left_out[0]}: on): {', '.join(left_out)}"] if left_out else []
+        return [f"off, though {NOT_NEGLIGIBLE} (effects.NAME: on): {', '.join(left_out)}"] if left_out else []
 
     def row(self, effect: str) -> EffectRow:
         return next(row for row in self.rows if row.effect == effect)

@@ -59,6 +59,7 @@ class Stroke(Excusable):
             "amplitude_mm": (amplitudes[0], 0.0, amplitudes[1]),
             "phase_deg": (phases[0], 0.0, phases[1]),
             "frequency_Hz": self.frequency_Hz,
+            "unusual": self.unusual,
         }
 
 

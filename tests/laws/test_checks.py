@@ -22,6 +22,7 @@ WRONG = {
     "jumps": (f"surface_tension / {NECK} * (2.0 if separation < 3.1e-5 else 1.0)", "continuity over separation"),
     "metres": ("surface_tension * 1e-3", "dimensions"),
     "one_sided": ("surface_tension * radius_i", "exchange of the two bodies"),
+    "millinewtons": (f"1e-3 * surface_tension / {NECK}", "little liquid, at touch"),
 }
 """Name of a wrong capillary law -> what it gives, the check that finds it."""
 
@@ -38,6 +39,20 @@ def test_a_wrong_law_is_found_by_its_check_alone(name: str, tmp_path: Path) -> N
     answer = json.loads(done.output)
     assert {f["check"].rpartition(": ")[2] for f in answer["findings"] if f["ok"] is False} == {check}
     assert answer["kind"] == "capillary" and answer["exact"] == []
+
+
+def test_a_drag_of_one_radius_is_found(tmp_path: Path) -> None:
+    """Lubrication between spheres has the reduced radius; with the radius of i the exchange of both changes it."""
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "from pywet.laws.force_law import force_law\n\n\n@force_law\n"
+        "def law(separation, volume, radius_i, radius_j, normal_velocity, viscosity):\n"
+        "    return -18.8 * viscosity * radius_i**2 * normal_velocity / (max(separation, 0.0) + 1e-3 * radius_i)\n"
+    )
+    law = custom_laws.placed(f"{file}:law")
+    custom_laws.trust([law])
+    wrong = {f.check.rpartition(": ")[2] for f in checks.findings("viscous_normal", law) if f.ok is False}
+    assert wrong == {"exchange of the two bodies"}
 
 
 @pytest.mark.parametrize(("name", "warned"), [("metres", ["dimensions"]), ("neck", [])])

@@ -54,6 +54,15 @@ def test_strokes_are_lines_circles_and_ellipses() -> None:
         assert (v[np.argmax(x[:, 1]), 0] > 0) == forward
 
 
+def test_an_unusual_stroke_is_accepted_with_its_reason() -> None:
+    """The reason holds for the walls that the stroke moves."""
+    stroke = {**STROKE, "frequency_Hz": 1200}
+    with raises_code("config.implausible"):
+        Scene(**beads(deck={**DECK, "stroke": stroke}))
+    scene = Scene(**beads(deck={**DECK, "stroke": {**stroke, "unusual": "ultrasound"}})).in_full()
+    assert {wall.vibrates.frequency_Hz for wall in scene.walls if wall.vibrates} == {1200}
+
+
 @pytest.mark.parametrize("mesh", ["square", "slotted"])
 @pytest.mark.parametrize("width", [30.0, 33.0])
 def test_no_gap_is_wider_than_an_aperture(mesh: str, width: float) -> None:

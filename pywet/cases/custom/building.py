@@ -281,8 +281,17 @@ class Building:
 
     @property
     def warnings(self) -> list[str]:
-        """Return warnings for spheres that may pass through walls at the expected speed."""
-        found = []
+        """Return warnings for an amount of liquid without effect, and for spheres that may pass through walls."""
+        found, liquid = [], self.user_scene.liquid
+        amount = (
+            None
+            if liquid is None
+            else next((n for n in ("percent", "film_um") if getattr(liquid, n) is not None), None)
+        )
+        if amount and all(s.percent is not None or s.film_um is not None for s in self.user_scene.spheres):
+            found.append(
+                f"liquid.{amount} has no effect: all spheres have their own amount, those of a feed moisture_percent"
+            )
         for wall, surface in zip(self.user_scene.walls, self.surfaces, strict=True):
             thick = thickness(surface.corners)
             for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:
@@ -361,7 +370,7 @@ def write(user_scene: Scene, run_dir: Path, blocks: int | None = None) -> typed.
     scene = made.scene(blocks)
     for sentence in made.warnings:
         notice.warning("%s: %s", user_scene.name, sentence)
-    for sentence in feeds(user_scene, made.classes):
+    for sentence in (*feeds(user_scene, made.classes), *made.plan.hint):
         notice.warning("%s", sentence)
     if any(made.origin_mm):
         notice.warning("%s: %s", user_scene.name, COUNT_FROM.format(*made.origin_mm))

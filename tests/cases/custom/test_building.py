@@ -118,8 +118,17 @@ def test_a_check_of_a_feed_fits_80_columns() -> None:
     assert feed.endswith("left out: 16 % of its mass finer and 3.9 % of its mass coarser")
     assert all(len(line) <= 80 for line in found if not line.startswith("feed "))
     (hint,) = (line for line in found if line.startswith("off, though"))
-    assert hint == "off, though not negligible (effects.liquid_weight: on): liquid_weight, shedding"
+    assert hint == "off, though not negligible (effects.NAME: on): liquid_weight, shedding"
     assert any("film / radius = " in line for line in scene_check.lines(scene, reasons=True))
+
+
+def test_an_amount_of_liquid_that_no_sphere_has_is_named() -> None:
+    """Where each entry of spheres has its own amount, that of `liquid` has no effect."""
+    spheres = beads()["spheres"][0]
+    for percent, warned in ((3, True), (None, False)):
+        given = beads(spheres=[{**spheres, "percent": percent}], liquid={"percent": 5})
+        warnings = Building(pywet.Scene(**given)).warnings
+        assert [w.startswith("liquid.percent has no effect") for w in warnings] == [True] * warned
 
 
 def test_a_check_prints_what_would_be_run_and_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
