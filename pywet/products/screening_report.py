@@ -36,13 +36,9 @@ def curve_of(run: RunDir, flow: Streams) -> pd.DataFrame:
     }
     sizes, masses = (np.array(values) for values in zip(*((2.0 * c.radius_m, c.mass_kg) for c in classes), strict=True))
     curve = partition_curve(sizes, number["overs"], number["unders"], masses)
-    if not _doubled(curve):
+    if curve["diameter_mm"].is_unique:
         return curve
     return pd.DataFrame([{"diameter_mm": d, **_joined(rows)} for d, rows in curve.groupby("diameter_mm")])
-
-
-def _doubled(curve: pd.DataFrame) -> bool:
-    return bool(curve["diameter_mm"].duplicated().any())
 
 
 def _joined(rows: pd.DataFrame) -> pd.Series:
