@@ -16,7 +16,7 @@ from pywet.products.partition import Separation, partition_curve, separation, si
 from pywet.products.steady import block_mean
 from pywet.products.streams import PRODUCTS, Streams
 from pywet.runs.rundir import RunDir
-from pywet.util.files import write_csv, write_json, write_table
+from pywet.util.files import finite, write_csv, write_json, write_table
 from pywet.util.ranges import LIMITS
 
 PER_HOUR = 3.6
@@ -193,13 +193,6 @@ def write(
     write_table(series, folder / f"{of_deck('screen_series', deck)}.parquet", csv=True)
     write_csv(flowsheet.grade_efficiency(curve), folder / f"{of_deck('grade_efficiency', deck)}.csv")
     write_csv(flowsheet.fitted(curve), folder / f"{of_deck('flowsheet', deck)}.csv")
-    finite = _finite(numbers)
-    write_json(folder / f"{of_deck(RESULT, deck)}.json", finite)
-    return finite
-
-
-def _finite(value: Any) -> Any:
-    """Replace numbers that are not defined by null."""
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    defined: dict[str, Any] = finite(numbers)
+    write_json(folder / f"{of_deck(RESULT, deck)}.json", defined)
+    return defined
