@@ -150,9 +150,9 @@ def _collect_run(run_dir: Path, case: Case, alone: bool) -> CaseResult:
         contributions=run.json("contributions.json", Contributions),
         audit=tuple(audit.read(run_dir) or ()),
         nothing=tuple(verdict.nothing_compared(replay)) if replay else (),
-        seeds=tuple(read_table(path) for path in seeds),
-        others=tuple(s for path in seeds if (s := RunDir(path.parent.parent).json("summary.json", Summary))),
-        screens=tuple(s for path in (run_dir, *(p.parent.parent for p in seeds)) if (s := _screen(path))),
+        seeds=tuple(read_table(path / RETAINED) for path in seeds),
+        others=tuple(s for path in seeds if (s := RunDir(path).json("summary.json", Summary))),
+        screens=tuple(s for path in (run_dir, *seeds) if (s := _screen(path))),
         folder=run_dir,
     )
 
@@ -162,22 +162,22 @@ def _screen(run_dir: Path) -> dict[str, Any] | None:
     return found
 
 
+RETAINED = Path("results", "fraction_retained.parquet")
 OF_ONE_RUN = ("seed", "seeds", "ranks")
 """Settings in which the seeds of a case may differ."""
 
 
 def _other_seeds(run_dir: Path) -> list[Path]:
-    """Return the tables of further seeds of a run; those of another configuration are left out with a notice."""
-    tables = sorted(run_dir.parent.glob(f"{run_dir.name}-*/results/fraction_retained.parquet"))
-    seeds = [t for t in tables if t.parent.parent.name.removeprefix(f"{run_dir.name}-").isdigit()]
+    """Return the runs of further seeds of a run; those of another configuration are left out with a notice."""
+    runs = sorted(table.parent.parent for table in run_dir.parent.glob(f"{run_dir.name}-*/{RETAINED}"))
     mine, same = _configured(run_dir), []
-    for table in seeds:
-        other = _configured(table.parent.parent)
+    for run in (r for r in runs if r.name.removeprefix(f"{run_dir.name}-").isdigit()):
+        other = _configured(run)
         if mine is None or other is None or mine == other:
-            same.append(table)
+            same.append(run)
         else:
             notice.warning(
-                f"{table.parent.parent} was run with another configuration than {run_dir}; it is not counted as a seed of it"
+                f"{run} was run with another configuration than {run_dir}; it is not counted as a seed of it"
             )
     return same
 
