@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +32,11 @@ class Kind(ABC):
 
     def __init__(self, base: Base, folder: Path, trust: bool = False) -> None:
         self.base, self.folder, self.trust = base, folder, trust
+
+    @cached_property
+    def file(self) -> Path:
+        """Return the file of the base; a case has none."""
+        return self.folder / str(getattr(self.base, self.base.kind))
 
     @abstractmethod
     def built(self, values: Point, seed: int) -> Built:

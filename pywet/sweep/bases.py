@@ -43,10 +43,6 @@ class Wall(Kind):
     """Package that computes it."""
 
     @cached_property
-    def file(self) -> Path:
-        return self.folder / str(self.base.wall)
-
-    @cached_property
     def content(self) -> dict[str, Any]:
         return _json(self.file)
 
@@ -75,10 +71,6 @@ class Bridge(Kind):
     results = ("pull_off_force_N", "rupture_distance_m")
     code = "cases/small"
     """Package that computes it."""
-
-    @cached_property
-    def file(self) -> Path:
-        return self.folder / str(self.base.bridge)
 
     @cached_property
     def content(self) -> dict[str, Any]:
@@ -112,10 +104,6 @@ class Bridge(Kind):
 
 class OfScene(Kind):
     """Sweep of a user-defined scene that runs in the engine."""
-
-    @cached_property
-    def file(self) -> Path:
-        return self.folder / str(self.base.scene)
 
     @cached_property
     def content(self) -> dict[str, Any]:

@@ -60,10 +60,6 @@ class OfScript(Kind):
         return self.base.seed is not None
 
     @cached_property
-    def file(self) -> Path:
-        return self.folder / str(self.base.script)
-
-    @cached_property
     def _read(self) -> tuple[Line, dict[str, bytes], dict[str, Any]]:
         """Return the line of fix pywet, the files to copy by their path from the script, and the content of the liquid's file."""
         read_bytes(self.file, CURE)
