@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +14,11 @@ from pywet.sweep.description import Base, Point
 
 Numbers = dict[str, float | None]
 """Result -> value; None if a run has none, such as ruptures of a dry one."""
+
+
+def number(value: Any) -> float | None:
+    """Return a result as a float; None for one that is missing or not finite."""
+    return None if value is None or not math.isfinite(value) else float(value)
 
 
 class Built(NamedTuple):
