@@ -10,8 +10,8 @@ from pywet.cases.screening import cases
 from pywet.cases.screening.results import WALL_RESERVOIRS, column
 from pywet.config import Config
 from pywet.runs.loaded import Run
+from pywet.sweep.base_kind import Numbers
 
-Numbers = dict[str, float | None]
 OF_ANY = (
     "steps", "wall_time_s", "mass_kg", "initial_liquid_m3", "formations", "ruptures", "bridges_at_end",
     "energy_kinetic_J", "energy_spin_J", "energy_gravity_J",
