@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError, one_line
+from pywet.laws import custom_laws
 from pywet.runs.loaded import Run as Loaded
 from pywet.sweep import run_numbers
 from pywet.sweep.base_kind import Numbers
 from pywet.sweep.description import Function
-from pywet.sweep.plan import Plan, Run, called, path_of, refuse_untrusted
+from pywet.sweep.plan import Plan, Run, path_of, refuse_untrusted
 from pywet.util.files import read_bytes
 
 
@@ -57,7 +58,7 @@ def _function(plan: Plan, function: Function) -> tuple[str, Callable[[Any], floa
     refuse_untrusted(plan.file, function)
 
     def measure(subject: Any) -> float:
-        call = called(name, source)
+        call = custom_laws.execute(name, source)
         try:
             return _finite(float(call(subject)), function.name)
         except PywetError:
