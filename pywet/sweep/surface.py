@@ -11,9 +11,6 @@ from pywet.calibration.inference import Floats, Surface, terms
 from pywet.sweep.description import Sweep
 from pywet.sweep.table import DONE
 
-MISFIT = 0.01
-"""Probability below which runs are reported not to follow the polynomial."""
-
 
 @dataclass(frozen=True)
 class Response:
