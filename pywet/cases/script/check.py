@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from pywet.cases.script import facts as reading
 from pywet.cases.script.facts import Facts, Kind, height_m, periodic_lengths_m
@@ -37,7 +38,7 @@ def check(path: Path, words: Sequence[str] = (), engine: str = "liggghts") -> tu
     lines = list(_script(path, facts))
     spheres, error = _spheres(found.wet, facts.kinds)
     wrong += error
-    lines += _films(found.wet, facts.kinds)
+    lines += _films(found.wet, facts.kinds, None if error or not facts.kinds else spheres.table)
     if not error and facts.kinds and facts.skin_m is not None:
         line, small = _skin(spheres, facts)
         lines += line
@@ -90,16 +91,14 @@ def _spheres(wet: Wet, kinds: Sequence[Kind]) -> tuple[Spheres, list[PywetError]
     return spheres, []
 
 
-def _films(wet: Wet, kinds: Sequence[Kind]) -> Iterator[str]:
+def _films(wet: Wet, kinds: Sequence[Kind], table: pd.DataFrame | None) -> Iterator[str]:
     """Describe the liquid, the films, and the distance from a sphere's centre at which films touch."""
     liquid = wet.liquid
     amount = f"{liquid.percent:g} % by mass" if liquid.percent is not None else f"films of {liquid.film_um:g} um"
     of = f"{liquid.surface_tension_N_per_m:g} N/m, {liquid.viscosity_Pa_s:g} Pa s, {liquid.density_kg_per_m3:g} kg/m3"
     yield f"liquid: {of}, {amount}" + (", first_films apart" if wet.first_films else "")
-    spheres, error = _spheres(wet, kinds)
-    if error or not kinds:
+    if table is None:
         return
-    table = spheres.table
     thickness = film_thickness(table["film"].to_numpy(), table["radius"].to_numpy())
     for kind, h in zip(kinds, thickness, strict=True):
         meets = f"touches at {1e3 * (kind.radius_m + h):.4g} mm from its centre"
