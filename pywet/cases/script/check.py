@@ -74,18 +74,13 @@ def _script(path: Path, f: Facts) -> Iterator[str]:
         yield f"  gravity: {' '.join(f'{g:g}' for g in f.gravity)} m/s2"
 
 
-def _rows(kinds: Sequence[Kind]) -> np.ndarray:
-    return np.array(
-        [(n, k.atom_type, k.radius_m, k.mass_kg, (0.0,) * 3) for n, k in enumerate(kinds, start=1)], NEWCOMER
-    )
-
-
 def _spheres(wet: Wet, kinds: Sequence[Kind]) -> tuple[Spheres, list[PywetError]]:
     """Return one sphere of each kind, with its film at any position."""
     anywhere = tuple(first for first in wet.first_films if first.low_mm is None and first.high_mm is None)
     spheres = Spheres(wet.model_copy(update={"first_films": anywhere}))
+    rows = [(n, k.atom_type, k.radius_m, k.mass_kg, (0.0,) * 3) for n, k in enumerate(kinds, start=1)]
     try:
-        spheres.take_in(_rows(kinds), 1)
+        spheres.take_in(np.array(rows, NEWCOMER), 1)
     except PywetError as error:
         return spheres, [error]
     return spheres, []
