@@ -156,7 +156,7 @@ def _screen(run: RunDir) -> Iterator[Quantity]:
     """Yield the results of the decks of a scene with outlets, each with its interval within the run."""
     if not run.scene.outlets:
         return
-    for deck in range(1, streams.decks(run) + 1):
+    for deck in range(1, streams.decks(run.scene) + 1):
         numbers = run.json(f"results/{of_deck(RESULT, deck)}.json", dict[str, Any])
         of = f"deck {deck}, " if deck > 1 else ""
         for name, unit, value, ends, scale in _of_screen(numbers) if numbers else ():
